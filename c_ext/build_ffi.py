@@ -1,0 +1,91 @@
+"""cffi modules (API mode): ``cnc_core._engine`` (planner, interpolator, scanner) and ``hli._sync`` (memory ordering).
+
+The C declarations cffi needs are read from the headers, between ``/* cdef begin */`` and ``/* cdef end */``; the
+header of the shared-memory layout is generated from ``hli/layout.py`` before anything is compiled.  The environment
+variable HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the sanitizers.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import re
+import sys
+import types
+from pathlib import Path
+from typing import Any
+
+from cffi import FFI
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+CDEF = re.compile(r"/\* cdef begin \*/(.*?)/\* cdef end \*/", re.S)
+
+
+def cdef_of(*headers: str) -> str:
+    """The declarations of the named headers, for ``FFI.cdef``."""
+    return "\n".join(part for name in headers for part in CDEF.findall((HERE / name).read_text()))
+
+
+def write_layout_header() -> None:
+    """Generate c_ext/hli_layout.h; imports hli.layout and hli.export without the (not yet built) hli package."""
+    saved = {name: mod for name, mod in sys.modules.items() if name == "hli" or name.startswith("hli.")}
+    for name in saved:
+        del sys.modules[name]
+    package = types.ModuleType("hli")
+    package.__path__ = [str(ROOT / "hli")]
+    sys.modules["hli"] = package
+    try:
+        layout: Any = importlib.import_module("hli.layout")
+        export: Any = importlib.import_module("hli.export")
+        layout.verify()
+        text = export.c_header()
+    finally:
+        for name in [n for n in sys.modules if n == "hli" or n.startswith("hli.")]:
+            del sys.modules[name]
+        sys.modules.update(saved)
+    path = HERE / "hli_layout.h"
+    if not path.exists() or path.read_text() != text:
+        path.write_text(text)
+
+
+def compile_args() -> tuple[list[str], list[str]]:
+    """(compiler, linker) arguments. No -ffast-math and no contraction: distances must add up the same everywhere."""
+    args = ["-std=gnu11", "-O2", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off", "-pthread"]
+    link = ["-pthread", "-lm", "-lrt"]
+    if os.environ.get("HLI_COSIM_WERROR"):
+        args.append("-Werror")
+    sanitize = os.environ.get("HLI_COSIM_SANITIZE")
+    if sanitize:
+        args += [f"-fsanitize={sanitize}", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]
+        link.append(f"-fsanitize={sanitize}")
+    return args, link
+
+
+def module(name: str, headers: list[str], sources: list[str]) -> FFI:
+    """One API-mode cffi module over the given headers and C files of c_ext."""
+    write_layout_header()
+    ffi = FFI()
+    ffi.cdef(cdef_of(*headers))
+    args, link = compile_args()
+    relative = [os.path.relpath(HERE / s, ROOT) for s in sources]
+    ffi.set_source(
+        name,
+        "\n".join(f'#include "{h}"' for h in headers),
+        sources=relative,
+        include_dirs=[os.path.relpath(HERE, ROOT)],
+        depends=[os.path.relpath(p, ROOT) for p in sorted(HERE.glob("*.h"))],
+        extra_compile_args=args,
+        extra_link_args=link,
+    )
+    return ffi
+
+
+ENGINE_HEADERS = ["nc_block.h", "scan.h", "engine.h"]
+
+engine_ffi = module(
+    "cnc_core._engine",
+    [h for h in ENGINE_HEADERS if (HERE / h).exists()],
+    sorted(p.name for p in HERE.glob("*.c") if p.name != "hli_sync.c"),
+)
+sync_ffi = module("hli._sync", ["hli_sync.h"], ["hli_sync.c"])

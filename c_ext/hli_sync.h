@@ -1,0 +1,93 @@
+/* Memory ordering for the HLI, in tiny named functions. Python never orders memory itself.
+ *
+ * Everything that is shared between the two processes is read and written through these.
+ */
+#ifndef HLI_SYNC_H
+#define HLI_SYNC_H
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+static inline uint8_t load_u8_acquire(const volatile void *p) { return __atomic_load_n((const volatile uint8_t *)p, __ATOMIC_ACQUIRE); }
+static inline void store_u8_release(volatile void *p, uint8_t v) { __atomic_store_n((volatile uint8_t *)p, v, __ATOMIC_RELEASE); }
+static inline uint16_t load_u16_relaxed(const volatile void *p) { return __atomic_load_n((const volatile uint16_t *)p, __ATOMIC_RELAXED); }
+static inline void store_u16_relaxed(volatile void *p, uint16_t v) { __atomic_store_n((volatile uint16_t *)p, v, __ATOMIC_RELAXED); }
+static inline uint32_t load_u32_relaxed(const volatile void *p) { return __atomic_load_n((const volatile uint32_t *)p, __ATOMIC_RELAXED); }
+static inline void store_u32_relaxed(volatile void *p, uint32_t v) { __atomic_store_n((volatile uint32_t *)p, v, __ATOMIC_RELAXED); }
+static inline uint32_t load_u32_acquire(const volatile void *p) { return __atomic_load_n((const volatile uint32_t *)p, __ATOMIC_ACQUIRE); }
+static inline void store_u32_release(volatile void *p, uint32_t v) { __atomic_store_n((volatile uint32_t *)p, v, __ATOMIC_RELEASE); }
+static inline uint64_t load_u64_acquire(const volatile void *p) { return __atomic_load_n((const volatile uint64_t *)p, __ATOMIC_ACQUIRE); }
+static inline void store_u64_release(volatile void *p, uint64_t v) { __atomic_store_n((volatile uint64_t *)p, v, __ATOMIC_RELEASE); }
+static inline void store_u64_relaxed(volatile void *p, uint64_t v) { __atomic_store_n((volatile uint64_t *)p, v, __ATOMIC_RELAXED); }
+/* The bits of a double move as one 64-bit word: a single member is never torn. */
+static inline double load_f64_relaxed(const volatile void *p) {
+    uint64_t bits = __atomic_load_n((const volatile uint64_t *)p, __ATOMIC_RELAXED);
+    double v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+static inline void store_f64_relaxed(volatile void *p, double v) {
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    __atomic_store_n((volatile uint64_t *)p, bits, __ATOMIC_RELAXED);
+}
+static inline void cpu_pause(void) {
+#if defined(__x86_64__) || defined(__i386__)
+    __builtin_ia32_pause();
+#else
+    __asm__ __volatile__("" ::: "memory");
+#endif
+}
+
+/* Seqlock: odd while the one writer writes. */
+static inline void seq_begin(volatile void *gen) {
+    uint32_t g = load_u32_relaxed(gen);
+    store_u32_relaxed(gen, g | 1u);
+    __atomic_thread_fence(__ATOMIC_RELEASE);
+}
+static inline void seq_end(volatile void *gen) { store_u32_release(gen, (load_u32_relaxed(gen) | 1u) + 1u); }
+
+/* cdef begin */
+/* Wait results */
+#define HS_OK 0
+#define HS_TIMEOUT -1
+#define HS_GONE -2
+#define HS_SHUTDOWN -3
+#define HS_BUSY -4
+
+uint8_t hs_load_u8(const void *p);
+void hs_store_u8(void *p, uint8_t v);
+uint32_t hs_load_u32(const void *p);
+void hs_store_u32(void *p, uint32_t v);
+uint64_t hs_load_u64(const void *p);
+void hs_store_u64(void *p, uint64_t v);
+
+int64_t hs_monotonic_ns(void);
+/* Start time of a process in clock ticks since boot (/proc/PID/stat field 22), 0 if there is none. */
+uint64_t hs_process_start(int64_t pid);
+/* 1 if the process (pid, start) runs and is no zombie. */
+int hs_process_alive(int64_t pid, uint64_t start);
+/* The calling process gets `signal` when its parent dies; returns 0, or -1 if the parent is gone already. */
+int hs_die_with_parent(int signal, int64_t parent_pid);
+
+/* Consistent copy of n bytes under the seqlock `gen`; HS_OK, or HS_TIMEOUT after `tries` disturbed copies. */
+int hs_snapshot(const void *gen, const void *src, void *dst, size_t n, uint32_t tries);
+
+/* Side words (HLI_SIDE_WORD): store with release and wake; wait (spin, then futex) until the word has reached
+ * `target` (signed 32-bit distance) or `timeout_ns` passed. */
+void hs_word_post(void *side_word, uint32_t value);
+int hs_word_wait(void *side_word, uint32_t target, int64_t spin_ns, int64_t timeout_ns);
+
+/* Contour look-ahead, PLC side: one fused exchange. Waits for semaphor_rw FALSE, writes the request, sets it TRUE, rings
+ * the bell, waits for FALSE (spin, then futex on `answer`), copies the answer up to its end into `blocks` (128 rows).
+ * Returns the number of elements (0..128), or HS_TIMEOUT / HS_BUSY (semaphore never free). */
+int hs_clah_call(void *unit, void *bell, void *answer, double start_position, double length, void *blocks, int64_t timeout_ns);
+/* The same in two halves, for a scan cycle: returns 1 if the request was placed, 0 if the semaphore is TRUE. */
+int hs_clah_request(void *unit, void *bell, double start_position, double length);
+/* Number of elements copied, or HS_BUSY while the semaphore is TRUE. */
+int hs_clah_take(const void *unit, void *blocks);
+/* CNC side, for servers written in Python (tests, benchmarks): wait for a request; answer it with n elements. */
+int hs_clah_wait_request(void *unit, void *bell, double *request, int64_t timeout_ns);
+void hs_clah_answer(void *unit, void *answer, const void *blocks, uint32_t n);
+/* cdef end */
+#endif

@@ -1,0 +1,68 @@
+/* The narrow waist: one canonical row of a prepared NC program (numpy dtype cnc_core.blocks.NC_BLOCK).
+ *
+ * Lengths mm, rotary axes degrees, feed mm/s, angles rad. `end` holds all channel axes in channel order, in machine
+ * coordinates. The start of a motion is the end of the motion before it.
+ */
+#ifndef NC_BLOCK_H
+#define NC_BLOCK_H
+#include <stdint.h>
+
+/* cdef begin */
+#define NC_AXES 9
+
+#define NC_LINEAR 1
+#define NC_CIRCULAR 2
+#define NC_POLYNOMIAL 3
+#define NC_DWELL 4
+#define NC_M 5
+#define NC_H 6
+#define NC_S 7
+#define NC_T 8
+#define NC_MARKER 9
+#define NC_DISTANCE_RESET 10
+#define NC_FLUSH 11
+#define NC_RT_LOOP_BEGIN 12
+#define NC_RT_LOOP_END 13
+#define NC_EVENT 14
+
+/* flags */
+#define NC_RAPID 1        /* motion: G00, feed ignored */
+#define NC_EXACT_STOP 2   /* motion: ends at standstill */
+#define NC_STANDSTILL 4   /* not motion: takes effect at standstill */
+#define NC_HAS_PARAM 8    /* marker: PARAM was programmed */
+#define NC_WAIT 16        /* flush: the front end waits until it is executed */
+#define NC_HAS_VALUE 32   /* M, H: additional value was programmed */
+
+/* code of an NC_MARKER row */
+#define NC_MARKER_ON 1
+#define NC_MARKER_PARAM 2
+#define NC_MARKER_OFF 3
+#define NC_MARKER_CLEAR 4
+
+typedef struct nc_block {
+    double end[NC_AXES];
+    double length;            /* path length: main axes, rotary axes when only they move */
+    double feed;              /* path feed; 0 for rapid and for rows that are not motion */
+    double center[2];         /* circle: first and second axis of the plane */
+    double radius;            /* circle: of the path that is driven (tool radius compensated) */
+    double programmed_radius; /* circle */
+    double angle;             /* circle: swept angle, counter-clockwise positive; polynomial: parameter end s */
+    double value;             /* dwell s; marker PARAM; M/H additional value; S rev/min */
+    double length_min;        /* die sinking: length on the scaled contour; equal to length without scaling */
+    int32_t code;             /* M, H, T, D number; marker action */
+    uint32_t pool;            /* polynomial: first coefficient in the batch's pool */
+    uint32_t n;               /* programmed block number, 0 if none */
+    uint32_t line;            /* source line, 1-based, of the first physical line of the block */
+    uint32_t count;           /* block_count: lines read by the decoder up to and with that line */
+    uint16_t file;            /* index of the source file in the program's file table */
+    uint16_t flags;
+    uint8_t type;
+    uint8_t plane;            /* circle: 17, 18, 19 */
+    uint8_t degree;           /* polynomial */
+    uint8_t fill_1;
+    uint32_t fill_2;
+} nc_block;
+/* cdef end */
+
+_Static_assert(sizeof(nc_block) == 176, "nc_block");
+#endif

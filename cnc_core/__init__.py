@@ -1,0 +1,1 @@
+"""The CNC: front ends, geometry, engine, command line."""

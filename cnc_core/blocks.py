@@ -1,0 +1,165 @@
+"""The narrow waist: canonical rows of a prepared program, one numpy structured array.
+
+``NC_BLOCK`` is the C struct ``nc_block`` (``c_ext/nc_block.h``); ``cnc_core.engine`` checks the two against each other,
+offset by offset, when the extension is imported.  No per-block Python object exists on the hot path: front ends append
+rows, stages map batches to batches, the engine takes the array's pointer.  ``Block`` is a thin view of one row for
+tests, dumps and messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+NC_AXES = 9
+
+LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
+MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT = 9, 10, 11, 12, 13, 14
+TYPE_NAMES: dict[int, str] = {
+    LINEAR: "linear",
+    CIRCULAR: "circular",
+    POLYNOMIAL: "polynomial",
+    DWELL: "dwell",
+    M: "m",
+    H: "h",
+    S: "s",
+    T: "t",
+    MARKER: "marker",
+    DISTANCE_RESET: "distance_reset",
+    FLUSH: "flush",
+    RT_LOOP_BEGIN: "rt_loop_begin",
+    RT_LOOP_END: "rt_loop_end",
+    EVENT: "event",
+}
+RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE = 1, 2, 4, 8, 16, 32
+MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
+MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
+PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}
+
+NC_BLOCK = np.dtype(
+    [
+        ("end", np.float64, NC_AXES),
+        ("length", np.float64),
+        ("feed", np.float64),
+        ("center", np.float64, 2),
+        ("radius", np.float64),
+        ("programmed_radius", np.float64),
+        ("angle", np.float64),
+        ("value", np.float64),
+        ("length_min", np.float64),
+        ("code", np.int32),
+        ("pool", np.uint32),
+        ("n", np.uint32),
+        ("line", np.uint32),
+        ("count", np.uint32),
+        ("file", np.uint16),
+        ("flags", np.uint16),
+        ("type", np.uint8),
+        ("plane", np.uint8),
+        ("degree", np.uint8),
+        ("fill_1", np.uint8),
+        ("fill_2", np.uint32),
+    ],
+    align=True,
+)
+assert NC_BLOCK.itemsize == 176
+
+
+@dataclass
+class BlockBatch:
+    """Rows in program order and the pool their polynomial coefficients stand in.
+
+    ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row owns ``axes * (degree + 1)`` values from
+    ``row["pool"]`` on, axis after axis, ascending powers of the parameter 0..``row["angle"]``.
+    """
+
+    rows: npt.NDArray[Any]
+    pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+
+    @classmethod
+    def empty(cls) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK))
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def motion(self) -> npt.NDArray[np.bool_]:
+        """Mask of the rows that move axes."""
+        return np.asarray(self.rows["type"] <= POLYNOMIAL)
+
+
+def motion_planes(plane: int) -> tuple[int, int, int]:
+    """Places of (first, second, third) axis of a plane among the three main axes: G17 XYZ, G18 ZXY, G19 YZX."""
+    return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
+
+
+class Block:
+    """Readable view of one row; ``start`` is the end of the motion before it."""
+
+    def __init__(self, row: Any, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]) -> None:
+        self.row, self.start, self.axes, self.main = row, start, axes, main
+
+    def _named(self, values: npt.NDArray[np.float64]) -> dict[str, float]:
+        return {name: float(values[i]) for i, name in enumerate(self.axes)}
+
+    def _motion(self) -> dict[str, Any]:
+        row = self.row
+        rapid = bool(row["flags"] & RAPID)
+        return {
+            "start": self._named(self.start),
+            "end": self._named(row["end"]),
+            "length": float(row["length"]),
+            "feed": None if rapid else float(row["feed"]),
+            "rapid": rapid,
+        }
+
+    def _circular(self) -> dict[str, Any]:
+        row, plane = self.row, int(self.row["plane"])
+        first, second, _ = (self.axes[self.main[i]] for i in motion_planes(plane))
+        return self._motion() | {
+            "plane": PLANE_NAMES[plane],
+            "center": {first: float(row["center"][0]), second: float(row["center"][1])},
+            "radius": float(row["radius"]),
+            "programmed_radius": float(row["programmed_radius"]),
+            "angle": float(row["angle"]),
+        }
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's JSON object of this row."""
+        row, kind = self.row, int(self.row["type"])
+        out: dict[str, Any] = {
+            "type": TYPE_NAMES[kind],
+            "line": int(row["line"]),
+            "n": int(row["n"]),
+            "count": int(row["count"]),
+        }
+        if kind == LINEAR:
+            out |= self._motion()
+        elif kind == CIRCULAR:
+            out |= self._circular()
+        elif kind == DWELL:
+            out["seconds"] = float(row["value"])
+        elif kind == MARKER:
+            out["action"] = MARKER_NAMES[int(row["code"])]
+            out["param"] = float(row["value"]) if row["flags"] & HAS_PARAM else None
+        elif kind == S:
+            out["value"] = float(row["value"])
+        elif kind in (M, H, T, EVENT):
+            out["code"] = int(row["code"])
+            out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
+        elif kind == FLUSH:
+            out["wait"] = bool(row["flags"] & WAIT)
+        return out
+
+
+def blocks(batch: BlockBatch, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]) -> Iterator[Block]:
+    """One ``Block`` a row; ``start`` (axes,) is the position before the batch and is advanced in place."""
+    for row in batch.rows:
+        yield Block(row, start.copy(), axes, main)
+        if row["type"] <= POLYNOMIAL:
+            start[:] = row["end"][: len(start)]

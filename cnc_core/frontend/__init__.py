@@ -1,0 +1,1 @@
+"""Front ends: program text to canonical rows, one package per dialect."""

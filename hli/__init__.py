@@ -1,0 +1,1 @@
+"""The HLI: layout, shared memory, handshake."""
