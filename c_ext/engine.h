@@ -1,0 +1,108 @@
+/* The engine: prepared rows in, motion and HLI out.
+ *
+ * Three actors share one engine. SDA (block preparation) pushes rows, the planner commits motion phases some
+ * milliseconds ahead, GEO (the interpolator) evaluates them once a cycle, publishes, and serves the control units.
+ * In lockstep and free run all three are pumped on one thread by engine_run; in real time planner, GEO and the
+ * immediate service have threads of their own. Lengths mm, speeds mm/s, times s unless a name says otherwise.
+ */
+#ifndef ENGINE_H
+#define ENGINE_H
+#include <stdint.h>
+#include "nc_block.h"
+
+/* cdef begin */
+/* results of engine_run and engine_wait */
+#define ENGINE_DONE 0          /* the cycles asked for have run */
+#define ENGINE_NEED_BLOCKS 1   /* preparation is to push rows (or to declare the end) */
+#define ENGINE_DRAINED 2       /* everything pushed has been executed; reported once per engine_expect_drain */
+#define ENGINE_PROGRAM_END 3   /* program end; reported once */
+#define ENGINE_PLC_WAIT 4      /* lockstep: the PLC has not finished its scan within the time slice */
+#define ENGINE_RECORD_FULL 5   /* the sample buffer is full */
+#define ENGINE_PLC_FINISHED 6  /* program ended and the PLC needs the cell no longer */
+#define ENGINE_FAULT 7         /* internal fault, see engine_state.fault */
+
+/* errors of engine_push (negative) */
+#define ENGINE_BAD_ROW -904001
+#define ENGINE_NOT_FINITE -904002
+#define ENGINE_NO_MEMORY -904003
+
+/* interpolator functions that act here (P-CHAN-00650) */
+#define ENGINE_FCT_CONTOUR_LAH 1
+
+typedef struct engine_config {
+    double cycle_s;
+    double v_max[NC_AXES];
+    double a_max[NC_AXES];
+    double j_max[NC_AXES];
+    double start[NC_AXES];
+    int32_t axis_count;
+    int32_t main[3];               /* channel index of X, Y, Z; -1 if absent */
+    uint32_t window;               /* look-ahead blocks N */
+    uint32_t functions;            /* ENGINE_FCT_... */
+    uint32_t log_max;              /* P-CHAN-00658 */
+    uint32_t fb_storage_size;      /* P-STUP-00033, bytes; 0 = none */
+    uint32_t channel;              /* index of the channel area */
+    uint32_t service;              /* HLI_SERVICE_... */
+    uint32_t clock;                /* HLI_CLOCK_... */
+    uint32_t rotary;               /* bit i: axis i is a rotary axis */
+} engine_config;
+
+typedef struct engine_state {
+    double position[NC_AXES];
+    double path;                   /* mm driven since program start */
+    double speed;                  /* mm/s along the path */
+    uint64_t cycle;
+    uint64_t element;              /* active element */
+    uint64_t elements;             /* elements pushed */
+    uint64_t overruns;
+    uint64_t requests_mode1, requests_mode2, requests_bad, bad_commands;
+    double plan_cpu_s;             /* CPU time of the planner */
+    double motion_time_s;          /* committed motion, dwells included */
+    uint64_t phases;
+    int32_t fault;
+    uint32_t log_dropped;          /* entries lost to contour_lookahead_log_max */
+    uint32_t log_ignored_areas;    /* LOG ON after a completed area */
+    uint32_t log_stray_params;     /* LOG PARAM outside an area */
+    uint32_t log_on_closed;        /* LOG ON that closed an active area */
+    uint32_t log_disabled;         /* LOG commands while the function is not configured */
+    int32_t program_end;
+    int32_t plc_attached;
+    uint64_t record_lost;
+    uint64_t infeasible;           /* planner: state that could not be continued legally; must stay 0 */
+} engine_state;
+
+typedef struct engine engine;
+
+/* `segment`: mapped HLI segment with a valid head, or NULL to run without one (offline planning). NULL on no memory. */
+engine *engine_new(const engine_config *config, void *segment);
+void engine_free(engine *e);
+
+/* Take rows in order; returns how many were taken (fewer when the ring is full), or a negative error for the first row. */
+int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n);
+/* No further rows will come. */
+void engine_finish(engine *e);
+/* Report ENGINE_DRAINED when every row pushed so far has been executed. */
+void engine_expect_drain(engine *e);
+/* Motion held before the program start (1) or released (0). */
+void engine_hold_start(engine *e, int hold);
+/* Samples, axis_count + 4 doubles a cycle (cycle, axes, path, speed, element), through a ring of `rows`; 0 or -1 (no
+ * memory). engine_run stops with ENGINE_RECORD_FULL when the ring is full, a real-time GEO counts what it loses. */
+int engine_record(engine *e, int64_t rows);
+int64_t engine_record_take(engine *e, double *out, int64_t max_rows);
+
+/* Pump planner and GEO for up to n cycles on this thread. `wait_ns`: longest wait for a lockstep PLC. */
+int engine_run(engine *e, int64_t n, int64_t wait_ns);
+/* Real time: start and stop the planner and GEO threads; wait for an event. */
+int engine_start(engine *e, int use_fifo);
+int engine_wait(engine *e, int64_t timeout_ns);
+void engine_stop(engine *e);
+/* Immediate service of the contour look-ahead by a thread of its own. */
+int engine_serve_start(engine *e);
+void engine_serve_stop(engine *e);
+
+void engine_get_state(engine *e, engine_state *out);
+void engine_set_phase(engine *e, uint32_t phase);
+/* Committed override (1.0 = 100 %) for offline tests of live changes; real cells take it from the HLI. */
+void engine_set_override(engine *e, double factor, int hold);
+/* cdef end */
+#endif

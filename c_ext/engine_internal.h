@@ -1,0 +1,221 @@
+/* Inside of the engine: the ring of elements and pieces, planner, GEO. Not seen by Python. */
+#ifndef ENGINE_INTERNAL_H
+#define ENGINE_INTERNAL_H
+#include <pthread.h>
+#include <stdbool.h>
+#include "engine.h"
+#include "hli_layout.h"
+#include "hli_sync.h"
+
+#define TENTH_UM 10000.0 /* 0.1 um per mm */
+#define PIECE_RING 16384u
+#define KEPT_BEHIND 1024u /* executed pieces that stay readable, more than the planner looks back */
+#define PHASE_RING 4096u
+#define LOG_CHUNK 4096u
+#define LOG_CHUNKS 65536u
+#define COMMIT_LOW_S 0.010
+#define COMMIT_HIGH_S 0.020
+#define NEVER 1e300
+
+#define ATOMIC_GET(x) __atomic_load_n(&(x), __ATOMIC_ACQUIRE)
+#define ATOMIC_SET(x, v) __atomic_store_n(&(x), (v), __ATOMIC_RELEASE)
+
+/* An element is what the programmer wrote and the PLC sees: the HLI facts of one motion row. */
+typedef struct element {
+    HLI_CONTOUR_LOOKAHEAD_BLOCK facts;
+    uint32_t epoch; /* number of distance resets before it */
+    uint32_t fill;
+} element;
+
+typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_EVENT } piece_kind;
+
+/* Constant limits over a stretch of a piece. */
+typedef struct span {
+    double length, accel, v_hard;
+} span;
+
+/* A piece is what the machine executes: axis-space geometry with the id of its element, or an event. */
+typedef struct piece {
+    double start[NC_AXES], end[NC_AXES];
+    double slope[NC_AXES];   /* dq/ds of the axes that move linearly with s */
+    double length;
+    double feed;             /* 0 = rapid */
+    double v_hard;           /* axis speeds and normal acceleration */
+    double centre[2], radius, angle0, sweep; /* arc */
+    double plane_speed;      /* arc: speed in the plane over path speed */
+    double curvature;        /* arc: normal acceleration over path speed squared */
+    double tangent_in[NC_AXES], tangent_out[NC_AXES];
+    double jump[NC_AXES];    /* |change of direction| per axis at the start */
+    double jump_max;
+    uint64_t element;        /* element id; events: id of the next element */
+    double value;
+    double value2;
+    uint32_t n, count, line;
+    int32_t code;
+    uint16_t flags;
+    uint8_t kind, type, axis1, axis2;
+    bool stop_before;        /* standstill at the start */
+    bool stop_after;
+    /* planner */
+    bool capped, spanned;
+    double corner_v;         /* speed limit at the start */
+    double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
+    uint32_t span_count;
+    span spans[3];
+    double need2;            /* largest speed squared at the start from which everything ahead can be met */
+} piece;
+
+/* Committed motion: constant acceleration over a time, on one piece. */
+typedef struct phase {
+    uint64_t piece;
+    double s0, v0, a, time;
+    bool last; /* the piece ends with it */
+} phase;
+
+typedef struct marked_log {
+    HLI_CONTOUR_LOOKAHEAD_BLOCK *chunk[LOG_CHUNKS];
+    uint64_t generation; /* odd while it is emptied */
+    uint32_t count;
+    uint32_t active;
+    bool complete, ignoring;
+} marked_log;
+
+typedef struct tail {
+    phase *phases;
+    uint32_t count;
+    uint64_t piece; /* where it comes to rest */
+    double s;
+} tail;
+
+typedef struct planner {
+    uint64_t piece; /* where committed motion ends */
+    double s, v;
+    uint64_t capped;     /* pieces below this index have final corner limits */
+    double reserve_override;
+    double override, committed_s;
+    bool hold;
+    tail tails[2];
+    uint32_t tail_max;
+    uint64_t written;    /* phases written, published by the commit word */
+    double target_s;     /* commit until this much motion is ahead */
+    double cpu_s;
+    uint64_t phases, infeasible;
+} planner;
+
+typedef struct geo {
+    uint64_t cycle;
+    uint64_t piece;       /* piece under the tool */
+    uint64_t consumed;    /* phases consumed */
+    phase now;
+    bool has_phase, in_tail, waiting_continue;
+    uint32_t tail_next, tail_index;
+    double t;             /* time in the phase */
+    double s, v, a;
+    double consumed_s;
+    double position[NC_AXES];
+    uint64_t active;      /* active element */
+    uint32_t epoch;
+    uint64_t epoch_first;
+    double path_base;     /* path of the active piece's start since program start */
+    double path;
+    bool continue_seen, moving, end_reported;
+    bool dwelling;
+    int32_t tool;
+    uint32_t count, n;
+    double feed;
+    bool rapid;
+} geo;
+
+struct engine {
+    engine_config cfg;
+    HLI_SEGMENT *segment;
+    HLI_CHANNEL *channel;
+    HLI_SIDECAR *side;
+    /* SDA side */
+    double last_end[NC_AXES];
+    double last_tangent[3];
+    bool has_tangent, has_motion_piece;
+    double distance;      /* 0.1 um, start of the next element */
+    uint32_t push_epoch;
+    bool fresh_epoch, stop_pending;
+    uint64_t last_motion; /* index of the last motion piece */
+    element *elements;
+    uint64_t element_mask;
+    uint64_t element_head;
+    piece *pieces;
+    uint64_t piece_head;  /* pushed */
+    uint64_t piece_done;  /* executed by GEO, slots below are free */
+    int finished, expect_drain, hold_start;
+    uint64_t drain_at;
+    marked_log log;
+    /* planner to GEO: head << 2 | tail << 1 | taken, one atomic word */
+    phase *phase_ring;
+    uint64_t commit;
+    planner plan;
+    geo geo;
+    int tail_done;
+    double override_now;
+    int hold_now, forced;
+    double override_forced;
+    int hold_forced;
+    /* service */
+    uint32_t answered;    /* elements in the last answer */
+    uint64_t requests_mode1, requests_mode2, requests_bad, bad_commands, overruns;
+    int serve_running, run_running;
+    pthread_t serve_thread, geo_thread, plan_thread;
+    bool serve_started, threads_started;
+    int end_reported, program_end;
+    double *record;        /* ring: written by GEO, taken by the recorder */
+    int64_t record_rows, record_head, record_tail;
+    uint64_t record_lost;
+    uint64_t plc_until;
+    int32_t fault;
+    uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;
+};
+
+static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & (PIECE_RING - 1)]; }
+static inline element *element_at(engine *e, uint64_t i) { return &e->elements[i & e->element_mask]; }
+static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
+
+/* path_eval.c */
+void piece_build(engine *e, piece *p, const nc_block *row);
+void piece_position(const engine *e, const piece *p, double s, double *q);
+void piece_tangent(const engine *e, const piece *p, double s, double *u);
+
+/* ring.c */
+bool ring_has_room(engine *e);
+
+/* marked_log.c */
+void log_marker(engine *e, const nc_block *row);
+void log_element(engine *e, const element *el);
+void log_program_end(engine *e);
+const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
+bool log_available(const engine *e);
+
+/* lookahead.c */
+void corner_caps(engine *e);
+void piece_spans(engine *e, uint64_t i);
+uint64_t window_end(engine *e);
+void backward_pass(engine *e, uint64_t end);
+bool feasible_with(engine *e, double reserve_override);
+
+/* profile.c */
+double soft_cap(const engine *e, const piece *p);
+int planner_pump(engine *e);
+
+/* interp.c */
+void geo_cycle(engine *e);
+bool geo_drained(engine *e);
+
+/* publish.c */
+void take_commands(engine *e);
+void publish(engine *e);
+void publish_initial(engine *e);
+
+/* serve.c */
+int serve_request(engine *e);
+
+/* engine.c */
+int pending_event(engine *e);
+double max_dist_prog_start(engine *e);
+#endif

@@ -1,0 +1,142 @@
+/* Real time: planner, GEO and the immediate look-ahead service as threads of their own. */
+#include <errno.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+#include "engine_internal.h"
+
+#define NS 1000000000LL
+#define PLANNER_IDLE_NS 500000
+#define EVENT_POLL_NS 500000
+#define SERVICE_SPIN_NS 2000000
+#define SERVICE_POLL_NS 1000000
+
+
+static int64_t now_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS + t.tv_nsec;
+}
+
+static void sleep_until(int64_t t) {
+    struct timespec ts = {t / NS, t % NS};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &ts, NULL) == EINTR) {
+    }
+}
+
+static void *plan_main(void *arg) {
+    engine *e = arg;
+    while (ATOMIC_GET(e->run_running))
+        if (!planner_pump(e)) sleep_until(now_ns() + PLANNER_IDLE_NS);
+    return NULL;
+}
+
+/* Absolute deadlines; a deadline missed by a whole cycle is an overrun and is not made up for. */
+static void *geo_main(void *arg) {
+    engine *e = arg;
+    int64_t cycle = (int64_t)(e->cfg.cycle_s * 1e9 + 0.5), next = now_ns() + cycle;
+    while (ATOMIC_GET(e->run_running)) {
+        sleep_until(next);
+        int64_t late = now_ns() - next;
+        if (late >= cycle) {
+            e->overruns += (uint64_t)(late / cycle);
+            next += late / cycle * cycle;
+        }
+        geo_cycle(e);
+        if (e->side) hs_word_post(&e->side->cnc_turn, (uint32_t)e->geo.cycle);
+        next += cycle;
+    }
+    return NULL;
+}
+
+static int start_geo(engine *e, int use_fifo) {
+    pthread_attr_t attr;
+    struct sched_param param = {.sched_priority = 50};
+    pthread_attr_init(&attr);
+    if (use_fifo) {
+        pthread_attr_setinheritsched(&attr, PTHREAD_EXPLICIT_SCHED);
+        pthread_attr_setschedpolicy(&attr, SCHED_FIFO);
+        pthread_attr_setschedparam(&attr, &param);
+    }
+    int error = pthread_create(&e->geo_thread, &attr, geo_main, e);
+    pthread_attr_destroy(&attr);
+    if (error && use_fifo) return start_geo(e, 0) == 0 ? 1 : -1;
+    return error ? -1 : 0;
+}
+
+static void lock_memory(engine *e) {
+    (void)!mlock(e, sizeof *e);
+    (void)!mlock(e->pieces, PIECE_RING * sizeof(piece));
+    (void)!mlock(e->phase_ring, PHASE_RING * sizeof(phase));
+    (void)!mlock(e->elements, (e->element_mask + 1) * sizeof(element));
+}
+
+/* 0: running as asked, 1: running without SCHED_FIFO, -1: no thread could be started. */
+int engine_start(engine *e, int use_fifo) {
+    if (e->threads_started) return 0;
+    lock_memory(e);
+    ATOMIC_SET(e->run_running, 1);
+    if (pthread_create(&e->plan_thread, NULL, plan_main, e)) return -1;
+    int result = start_geo(e, use_fifo);
+    if (result < 0) {
+        ATOMIC_SET(e->run_running, 0);
+        pthread_join(e->plan_thread, NULL);
+        return -1;
+    }
+    e->threads_started = true;
+    return result;
+}
+
+/* Polls, so that GEO neither locks nor wakes anybody. */
+int engine_wait(engine *e, int64_t timeout_ns) {
+    int64_t until = now_ns() + timeout_ns;
+    for (;;) {
+        int event = pending_event(e);
+        if (event >= 0) return event;
+        if (now_ns() >= until) return ENGINE_DONE;
+        sleep_until(now_ns() + EVENT_POLL_NS);
+    }
+}
+
+void engine_stop(engine *e) {
+    if (!e->threads_started) return;
+    ATOMIC_SET(e->run_running, 0);
+    pthread_join(e->geo_thread, NULL);
+    pthread_join(e->plan_thread, NULL);
+    e->threads_started = false;
+}
+
+/* Spins for a while after each request, then sleeps on the bell; a PLC that only sets the byte is found by polling. */
+static void *serve_main(void *arg) {
+    engine *e = arg;
+    HLI_SIDE_WORD *bell = &e->side->clah_bell;
+    int64_t last = now_ns();
+    uint32_t rounds = 0;
+    while (ATOMIC_GET(e->serve_running)) {
+        uint32_t seen = load_u32_acquire(&bell->word);
+        if (serve_request(e)) {
+            rounds = 0;
+            continue;
+        }
+        cpu_pause();
+        if (++rounds < 2000) continue;
+        if (rounds == 2000) last = now_ns();
+        if ((rounds & 1023) == 0 && now_ns() - last > SERVICE_SPIN_NS) hs_word_wait(bell, seen + 1, 0, SERVICE_POLL_NS);
+    }
+    return NULL;
+}
+
+int engine_serve_start(engine *e) {
+    if (e->serve_started || !e->side) return e->side ? 0 : -1;
+    ATOMIC_SET(e->serve_running, 1);
+    if (pthread_create(&e->serve_thread, NULL, serve_main, e)) return -1;
+    e->serve_started = true;
+    return 0;
+}
+
+void engine_serve_stop(engine *e) {
+    if (!e->serve_started) return;
+    ATOMIC_SET(e->serve_running, 0);
+    pthread_join(e->serve_thread, NULL);
+    e->serve_started = false;
+}

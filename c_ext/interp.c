@@ -1,0 +1,176 @@
+/* GEO: evaluates committed phases once a cycle. It never plans, never allocates, never locks. */
+#include <math.h>
+#include "engine_internal.h"
+
+static void enter_piece(engine *e, uint64_t i) {
+    geo *g = &e->geo;
+    const piece *p = piece_at(e, i);
+    g->piece = i;
+    g->n = p->n;
+    g->count = p->count;
+    g->s = 0.0;
+    g->dwelling = p->type == NC_DWELL;
+    if (!is_motion(p)) return;
+    g->rapid = p->feed <= 0.0;
+    g->feed = p->feed;
+    ATOMIC_SET(g->active, p->element);
+}
+
+static void run_event(engine *e, const piece *p) {
+    geo *g = &e->geo;
+    switch (p->type) {
+    case NC_DISTANCE_RESET:
+        ATOMIC_SET(g->epoch_first, p->element);
+        ATOMIC_SET(g->epoch, g->epoch + 1);
+        break;
+    case NC_T:
+        g->tool = p->code;
+        break;
+    case NC_M:
+        if (p->code == 0) g->waiting_continue = true;
+        break;
+    default:
+        break;
+    }
+}
+
+static void leave_piece(engine *e) {
+    geo *g = &e->geo;
+    const piece *p = piece_at(e, g->piece);
+    if (is_motion(p)) {
+        g->path_base += p->length;
+        g->path = g->path_base;
+        memcpy(g->position, p->end, sizeof g->position);
+        g->s = p->length;
+    } else {
+        run_event(e, p);
+    }
+    g->dwelling = false;
+    ATOMIC_SET(e->piece_done, g->piece + 1);
+}
+
+/* The next phase: committed motion, or the stored tail when the planner is late. */
+static bool fetch_phase(engine *e) {
+    geo *g = &e->geo;
+    uint64_t word = ATOMIC_GET(e->commit);
+    if (g->in_tail) {
+        const tail *t = &e->plan.tails[g->tail_index];
+        if (g->tail_next < t->count) {
+            g->now = t->phases[g->tail_next++];
+            return true;
+        }
+        if (g->v != 0.0) g->v = 0.0;
+        if (word & 1) {
+            ATOMIC_SET(e->tail_done, 1);
+            return false;
+        }
+        g->in_tail = false;
+    }
+    if (g->consumed < word >> 2) {
+        g->now = e->phase_ring[g->consumed & (PHASE_RING - 1)];
+        ATOMIC_SET(g->consumed, g->consumed + 1);
+        return true;
+    }
+    uint32_t index = (word >> 1) & 1;
+    if (g->v <= 0.0 || (word & 1)) return false;
+    if (!__atomic_compare_exchange_n(&e->commit, &word, word | 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return fetch_phase(e);
+    g->in_tail = true;
+    g->tail_index = index;
+    g->tail_next = 0;
+    return fetch_phase(e);
+}
+
+static bool begin_phase(engine *e) {
+    geo *g = &e->geo;
+    if (!fetch_phase(e)) return false;
+    g->has_phase = true;
+    g->t = 0.0;
+    if (g->now.piece != g->piece || g->piece == UINT64_MAX) enter_piece(e, g->now.piece);
+    return true;
+}
+
+static void end_phase(engine *e) {
+    geo *g = &e->geo;
+    g->has_phase = false;
+    g->v = g->now.v0 + g->now.a * g->now.time;
+    if (g->v < 1e-9) g->v = 0.0;
+    if (g->now.last) leave_piece(e);
+}
+
+static void add_consumed(geo *g, double t) {
+    double sum = g->consumed_s + t;
+    __atomic_store(&g->consumed_s, &sum, __ATOMIC_RELEASE);
+}
+
+/* Consume dt of committed motion. */
+static void advance(engine *e, double dt) {
+    geo *g = &e->geo;
+    while (dt > 0.0 && !g->waiting_continue) {
+        if (!g->has_phase && !begin_phase(e)) return;
+        double rest = g->now.time - g->t;
+        if (rest > dt) {
+            g->t += dt;
+            add_consumed(g, dt);
+            return;
+        }
+        dt -= rest;
+        add_consumed(g, rest);
+        end_phase(e);
+    }
+}
+
+static void evaluate(engine *e) {
+    geo *g = &e->geo;
+    if (!g->has_phase) {
+        g->a = 0.0;
+        g->moving = g->v > 0.0;
+        return;
+    }
+    const piece *p = piece_at(e, g->piece);
+    g->v = g->now.v0 + g->now.a * g->t;
+    g->a = g->now.a;
+    g->moving = is_motion(p);
+    if (!is_motion(p)) return;
+    g->s = fmin(p->length, g->now.s0 + (g->now.v0 + 0.5 * g->now.a * g->t) * g->t);
+    g->path = g->path_base + g->s;
+    piece_position(e, p, g->s, g->position);
+}
+
+static void record(engine *e) {
+    if (!e->record) return;
+    if (e->record_head - ATOMIC_GET(e->record_tail) >= e->record_rows) {
+        e->record_lost++;
+        return;
+    }
+    int n = e->cfg.axis_count;
+    double *row = e->record + (e->record_head % e->record_rows) * (n + 4);
+    row[0] = (double)e->geo.cycle;
+    memcpy(row + 1, e->geo.position, sizeof(double) * (size_t)n);
+    row[n + 1] = e->geo.path;
+    row[n + 2] = e->geo.v;
+    row[n + 3] = (double)e->geo.active;
+    ATOMIC_SET(e->record_head, e->record_head + 1);
+}
+
+/* Everything pushed up to now has been executed and the axes stand. */
+bool geo_drained(engine *e) {
+    return ATOMIC_GET(e->piece_done) >= ATOMIC_GET(e->piece_head) && !e->geo.has_phase && !e->geo.waiting_continue;
+}
+
+static void note_end(engine *e) {
+    if (e->program_end || !ATOMIC_GET(e->finished) || !geo_drained(e)) return;
+    e->geo.v = 0.0;
+    ATOMIC_SET(e->program_end, 1);
+}
+
+void geo_cycle(engine *e) {
+    if (e->segment) take_commands(e);
+    if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
+    evaluate(e);
+    e->geo.cycle++;
+    note_end(e);
+    record(e);
+    if (!e->segment) return;
+    publish(e);
+    if (e->cfg.service == HLI_SERVICE_CYCLIC) serve_request(e);
+}

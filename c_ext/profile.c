@@ -1,0 +1,295 @@
+/* The planner: forward through the window, phase by phase, some milliseconds ahead of the interpolator.
+ *
+ * Every commit leaves a stored stopping tail: GEO follows it when the planner is late. Commit and tail are published
+ * together in one atomic word (head << 2 | tail buffer << 1 | taken).
+ */
+#include <math.h>
+#include <time.h>
+#include "engine_internal.h"
+
+#define TINY_MM 1e-12
+#define FEASIBLE 1.0000001 /* speeds squared may miss by rounding */
+
+/* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
+double soft_cap(const engine *e, const piece *p) {
+    if (e->plan.hold) return 0.0;
+    if (p->feed > 0) return fmin(p->v_hard, p->feed * e->plan.override);
+    return p->v_hard * fmin(1.0, e->plan.override);
+}
+
+typedef struct stretch {
+    double from, to;   /* path length in the piece */
+    double accel, cap; /* cap: hard and soft */
+    double end2;       /* speed squared that must be met at `to` */
+} stretch;
+
+/* Speed squared to be met at the end of piece i. */
+static double need_behind(engine *e, uint64_t i, uint64_t end) {
+    const piece *p = piece_at(e, i);
+    return p->stop_after || i + 1 >= end ? 0.0 : piece_at(e, i + 1)->need2;
+}
+
+/* The stretch of piece i that holds s, s < length. */
+static stretch stretch_at(engine *e, uint64_t i, uint64_t end, double s) {
+    const piece *p = piece_at(e, i);
+    double soft = soft_cap(e, p), to = p->length, need = need_behind(e, i, end);
+    stretch out = {0};
+    for (uint32_t k = p->span_count; k-- > 0;) {
+        double from = k ? to - p->spans[k].length : 0.0, cap = fmin(soft, p->spans[k].v_hard);
+        out = (stretch){from, to, p->spans[k].accel, cap, need};
+        if (s >= from) return out;
+        need = fmin(cap * cap, fmin(need, cap * cap) + 2.0 * p->spans[k].accel * (to - from));
+        to = from;
+    }
+    return out;
+}
+
+/* Largest speed squared at s of piece i from which everything ahead can be met. */
+static double need_at(engine *e, uint64_t i, uint64_t end, double s) {
+    stretch st = stretch_at(e, i, end, s);
+    return fmin(st.cap * st.cap, fmin(st.end2, st.cap * st.cap) + 2.0 * st.accel * (st.to - s));
+}
+
+typedef struct writer {
+    engine *e;
+    phase *out;       /* linear buffer, or NULL for the ring */
+    uint32_t count, max;
+    uint64_t piece;
+    double s, v, seconds, budget;
+} writer;
+
+static bool writer_full(const writer *w) {
+    if (w->seconds >= w->budget) return true;
+    if (w->out) return w->count + 4 >= w->max;
+    return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed) >= PHASE_RING - 4;
+}
+
+static void emit(writer *w, double a, double time, bool last) {
+    phase *ph = w->out ? &w->out[w->count] : &w->e->phase_ring[w->e->plan.written & (PHASE_RING - 1)];
+    *ph = (phase){w->piece, w->s, w->v, a, time, last};
+    if (w->out) w->count++;
+    else w->e->plan.written++;
+    w->seconds += time;
+}
+
+/* Constant acceleration until speed v1 or distance d (whichever the caller computed to coincide); cut at the budget. */
+static void run(writer *w, double a, double time, double s1, double v1, bool last) {
+    double room = w->budget - w->seconds;
+    if (time <= room) {
+        emit(w, a, time, last);
+        w->s = s1;
+        w->v = v1;
+        return;
+    }
+    emit(w, a, room, false);
+    w->s += w->v * room + 0.5 * a * room * room;
+    w->v = fmax(0.0, w->v + a * room);
+}
+
+static void brake_to(writer *w, const stretch *st, double v1, bool ends) {
+    double d = (w->v * w->v - v1 * v1) / (2.0 * st->accel), room = st->to - w->s;
+    if (d < room - TINY_MM) {
+        run(w, -st->accel, (w->v - v1) / st->accel, w->s + d, v1, false);
+        return;
+    }
+    double end = sqrt(fmax(0.0, w->v * w->v - 2.0 * st->accel * room));
+    if (end + w->v > 0) run(w, -st->accel, 2.0 * room / (end + w->v), st->to, end, ends);
+}
+
+/* Constant acceleration to the end of the stretch, where the speed is v1. */
+static void run_out(writer *w, const stretch *st, double v1, bool ends) {
+    double room = st->to - w->s, sum = w->v + v1;
+    if (sum > 1e-9) {
+        double time = 2.0 * room / sum;
+        run(w, (v1 - w->v) / time, time, st->to, v1, ends);
+        return;
+    }
+    emit(w, 0.0, 0.0, ends); /* what is left is rounding */
+    w->s = st->to;
+    w->v = 0.0;
+}
+
+/* Brake towards end2. A speed above what still meets it comes from a reduced feed or override: brake with all that is
+ * allowed (the machine's own limits are still met, the speed was legal before); rounding is taken up by the last stretch. */
+static void brake(writer *w, const stretch *st, double end2, bool ends) {
+    double room = st->to - w->s, meets = end2 + 2.0 * st->accel * room;
+    if (w->v * w->v <= meets * FEASIBLE + 1e-9) run_out(w, st, sqrt(end2), ends);
+    else brake_to(w, st, 0.0, ends);
+}
+
+/* One step over the stretch: accelerate, cruise or brake, each cut at the budget. */
+static void drive(writer *w, const stretch *st, bool ends) {
+    double room = st->to - w->s, v = w->v, a = st->accel, end2 = fmin(st->end2, st->cap * st->cap);
+    if (v * v >= end2 + 2.0 * a * room) {
+        brake(w, st, end2, ends);
+        return;
+    }
+    if (v > st->cap * (1.0 + 1e-12) + 1e-12) {
+        brake_to(w, st, st->cap, ends);
+        return;
+    }
+    double out2 = fmin(end2, v * v + 2.0 * a * room), peak2 = 0.5 * (2.0 * a * room + v * v + out2);
+    double peak = fmin(st->cap, sqrt(peak2)), out = sqrt(out2);
+    double up = (peak * peak - v * v) / (2.0 * a), down = (peak * peak - out2) / (2.0 * a);
+    double flat = room - up - down;
+    if (up > TINY_MM) {
+        bool whole = flat <= TINY_MM && down <= TINY_MM;
+        run(w, a, (peak - v) / a, whole ? st->to : w->s + up, peak, whole && ends);
+    } else if (flat > TINY_MM) {
+        w->v = peak > 0 ? peak : v;
+        run(w, 0.0, flat / w->v, down <= TINY_MM ? st->to : w->s + flat, w->v, down <= TINY_MM && ends);
+    } else {
+        run_out(w, st, out, ends);
+    }
+}
+
+static void pass_event(writer *w) {
+    const piece *p = piece_at(w->e, w->piece);
+    double time = p->type == NC_DWELL ? p->value : 0.0;
+    emit(w, 0.0, time, true);
+    w->piece++;
+    w->s = 0.0;
+}
+
+/* A standstill or a corner passed too fast would be a fault of the planner; counted, and a test holds it at 0. */
+static void note_infeasible(writer *w, const piece *p, uint64_t end) {
+    engine *e = w->e;
+    double limit = p->stop_after || w->piece + 1 >= end ? 0.0 : NEVER;
+    if (limit > 0.0) {
+        const piece *next = piece_at(e, w->piece + 1);
+        limit = next->stop_before ? 0.0 : is_motion(next) ? next->corner_v : NEVER;
+    }
+    if (w->v > limit * (1.0 + 1e-6) + 1e-4) e->plan.infeasible++;
+}
+
+/* Forward until the budget is used up, the window ends or the path stands (hold, override 0). */
+static void drive_window(writer *w, uint64_t end) {
+    engine *e = w->e;
+    while (w->piece < end && !writer_full(w)) {
+        const piece *p = piece_at(e, w->piece);
+        if (!is_motion(p)) {
+            pass_event(w);
+            continue;
+        }
+        stretch st = stretch_at(e, w->piece, end, w->s);
+        if (w->v <= 0.0 && st.cap <= 0.0) return;
+        drive(w, &st, st.to >= p->length);
+        if (w->s >= p->length) {
+            note_infeasible(w, p, end);
+            w->piece++;
+            w->s = 0.0;
+        }
+    }
+}
+
+/* Stopping tail: brake to rest from the end of the commit. */
+static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
+    writer w = {.e = e, .out = t->phases, .max = e->plan.tail_max, .piece = from->piece, .s = from->s, .v = from->v, .budget = NEVER};
+    while (w.v > 0.0 && w.piece < end && !writer_full(&w)) {
+        if (!is_motion(piece_at(e, w.piece))) {
+            pass_event(&w);
+            continue;
+        }
+        stretch st = stretch_at(e, w.piece, end, w.s);
+        bool ends = st.to >= piece_at(e, w.piece)->length;
+        brake_to(&w, &st, 0.0, ends);
+        if (w.s >= piece_at(e, w.piece)->length) {
+            w.piece++;
+            w.s = 0.0;
+        }
+    }
+    t->count = w.count;
+    t->piece = w.piece;
+    t->s = w.s;
+}
+
+/* The tail was driven: go on from where it ended. */
+static bool resume_after_tail(engine *e) {
+    uint64_t word = ATOMIC_GET(e->commit);
+    if (!(word & 1)) return true;
+    if (!ATOMIC_GET(e->tail_done)) return false;
+    const tail *t = &e->plan.tails[(word >> 1) & 1];
+    double driven = 0.0;
+    for (uint32_t i = 0; i < t->count; i++) driven += t->phases[i].time;
+    e->plan.piece = t->piece;
+    e->plan.s = t->s;
+    e->plan.v = 0.0;
+    e->plan.committed_s += driven;
+    e->plan.written = word >> 2;
+    e->plan.tails[((word >> 1) & 1) ^ 1].count = 0;
+    e->tail_done = 0;
+    ATOMIC_SET(e->commit, word ^ 3u);
+    return true;
+}
+
+static void recompute(engine *e, double reserve_override) {
+    e->plan.reserve_override = reserve_override;
+    e->plan.capped = e->plan.piece;
+    corner_caps(e);
+}
+
+static bool state_feasible(engine *e, uint64_t end) {
+    if (e->plan.v <= 0.0) return true;
+    if (e->plan.piece >= end) return false;
+    return e->plan.v * e->plan.v <= need_at(e, e->plan.piece, end, e->plan.s) * FEASIBLE + 1e-12;
+}
+
+/* Zones at corners are sized for 100 % or 200 % override; change only where the present speed allows it. */
+static uint64_t choose_reserve(engine *e) {
+    double old = e->plan.reserve_override, want = e->plan.override > 1.0 ? 2.0 : 1.0;
+    corner_caps(e);
+    uint64_t end = window_end(e);
+    if (want == old) return end;
+    recompute(e, want);
+    end = window_end(e);
+    backward_pass(e, end);
+    if (state_feasible(e, end)) return end;
+    recompute(e, old);
+    if (want > old) e->plan.override = fmin(e->plan.override, old);
+    return window_end(e);
+}
+
+static double ahead_s(engine *e) {
+    double consumed;
+    __atomic_load(&e->geo.consumed_s, &consumed, __ATOMIC_ACQUIRE);
+    return e->plan.committed_s - consumed;
+}
+
+static void commit(engine *e, uint64_t end) {
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e)};
+    uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
+    uint32_t next = ((word >> 1) & 1) ^ 1;
+    drive_window(&w, end);
+    write_tail(e, &e->plan.tails[next], &w, end);
+    if ((word & 1) || !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
+        e->plan.written = before;
+        return;
+    }
+    e->plan.phases += e->plan.written - before;
+    e->plan.piece = w.piece;
+    e->plan.s = w.s;
+    e->plan.v = w.v;
+    e->plan.committed_s += w.seconds;
+}
+
+static double thread_cpu_s(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+/* Commit more motion if less than COMMIT_LOW_S is ahead; returns 1 if phases were added. */
+int planner_pump(engine *e) {
+    if (ahead_s(e) >= COMMIT_LOW_S || ATOMIC_GET(e->hold_start)) return 0;
+    if (!resume_after_tail(e)) return 0;
+    if (e->plan.piece >= ATOMIC_GET(e->piece_head)) return 0;
+    double t0 = thread_cpu_s();
+    uint64_t before = e->plan.written;
+    __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
+    e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0;
+    uint64_t end = choose_reserve(e);
+    backward_pass(e, end);
+    commit(e, end);
+    e->plan.cpu_s += thread_cpu_s() - t0;
+    return e->plan.written != before;
+}

@@ -1,0 +1,172 @@
+/* SDA's end of the ring: prepared rows become elements (HLI facts) and pieces (axis-space geometry). */
+#include <math.h>
+#include "engine_internal.h"
+
+bool ring_has_room(engine *e) {
+    if (e->piece_head - ATOMIC_GET(e->piece_done) >= PIECE_RING - KEPT_BEHIND) return false;
+    uint64_t active = ATOMIC_GET(e->geo.active);
+    uint64_t keep = (e->element_mask + 1) / 2;
+    return e->element_head < active + keep;
+}
+
+static bool row_is_finite(const engine *e, const nc_block *r) {
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (!isfinite(r->end[i])) return false;
+    return isfinite(r->length) && isfinite(r->feed) && isfinite(r->center[0]) && isfinite(r->center[1]) &&
+           isfinite(r->radius) && isfinite(r->programmed_radius) && isfinite(r->angle) && isfinite(r->value) &&
+           isfinite(r->length_min);
+}
+
+static bool row_is_supported(const engine *e, const nc_block *r) {
+    switch (r->type) {
+    case NC_LINEAR:
+        return r->length > 0 && (r->feed > 0 || (r->flags & NC_RAPID));
+    case NC_CIRCULAR: {
+        if (r->plane < 17 || r->plane > 19 || !(r->length > 0) || !(r->radius > 0) || r->angle == 0.0) return false;
+        for (int i = 0; i < 3; i++)
+            if (e->cfg.main[i] < 0 && i != (r->plane == 17 ? 2 : r->plane == 18 ? 1 : 0)) return false;
+        return r->feed > 0 || (r->flags & NC_RAPID);
+    }
+    case NC_DWELL:
+        return r->value >= 0;
+    case NC_M: case NC_H: case NC_S: case NC_T: case NC_MARKER: case NC_DISTANCE_RESET: case NC_FLUSH: case NC_EVENT:
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* Unit tangent of the three main axes; false where none of them moves. */
+static bool main_tangent(const engine *e, const double *u, double *t) {
+    double norm = 0.0;
+    for (int i = 0; i < 3; i++) {
+        t[i] = e->cfg.main[i] < 0 ? 0.0 : u[e->cfg.main[i]];
+        norm += t[i] * t[i];
+    }
+    norm = sqrt(norm);
+    if (norm < 1e-12) return false;
+    for (int i = 0; i < 3; i++) t[i] /= norm;
+    return true;
+}
+
+/* Angle between two unit vectors, exact near 0 and pi. */
+static double angle_between(const double *a, const double *b) {
+    double minus = 0.0, plus = 0.0;
+    for (int i = 0; i < 3; i++) {
+        minus += (a[i] - b[i]) * (a[i] - b[i]);
+        plus += (a[i] + b[i]) * (a[i] + b[i]);
+    }
+    return 2.0 * atan2(sqrt(minus), sqrt(plus));
+}
+
+static double tangent_variation(engine *e, const piece *p) {
+    double in[3], out[3];
+    double angle = 0.0;
+    if (main_tangent(e, p->tangent_in, in)) {
+        if (e->has_tangent) angle = angle_between(e->last_tangent, in);
+        if (main_tangent(e, p->tangent_out, out)) {
+            memcpy(e->last_tangent, out, sizeof out);
+            e->has_tangent = true;
+        }
+    }
+    return angle;
+}
+
+static void push_element(engine *e, const piece *p, const nc_block *row) {
+    element *el = element_at(e, e->element_head);
+    HLI_CONTOUR_LOOKAHEAD_BLOCK *f = &el->facts;
+    memset(el, 0, sizeof *el);
+    f->block_type = row->type == NC_CIRCULAR ? HLI_CLAH_CIRCULAR : HLI_CLAH_LINEAR;
+    f->block_number = row->n;
+    f->block_count_r = row->count;
+    f->start_position = e->distance;
+    f->length = row->length * TENTH_UM;
+    f->length_min = row->length_min * TENTH_UM;
+    if (row->type == NC_CIRCULAR) {
+        f->programmed_radius = row->programmed_radius * TENTH_UM;
+        f->compensated_radius = row->radius * TENTH_UM;
+        f->circle_angle = row->angle;
+    }
+    f->tangent_variation = tangent_variation(e, p);
+    el->epoch = e->push_epoch;
+    e->distance = f->start_position + f->length;
+    log_element(e, el);
+    ATOMIC_SET(e->element_head, e->element_head + 1);
+}
+
+/* Change of direction per axis between the piece before and this one. */
+static void set_jump(engine *e, piece *p) {
+    p->jump_max = 0.0;
+    if (p->stop_before || !e->has_motion_piece) return;
+    const piece *before = piece_at(e, e->last_motion);
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        p->jump[i] = fabs(p->tangent_in[i] - before->tangent_out[i]);
+        p->jump_max = fmax(p->jump_max, p->jump[i]);
+    }
+}
+
+static void push_motion(engine *e, piece *p, const nc_block *row) {
+    memcpy(p->start, e->last_end, sizeof p->start);
+    piece_build(e, p, row);
+    p->stop_before = e->stop_pending || !e->has_motion_piece;
+    p->stop_after = row->flags & NC_EXACT_STOP;
+    e->stop_pending = p->stop_after;
+    set_jump(e, p);
+    p->element = e->element_head;
+    push_element(e, p, row);
+    memcpy(e->last_end, row->end, sizeof e->last_end);
+    e->last_motion = e->piece_head;
+    e->has_motion_piece = true;
+}
+
+static bool stops(const nc_block *row) { return row->type == NC_DWELL || (row->flags & NC_STANDSTILL); }
+
+static void push_event(engine *e, piece *p, const nc_block *row) {
+    p->kind = PIECE_EVENT;
+    p->element = e->element_head;
+    p->code = row->code;
+    p->value = row->value;
+    memcpy(p->end, e->last_end, sizeof p->end);
+    if (stops(row)) e->stop_pending = true;
+    p->stop_before = stops(row);
+    if (row->type == NC_MARKER) log_marker(e, row);
+    if (row->type == NC_DISTANCE_RESET) {
+        e->push_epoch++;
+        e->distance = 0.0;
+    }
+}
+
+static void push_row(engine *e, const nc_block *row) {
+    piece *p = piece_at(e, e->piece_head);
+    memset(p, 0, sizeof *p);
+    p->type = row->type;
+    p->n = row->n;
+    p->count = row->count;
+    p->line = row->line;
+    p->flags = row->flags;
+    if (row->type <= NC_POLYNOMIAL) push_motion(e, p, row);
+    else push_event(e, p, row);
+    ATOMIC_SET(e->piece_head, e->piece_head + 1);
+}
+
+int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n) {
+    (void)pool, (void)pool_n;
+    for (int64_t i = 0; i < n; i++) {
+        if (!ring_has_room(e)) return i;
+        int64_t error = !row_is_finite(e, &rows[i]) ? ENGINE_NOT_FINITE : !row_is_supported(e, &rows[i]) ? ENGINE_BAD_ROW : 0;
+        if (error) return i > 0 ? i : error;
+        push_row(e, &rows[i]);
+        if (e->fault) return ENGINE_NO_MEMORY;
+    }
+    return n;
+}
+
+void engine_finish(engine *e) {
+    log_program_end(e);
+    ATOMIC_SET(e->finished, 1);
+}
+
+void engine_expect_drain(engine *e) {
+    e->drain_at = e->piece_head;
+    ATOMIC_SET(e->expect_drain, 1);
+}
