@@ -81,11 +81,13 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
     return ffi
 
 
+SYNC_SOURCES = ["hli_sync.c", "hli_bench.c"]
 ENGINE_HEADERS = ["nc_block.h", "scan.h", "engine.h"]
 
 engine_ffi = module(
     "cnc_core._engine",
     [h for h in ENGINE_HEADERS if (HERE / h).exists()],
-    sorted(p.name for p in HERE.glob("*.c")),  # hli_sync.c too: the engine waits and wakes with the same functions
+    # hli_sync.c too: the engine waits and wakes with the same functions
+    sorted(p.name for p in HERE.glob("*.c") if p.name != "hli_bench.c"),
 )
-sync_ffi = module("hli._sync", ["hli_sync.h"], ["hli_sync.c"])
+sync_ffi = module("hli._sync", ["hli_sync.h", "hli_bench.h"], SYNC_SOURCES)

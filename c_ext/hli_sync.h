@@ -55,6 +55,9 @@ static inline void seq_end(volatile void *gen) { store_u32_release(gen, (load_u3
 #define HS_SHUTDOWN -3
 #define HS_BUSY -4
 
+/* Waits end early, with the result of a timeout, when a signal arrived: the caller looks at its clock and calls again.
+ * No wait sleeps longer than 100 ms without looking at the memory itself, so a side that never wakes is served too. */
+
 uint8_t hs_load_u8(const void *p);
 void hs_store_u8(void *p, uint8_t v);
 uint32_t hs_load_u32(const void *p);
@@ -63,6 +66,8 @@ uint64_t hs_load_u64(const void *p);
 void hs_store_u64(void *p, uint64_t v);
 
 int64_t hs_monotonic_ns(void);
+/* Sleep until the absolute CLOCK_MONOTONIC time `deadline_ns`; HS_OK, or HS_TIMEOUT when a signal came first. */
+int hs_sleep_until(int64_t deadline_ns);
 /* Start time of a process in clock ticks since boot (/proc/PID/stat field 22), 0 if there is none. */
 uint64_t hs_process_start(int64_t pid);
 /* 1 if the process (pid, start) runs and is no zombie. */
@@ -70,6 +75,9 @@ int hs_process_alive(int64_t pid, uint64_t start);
 /* The calling process gets `signal` when its parent dies; returns 0, or -1 if the parent is gone already. */
 int hs_die_with_parent(int signal, int64_t parent_pid);
 
+/* Seqlock of the one writer, for writers in Python (tests); C writers use seq_begin and seq_end. */
+void hs_seq_begin(void *gen);
+void hs_seq_end(void *gen);
 /* Consistent copy of n bytes under the seqlock `gen`; HS_OK, or HS_TIMEOUT after `tries` disturbed copies. */
 int hs_snapshot(const void *gen, const void *src, void *dst, size_t n, uint32_t tries);
 
@@ -82,6 +90,8 @@ int hs_word_wait(void *side_word, uint32_t target, int64_t spin_ns, int64_t time
  * the bell, waits for FALSE (spin, then futex on `answer`), copies the answer up to its end into `blocks` (128 rows).
  * Returns the number of elements (0..128), or HS_TIMEOUT / HS_BUSY (semaphore never free). */
 int hs_clah_call(void *unit, void *bell, void *answer, double start_position, double length, void *blocks, int64_t timeout_ns);
+/* The second half of hs_clah_call after its HS_TIMEOUT: wait on for the answer that is still pending. */
+int hs_clah_await(void *unit, void *answer, void *blocks, int64_t timeout_ns);
 /* The same in two halves, for a scan cycle: returns 1 if the request was placed, 0 if the semaphore is TRUE. */
 int hs_clah_request(void *unit, void *bell, double start_position, double length);
 /* Number of elements copied, or HS_BUSY while the semaphore is TRUE. */
@@ -89,5 +99,13 @@ int hs_clah_take(const void *unit, void *blocks);
 /* CNC side, for servers written in Python (tests, benchmarks): wait for a request; answer it with n elements. */
 int hs_clah_wait_request(void *unit, void *bell, double *request, int64_t timeout_ns);
 void hs_clah_answer(void *unit, void *answer, const void *blocks, uint32_t n);
+/* Both in one call, for a server loop: answer, then wait for the next request. */
+int hs_clah_serve(void *unit, void *bell, void *answer, const void *blocks, uint32_t n, double *request, int64_t timeout_ns);
+
+/* Technology units (TECHNO_UNIT_CH, TECHNO_UNIT_AX): index >= `from` of the next unit of the array with please_rw TRUE,
+ * or -1; copy one unit (48 bytes) and set please_rw FALSE (fetched); set done_w TRUE (acknowledged). */
+int hs_techno_next(const void *units, uint32_t count, uint32_t from);
+void hs_techno_fetch(void *unit, void *copy);
+void hs_techno_done(void *unit);
 /* cdef end */
 #endif

@@ -89,7 +89,8 @@ def _public(cls: type[ctypes.Structure]) -> bool:
 
 def st_types() -> str:
     """TYPE declarations and the global pointers, for TwinCAT and CODESYS style compilers."""
-    out = ["(* Generated from the hli-cosim layout. Names, types and semantics are the HLI's;", "   byte offsets are this emulation's own. *)", ""]
+    out = ["(* Generated from the hli-cosim layout. Names, types and semantics are the HLI's;"]
+    out += ["   byte offsets are this emulation's own. *)", ""]
     out.append("VAR_GLOBAL CONSTANT")
     for name, value in layout.CONSTANTS.items():
         if name.endswith(("_MAXIDX", "_LAENGE")) or name.startswith("HLI_CLAH_"):
@@ -114,13 +115,12 @@ def json_layout() -> dict[str, Any]:
     structures: dict[str, Any] = {}
     for cls in layout.structures():
         members = []
-        for name, ctype in cls._fields_:  # type: ignore[misc]
+        fields: list[tuple[str, Any]] = list(cls._fields_)  # type: ignore[arg-type]
+        for name, ctype in fields:
             string = layout.is_string(ctype)
             base, dims = (ctype, ()) if string else layout.element_type(ctype)
-            if string:
-                type_name = f"STRING({ctype._length_ - 1})"
-            else:
-                type_name = _ST_TYPES.get(base.__name__, base.__name__)
+            st_name = _ST_TYPES.get(base.__name__, base.__name__)
+            type_name = f"STRING({ctype._length_ - 1})" if string else st_name
             members.append(
                 {
                     "name": name,

@@ -1,0 +1,112 @@
+"""Handshakes over views: thin Python around the C functions of ``hli._sync``, which do all ordering and waiting.
+
+``ContourUnit`` binds one contour look-ahead control unit to the waiter words of its segment, with all pointers cast
+once, so that one exchange is one C call.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from . import layout
+from ._sync import ffi, lib
+from .errors import HliTimeout
+from .view import BLOCK_DTYPE, View, view_class
+
+BLOCK_ROWS = layout.HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1
+SNAPSHOT_TRIES = 100_000
+_SLICE_NS = 100_000_000  # Python looks for signals this often
+
+OK: int = lib.HS_OK
+TIMEOUT: int = lib.HS_TIMEOUT
+BUSY: int = lib.HS_BUSY
+
+
+def word_pointer(root: View, name: str) -> Any:
+    """cffi pointer to a side word (``cnc_turn``, ``clah_bell`` ...) of a segment view."""
+    return root.sidecar._pointer(getattr(layout.HLI_SIDECAR, name).offset)
+
+
+def root_of(view: View) -> View:
+    """The segment's view around any view taken from it."""
+    while view._parent is not None:
+        view = view._parent
+    return view
+
+
+def snapshot(view: View, tries: int = SNAPSHOT_TRIES) -> Any:
+    """A consistent private copy of ``bahn_state`` or ``contour_lookahead.state`` of channel 0, as a view.
+
+    These two are what the CNC writes under the seqlock; ValueError for any other view.
+    Raises HliTimeout if the writer disturbed every one of ``tries`` copies (it died while it wrote).
+    """
+    root: Any = root_of(view)
+    if view not in (root.channel[0].bahn_state, root.channel[0].contour_lookahead.state):
+        raise ValueError(f"{type(view).__name__}: only gpCh[0].bahn_state and contour_lookahead.state have a seqlock")
+    structure: Any = type(view._c)
+    copy = structure()
+    target = ffi.cast("void *", ctypes.addressof(copy))
+    if lib.hs_snapshot(word_pointer(root, "channel_seq"), view._pointer(), target, ctypes.sizeof(copy), tries) != OK:
+        raise HliTimeout(f"{structure.__name__}: no undisturbed copy in {tries} tries")
+    return view_class(structure)(copy)
+
+
+class ContourUnit:
+    """One contour look-ahead unit and its bells: request, take, exchange (PLC); wait_request, answer (CNC)."""
+
+    def __init__(self, unit: View) -> None:
+        root = root_of(unit)
+        self.view = unit
+        self.address = unit._address
+        self._unit = unit._pointer()
+        self._bell = word_pointer(root, "clah_bell")
+        self._answer = word_pointer(root, "clah_answer")
+        self.rows: np.ndarray[Any, Any] = np.zeros(BLOCK_ROWS, BLOCK_DTYPE)
+        self._rows = ffi.cast("void *", self.rows.ctypes.data)
+        self._request = ffi.new("double[2]")
+
+    # -- PLC side
+    def request(self, start_position: float, length: float) -> bool:
+        """Place a request; False while an earlier one is pending."""
+        return bool(lib.hs_clah_request(self._unit, self._bell, start_position, length))
+
+    def take(self) -> int:
+        """Copy the answer into ``rows``: number of elements, or -1 while the request is pending."""
+        n: int = lib.hs_clah_take(self._unit, self._rows)
+        return n if n >= 0 else -1
+
+    def exchange(self, start_position: float, length: float, timeout_s: float = 1.0) -> np.ndarray[Any, Any]:
+        """Request, wait, copy: the answer's elements (a view of ``rows``, valid until the next exchange).
+
+        Only where the CNC runs on by itself; in lockstep use ``plc_client.Hli.exchange``.  Raises HliTimeout.
+        """
+        end = lib.hs_monotonic_ns() + int(timeout_s * 1e9)
+        n = BUSY
+        while n == BUSY:
+            left = end - lib.hs_monotonic_ns()
+            if left <= 0:
+                raise HliTimeout(f"an earlier request stays unanswered for {timeout_s} s")
+            n = lib.hs_clah_call(
+                self._unit, self._bell, self._answer, start_position, length, self._rows, min(left, _SLICE_NS)
+            )
+        while n < 0:
+            left = end - lib.hs_monotonic_ns()
+            if left <= 0:
+                raise HliTimeout(f"no answer within {timeout_s} s")
+            n = lib.hs_clah_await(self._unit, self._answer, self._rows, min(left, _SLICE_NS))
+        return self.rows[:n]
+
+    # -- CNC side (tests, benchmarks, servers in Python)
+    def wait_request(self, timeout_s: float = 1.0) -> tuple[float, float] | None:
+        """Wait for a request: (start_position, length), or None after the time or a signal."""
+        if lib.hs_clah_wait_request(self._unit, self._bell, self._request, int(timeout_s * 1e9)) != OK:
+            return None
+        return self._request[0], self._request[1]
+
+    def answer(self, blocks: np.ndarray[Any, Any]) -> None:
+        """Answer with these elements (BLOCK_DTYPE, contiguous, the first 128 are used) and clear the semaphore."""
+        rows = np.ascontiguousarray(blocks, BLOCK_DTYPE)
+        lib.hs_clah_answer(self._unit, self._answer, ffi.cast("void *", rows.ctypes.data), len(rows))

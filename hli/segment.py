@@ -1,0 +1,269 @@
+"""The shared-memory segment: create, attach, publish, remove.
+
+A segment is one POSIX shared-memory object of the owner's user, mode 0600.  Its creator writes the head with the
+``ready`` word last (release) and is the only one that unlinks it; an attaching process checks owner, mode, magic, ABI
+version, ``ready``, size and layout hash, in this order, and never removes anything when it ends.  A segment whose
+owner (process id and start time) is dead is stale: ``create`` replaces it and ``sweep`` removes it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import fcntl
+import mmap
+import os
+import re
+import stat
+from pathlib import Path
+from typing import Any
+
+import posix_ipc
+
+from . import layout
+from ._sync import ffi, lib
+from .errors import HliAccessError, HliInUse, HliNotFound, HliNotReady, HliVersionError
+from .export import layout_hash
+
+SHM_DIR = Path("/dev/shm")
+NAME_RULE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
+SEGMENT_SIZE = ctypes.sizeof(layout.HLI_SEGMENT)
+HEAD_SIZE = ctypes.sizeof(layout.HLI_SEGMENT_HEAD)
+_CREATE_TRIES = 5
+
+
+class Segment:
+    """A mapped segment.  ``root`` is the ctypes structure over the memory, ``base`` its address."""
+
+    def __init__(self, name: str, memory: mmap.mmap, owner: bool) -> None:
+        self.name = name
+        self.owner = owner
+        self.memory: mmap.mmap | None = memory
+        self.root: Any = layout.HLI_SEGMENT.from_buffer(memory)
+        self.base = ctypes.addressof(self.root)
+
+    def pointer(self, offset: int) -> Any:
+        """cffi ``void *`` to the byte at ``offset``; valid as long as the segment is mapped."""
+        return ffi.cast("void *", self.base + offset)
+
+    def publish(self) -> None:
+        """Set the ``ready`` word (release): from here on other processes may attach."""
+        offset = layout.HLI_SEGMENT.segment_head.offset + layout.HLI_SEGMENT_HEAD.ready.offset
+        lib.hs_store_u32(self.pointer(offset), 1)
+
+    def owner_alive(self) -> bool:
+        """Whether the process that created the segment still runs."""
+        head = self.root.segment_head
+        return bool(lib.hs_process_alive(head.owner_pid, head.owner_start))
+
+    def close(self) -> None:
+        """Give the mapping up; memory that views still look at is unmapped when the last of them goes."""
+        memory, self.memory, self.root = self.memory, None, None
+        if memory is not None:
+            with contextlib.suppress(BufferError):  # a view still holds the memory
+                memory.close()
+
+    def unlink(self) -> None:
+        """Remove the name (the creator's duty); attached processes keep their mapping."""
+        remove(self.name)
+
+    def __enter__(self) -> Segment:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+        if self.owner:
+            self.unlink()
+
+
+def check_name(name: str) -> str:
+    """The name itself, or ValueError: 1 to 64 letters, digits, ``.``, ``_``, ``-``, beginning with letter or digit."""
+    if not NAME_RULE.fullmatch(name):
+        raise ValueError(
+            f"segment name {name!r}: use 1 to 64 letters, digits, '.', '_' or '-', beginning with a letter or digit"
+        )
+    return name
+
+
+def remove(name: str) -> None:
+    """Unlink the name; nothing happens if it is gone already."""
+    with contextlib.suppress(posix_ipc.ExistentialError):
+        posix_ipc.unlink_shared_memory("/" + check_name(name))
+
+
+# ------------------------------------------------------------------------------------------------ create
+def create(name: str, channel_count: int = 1, axis_count: int = 3, ready: bool = True) -> Segment:
+    """Create, zero and (unless ``ready`` is False) publish the segment; a stale one of this name is replaced.
+
+    With ``ready=False`` the creator fills in the areas and calls ``Segment.publish()`` itself.
+    Raises ValueError (name, counts), HliInUse (a living owner, or a file that is no segment, holds the name).
+    """
+    check_name(name)
+    if not 1 <= channel_count <= layout.HLI_SYS_CH_MAXIDX + 1:
+        raise ValueError(f"channel_count {channel_count}: 1..{layout.HLI_SYS_CH_MAXIDX + 1}")
+    if not 0 <= axis_count <= layout.HLI_SYS_AX_MAXIDX + 1:
+        raise ValueError(f"axis_count {axis_count}: 0..{layout.HLI_SYS_AX_MAXIDX + 1}")
+    segment = Segment(name, _map_new(name), owner=True)
+    _write_head(segment, channel_count, axis_count)
+    if ready:
+        segment.publish()
+    return segment
+
+
+def _map_new(name: str) -> mmap.mmap:
+    for _ in range(_CREATE_TRIES):
+        try:
+            memory = posix_ipc.SharedMemory("/" + name, posix_ipc.O_CREX, mode=0o600, size=SEGMENT_SIZE)
+        except posix_ipc.ExistentialError:
+            if not _remove_stale(SHM_DIR / name):
+                raise HliInUse(_in_use(name)) from None
+            continue
+        try:
+            os.fchmod(memory.fd, 0o600)
+            return mmap.mmap(memory.fd, SEGMENT_SIZE)
+        finally:
+            memory.close_fd()
+    raise HliInUse(f"segment {name!r}: other processes keep taking the name")
+
+
+def _write_head(segment: Segment, channel_count: int, axis_count: int) -> None:
+    head = segment.root.segment_head
+    head.owner_pid = os.getpid()
+    head.owner_start = lib.hs_process_start(os.getpid())
+    head.abi_version = layout.HLI_ABI_VERSION
+    head.segment_size = SEGMENT_SIZE
+    head.channel_count = channel_count
+    head.axis_count = axis_count
+    head.layout_hash[:] = layout_hash()
+    segment.root.platform.channel_count_r = channel_count
+    segment.root.platform.axis_count_r = axis_count
+    offset = layout.HLI_SEGMENT.segment_head.offset + layout.HLI_SEGMENT_HEAD.magic.offset
+    lib.hs_store_u64(segment.pointer(offset), layout.HLI_MAGIC)
+
+
+def _in_use(name: str) -> str:
+    try:
+        head = _read_head(os.open(SHM_DIR / name, os.O_RDONLY | os.O_CLOEXEC))
+    except OSError:
+        head = None
+    if head is None:
+        return f"segment {name!r}: {SHM_DIR / name} is there but is no segment of this user; choose another name"
+    return f"segment {name!r} is in use by process {head.owner_pid}; end it or choose another name"
+
+
+# ------------------------------------------------------------------------------------------------ attach
+def attach(name: str) -> Segment:
+    """Map an existing segment after checking that it is ours, published and laid out like this version's.
+
+    Raises HliNotFound, HliAccessError, HliNotReady, HliVersionError; ValueError for a wrong name.
+    """
+    check_name(name)
+    try:
+        shared = posix_ipc.SharedMemory("/" + name)
+    except posix_ipc.ExistentialError:
+        raise HliNotFound(f"segment {name!r} does not exist; is the CNC running?") from None
+    except (posix_ipc.PermissionsError, PermissionError):
+        raise HliAccessError(f"segment {name!r} may not be opened by this user") from None
+    try:
+        _check_access(name, os.fstat(shared.fd))
+        memory = _map_checked(name, shared.fd)
+    finally:
+        shared.close_fd()
+    return Segment(name, memory, owner=False)
+
+
+def _check_access(name: str, info: os.stat_result) -> None:
+    if info.st_uid != os.getuid():
+        raise HliAccessError(f"segment {name!r} belongs to user {info.st_uid}, this process runs as {os.getuid()}")
+    mode = stat.S_IMODE(info.st_mode)
+    if mode != 0o600:
+        raise HliAccessError(f"segment {name!r} has mode {mode:04o}, expected 0600")
+
+
+def _map_checked(name: str, fd: int) -> mmap.mmap:
+    size = os.fstat(fd).st_size
+    if size < HEAD_SIZE:
+        raise HliNotReady(f"segment {name!r} is being created ({size} bytes so far)")
+    memory = mmap.mmap(fd, size)
+    try:
+        head = layout.HLI_SEGMENT_HEAD.from_buffer(memory)
+        ready = lib.hs_load_u32(ffi.cast("void *", ctypes.addressof(head) + layout.HLI_SEGMENT_HEAD.ready.offset))
+        problem = _head_problem(name, head, ready, size)
+        del head
+        if problem is not None:
+            raise problem
+    except BaseException:
+        memory.close()
+        raise
+    return memory
+
+
+def _head_problem(name: str, head: Any, ready: int, file_size: int) -> Exception | None:
+    """The first thing wrong with the head, as the exception to raise; None if all is well."""
+    if head.magic == 0:
+        return HliNotReady(f"segment {name!r} is being created")
+    magics = (f"{head.magic:#018x}", f"{layout.HLI_MAGIC:#018x}")
+    for what, found, expected in (("magic", *magics), ("ABI version", head.abi_version, layout.HLI_ABI_VERSION)):
+        if found != expected:
+            return _differs(name, what, found, expected)
+    if ready != 1:
+        return HliNotReady(f"segment {name!r} is not published yet by process {head.owner_pid}")
+    hashes = (bytes(head.layout_hash).hex(), layout_hash().hex())
+    sizes = (("size", head.segment_size, SEGMENT_SIZE), ("file size", file_size, SEGMENT_SIZE))
+    for what, found, expected in (*sizes, ("layout hash", *hashes)):
+        if found != expected:
+            return _differs(name, what, found, expected)
+    return None
+
+
+def _differs(name: str, what: str, found: object, expected: object) -> HliVersionError:
+    return HliVersionError(f"segment {name!r}: {what} is {found}, this version expects {expected}")
+
+
+# ------------------------------------------------------------------------------------------------ stale segments
+def sweep() -> list[str]:
+    """Remove this user's segments whose owner is dead (published or not); returns their names.
+
+    Touched are only files in /dev/shm that belong to this user and begin with the segment magic.
+    """
+    candidates = [path for path in sorted(SHM_DIR.iterdir()) if NAME_RULE.fullmatch(path.name)]
+    return [path.name for path in candidates if _remove_stale(path)]
+
+
+def _remove_stale(path: Path) -> bool:
+    """Unlink `path` if it is our segment and its owner is dead, or True too if it is gone already.
+
+    The lock and the second look at the inode keep two sweeping processes from removing each other's new segment.
+    """
+    try:
+        fd = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
+    try:
+        fcntl.flock(fd, fcntl.LOCK_EX)
+        head = _read_head(os.dup(fd))
+        if head is None or lib.hs_process_alive(head.owner_pid, head.owner_start):
+            return False
+        if os.stat(path).st_ino == os.fstat(fd).st_ino:
+            path.unlink()
+    except FileNotFoundError:
+        pass
+    except OSError:
+        return False
+    finally:
+        os.close(fd)
+    return True
+
+
+def _read_head(fd: int) -> layout.HLI_SEGMENT_HEAD | None:
+    """The head behind the descriptor (closed here) if the file is a segment of this user, else None."""
+    try:
+        info = os.fstat(fd)
+        if not stat.S_ISREG(info.st_mode) or info.st_uid != os.getuid() or info.st_size < HEAD_SIZE:
+            return None
+        head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(os.pread(fd, HEAD_SIZE, 0))
+        return head if head.magic == layout.HLI_MAGIC else None
+    finally:
+        os.close(fd)

@@ -1,0 +1,307 @@
+"""Typed views: attribute access to the memory itself, by the manual's names.
+
+``view_class(structure)`` builds one class per structure of ``hli.layout``: a property per member, sub-structures as
+cached sub-views, arrays as tuples of views or as ``ArrayView``, strings as ``str``, BOOL as ``bool``.  Reading and
+writing go straight to the shared memory, one member at a time and never torn; for several members that belong
+together use ``hli.handshake.snapshot``.  Semaphores and the flags of the technology units are loaded with acquire and
+stored with release (in C).  Members the CNC owns (``_r``) can be written too, as in the real shared memory: nothing
+but the convention protects them.
+
+Names that do not exist raise AttributeError and tell the nearest one, for reading and for writing.  Numbers that do
+not fit the member raise OverflowError with the member's name; nothing wraps silently.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import difflib
+import math
+from collections.abc import Iterator
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from . import layout
+from ._sync import ffi, lib
+from .segment import Segment
+
+FLAG_NAMES = frozenset({"please_rw", "done_w"})
+BLOCK_DTYPE = np.dtype(layout.HLI_CONTOUR_LOOKAHEAD_BLOCK)
+BLOCK_FIELDS = tuple(name for name in BLOCK_DTYPE.names or () if not name.startswith("fill_"))
+
+
+def _is_flag(name: str) -> bool:
+    return name.endswith("semaphor_rw") or name in FLAG_NAMES
+
+
+def _int_limits(ctype: Any) -> tuple[int, int]:
+    bits = 8 * ctypes.sizeof(ctype)
+    signed = ctype(-1).value < 0
+    return (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+
+
+def _checker(name: str, ctype: Any) -> Any:
+    """Function value -> value the member can hold; raises TypeError or OverflowError that names the member."""
+    if ctype is layout.BOOL:
+        return _bool_checker(name)
+    if ctype is layout.LREAL:
+        return float
+    low, high = _int_limits(ctype)
+
+    def check(value: Any) -> int:
+        number = _whole(name, value)
+        if not low <= number <= high:
+            raise OverflowError(f"{name} = {value}: out of range {low}..{high}")
+        return number
+
+    return check
+
+
+def _whole(name: str, value: Any) -> int:
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)) and math.isfinite(value) and value == int(value):
+        return int(value)
+    raise TypeError(f"{name} = {value!r}: a whole number is needed")
+
+
+def _bool_checker(name: str) -> Any:
+    def check(value: Any) -> bool:
+        if isinstance(value, (bool, np.bool_)) or value in (0, 1):
+            return bool(value)
+        raise TypeError(f"{name} = {value!r}: TRUE or FALSE is needed")
+
+    return check
+
+
+class View:
+    """Base of the generated views; ``_c`` is the ctypes structure over the memory, ``_parent`` the view around it."""
+
+    __slots__ = ("__weakref__", "_c", "_parent", "_subs")
+    _names: tuple[str, ...] = ()
+
+    def __init__(self, structure: Any, parent: View | None = None) -> None:
+        object.__setattr__(self, "_c", structure)
+        object.__setattr__(self, "_parent", parent)
+        object.__setattr__(self, "_subs", {})
+
+    @property
+    def _address(self) -> int:
+        return ctypes.addressof(self._c)
+
+    def _pointer(self, offset: int = 0) -> Any:
+        """cffi ``void *`` into the memory; keep the view alive as long as it is used."""
+        return ffi.cast("void *", ctypes.addressof(self._c) + offset)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(self._unknown(name))
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name in self._names:
+            object.__setattr__(self, name, value)
+        else:
+            raise AttributeError(self._unknown(name))
+
+    def _unknown(self, name: str) -> str:
+        near = difflib.get_close_matches(name, self._names, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]}?" if near else f"; members: {', '.join(self._names)}"
+        return f"{type(self).__name__} has no member {name!r}{hint}"
+
+    def __dir__(self) -> list[str]:
+        return [*super().__dir__(), *self._names]
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} at {self._address:#x}>"
+
+
+class ArrayView:
+    """An array of numbers or BOOLs in the memory: index, slice reads, item writes with range check, ``as_array()``."""
+
+    __slots__ = ("_a", "_check", "_name", "_parent")
+
+    def __init__(self, name: str, array: Any, parent: View) -> None:
+        self._name = name
+        self._a = array
+        self._parent = parent
+        self._check = _checker(name, array._type_) if not hasattr(array._type_, "_length_") else None
+
+    def __len__(self) -> int:
+        return len(self._a)
+
+    def _at(self, index: int) -> int:
+        if not 0 <= index < len(self._a):
+            raise IndexError(f"{self._name}[{index}]: index runs 0..{len(self._a) - 1}")
+        return index
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return list(self._a[index])
+        item = self._a[self._at(index)]
+        return item if self._check else ArrayView(f"{self._name}[{index}]", item, self._parent)
+
+    def __setitem__(self, index: int, value: Any) -> None:
+        if self._check is None:
+            raise TypeError(f"{self._name}[{index}] is an array; assign its elements")
+        self._a[self._at(index)] = self._check(value)
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[i] for i in range(len(self)))
+
+    def as_array(self) -> np.ndarray[Any, Any]:
+        """numpy array over the memory itself (no copy)."""
+        return np.ctypeslib.as_array(self._a)
+
+    def __repr__(self) -> str:
+        return f"<{self._name}[{len(self)}]>"
+
+
+class ViewArray(tuple[Any, ...]):
+    """An array of structures as a tuple of views, with the whole as one numpy structured array."""
+
+    _ctypes_array: Any = None
+
+    def as_array(self) -> np.ndarray[Any, Any]:
+        """numpy structured array over the memory itself (no copy)."""
+        return np.frombuffer(self._ctypes_array, dtype=np.dtype(self._ctypes_array._type_))
+
+
+# ------------------------------------------------------------------------------------------------ properties
+def _scalar(name: str, ctype: Any) -> property:
+    check = _checker(name, ctype)
+
+    def read(self: Any) -> Any:
+        return getattr(self._c, name)
+
+    def write(self: Any, value: Any) -> None:
+        setattr(self._c, name, check(value))
+
+    return property(read, write)
+
+
+def _flag(name: str, offset: int) -> property:
+    check = _bool_checker(name)
+
+    def pointer(self: Any) -> Any:
+        found = self._subs.get(name)
+        if found is None:
+            found = self._subs[name] = self._pointer(offset)
+        return found
+
+    def read(self: Any) -> bool:
+        return bool(lib.hs_load_u8(pointer(self)))
+
+    def write(self: Any, value: Any) -> None:
+        lib.hs_store_u8(pointer(self), check(value))
+
+    return property(read, write)
+
+
+def _string(name: str, length: int) -> property:
+    def read(self: Any) -> str:
+        return str(getattr(self._c, name).decode("utf-8", "replace"))
+
+    def write(self: Any, value: str) -> None:
+        data = value.encode()
+        if len(data) >= length:
+            raise ValueError(f"{name}: {len(data)} bytes do not fit STRING({length - 1})")
+        setattr(self._c, name, data)
+
+    return property(read, write)
+
+
+def _cached(name: str, build: Any, ctype: Any) -> property:
+    def read(self: Any) -> Any:
+        sub = self._subs.get(name)
+        if sub is None:
+            sub = self._subs[name] = build(getattr(self._c, name), self)
+        return sub
+
+    def write(self: Any, value: Any) -> None:
+        source = getattr(value, "_c", value)
+        if not isinstance(source, ctype):
+            raise TypeError(f"{name} is a {ctype.__name__}; assign its members, or another one as a whole")
+        ctypes.memmove(ctypes.addressof(getattr(self._c, name)), ctypes.addressof(source), ctypes.sizeof(ctype))
+
+    return property(read, write)
+
+
+def _view_array(array: Any, parent: View) -> ViewArray:
+    cls = view_class(array._type_)
+    views = ViewArray(cls(array[i], parent) for i in range(len(array)))
+    views._ctypes_array = array
+    return views
+
+
+def _property(name: str, ctype: Any, offset: int) -> property:
+    if layout.is_string(ctype):
+        return _string(name, ctype._length_)
+    if isinstance(ctype, type) and issubclass(ctype, ctypes.Structure):
+        return _cached(name, view_class(ctype), ctype)
+    if hasattr(ctype, "_length_"):
+        if isinstance(ctype._type_, type) and issubclass(ctype._type_, ctypes.Structure):
+            return _cached(name, _view_array, ctype)
+        return _cached(name, lambda array, parent: ArrayView(name, array, parent), ctype)
+    return _flag(name, offset) if _is_flag(name) and ctype is layout.BOOL else _scalar(name, ctype)
+
+
+@cache
+def view_class(structure: type[ctypes.Structure]) -> type[View]:
+    """The view class of a structure of ``hli.layout``."""
+    fields: list[tuple[str, Any]] = list(structure._fields_)  # type: ignore[arg-type]
+    members: dict[str, Any] = {"__slots__": ()}
+    for name, ctype in fields:
+        members[name] = _property(name, ctype, getattr(structure, name).offset)
+    for alias, target in _aliases(structure):
+        members[alias] = members[target]
+    if structure is layout.HLI_CONTOUR_LOOKAHEAD_RESPONSE:
+        members["as_array"] = lambda self: self.block.as_array()
+    if structure is layout.HLI_EXT_VAR:
+        members["__getitem__"] = lambda self, index: self.value[index]
+        members["__setitem__"] = lambda self, index, value: self.value.__setitem__(index, value)
+    names = tuple(name for name in members if not name.startswith(("__", "fill_", "as_array")))
+    return type(structure.__name__, (View,), {**members, "_names": names})
+
+
+def _aliases(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:
+    """(alias, member) of a structure; ``a.b`` aliases belong to the structure of the member ``a``."""
+    names = {name for name, _ in structure._fields_}  # type: ignore[misc]
+    found = []
+    for alias, target in layout.ALIASES.items():
+        owner, _, old = alias.rpartition(".")
+        member = target.rpartition(".")[2]
+        if member in names and old not in names and owner in ("", *_holders(structure)):
+            found.append((old, member))
+    return found
+
+
+def _holders(structure: type[ctypes.Structure]) -> set[str]:
+    return {name for cls in layout.structures() for name, ctype in cls._fields_ if ctype is structure}  # type: ignore[misc]
+
+
+def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
+    """A typed view over a byte array of the memory, as the PLC's typed pointer on ``attribut_r.data``."""
+    if len(array) < ctypes.sizeof(structure):
+        raise ValueError(f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes, the array has {len(array)}")
+    return view_class(structure)(structure.from_buffer(array._a))
+
+
+class Areas:
+    """The global pointers of the HLI over one segment; areas that are not configured are None."""
+
+    def __init__(self, segment: Segment) -> None:
+        root: Any = view_class(layout.HLI_SEGMENT)(segment.root)
+        self.segment = segment
+        self.root = root
+        self.gNrCh: int = root.segment_head.channel_count
+        self.gNrAx: int = root.segment_head.axis_count
+        self.gpPform: Any = root.platform
+        self.gpCh = _configured(root.channel, self.gNrCh)
+        self.gpAx = _configured(root.axis, self.gNrAx)
+        self.gpVECh = _configured(root.ext_var_channel, self.gNrCh)
+        self.gpVEGlobal: Any = root.ext_var_global
+        self.sidecar: Any = root.sidecar
+
+
+def _configured(views: ViewArray, count: int) -> tuple[Any, ...]:
+    return (*views[:count], *([None] * (len(views) - count)))
