@@ -110,7 +110,7 @@ typedef struct geo {
     bool has_phase, in_tail, waiting_continue;
     uint32_t tail_next, tail_index;
     double t;             /* time in the phase */
-    double s, v, a;
+    double s, v;
     double consumed_s;
     double position[NC_AXES];
     uint64_t active;      /* active element */
@@ -118,7 +118,7 @@ typedef struct geo {
     uint64_t epoch_first;
     double path_base;     /* path of the active piece's start since program start */
     double path;
-    bool continue_seen, moving, end_reported;
+    bool continue_seen;
     bool dwelling;
     int32_t tool;
     uint32_t count, n;

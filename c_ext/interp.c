@@ -89,9 +89,14 @@ static bool begin_phase(engine *e) {
     return true;
 }
 
+static double phase_position(const phase *ph, const piece *p, double t) {
+    return fmin(p->length, ph->s0 + (ph->v0 + 0.5 * ph->a * t) * t);
+}
+
 static void end_phase(engine *e) {
     geo *g = &e->geo;
     g->has_phase = false;
+    g->s = phase_position(&g->now, piece_at(e, g->piece), g->now.time);
     g->v = g->now.v0 + g->now.a * g->now.time;
     if (g->v < 1e-9) g->v = 0.0;
     if (g->now.last) leave_piece(e);
@@ -121,17 +126,11 @@ static void advance(engine *e, double dt) {
 
 static void evaluate(engine *e) {
     geo *g = &e->geo;
-    if (!g->has_phase) {
-        g->a = 0.0;
-        g->moving = g->v > 0.0;
-        return;
-    }
+    if (g->piece == UINT64_MAX || e->piece_done > g->piece) return; /* stands at the end of what is done */
     const piece *p = piece_at(e, g->piece);
-    g->v = g->now.v0 + g->now.a * g->t;
-    g->a = g->now.a;
-    g->moving = is_motion(p);
+    if (g->has_phase) g->v = g->now.v0 + g->now.a * g->t;
     if (!is_motion(p)) return;
-    g->s = fmin(p->length, g->now.s0 + (g->now.v0 + 0.5 * g->now.a * g->t) * g->t);
+    if (g->has_phase) g->s = phase_position(&g->now, p, g->t);
     g->path = g->path_base + g->s;
     piece_position(e, p, g->s, g->position);
 }

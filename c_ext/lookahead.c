@@ -5,7 +5,8 @@
  * sample, where w is the triangle of half-width one cycle (second difference). The sum over all jumps is largest
  * exactly at the corners, so it is enough to bound, per axis and at every corner,
  *     F(v) = (1/dt) * sum_j max(0, v - d_j/dt) * jump_j + v^2 * curvature  <=  CORNER * a_max
- * with d_j the path distance to corner j. F is increasing in v; the neighbours are taken in by increasing distance
+ * with d_j the path distance to corner j. Speeds differ a little inside the window of two cycles, so v is taken SLACK
+ * times one cycle of acceleration larger than the speed that is allowed. F is increasing in v; the neighbours are taken in by increasing distance
  * until the speed found does not reach the next one within one cycle. What F uses up at the speed that can occur is the
  * `reserve`; in a zone of one cycle around the corner only the rest is left for tangential acceleration.
  */
@@ -17,6 +18,7 @@
 #define USABLE 0.98        /* share of the acceleration limit that is planned with */
 #define ARC_TANGENT 0.6    /* sqrt(1 - ARC_NORMAL^2) */
 #define ARC_NORMAL 0.8
+#define SLACK 0.3
 #define NEIGHBOURS 1000    /* pieces looked at on each side of a corner */
 #define NEGLIGIBLE 0.02    /* reserves below this share need no zone */
 
@@ -143,6 +145,12 @@ static bool gather(engine *e, uint64_t i, bool solve, double *v, load *l) {
     return true;
 }
 
+static double speed_slack(const engine *e) {
+    double a = 0.0;
+    for (int i = 0; i < e->cfg.axis_count; i++) a = fmax(a, e->cfg.a_max[i]);
+    return SLACK * a * e->cfg.cycle_s;
+}
+
 /* Final speed limit and reserve at the start of piece i; false if the path ahead is not known far enough. */
 static bool cap_corner(engine *e, uint64_t i) {
     piece *p = piece_at(e, i);
@@ -153,10 +161,10 @@ static bool cap_corner(engine *e, uint64_t i) {
     if (!previous_motion(e, &b)) return true;
     const piece *before = piece_at(e, b);
     load l;
-    double v = fmin(before->v_hard, p->v_hard);
+    double slack = speed_slack(e), hard = fmin(before->v_hard, p->v_hard), v = hard + slack;
     if (!gather(e, i, true, &v, &l)) return false;
-    p->corner_v = v;
-    double occurs = fmax(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
+    p->corner_v = fmin(hard, fmax(0.0, v - slack));
+    double occurs = slack + fmax(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
     if (occurs < v) {
         v = occurs;
         if (!gather(e, i, false, &v, &l)) return false;

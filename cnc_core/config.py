@@ -1,0 +1,247 @@
+"""Cell configuration: ``cell.toml`` into validated values.
+
+Unknown keys are errors that name the nearest known one; every number has its range.  Names follow the parameters of the
+manual where there is one (P-CHAN-00650 and friends, see ``docs/glossary.md``).
+"""
+
+from __future__ import annotations
+
+import difflib
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from .blocks import NC_AXES
+from .errors import ConfigError, Place
+from .frontend.machine import ProgramMachine, Tool
+
+MIN_FB_STORAGE = 65536  # P-STUP-00033: smaller values other than 0 are raised to it, with a warning
+LOOKAHEAD_BLOCKS = {  # low, standard, high by build generation
+    "2.11.28+": {"LOW": 30, "STANDARD": 120, "HIGH": 190},
+    "2.11.20": {"LOW": 30, "STANDARD": 70, "HIGH": 120},
+}
+KNOWN_FUNCTIONS = {
+    "FCT_IPO_DEFAULT", "FCT_LOOK_AHEAD_LOW", "FCT_LOOK_AHEAD_STANDARD", "FCT_LOOK_AHEAD_HIGH",
+    "FCT_LOOK_AHEAD_CUSTOM", "FCT_SYNC", "FCT_LOOK_AHEAD_OPT", "FCT_LIFT_UP_TIME", "FCT_SHIFT_NCBL",
+    "FCT_CALC_STATE_AT_T", "FCT_CALC_TIME", "FCT_CONTOUR_LAH", "FCT_DYN_POS_LIMIT", "FCT_EXTENSION_EQUIDIST",
+    "FCT_CALC_POS_V_0", "FCT_DLM",
+}  # fmt: skip
+# Synchronisation of the M functions of the built-in machine (P-CHAN-00041); what is absent is undefined.
+DEFAULT_M_SYNCH: dict[int, str] = dict.fromkeys((0, 1, 2, 3, 4, 5, 17, 19, 29, 30), "NO_SYNCH") | dict.fromkeys(
+    (6, 7, 8, 9, 10, 11, 40, 41, 42, 43, 44, 45), "MOS"
+)
+SYNCH_NAMES = Literal[
+    "NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS", "MNE_SNS", "MVS_SLM", "MVS_SLP", "MEP_SVS", "MET_SVS"
+]
+
+Positive = Annotated[float, Field(gt=0, lt=1e12, allow_inf_nan=False)]
+Finite = Annotated[float, Field(gt=-1e12, lt=1e12, allow_inf_nan=False)]
+NotNegative = Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)]
+Uns32 = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class AxisConfig(_Table):
+    """One axis; for ``kind = "rotary"`` read degrees for mm in every name."""
+
+    kind: Literal["linear", "rotary"] = "linear"
+    v_max_mm_s: Positive = 300.0
+    a_max_mm_s2: Positive = 3000.0
+    j_max_mm_s3: NotNegative = 50000.0
+    min_mm: Finite = -100000.0
+    max_mm: Finite = 100000.0
+    start_mm: Finite = 0.0
+    id: Annotated[int, Field(ge=1, le=65535)] | None = None
+
+    @model_validator(mode="after")
+    def _ordered(self) -> AxisConfig:
+        if self.min_mm >= self.max_mm:
+            raise ValueError(f"min_mm {self.min_mm:g} is not below max_mm {self.max_mm:g}")
+        if not self.min_mm <= self.start_mm <= self.max_mm:
+            raise ValueError(f"start_mm {self.start_mm:g} lies outside min_mm..max_mm")
+        return self
+
+
+class ToolConfig(_Table):
+    """Tool data set ``D``."""
+
+    radius_mm: Finite = 0.0
+    length_mm: Finite = 0.0
+
+
+class ChannelConfig(_Table):
+    """Channel parameters."""
+
+    interpolator_function: str = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH"
+    fct_enable: str = ""
+    build_generation: Literal["2.11.28+", "2.11.20"] = "2.11.28+"
+    lookahead_blocks_max: Annotated[int, Field(ge=10, le=10000)] = 120
+    lookahead_blocks: Annotated[int, Field(ge=10, le=10000)] = 120
+    contour_lookahead_log_max: Uns32 = 128
+    fb_storage_size: Uns32 = 1_000_000
+    service: Literal["cyclic", "immediate"] = "cyclic"
+    m_synch: dict[str, SYNCH_NAMES] = Field(default_factory=dict)
+
+    @field_validator("m_synch")
+    @classmethod
+    def _numbers(cls, value: dict[str, str]) -> dict[str, str]:
+        for key in value:
+            if not key.isdigit() or int(key) > 65535:
+                raise ValueError(f"{key!r} is not an M function number 0..65535")
+        return value
+
+    @model_validator(mode="after")
+    def _custom_in_range(self) -> ChannelConfig:
+        if "FCT_LOOK_AHEAD_CUSTOM" in self.functions and self.lookahead_blocks > self.lookahead_blocks_max:
+            raise ValueError(f"lookahead_blocks {self.lookahead_blocks} exceeds lookahead_blocks_max")
+        return self
+
+    @property
+    def functions(self) -> set[str]:
+        """Identifiers of P-CHAN-00650 and its alias, joined."""
+        words = f"{self.interpolator_function}|{self.fct_enable}".split("|")
+        return {w.strip() for w in words if w.strip()}
+
+    @property
+    def contour_lah(self) -> bool:
+        return "FCT_CONTOUR_LAH" in self.functions
+
+    @property
+    def window(self) -> int:
+        """Look-ahead blocks N; of several sizes named together the largest wins."""
+        sizes = LOOKAHEAD_BLOCKS[self.build_generation]
+        named = [n for name, n in sizes.items() if f"FCT_LOOK_AHEAD_{name}" in self.functions]
+        if "FCT_LOOK_AHEAD_CUSTOM" in self.functions:
+            named.append(self.lookahead_blocks)
+        return max(named, default=sizes["STANDARD"])
+
+    @property
+    def storage(self) -> int:
+        """Backward-motion memory in bytes, raised to the minimum unless 0."""
+        return 0 if self.fb_storage_size == 0 else max(MIN_FB_STORAGE, self.fb_storage_size)
+
+
+def _default_axes() -> dict[str, AxisConfig]:
+    return {name: AxisConfig() for name in "XYZ"}
+
+
+class CellConfig(_Table):
+    """One cell: a machine with one channel."""
+
+    name: str = "cell"
+    cycle_s: Annotated[float, Field(ge=1e-5, le=0.1)] = 0.001
+    axes: dict[str, AxisConfig] = Field(default_factory=_default_axes)
+    channel: ChannelConfig = Field(default_factory=ChannelConfig)
+    tools: dict[str, ToolConfig] = Field(default_factory=dict)
+
+    @field_validator("axes")
+    @classmethod
+    def _axis_names(cls, axes: dict[str, AxisConfig]) -> dict[str, AxisConfig]:
+        if not 1 <= len(axes) <= NC_AXES:
+            raise ValueError(f"a channel has 1 to {NC_AXES} axes, not {len(axes)}")
+        for name in axes:
+            if not name.isalnum() or name[0] not in "XYZUVWQABC" or name != name.upper():
+                raise ValueError(f"axis name {name!r}: letters and digits, upper case, beginning with one of XYZUVWQABC")
+        return axes
+
+    @field_validator("tools")
+    @classmethod
+    def _tool_numbers(cls, tools: dict[str, ToolConfig]) -> dict[str, ToolConfig]:
+        for key in tools:
+            if not key.isdigit() or int(key) == 0:
+                raise ValueError(f"tool {key!r} is not a number from 1 on")
+        return tools
+
+    @property
+    def axis_names(self) -> tuple[str, ...]:
+        return tuple(self.axes)
+
+    @property
+    def main_axes(self) -> tuple[int, int, int]:
+        """Channel index of X, Y, Z by name; -1 where the machine has none."""
+        names = self.axis_names
+        x, y, z = (names.index(n) if n in names else -1 for n in "XYZ")
+        return x, y, z
+
+    @property
+    def m_functions(self) -> dict[int, str]:
+        """Synchronisation type by M number."""
+        return DEFAULT_M_SYNCH | {int(k): v for k, v in self.channel.m_synch.items()}
+
+    def axis_values(self, key: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+        """(axes,) one parameter of every axis."""
+        return np.array([getattr(a, key) for a in self.axes.values()], dtype=np.float64)
+
+    def program_machine(self) -> ProgramMachine:
+        """What programs see of this cell."""
+        return ProgramMachine(
+            axes=self.axis_names,
+            rotary=tuple(a.kind == "rotary" for a in self.axes.values()),
+            main=self.main_axes,
+            start=self.axis_values("start_mm"),
+            tools={int(k): Tool(t.radius_mm, t.length_mm) for k, t in self.tools.items()},
+            m_functions=self.m_functions,
+        )
+
+    def warnings(self) -> list[str]:
+        """What is accepted but does not act as written."""
+        out = [f"P-CHAN-00650: unknown identifier {w!r} is ignored" for w in sorted(self.channel.functions - KNOWN_FUNCTIONS)]
+        if 0 < self.channel.fb_storage_size < MIN_FB_STORAGE:
+            out.append(f"P-STUP-00033: fb_storage_size raised to the minimum of {MIN_FB_STORAGE} bytes")
+        return out
+
+
+def _known_keys(path: tuple[Any, ...]) -> list[str]:
+    tables: dict[str, type[_Table]] = {"axes": AxisConfig, "tools": ToolConfig}
+    if len(path) == 1:
+        return list(CellConfig.model_fields)
+    model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))
+    return list(model.model_fields) if model else []
+
+
+def _message(error: Any) -> str:
+    path = tuple(error["loc"])
+    where = ".".join(str(p) for p in path)
+    if error["type"] != "extra_forbidden":
+        return f"{where}: {error['msg'].removeprefix('Value error, ')}"
+    near = difflib.get_close_matches(str(path[-1]), _known_keys(path), n=1, cutoff=0.0)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return f"{where}: unknown key{hint}"
+
+
+def _line_of(text: str, key: str) -> int:
+    """First line that mentions the key, 0 if none does."""
+    lines = text.splitlines()
+    return next((i for i, line in enumerate(lines, 1) if line.strip().startswith((key, f"[{key}")) or f".{key}" in line), 0)
+
+
+def parse_config(text: str, file: str = "") -> CellConfig:
+    """Validated configuration from TOML text; ConfigError with the place of the first mistake."""
+    try:
+        return CellConfig.model_validate(tomllib.loads(text))
+    except tomllib.TOMLDecodeError as error:
+        raise ConfigError(f"not TOML: {error}", Place(file)) from None
+    except ValidationError as error:
+        first = error.errors()[0]
+        line = _line_of(text, str(first["loc"][-1])) if first["loc"] else 0
+        source = text.splitlines()[line - 1] if line else ""
+        raise ConfigError("; ".join(_message(e) for e in error.errors()), Place(file, line, 1, source)) from None
+
+
+def load_config(path: str | Path | None) -> CellConfig:
+    """Configuration of a file, or the built-in machine (X Y Z) for None."""
+    if path is None:
+        return CellConfig()
+    try:
+        text = Path(path).read_text()
+    except FileNotFoundError:
+        raise ConfigError("configuration file not found", Place(str(path))) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise ConfigError(f"configuration cannot be read: {error}", Place(str(path))) from None
+    return parse_config(text, str(path))

@@ -1,0 +1,177 @@
+"""Python's handle on the C engine: one owner, rows in, samples and events out.
+
+On import the numpy dtype of the waist is compared with the C struct, offset by offset.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _engine
+from .blocks import NC_AXES, NC_BLOCK, BlockBatch
+from .config import CellConfig
+from .errors import CncError
+
+ffi, lib = _engine.ffi, _engine.lib
+
+
+def _check_waist() -> None:
+    names = {f[0]: f[1].offset for f in ffi.typeof("nc_block").fields}
+    fields: Any = NC_BLOCK.fields
+    mine = {name: spec[1] for name, spec in fields.items()}
+    if names != mine or ffi.sizeof("nc_block") != NC_BLOCK.itemsize or lib.NC_AXES != NC_AXES:
+        raise ImportError(f"nc_block and NC_BLOCK differ: {names} against {mine}")
+
+
+_check_waist()
+
+
+class Event(IntEnum):
+    """Why ``Engine.run`` or ``Engine.wait`` returned."""
+
+    DONE = lib.ENGINE_DONE
+    NEED_BLOCKS = lib.ENGINE_NEED_BLOCKS
+    DRAINED = lib.ENGINE_DRAINED
+    PROGRAM_END = lib.ENGINE_PROGRAM_END
+    PLC_WAIT = lib.ENGINE_PLC_WAIT
+    RECORD_FULL = lib.ENGINE_RECORD_FULL
+    PLC_FINISHED = lib.ENGINE_PLC_FINISHED
+    FAULT = lib.ENGINE_FAULT
+
+
+@dataclass(frozen=True)
+class Samples:
+    """One row a cycle: cycle number (n,), axes (n, axes) mm, path (n,) mm, speed (n,) mm/s, active element (n,)."""
+
+    cycle: npt.NDArray[np.float64]
+    pos: npt.NDArray[np.float64]
+    path: npt.NDArray[np.float64]
+    speed: npt.NDArray[np.float64]
+    element: npt.NDArray[np.int64]
+
+
+def _engine_config(cell: CellConfig, window: int | None, clock: int, service: int, channel: int) -> Any:
+    config = ffi.new("engine_config *")
+    config.cycle_s = cell.cycle_s
+    names = cell.axis_names
+    for target, key in (("v_max", "v_max_mm_s"), ("a_max", "a_max_mm_s2"), ("j_max", "j_max_mm_s3"), ("start", "start_mm")):
+        getattr(config, target)[0 : len(names)] = list(cell.axis_values(key))
+    config.axis_count = len(names)
+    config.main = list(cell.main_axes)
+    config.window = window or cell.channel.window
+    config.functions = lib.ENGINE_FCT_CONTOUR_LAH if cell.channel.contour_lah else 0
+    config.log_max = cell.channel.contour_lookahead_log_max
+    config.fb_storage_size = cell.channel.storage
+    config.channel, config.service, config.clock = channel, service, clock
+    config.rotary = sum(1 << i for i, a in enumerate(cell.axes.values()) if a.kind == "rotary")
+    return config
+
+
+class Engine:
+    """Owner of one C engine. ``segment``: address of a mapped HLI segment, or None for offline planning."""
+
+    def __init__(
+        self,
+        cell: CellConfig,
+        *,
+        window: int | None = None,
+        segment: int | None = None,
+        clock: int = 1,
+        service: int = 0,
+        record_rows: int = 0,
+    ) -> None:
+        self.axes = len(cell.axes)
+        config = _engine_config(cell, window, clock, service, 0)
+        pointer = ffi.cast("void *", segment) if segment else ffi.NULL
+        handle = lib.engine_new(config, pointer)
+        if handle == ffi.NULL:
+            raise MemoryError("engine")
+        self._handle = ffi.gc(handle, lib.engine_free)
+        self._take = np.empty((0, self.axes + 4))
+        if record_rows:
+            self._take = np.empty((record_rows, self.axes + 4))
+            if lib.engine_record(self._handle, record_rows) != 0:
+                raise MemoryError("sample ring")
+
+    def close(self) -> None:
+        """Stop all threads and free the engine; further calls are errors."""
+        if self._handle is not None:
+            ffi.release(self._handle)
+            self._handle = None
+
+    def push(self, batch: BlockBatch, first: int = 0) -> int:
+        """Hand over rows from ``first`` on; returns how many were taken. CncError for a row the engine refuses."""
+        rows = np.ascontiguousarray(batch.rows[first:])
+        pointer = ffi.cast("nc_block *", rows.ctypes.data)
+        pool = ffi.cast("double *", batch.pool.ctypes.data) if len(batch.pool) else ffi.NULL
+        taken = int(lib.engine_push(self._handle, pointer, len(rows), pool, len(batch.pool)))
+        if taken < 0:
+            raise CncError(-taken, f"line {int(rows[0]['line'])}: the engine refuses this row ({int(rows[0]['type'])})")
+        return taken
+
+    def finish(self) -> None:
+        """No further rows will come."""
+        lib.engine_finish(self._handle)
+
+    def expect_drain(self) -> None:
+        """Report ``Event.DRAINED`` when all rows pushed so far are executed."""
+        lib.engine_expect_drain(self._handle)
+
+    def hold_start(self, hold: bool) -> None:
+        """Hold motion before the program start, or release it."""
+        lib.engine_hold_start(self._handle, int(hold))
+
+    def set_override(self, factor: float, hold: bool = False) -> None:
+        """Override and feed hold of an engine without a segment."""
+        lib.engine_set_override(self._handle, factor, int(hold))
+
+    def set_phase(self, phase: int) -> None:
+        """Publish the life phase (``hli.layout.HLI_PHASE_*``)."""
+        lib.engine_set_phase(self._handle, phase)
+
+    def run(self, cycles: int, wait_ns: int = 100_000_000) -> Event:
+        """Pump planner and GEO on this thread for up to ``cycles`` cycles."""
+        return Event(lib.engine_run(self._handle, cycles, wait_ns))
+
+    def start(self, fifo: bool = True) -> bool:
+        """Start the real-time threads; True if GEO runs with SCHED_FIFO."""
+        result = lib.engine_start(self._handle, int(fifo))
+        if result < 0:
+            raise OSError("the engine's threads could not be started")
+        return bool(fifo and result == 0)
+
+    def wait(self, timeout_s: float) -> Event:
+        """Real time: wait for an event."""
+        return Event(lib.engine_wait(self._handle, int(timeout_s * 1e9)))
+
+    def stop(self) -> None:
+        """Stop the real-time threads."""
+        lib.engine_stop(self._handle)
+
+    def serve_start(self) -> None:
+        """Start the immediate look-ahead service."""
+        if lib.engine_serve_start(self._handle) != 0:
+            raise OSError("the service thread could not be started")
+
+    def serve_stop(self) -> None:
+        """Stop the immediate look-ahead service."""
+        lib.engine_serve_stop(self._handle)
+
+    def take_samples(self) -> Samples:
+        """Samples recorded since the last call."""
+        buffer = ffi.cast("double *", self._take.ctypes.data)
+        n = int(lib.engine_record_take(self._handle, buffer, len(self._take)))
+        rows, a = self._take[:n].copy(), self.axes
+        return Samples(rows[:, 0], rows[:, 1 : a + 1], rows[:, a + 1], rows[:, a + 2], rows[:, a + 3].astype(np.int64))
+
+    @property
+    def state(self) -> Any:
+        """Snapshot of the C struct ``engine_state``."""
+        out = ffi.new("engine_state *")
+        lib.engine_get_state(self._handle, out)
+        return out
