@@ -1,0 +1,143 @@
+"""The PLC process: ``python -P -m plc_client --name NAME (--file FILE.py [--class QUALNAME] | --builtin NAME)``."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from hli._sync import lib
+
+from hli.errors import HliError, HliNotFound, HliNotReady
+
+from . import builtin, stats
+from .client import DEFAULT_NAME, Hli, connect
+from .scan import Ending, Program, Scanner, report
+from .task import PlcError, load_tasks
+
+_RETRY_S = 0.05
+_FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
+
+
+class Process:
+    """Attach, scan, and (unless ``once``) attach again, until the end or a signal."""
+
+    def __init__(self, name: str, programs: list[Program], once: bool) -> None:
+        self._name = name
+        self._programs = programs
+        self._once = once
+        self._scanner: Scanner | None = None
+        self.signal = 0
+
+    def on_signal(self, number: int, _frame: Any) -> None:
+        """Signal handler: end after the current scan."""
+        self.signal = number
+        if self._scanner is not None:
+            self._scanner.stop()
+
+    def run(self) -> None:
+        """Raises PlcError (the user's code), HliError (cannot attach; with ``once`` also: the CNC died)."""
+        while not self.signal:
+            hli = self._attach()
+            if hli is None:
+                return
+            with hli:
+                ending = self._scan(hli)
+            if self._once and ending is Ending.CNC_GONE:
+                raise HliError(f"the CNC behind segment {self._name!r} died")
+            if self._once or ending is Ending.STOPPED:
+                return
+            self._wait_gone()
+
+    def _attach(self) -> Hli | None:
+        end = time.monotonic() + _FIRST_ATTACH_S
+        while not self.signal:
+            try:
+                return connect(self._name, present=False)
+            except (HliNotFound, HliNotReady):
+                if self._once and time.monotonic() > end:
+                    raise
+                time.sleep(_RETRY_S)
+        return None
+
+    def _scan(self, hli: Hli) -> Ending:
+        self._scanner = Scanner(hli, self._programs)
+        if self.signal:
+            self._scanner.stop()
+        return self._scanner.run()
+
+    def _wait_gone(self) -> None:
+        """After a shutdown: do not attach to the CNC that is just leaving."""
+        time.sleep(_RETRY_S)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Exit status: 0, 1 (error in the PLC program or at the segment), 2 (usage), 130 (interrupted)."""
+    args = _arguments(argv)
+    if args.parent is not None and lib.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
+        return 1
+    programs: list[Program] = []
+    error = ""
+    interrupted = False
+    try:
+        programs = _programs(args)
+        process = Process(args.name, programs, args.once)
+        signal.signal(signal.SIGTERM, process.on_signal)
+        signal.signal(signal.SIGINT, process.on_signal)
+        process.run()
+        interrupted = process.signal == signal.SIGINT
+    except (PlcError, HliError, ValueError, OSError) as problem:
+        error = str(problem)
+    except KeyboardInterrupt:
+        interrupted = True
+    error = _write_report(args.report, programs, error)
+    if error:
+        print(error, file=sys.stderr)
+        return 1
+    return 130 if interrupted else 0
+
+
+def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="plc_client", description="PLC process of a co-simulation cell")
+    parser.add_argument("--name", default=DEFAULT_NAME, help="segment of the CNC")
+    what = parser.add_mutually_exclusive_group(required=True)
+    what.add_argument("--file", help="Python file with classes decorated by @task")
+    what.add_argument("--builtin", choices=builtin.NAMES, help="built-in PLC program")
+    parser.add_argument("--class", dest="qualname", help="one class of --file")
+    parser.add_argument("--args", type=json.loads, default={}, help="JSON object for --builtin")
+    parser.add_argument("--report", type=Path, help="write a JSON report here at the end")
+    parser.add_argument("--once", action="store_true", help="end with the CNC instead of waiting for the next one")
+    parser.add_argument("--parent", type=int, help="end when this parent process dies")
+    return parser.parse_args(argv)
+
+
+def _programs(args: argparse.Namespace) -> list[Program]:
+    if args.builtin:
+        return [Program.of(builtin.load(args.builtin), args.args)]
+    return [Program.of(cls) for cls in load_tasks(args.file, args.qualname)]
+
+
+def _write_report(path: Path | None, programs: list[Program], error: str) -> str:
+    """Write the report beside its name, then rename; returns the error text, with that of ``result()`` added."""
+    if path is None:
+        return error
+    try:
+        content = report(programs, stats.HANDSHAKES.n, stats.HANDSHAKES.quantiles())
+        text = json.dumps({**content, "error": error or None})
+    except (PlcError, TypeError, ValueError) as problem:
+        error = error or f"result() of a task: {problem}"
+        text = json.dumps({**report([], stats.HANDSHAKES.n, stats.HANDSHAKES.quantiles()), "error": error})
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    part.write_text(text)
+    part.replace(path)
+    return error
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,135 @@
+"""Function block for the contour look-ahead control unit (FCT-C40, sections 3 to 5)."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from hli.handshake import BLOCK_ROWS
+from hli.view import BLOCK_DTYPE
+
+from .arbiter import Arbiter, Request
+from .paging import ContourFollower, LogReader
+
+ERROR_REQUEST = 1
+"""error_id: start_position or length is not a finite number; nothing was requested."""
+
+
+class ContourLookahead:
+    """Requests contour elements from the CNC; called once per scan, never waits.
+
+    ``fb(start_position, length)`` without ``execute`` is continuous: each call takes the answer that has arrived and
+    places the next request.  ``fb(..., execute=flag)`` is the IEC way: a rising edge places one request with the inputs
+    of that call; ``done`` stays until ``execute`` falls (at least for one call).
+
+    ::
+
+                 execute rises / continuous call             unit free, our turn
+        IDLE ------------------------------------> QUEUED -----------------------> PENDING   semaphor_rw TRUE
+         ^  \\                                     busy                             busy       |
+         |   \\  request not finite                                                            | CNC: answer, then
+         |    '-----------------> ERROR                                                       | semaphor_rw FALSE
+         |                        error, error_id                                             v
+         '---- execute FALSE / continuous: at once ------------------------------------------ DONE
+                                                                                             done, blocks
+
+    Outputs: ``done`` (continuous: TRUE for the call that brought an answer), ``busy``, ``error``, ``error_id``,
+    ``blocks`` (numpy structured array, fields of HLI_CONTOUR_LOOKAHEAD_BLOCK, up to the last valid element; an own copy
+    that nothing overwrites), ``answer_request`` (the request ``blocks`` answers), ``full`` (128 elements: there may
+    be more, ask again from the next index or from the end of the last element).
+
+    Mode 1: length 0, start_position = index in the marked area.  Mode 2: both in 0.1 um of path.  Two function blocks
+    on one unit take turns.  ``read_log()`` and ``follow()`` page across scans; use one instance in one way.
+    """
+
+    def __init__(self, unit: Any) -> None:
+        self.unit = unit
+        self.done = self.busy = self.error = self.full = False
+        self.error_id = 0
+        self.blocks: np.ndarray[Any, Any] = np.zeros(0, BLOCK_DTYPE)
+        self.answer_request: Request | None = None
+        self._arbiter = Arbiter.of(unit)
+        self._deliver = self._take_delivery  # one bound method: the arbiter's key
+        self._arrived: tuple[Request, np.ndarray[Any, Any]] | None = None
+        self._open = False  # a request is queued or pending
+        self._execute = False
+        self._log: LogReader | None = None
+        self._contour: ContourFollower | None = None
+
+    def __call__(self, start_position: float = 0.0, length: float = 0.0, execute: bool | None = None) -> bool:
+        """One scan; returns ``done``."""
+        self._arbiter.serve()
+        fresh = self._take_arrived()
+        if execute is None:
+            self.done = fresh
+            self._ask(start_position, length)
+        else:
+            self._edge(start_position, length, bool(execute), fresh)
+        self._arbiter.serve()
+        return self.done
+
+    def read_log(self) -> np.ndarray[Any, Any]:
+        """Mode 1, once per scan: the entries of the marked area that are new since the last call, each exactly once."""
+        if self._log is None:
+            self._log = LogReader(self)
+        return self._log()
+
+    def follow(self, length: float) -> np.ndarray[Any, Any]:
+        """Mode 2, once per scan: the elements that became known since the last call, each exactly once.
+
+        ``length`` is the range of one request in 0.1 um.  Starts again at 0 after a distance reset.
+        """
+        if self._contour is None:
+            self._contour = ContourFollower(self)
+        return self._contour(length)
+
+    @property
+    def resets(self) -> int:
+        """How often ``follow()`` began again at 0."""
+        return self._contour.resets if self._contour is not None else 0
+
+    # -- for the paging helpers: the same steps one by one
+    def poll(self) -> bool:
+        """Take an answer that has arrived; TRUE for the call that brought one."""
+        self._arbiter.serve()
+        self.done = self._take_arrived()
+        return self.done
+
+    def ask(self, start_position: float, length: float) -> None:
+        """Place a request unless one is under way."""
+        if not self._open:
+            self._ask(start_position, length)
+            self._arbiter.serve()
+
+    # -- steps
+    def _edge(self, start_position: float, length: float, execute: bool, fresh: bool) -> None:
+        rising, self._execute = execute and not self._execute, execute
+        self.done = fresh or (self.done and execute)
+        if not execute and not self._open:
+            self.error, self.error_id = False, 0
+        if rising and not self._open:
+            self.done = False
+            self._ask(start_position, length)
+
+    def _ask(self, start_position: float, length: float) -> None:
+        if not (math.isfinite(start_position) and math.isfinite(length)):
+            self.error, self.error_id = True, ERROR_REQUEST
+            return
+        self.error, self.error_id = False, 0
+        if not self._open or self._arbiter.is_waiting(self._deliver):
+            self._arbiter.enqueue(self._deliver, Request(float(start_position), float(length)))
+        self._open = self.busy = True
+
+    def _take_delivery(self, request: Request, blocks: np.ndarray[Any, Any]) -> None:
+        self._arrived = (request, blocks)
+
+    def _take_arrived(self) -> bool:
+        if self._arrived is None:
+            return False
+        self.answer_request, self.blocks = self._arrived
+        self._arrived = None
+        self.full = len(self.blocks) == BLOCK_ROWS
+        self._open = self.busy = False
+        return True

@@ -1,0 +1,42 @@
+"""Feed override and feedhold of a channel."""
+
+from __future__ import annotations
+
+from typing import Any
+
+OVERRIDE_MAX_PERCENT = 200.0
+
+
+class FeedControl:
+    """Level units ``bahn_mc_control.override``, ``override_valid`` and ``feedhold``: command first, then enable.
+
+    ``FeedControl(hli.gpCh[0])(override=80.0, feedhold=False)`` once per scan; override in percent, 0..200 in steps
+    of 0.1.  Outputs: ``override`` (percent the CNC uses), ``feedhold`` (what the CNC uses).
+    """
+
+    def __init__(self, ch: Any) -> None:
+        self._control = ch.bahn_mc_control
+        self.override = 100.0
+        self.feedhold = False
+
+    def __call__(self, override: float = 100.0, feedhold: bool = False) -> None:
+        """One scan.  Raises ValueError for an override outside 0..200 % (or NaN)."""
+        if not 0.0 <= override <= OVERRIDE_MAX_PERCENT:
+            raise ValueError(f"override {override} %: 0..{OVERRIDE_MAX_PERCENT:g}")
+        control = self._control
+        command(control.override, round(override * 10.0))
+        command(control.override_valid, True)
+        command(control.feedhold, feedhold)
+        self.override = control.override.state_r / 10.0
+        self.feedhold = control.feedhold.state_r
+
+    def release(self) -> None:
+        """Give the units back to the operator's values."""
+        for unit in (self._control.override, self._control.override_valid, self._control.feedhold):
+            unit.enable_w = False
+
+
+def command(unit: Any, value: Any) -> None:
+    """Command a level unit: the value before the enable, so that no old value ever acts."""
+    unit.command_w = value
+    unit.enable_w = True

@@ -1,0 +1,105 @@
+"""Program flow: leaving stops, fetching and acknowledging technology functions."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from hli._sync import ffi, lib
+
+from hli import layout
+from hli.view import View, view_class
+
+from .feed_control import command
+
+KINDS = {1: "M", 2: "H", 3: "S", 4: "T"}  # fkt_ctrl_r: HLI_INTF_M_FKT, _H_FKT, _SPINDEL, _TOOL
+_PAYLOADS: dict[int, Any] = {
+    1: layout.HLI_M_H_PROZESS,
+    2: layout.HLI_M_H_PROZESS,
+    3: layout.HLI_S_PROZESS,
+    4: layout.HLI_T_PROZESS,
+}
+
+
+class AutoContinue:
+    """Answers every stop that waits for "continue" (M00, M01, single block): an edge on ``continue_machining``.
+
+    The edge is given once ``wait_axes_in_position_r`` fell and taken back when the CNC shows it in ``state_r``, so two
+    stops in a row get two edges.  ``count`` counts the edges.
+    """
+
+    def __init__(self, ch: Any) -> None:
+        self._state = ch.bahn_state
+        self._unit = ch.bahn_mc_control.continue_machining
+        self.count = 0
+
+    def __call__(self) -> None:
+        """One scan."""
+        waiting = self._state.wait_continue_r and not self._state.wait_axes_in_position_r
+        before = self._unit.command_w and self._unit.enable_w
+        rise = waiting and not before
+        self.count += rise
+        command(self._unit, rise or (waiting and not self._unit.state_r))
+
+
+class TechnoFunction(NamedTuple):
+    """A fetched technology function: kind M, H, S or T, its number (S: ``rev``; T: ``basic``), payload, origin."""
+
+    kind: str
+    number: int
+    payload: Any
+    area: str
+    late: bool
+
+
+class _Array:
+    """One technology array of a channel or axis with its pointers cast once."""
+
+    def __init__(self, area: View, area_name: str, late: bool) -> None:
+        units = area.techno_unit_late_sync if late else area.techno_unit_std_sync
+        self.area_name, self.late = area_name, late
+        self._units = units  # keeps the memory alive
+        self._pointers = [unit._pointer() for unit in units]
+        self._copy = layout.TECHNO_UNIT_CH()
+        self._target = ffi.cast("void *", ctypes.addressof(self._copy))
+
+    def __call__(self) -> Iterator[TechnoFunction]:
+        """Fetch (please_rw FALSE) and acknowledge (done_w TRUE) every function that is offered."""
+        index = lib.hs_techno_next(self._pointers[0], len(self._pointers), 0)
+        while index >= 0:
+            unit = self._pointers[index]
+            lib.hs_techno_fetch(unit, self._target)
+            yield self._decode()
+            lib.hs_techno_done(unit)
+            index = lib.hs_techno_next(self._pointers[0], len(self._pointers), index + 1)
+
+    def _decode(self) -> TechnoFunction:
+        code = self._copy.fkt_ctrl_r
+        structure = _PAYLOADS.get(code, layout.HLI_M_H_PROZESS)
+        payload: Any = view_class(structure)(structure.from_buffer_copy(bytes(self._copy.attribut_r.data)))
+        number = {3: lambda: payload.rev, 4: lambda: payload.id.basic}.get(code, lambda: payload.nr)()
+        return TechnoFunction(KINDS.get(code, "?"), number, payload, self.area_name, self.late)
+
+
+class AcknowledgeAll:
+    """Fetches and acknowledges all technology functions of all channels and axes (two-flag protocol), axes first.
+
+    Returns the functions of this scan in order; ``on_function`` is called for each between fetch and acknowledgement.
+    """
+
+    def __init__(self, hli: Any, on_function: Callable[[TechnoFunction], None] | None = None) -> None:
+        areas = [(area, f"gpAx[{i}]") for i, area in enumerate(hli.gpAx) if area is not None]
+        areas += [(area, f"gpCh[{i}]") for i, area in enumerate(hli.gpCh) if area is not None]
+        self._arrays = [_Array(area, name, late) for area, name in areas for late in (False, True)]
+        self._on_function = on_function
+
+    def __call__(self) -> list[TechnoFunction]:
+        """One scan."""
+        functions = []
+        for array in self._arrays:
+            for function in array():
+                if self._on_function is not None:
+                    self._on_function(function)
+                functions.append(function)
+        return functions

@@ -1,0 +1,118 @@
+"""PLC tasks: the decorator, and finding the tasks of a user's file."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
+
+_T = TypeVar("_T", bound=type)
+_ATTRIBUTE = "__plc_task__"
+_FRAMEWORK = Path(__file__).resolve().parent
+
+
+class PlcError(Exception):
+    """The user's PLC program is wrong; the text says where (FILE:LINE) and why."""
+
+
+@dataclass(frozen=True)
+class TaskSpec:
+    """Interval in seconds of the cell's clock; tasks due at the same time run in order of priority, lowest first."""
+
+    interval: float = 0.001
+    priority: int = 0
+
+
+def task(interval: float = 0.001, priority: int = 0) -> Callable[[_T], _T]:
+    """Class decorator: an instance's ``cyclic()`` runs every ``interval`` seconds of the cell's clock.
+
+    ``setup(hli)`` runs once after each attachment, before the first scan.  Optional: ``finished()`` (after the
+    program's end: may the cell go?) and ``result()`` (any JSON value for the report).
+    """
+    if not interval > 0.0:
+        raise ValueError(f"task interval {interval} s: above 0")
+
+    def mark(cls: _T) -> _T:
+        if not callable(getattr(cls, "cyclic", None)):
+            raise TypeError(f"task {cls.__name__} has no method cyclic()")
+        setattr(cls, _ATTRIBUTE, TaskSpec(interval, priority))
+        return cls
+
+    return mark
+
+
+def spec_of(cls: type) -> TaskSpec:
+    """The class's interval and priority; 1 ms and 0 for a class that is not decorated."""
+    return getattr(cls, _ATTRIBUTE, TaskSpec())
+
+
+def load_tasks(path: str, qualname: str | None = None) -> list[type]:
+    """The task classes of a file in the order of their text, or the one named (decorated or not).
+
+    Raises PlcError: the file is missing, fails at import, or holds no such task.
+    """
+    module = _import(Path(path))
+    if qualname is not None:
+        return [_named(module, path, qualname)]
+    found = [
+        value
+        for value in vars(module).values()
+        if isinstance(value, type) and value.__module__ == module.__name__ and _ATTRIBUTE in vars(value)
+    ]
+    if not found:
+        raise PlcError(f"{path}: no task found; decorate a class that has a method cyclic() with @task(interval=...)")
+    return found
+
+
+def _named(module: ModuleType, path: str, qualname: str) -> type:
+    value: Any = module
+    for part in qualname.split("."):
+        value = getattr(value, part, None)
+    if not isinstance(value, type) or not callable(getattr(value, "cyclic", None)):
+        raise PlcError(f"{path}: no class {qualname} with a method cyclic()")
+    return value
+
+
+def _import(path: Path) -> ModuleType:
+    if not path.is_file():
+        raise PlcError(f"{path}: file not found")
+    name = f"plc_program_{path.stem}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise PlcError(f"{path}: not a Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    folder = str(path.resolve().parent)
+    if folder not in sys.path:
+        sys.path.append(folder)  # behind everything installed: neighbours can be imported, nothing is shadowed
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise PlcError(describe(error)) from error
+    return module
+
+
+def describe(error: BaseException) -> str:
+    """``FILE:LINE: Type: text`` with the user's own frames below it; the framework's frames are left out."""
+    frames = [f for f in traceback.extract_tb(error.__traceback__) if _is_users(f.filename)]
+    text = "".join(traceback.format_exception_only(type(error), error)).strip().splitlines()[-1]
+    if isinstance(error, SyntaxError):
+        return f"{error.filename}:{error.lineno}: {text}"
+    place = f"{frames[-1].filename}:{frames[-1].lineno}: " if frames else ""
+    return f"{place}{text}" + "".join(f"\n{line}" for line in _trace(frames))
+
+
+def _trace(frames: list[traceback.FrameSummary]) -> list[str]:
+    return [line.rstrip() for frame in frames for line in traceback.format_list([frame])]
+
+
+def _is_users(filename: str) -> bool:
+    if filename.startswith("<frozen"):
+        return False
+    path = Path(filename).resolve()
+    return _FRAMEWORK not in path.parents and _FRAMEWORK.parent / "hli" not in path.parents
