@@ -1,1 +1,48 @@
 """Front ends: program text to canonical rows, one package per dialect."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Protocol
+
+from cnc_core.blocks import BlockBatch
+from cnc_core.errors import CncError, Place
+from cnc_core.frontend.isg import IsgFrontEnd
+from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.port import ChannelPort, Wait
+
+DIALECTS = ("isg", "iso", "isons", "osai")
+DEFAULT_DIALECT = "isg"
+EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg", ".iso": "iso", ".ngc": "iso", ".tap": "iso", ".gcode": "iso"}
+
+
+class FrontEnd(Protocol):
+    """What the channel sees of every front end."""
+
+    errors: list[CncError]
+    warnings: list[CncError]
+    files: list[Path]
+
+    @property
+    def block_count(self) -> int:
+        """Physical lines read so far."""
+        ...
+
+    def read(self, rows: int) -> BlockBatch | Wait | None:
+        """Up to ``rows`` rows, a reason to wait, or None at the program's end."""
+        ...
+
+    def close(self) -> None: ...
+
+
+def detect(path: Path) -> str:
+    """The dialect a file's extension stands for."""
+    return EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
+
+
+def create(dialect: str, path: Path, machine: ProgramMachine, port: ChannelPort, collect: bool = False) -> FrontEnd:
+    """The front end of ``dialect`` for one program."""
+    if dialect == "isg":
+        return IsgFrontEnd(path, machine, port, collect=collect)
+    known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"
+    raise CncError(901003, f"dialect {dialect} is not available yet{known}", Place(file=str(path)))

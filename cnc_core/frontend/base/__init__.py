@@ -1,0 +1,1 @@
+"""What the dialects share: reading the file, tokens, expressions, the C scanner."""

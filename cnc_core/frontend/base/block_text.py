@@ -1,0 +1,89 @@
+"""The text of one block: its physical lines joined, comments blanked, every column traceable to its line."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from cnc_core.errors import CncError, Place
+from cnc_core.frontend.base.source import Source
+
+BLOCK_CHARACTERS = 4096
+OWN_N_NUMBER = re.compile(r"\s*[nN]\s*\d+")
+
+
+@dataclass
+class PhysicalLine:
+    """One line of the file; ``start`` is the offset of its first character in the block's text."""
+
+    start: int
+    number: int
+    text: str
+
+
+@dataclass
+class BlockText:
+    """``text``: all physical lines in one.  Offsets into it are 0-based, columns in errors 1-based.
+
+    ``lines_read`` counts physical lines, also those whose text was dropped because the block is too long.
+    """
+
+    file: str
+    text: str = ""
+    lines: list[PhysicalLine] = field(default_factory=list)
+    lines_read: int = 0
+
+    def place(self, offset: int) -> Place:
+        """Where in the file the character at ``offset`` of the text stands."""
+        line = next((p for p in reversed(self.lines) if p.start <= offset), self.lines[0])
+        return Place(self.file, line.number, offset - line.start + 1, line.text)
+
+
+def read_block(source: Source, lines_read: int) -> BlockText | None:
+    r"""Read physical lines up to one that does not end with ``\``; None at the end of the file.
+
+    ``lines_read``: physical lines read before.  The length is not judged here (``check_length``): a block that is too
+    long is read to its end all the same, but its later lines are dropped.
+    """
+    block = BlockText(str(source.path))
+    while (text := source.line()) is not None:
+        block.lines_read += 1
+        continued = text.endswith("\\")
+        if len(block.text) <= BLOCK_CHARACTERS:
+            block.lines.append(PhysicalLine(len(block.text), lines_read + block.lines_read, text))
+            block.text += _part(text, continued, first=block.lines_read == 1)
+        if not continued:
+            break
+    return block if block.lines else None
+
+
+def _part(text: str, continued: bool, first: bool) -> str:
+    r"""A line's share of the block: ``\`` becomes a blank, as does the N number of a continuation line."""
+    if continued:
+        text = text[:-1] + " "
+    own = None if first else OWN_N_NUMBER.match(text)
+    return " " * own.end() + text[own.end() :] if own else text
+
+
+def check_length(block: BlockText) -> None:
+    """Error 20301 if the block has more characters than a block may have."""
+    if len(block.text) > BLOCK_CHARACTERS:
+        place = block.place(BLOCK_CHARACTERS)
+        place.source = place.source[:80]
+        raise CncError(20301, f"block longer than {BLOCK_CHARACTERS} characters", place)
+
+
+def strip_comments(text: str) -> str:
+    """The text with comments replaced by blanks: ``( )`` nest, an open ``(`` and ``;`` reach to the end."""
+    out: list[str] = []
+    depth = 0
+    quoted = False
+    for i, char in enumerate(text):
+        if not depth and char == '"' and text[i - 1 : i] != "\\":
+            quoted = not quoted and '"' in text[i + 1 :]
+        if not depth and not quoted and char == ";":
+            break
+        depth += not quoted and char == "("
+        out.append(" " if depth else char)
+        depth -= depth > 0 and char == ")"
+    return "".join(out)

@@ -1,0 +1,115 @@
+"""Tokens of one block.
+
+DIN words need no blanks between them (``G01X10Y-5``, ``XSIN[30]``), so a run of letters is one NAME token which the
+parser may split: ``TokenStream.take_letters(1)`` takes the address and leaves the rest.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from enum import Enum
+
+from cnc_core.errors import CncError, Place
+
+
+class Kind(Enum):
+    NUMBER = "number"
+    NAME = "name"
+    STRING = "string"
+    OP = "operator"
+    END = "end"
+
+
+@dataclass(frozen=True)
+class Token:
+    """``offset`` is 0-based in the block's text."""
+
+    kind: Kind
+    text: str
+    offset: int
+
+
+PATTERN = re.compile(
+    r"""(?P<NUMBER>[0-9]+(?:\.[0-9]*)?|\.[0-9]+)
+      | (?P<NAME>[A-Za-z_]+)
+      | (?P<STRING>"(?:\\"|[^"])*")
+      | (?P<OP>\*\*|&&|\|\||==|!=|>=|<=|\S)""",
+    re.X,
+)
+
+
+def fail(code: int, text: str, offset: int) -> CncError:
+    """An error at an offset of the block's text; the front end turns the offset into a place of the file."""
+    return CncError(code, text, Place(column=offset))
+
+
+def tokenize(text: str) -> list[Token]:
+    """All tokens of ``text`` (comments blanked), ended by one END token."""
+    found = [Token(Kind[m.lastgroup or "OP"], m.group(), m.start()) for m in PATTERN.finditer(text)]
+    return [*found, Token(Kind.END, "", len(text.rstrip()))]
+
+
+class TokenStream:
+    """A cursor over the tokens of one block."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self._tokens = tokenize(text)
+        self._at = 0
+
+    @property
+    def current(self) -> Token:
+        return self._tokens[self._at]
+
+    @property
+    def following(self) -> Token:
+        """The token behind the current one."""
+        return self._tokens[min(self._at + 1, len(self._tokens) - 1)]
+
+    @property
+    def at_end(self) -> bool:
+        return self.current.kind is Kind.END
+
+    def is_op(self, *texts: str) -> bool:
+        return self.current.kind is Kind.OP and self.current.text in texts
+
+    def is_name(self, *names: str) -> bool:
+        """The current token is one of these words as a whole; ``names`` in capitals."""
+        return self.current.kind is Kind.NAME and self.current.text.upper() in names
+
+    def next(self) -> Token:
+        token = self.current
+        if token.kind is not Kind.END:
+            self._at += 1
+        return token
+
+    def accept(self, *texts: str) -> Token | None:
+        return self.next() if self.is_op(*texts) else None
+
+    def accept_name(self, *names: str) -> Token | None:
+        return self.next() if self.is_name(*names) else None
+
+    def expect(self, text: str, code: int) -> Token:
+        """The operator ``text``, or error ``code``."""
+        if not self.is_op(text):
+            raise fail(code, f"expected {text!r}, found {self.describe()}", self.current.offset)
+        return self.next()
+
+    def take_letters(self, count: int) -> Token:
+        """The first letters of the current NAME; what is left of it stays current."""
+        token = self.current
+        head = Token(Kind.NAME, token.text[:count].upper(), token.offset)
+        if len(token.text) <= count:
+            self._at += 1
+        else:
+            self._tokens[self._at] = Token(Kind.NAME, token.text[count:], token.offset + count)
+        return head
+
+    def skip_to(self, offset: int) -> None:
+        """Go on with the first token at or behind ``offset``, which must not lie inside a token."""
+        while not self.at_end and self.current.offset < offset:
+            self._at += 1
+
+    def describe(self) -> str:
+        return "the end of the block" if self.at_end else repr(self.current.text)

@@ -1,0 +1,152 @@
+"""The C scanner and the modal state it shares with the parsers: the only door of the front ends to the extension."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core._engine import ffi, lib
+from cnc_core.blocks import NC_AXES, NC_BLOCK
+from cnc_core.frontend.base.source import Source
+from cnc_core.frontend.machine import ProgramMachine
+
+MORE, FULL, OTHER, ERROR = lib.NC_SCAN_MORE, lib.NC_SCAN_FULL, lib.NC_SCAN_OTHER, lib.NC_SCAN_ERROR
+AXIS_LETTERS = "XYZUVWQABC"
+CENTRE_BITS = {"I": lib.NC_WORD_I, "J": lib.NC_WORD_J, "K": lib.NC_WORD_K}
+
+Row = npt.NDArray[Any]  # (1,) of NC_BLOCK
+
+
+@dataclass
+class MotionWords:
+    """The words of one block that the shared geometry understands; None where not programmed.
+
+    ``axis``: value by channel index.  ``centre``: value by I, J, K.  ``offset``: of the first motion word in the text.
+    """
+
+    axis: dict[int, float] = field(default_factory=dict)
+    centre: dict[str, float] = field(default_factory=dict)
+    r: float | None = None
+    f: float | None = None
+    n: int = 0
+    offset: int | None = None
+    motion: int | None = None
+    plane: int | None = None
+    absolute: bool | None = None
+    inch: bool | None = None
+    centre_absolute: bool | None = None
+    exact_stop: bool | None = None
+    block_stop: bool = False
+
+    @property
+    def moves(self) -> bool:
+        return bool(self.axis or self.centre)
+
+
+class Scan(NamedTuple):
+    """Rows written, and why the scanner stopped (MORE, FULL, OTHER, ERROR)."""
+
+    rows: int
+    stop: int
+
+
+class Modal:
+    """Owner of one ``nc_modal``."""
+
+    def __init__(self, machine: ProgramMachine) -> None:
+        if len(machine.axes) > NC_AXES:
+            raise ValueError(f"{len(machine.axes)} axes, at most {NC_AXES}")
+        self._result = ffi.new("nc_scan_result *")
+        self._modal = m = ffi.new("nc_modal *")
+        lib.nc_modal_init(m)
+        m.axes = len(machine.axes)
+        for i, name in enumerate(machine.axes):
+            m.rotary[i] = machine.rotary[i]
+            m.pos[i] = float(machine.start[i])
+            if name.upper() in AXIS_LETTERS and len(name) == 1:
+                m.letter_axis[ord(name.upper()) - ord("A")] = i
+        for i, axis in enumerate(machine.main):
+            m.main_axis[i] = axis
+
+    @property
+    def line(self) -> int:
+        """Physical lines read."""
+        return int(self._modal.line)
+
+    @property
+    def count(self) -> int:
+        """The decoder's block_count."""
+        return int(self._modal.count)
+
+    @property
+    def programmed(self) -> int:
+        """Plain lines read that held a word."""
+        return int(self._modal.programmed)
+
+    @property
+    def position(self) -> npt.NDArray[np.float64]:
+        """Programmed position of all channel axes, machine coordinates."""
+        return np.array(self._modal.pos[0 : self._modal.axes], dtype=np.float64)
+
+    def count_lines(self, lines: int) -> None:
+        """Physical lines that a parser has read."""
+        self._modal.line += lines
+        self._modal.count += lines
+
+    def set_tool_length(self, length_mm: float) -> None:
+        """Acts on the third axis of the plane, from that axis's next absolute word on."""
+        self._modal.tool_length = length_mm
+        lib.nc_modal_offsets(self._modal)
+
+    def assume_feed(self) -> None:
+        """Go on as if a feed had been programmed."""
+        self._modal.feed = 1.0
+
+    def scan(self, source: Source, out: npt.NDArray[Any]) -> Scan:
+        """Read plain lines into ``out`` until something else stands there."""
+        text = ffi.from_buffer(source.buffer)
+        rows = ffi.from_buffer("nc_block[]", out, require_writable=True)
+        size = len(source.buffer) - source.offset
+        lib.nc_scan(self._modal, text + source.offset, size, source.final, rows, len(out), self._result)
+        source.offset += self._result.consumed
+        return Scan(self._result.rows, self._result.stop)
+
+    def apply(self, words: MotionWords) -> tuple[int, Row | None]:
+        """Update the state with one block's words: error number or 0, and the motion's row if it moves."""
+        row = np.zeros(1, NC_BLOCK)
+        emitted = ffi.new("int *")
+        target = ffi.from_buffer("nc_block[]", row, require_writable=True)
+        error = int(lib.nc_block_from_words(self._modal, _nc_words(words), target, emitted))
+        return error, row if emitted[0] else None
+
+    def row(self, kind: int, n: int, code: int = 0, value: float = 0.0, flags: int = 0) -> Row:
+        """A row that is not a motion, of the line being read."""
+        row = np.zeros(1, NC_BLOCK)
+        row["type"], row["n"], row["code"], row["value"], row["flags"] = kind, n, code, value, flags
+        row["line"], row["count"], row["file"] = self.line, self.count, self._modal.file
+        return row
+
+
+def _nc_words(words: MotionWords) -> Any:
+    w = ffi.new("nc_words *")
+    lib.nc_words_init(w)
+    for axis, value in words.axis.items():
+        w.axis[axis] = value
+        w.axis_set |= 1 << axis
+    for i, letter in enumerate("IJK"):
+        if letter in words.centre:
+            w.centre[i] = words.centre[letter]
+            w.set |= CENTRE_BITS[letter]
+    if words.r is not None:
+        w.r, w.set = words.r, w.set | lib.NC_WORD_R
+    if words.f is not None:
+        w.f, w.set = words.f, w.set | lib.NC_WORD_F
+    w.n, w.block_stop = words.n, words.block_stop
+    for name in ("motion", "plane", "absolute", "inch", "centre_absolute", "exact_stop"):
+        code = getattr(words, name)
+        if code is not None:
+            setattr(w, name, code)
+    return w

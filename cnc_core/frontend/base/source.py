@@ -1,0 +1,103 @@
+"""The program file as a stream of lines, in bounded memory."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import BinaryIO
+
+from cnc_core.errors import CncError, Place
+
+CHUNK_BYTES = 1 << 20
+LINE_BYTES = 4 * 4096 + 16  # the longest line kept: a block's characters in UTF-8, and a line break
+BYTE_ORDER_MARK = b"\xef\xbb\xbf"
+
+
+class Source:
+    """Chunks of a program file for the scanner, single lines for the parser.
+
+    ``buffer[offset:]`` is what has been read from the file and not been consumed; ``final`` says that the file ends
+    with it.
+    """
+
+    def __init__(self, path: Path, chunk_bytes: int = CHUNK_BYTES) -> None:
+        self.path = path
+        self.buffer = b""
+        self.offset = 0
+        self.final = False
+        self._chunk_bytes = chunk_bytes
+        self._file = self._open()
+        self.refill()
+        if self.buffer.startswith(BYTE_ORDER_MARK):
+            self.offset = len(BYTE_ORDER_MARK)
+
+    def _open(self) -> BinaryIO:
+        try:
+            return self.path.open("rb")
+        except FileNotFoundError:
+            raise CncError(901001, f"file not found: {self.path}", Place(file=str(self.path))) from None
+        except OSError as error:
+            raise self._unreadable(error) from None
+
+    def _unreadable(self, error: OSError) -> CncError:
+        return CncError(901002, f"file cannot be read: {error.strerror}", Place(file=str(self.path)))
+
+    def close(self) -> None:
+        self._file.close()
+
+    @property
+    def exhausted(self) -> bool:
+        return self.final and self.offset >= len(self.buffer)
+
+    def refill(self) -> None:
+        """Drop what is consumed and read one chunk more."""
+        try:
+            chunk = self._file.read(self._chunk_bytes)
+        except OSError as error:
+            raise self._unreadable(error) from None
+        self.buffer = self.buffer[self.offset :] + chunk
+        self.offset = 0
+        self.final = not chunk
+        if self.final:
+            self._file.close()
+
+    def line(self) -> str | None:
+        """The next physical line without its line break and trailing blanks; None at the end of the file.
+
+        Of a line longer than any block may be only the beginning is returned, longer than a block still.
+        """
+        if self.exhausted:
+            return None
+        end = self._line_end()
+        raw = self.buffer[self.offset : end if end >= 0 else len(self.buffer)]
+        self.offset += len(raw) + (1 if end >= 0 else 0)
+        if end < 0 and not self.final:
+            raw = raw[:LINE_BYTES] + self._discard_line(raw)
+        return decode(raw).rstrip(" \t\r")
+
+    def _line_end(self) -> int:
+        """Place of the line break, read so far; -1 if the file ends first or the line is too long."""
+        end = self.buffer.find(b"\n", self.offset)
+        while end < 0 and not self.final and len(self.buffer) - self.offset <= LINE_BYTES:
+            self.refill()
+            end = self.buffer.find(b"\n", self.offset)
+        return end
+
+    def _discard_line(self, tail: bytes) -> bytes:
+        r"""Skip the rest of a line that is too long; a ``\`` if it ends with one."""
+        while not self.final:
+            end = self.buffer.find(b"\n", self.offset)
+            rest = self.buffer[self.offset : end if end >= 0 else len(self.buffer)]
+            self.offset += len(rest) + (1 if end >= 0 else 0)
+            tail = rest.rstrip(b" \t\r")[-1:] or tail[-1:]
+            if end >= 0:
+                break
+            self.refill()
+        return b"\\" if tail.endswith(b"\\") else b""
+
+
+def decode(raw: bytes) -> str:
+    """UTF-8, or Latin-1 where it is not."""
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError:
+        return raw.decode("latin-1")

@@ -1,0 +1,89 @@
+"""The G functions of the dialect: groups, what they do to the motion words, what is accepted and what is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cnc_core.frontend.base.scanner import MotionWords
+
+# (group, error for two of the group in one block, codes); the manual's numbers, 900011 where it has none
+GROUPS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
+    ("motion", 20108, (0, 1, 2, 3, 4, 33, 63, 74, 301, 302, 303, 331, 332)),
+    ("plane", 20108, (17, 18, 19)),
+    ("mirror", 20112, (20, 21, 22, 23, 351)),
+    ("corner", 20113, (25, 26)),
+    ("radius compensation", 20114, (40, 41, 42)),
+    ("diameter", 20115, (51, 52)),
+    ("zero offset", 20116, (53, 54, 55, 56, 57, 58, 59, 159)),
+    ("exact stop", 20117, (60, 359, 360, 61, 260, 261)),
+    ("unit", 20118, (70, 71)),
+    ("measuring", 20123, (100, 101, 102, 106, 107, 108)),
+    ("look-ahead", 20124, (115, 116, 117)),
+    ("radius compensation mode", 20126, (138, 139, 236, 237, 238, 239)),
+    ("circle centre", 20127, (161, 162)),
+    ("centre correction", 20128, (164, 165)),
+    ("manual mode", 20129, (200, 201, 202)),
+    ("corner deceleration", 20794, (12, 13)),
+    ("dimension", 900011, (90, 91)),
+    ("feed mode", 900011, (93, 94, 95, 194)),
+    ("spindle mode", 900011, (96, 97, 196)),
+    ("spline", 900011, (150, 151)),
+    ("masking", 900011, (140, 141)),
+    ("rotation", 900011, (68, 69)),
+    ("feed-forward", 900011, (135, 136, 137)),
+    ("block transition", 900011, (8, 9, 900, 901)),
+    ("feed of radius compensation", 900011, (10, 11)),
+)
+GROUP_OF: dict[int, tuple[str, int]] = {code: (name, error) for name, error, codes in GROUPS for code in codes}
+
+# Initial states: nothing that could end them is supported, so they change nothing.
+INITIAL = frozenset(
+    {8, 10, 12, 20, 25, 40, 52, 53, 69, 94, 97, 117, 135, 139, 140, 150, 163, 165, 202, 260, 900}
+)  # fmt: skip
+
+# Calls of subprograms that the configuration assigns: unknown as long as nothing is assigned.
+USER_CODES = frozenset({*range(80, 90), *range(800, 840)})
+
+
+def _motion(code: int) -> Callable[[MotionWords], None]:
+    def set_motion(words: MotionWords) -> None:
+        words.motion = code
+
+    return set_motion
+
+
+def _plane(code: int) -> Callable[[MotionWords], None]:
+    def set_plane(words: MotionWords) -> None:
+        words.plane = code
+
+    return set_plane
+
+
+def _flag(name: str, value: bool) -> Callable[[MotionWords], None]:
+    def set_flag(words: MotionWords) -> None:
+        setattr(words, name, value)
+
+    return set_flag
+
+
+EFFECTS: dict[int, Callable[[MotionWords], None]] = {
+    **{code: _motion(code) for code in (0, 1, 2, 3)},
+    **{code: _plane(code) for code in (17, 18, 19)},
+    60: _flag("block_stop", True),
+    70: _flag("inch", True),
+    71: _flag("inch", False),
+    90: _flag("absolute", True),
+    91: _flag("absolute", False),
+    161: _flag("centre_absolute", True),
+    162: _flag("centre_absolute", False),
+    359: _flag("exact_stop", False),
+    360: _flag("exact_stop", True),
+}
+
+# Known to the manual and refused by name.
+REFUSED = frozenset(
+    {5, 9, 11, 13, 21, 22, 23, 26, 33, 41, 42, 51, *range(54, 60), 61, 63, 66, 68, 74, 92, 93, 95, 96, 98, 99}
+    | {*range(100, 109), 112, 115, 116, *range(127, 135), 136, 137, 138, 141, 151, 159, 160, 164, 166, 167}
+    | {193, 194, 196, 200, 201, 230, 231, 233, *range(236, 240), 261, 293, 301, 302, 303, 310, 331, 332, 333, 334}
+    | {338, 339, 351, 901}
+)
