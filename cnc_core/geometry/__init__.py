@@ -1,0 +1,1 @@
+"""Geometry stages between the front end and the kinematics."""

@@ -1,0 +1,1 @@
+"""From the part frame to the axes."""

@@ -1,0 +1,144 @@
+"""Measure a sampled trajectory: limits, feed and deviation, without knowing how it was planned.
+
+Velocity, acceleration and jerk are finite differences at the cycle, as a drive would see them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .blocks import CIRCULAR, POLYNOMIAL, RAPID, motion_planes
+from .config import CellConfig
+from .engine import Samples
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class ElementTable:
+    """Geometry of the motion rows not yet left behind, by element number."""
+
+    def __init__(self, cell: CellConfig) -> None:
+        self.axes, self.main = len(cell.axes), cell.main_axes
+        self.first = 0
+        self.rows: npt.NDArray[Any] | None = None
+        self.starts: FloatArray = np.empty((0, self.axes))
+        self.position = cell.axis_values("start_mm")
+
+    def add(self, rows: npt.NDArray[Any]) -> None:
+        """Append the motion rows of a batch."""
+        motion = rows[rows["type"] <= POLYNOMIAL]
+        if not len(motion):
+            return
+        ends = motion["end"][:, : self.axes]
+        starts = np.vstack([self.position, ends[:-1]])
+        self.rows = motion.copy() if self.rows is None else np.concatenate([self.rows, motion])
+        self.starts = np.vstack([self.starts, starts])
+        self.position = ends[-1].copy()
+
+    def drop_before(self, element: int) -> None:
+        """Forget elements below this number."""
+        n = element - self.first
+        if n > 0 and self.rows is not None:
+            self.rows, self.starts, self.first = self.rows[n:], self.starts[n:], element
+
+    def feed(self, element: npt.NDArray[np.int64]) -> FloatArray:
+        """Programmed feed, infinite for rapid, mm/s."""
+        assert self.rows is not None
+        rows = self.rows[element - self.first]
+        return np.where(rows["flags"] & RAPID, np.inf, rows["feed"])
+
+    def distance(self, element: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
+        """Distance of each position from the geometry of its element, over all axes, mm."""
+        assert self.rows is not None
+        index = element - self.first
+        rows, starts = self.rows[index], self.starts[index]
+        ends = rows["end"][:, : self.axes]
+        out = _line_distance(starts, ends, pos)
+        for plane in (17, 18, 19):
+            arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
+            if arcs.any():
+                out[arcs] = self._arc_distance(rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane)
+        return out
+
+    def _arc_distance(
+        self, rows: npt.NDArray[Any], starts: FloatArray, ends: FloatArray, pos: FloatArray, plane: int
+    ) -> FloatArray:
+        first, second, _ = motion_planes(plane)
+        columns = [self.main[first], self.main[second]]
+        d0, d = starts[:, columns] - rows["center"], pos[:, columns] - rows["center"]
+        radial = np.hypot(d[:, 0], d[:, 1]) - np.hypot(d0[:, 0], d0[:, 1])
+        turned = np.arctan2(d[:, 1], d[:, 0]) - np.arctan2(d0[:, 1], d0[:, 0])
+        share = np.mod(turned * np.sign(rows["angle"]) + 1e-9, 2 * np.pi) / np.abs(rows["angle"])
+        others = [i for i in range(self.axes) if i not in columns]
+        # a helix of several turns: of all turns the one that fits the other axes best
+        best = np.full(len(pos), np.inf)
+        for turn in range(int(np.ceil(np.abs(rows["angle"]).max() / (2 * np.pi))) + 1):
+            t = np.clip(share + turn * 2 * np.pi / np.abs(rows["angle"]), 0.0, 1.0)[:, None]
+            off = pos[:, others] - (starts[:, others] + t * (ends - starts)[:, others])
+            best = np.minimum(best, np.linalg.norm(off, axis=1))
+        return np.hypot(radial, best)
+
+
+def _line_distance(starts: FloatArray, ends: FloatArray, pos: FloatArray) -> FloatArray:
+    along = ends - starts
+    length2 = np.maximum((along**2).sum(axis=1), 1e-300)
+    t = np.clip(((pos - starts) * along).sum(axis=1) / length2, 0.0, 1.0)[:, None]
+    return np.asarray(np.linalg.norm(pos - (starts + t * along), axis=1))
+
+
+class TrajectoryCheck:
+    """Largest ratios of what was measured to what is allowed, over samples that come in pieces."""
+
+    def __init__(self, cell: CellConfig) -> None:
+        self.cell, self.dt = cell, cell.cycle_s
+        self.table = ElementTable(cell)
+        start = cell.axis_values("start_mm")
+        self.tail: FloatArray = np.vstack([start] * 3)
+        self.last_element = 0
+        self.ratio = {"velocity": 0.0, "acceleration": 0.0, "jerk": 0.0, "feed": 0.0}
+        self.deviation = 0.0
+
+    def add(self, samples: Samples) -> None:
+        """Take the next samples; the elements they name must be in ``table``."""
+        if not len(samples.cycle):
+            return
+        q = np.vstack([self.tail, samples.pos])
+        self._limits(q)
+        self._feed(q[2:], samples)
+        self.deviation = max(self.deviation, float(self.table.distance(samples.element, samples.pos).max()))
+        self.tail = q[-3:].copy()
+        self.last_element = int(samples.element[-1])
+        self.table.drop_before(self.last_element)
+
+    def finish(self) -> None:
+        """The axes stand from the last sample on."""
+        self._limits(np.vstack([self.tail, self.tail[-1], self.tail[-1], self.tail[-1]]))
+
+    def _limits(self, q: FloatArray) -> None:
+        for order, (name, key) in enumerate(
+            (("velocity", "v_max_mm_s"), ("acceleration", "a_max_mm_s2"), ("jerk", "j_max_mm_s3")), 1
+        ):
+            limit = self.cell.axis_values(key)
+            d = np.abs(np.diff(q, n=order, axis=0)).max(axis=0) / self.dt**order
+            ratios = np.divide(d, limit, out=np.zeros_like(d), where=limit > 0)
+            self.ratio[name] = max(self.ratio[name], float(ratios.max()))
+
+    def _feed(self, q: FloatArray, samples: Samples) -> None:
+        table, element = self.table, samples.element
+        if table.rows is None:
+            return
+        before = np.concatenate([[self.last_element], element[:-1]])
+        feeds = np.append(table.feed(np.arange(table.first, table.first + len(table.rows))), 0.0)
+        pairs = np.column_stack([before, element + 1]).ravel() - table.first
+        allowed = np.maximum.reduceat(feeds, np.maximum(pairs, 0))[::2]
+        main = [i for i in table.main if i >= 0] or list(range(table.axes))
+        moved = np.diff(q, axis=0)
+        speed = np.linalg.norm(moved[:, main], axis=1) / self.dt
+        only_others = ~np.asarray(np.abs(moved[:, main]).max(axis=1) > 0)
+        speed = np.where(only_others, np.linalg.norm(moved, axis=1) / self.dt, speed)
+        with np.errstate(invalid="ignore"):
+            ratios = np.where(np.isfinite(allowed) & (allowed > 0), speed / allowed, 0.0)
+        self.ratio["feed"] = max(self.ratio["feed"], float(ratios.max(initial=0.0)))
