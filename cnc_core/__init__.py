@@ -1,1 +1,18 @@
-"""The CNC: front ends, geometry, engine, command line."""
+"""The CNC: front ends, geometry, engine, co-simulation cell, command line."""
+
+from typing import Any
+
+__all__ = ["Cell", "CncError", "RunResult"]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the public names when they are asked for: processes that need less start faster."""
+    if name in ("Cell", "RunResult"):
+        from . import cell  # noqa: PLC0415
+
+        return getattr(cell, name)
+    if name == "CncError":
+        from .errors import CncError  # noqa: PLC0415
+
+        return CncError
+    raise AttributeError(f"module 'cnc_core' has no attribute {name!r}")

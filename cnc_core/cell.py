@@ -1,0 +1,292 @@
+"""The cell: a CNC process and a PLC process side by side, started, supervised and ended together.
+
+>>> with Cell("cell.toml") as cell:                                            # doctest: +SKIP
+...     result = cell.run("part.nc", plc=OverrideFromContour)
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import os
+import secrets
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from hli import segment
+
+from . import recorder
+from .config import CellConfig, load_config
+from .errors import CncError, Place
+
+POLL_S = 0.005
+GRACE_S = 1.5  # after one side ended: how long the other may take to notice
+PLC_CHOICES = "a file, a class of a file, or builtin:NAME"
+
+
+@dataclass
+class RunResult:
+    """Outcome of one co-simulation (the contract's run object)."""
+
+    cycles: int = 0
+    sim_time_s: float = 0.0
+    wall_time_s: float = 0.0
+    requests: dict[str, int] = field(default_factory=lambda: {"mode1": 0, "mode2": 0})
+    handshake_us: dict[str, float | None] = field(default_factory=dict)
+    overruns: int = 0
+    end: str = "aborted"
+    messages: list[str] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
+    errors: list[dict[str, Any]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    plc: dict[str, Any] = field(default_factory=dict)
+    blocks: int = 0
+    recorded: int = 0
+    error_text: str = ""
+    dialect: str | None = None
+
+    @property
+    def realtime_factor(self) -> float:
+        return self.sim_time_s / self.wall_time_s if self.wall_time_s > 0 else 0.0
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "cycles": self.cycles,
+            "sim_time_s": self.sim_time_s,
+            "wall_time_s": self.wall_time_s,
+            "realtime_factor": self.realtime_factor,
+            "requests": self.requests,
+            "handshake_us": self.handshake_us,
+            "overruns": self.overruns,
+            "end": self.end,
+            "messages": self.messages,
+            "files": self.files,
+            "errors": self.errors,
+            "warnings": self.warnings,
+            "blocks": self.blocks,
+            "recorded": self.recorded,
+            "dialect": self.dialect,
+            "plc": {k: v for k, v in self.plc.items() if k != "result"},
+        }
+
+
+@dataclass(frozen=True)
+class PlcChoice:
+    """Which PLC program runs: arguments of the PLC process."""
+
+    arguments: tuple[str, ...]
+
+    @classmethod
+    def of(cls, plc: Any, args: dict[str, Any] | None = None) -> PlcChoice:
+        """From None (acknowledge everything), ``builtin:NAME``, a file, or a task class of an importable file."""
+        if plc is None:
+            plc = "builtin:acknowledge"
+        if isinstance(plc, type):
+            return cls._of_class(plc)
+        text = str(plc)
+        if text.startswith("builtin:"):
+            return cls(("--builtin", text.removeprefix("builtin:"), "--args", json.dumps(args or {})))
+        if not Path(text).is_file():
+            raise CncError(901001, "PLC program not found", Place(text))
+        return cls(("--file", str(Path(text).resolve())))
+
+    @classmethod
+    def _of_class(cls, plc: type) -> PlcChoice:
+        if "<locals>" in plc.__qualname__:
+            raise CncError(902001, f"PLC class {plc.__qualname__} is local to a function; the PLC process needs {PLC_CHOICES}")
+        try:
+            file = inspect.getfile(plc)
+        except (TypeError, OSError):
+            raise CncError(902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}") from None
+        return cls(("--file", str(Path(file).resolve()), "--class", plc.__qualname__))
+
+
+class _Child:
+    """One process with its report and what it says on standard error."""
+
+    def __init__(self, title: str, module: str, arguments: Sequence[str], folder: Path) -> None:
+        self.title = title
+        self.report_file = folder / f"{title}.json"
+        self.log_file = folder / f"{title}.log"
+        command = [sys.executable, "-P", "-m", module, *arguments, "--parent", str(os.getpid())]
+        environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+        with self.log_file.open("wb") as log:
+            self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
+
+    @property
+    def ended(self) -> bool:
+        return self.process.poll() is not None
+
+    def end(self, seconds: float) -> None:
+        """Wait, then terminate, then kill: our own child only, by its pid."""
+        for action in (lambda: None, self.process.terminate, self.process.kill):
+            action()
+            try:
+                self.process.wait(seconds)
+                return
+            except subprocess.TimeoutExpired:
+                continue
+
+    def report(self) -> dict[str, Any]:
+        try:
+            out: dict[str, Any] = json.loads(self.report_file.read_text())
+        except (OSError, ValueError):
+            return {}
+        return out
+
+    def said(self) -> str:
+        return self.log_file.read_text(errors="replace").strip()
+
+
+@dataclass
+class _Job:
+    """One run on its way."""
+
+    cnc: _Child
+    plc: _Child
+    folder: Path
+    name: str
+    started: float
+
+
+class Cell:
+    """A machine from a configuration file (None: the built-in one, X Y Z) that runs programs beside a PLC."""
+
+    def __init__(self, config: str | Path | None = None, *, clock: str = "lockstep", service: str | None = None) -> None:
+        self.config_path = Path(config).resolve() if config is not None else None
+        self.config: CellConfig = load_config(self.config_path)
+        self.clock, self.service = clock, service
+        self._job: _Job | None = None
+
+    def __enter__(self) -> Cell:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End what still runs and remove it from shared memory."""
+        if self._job is not None:
+            job, self._job = self._job, None
+            _end_job(job, 0.2)
+
+    def run(
+        self,
+        program: str | Path,
+        plc: Any = None,
+        *,
+        plc_args: dict[str, Any] | None = None,
+        clock: str | None = None,
+        dialect: str | None = None,
+        out: str | Path | None = None,
+        record: str | Path | None = None,
+        hold_start: bool = False,
+    ) -> RunResult:
+        """Run the program to its end. ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
+
+        CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
+        """
+        program, target = Path(program), Path(record) if record else None
+        if not program.exists():
+            raise CncError(901001, "file not found", Place(str(program)))
+        if target:
+            recorder.check_target(target)
+        choice = PlcChoice.of(plc, plc_args)
+        segment.sweep()
+        self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, target is not None)
+        try:
+            _supervise(self._job)
+            return self._collect(self._job, target, Path(out) if out else None)
+        finally:
+            self.close()
+
+    def _start(self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool) -> _Job:
+        folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
+        name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
+        options = {
+            "file": str(program),
+            "name": name,
+            "config": str(self.config_path) if self.config_path else None,
+            "dialect": dialect,
+            "clock": clock,
+            "service": self.service,
+            "report": str(folder / "cnc.json"),
+            "record": str(folder / "samples.f64") if record else None,
+            "once": True,
+            "hold_start": hold,
+        }
+        started = time.monotonic()
+        cnc = _Child("cnc", "cnc_core.cnc_process", [json.dumps(options)], folder)
+        arguments = ["--name", name, *choice.arguments, "--report", str(folder / "plc.json"), "--once"]
+        plc = _Child("plc", "plc_client", arguments, folder)
+        return _Job(cnc, plc, folder, name, started)
+
+    def _collect(self, job: _Job, target: Path | None, out: Path | None) -> RunResult:
+        cnc, plc = job.cnc.report(), job.plc.report()
+        result = RunResult(wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[])
+        for key in ("cycles", "sim_time_s", "wall_time_s", "requests", "end", "messages", "errors", "warnings", "blocks", "dialect"):
+            if key in cnc:
+                setattr(result, key, cnc[key])
+        result.overruns = int(cnc.get("overruns", 0)) + int(plc.get("overruns", 0))
+        result.handshake_us = _handshake_us(plc)
+        _judge(result, job, cnc)
+        if target:
+            result.recorded = recorder.finish(job.folder / "samples.f64", target, self.config)
+        if out and out.is_dir():
+            result.files = sorted(str(p.relative_to(out)) for p in out.rglob("*") if p.is_file())
+        return result
+
+
+def _supervise(job: _Job) -> None:
+    """Until both have ended; when one has, the other gets a short time to follow."""
+    alone_since = 0.0
+    while not (job.cnc.ended and job.plc.ended):
+        time.sleep(POLL_S)
+        if job.cnc.ended or job.plc.ended:
+            alone_since = alone_since or time.monotonic()
+            # a PLC that ended well (status 0) leaves the CNC to finish; anything else ends the run
+            if time.monotonic() - alone_since > GRACE_S:
+                return
+
+
+def _end_job(job: _Job, seconds: float) -> None:
+    for child in (job.cnc, job.plc):
+        if not child.ended:
+            child.process.terminate()
+    for child in (job.cnc, job.plc):
+        child.end(seconds)
+    segment.remove(job.name)
+    shutil.rmtree(job.folder, ignore_errors=True)
+
+
+def _handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:
+    ns = plc.get("handshake_ns") or {}
+    return {k: ns[k] / 1000.0 if ns.get(k) is not None and ns.get("n") else None for k in ("p50", "p99", "p999", "max")}
+
+
+def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
+    """The end of the run as the user should see it."""
+    status = job.plc.process.poll()
+    plc_failed = status != 0
+    if cnc.get("source") and result.errors:
+        result.error_text = cnc["source"]
+    if result.end == "completed" and plc_failed:
+        result.end = "error" if result.plc.get("error") else "aborted"
+    if not cnc or (result.end == "aborted" and not result.errors):
+        result.end = "aborted" if not (cnc and result.plc.get("error")) else "error"
+    if plc_failed and (result.plc.get("error") or job.plc.said()):
+        text = result.plc.get("error") or job.plc.said().splitlines()[-1]
+        result.errors.append({"file": "", "line": 0, "column": 0, "code": 905001, "text": f"PLC: {text}"})
+    elif result.end == "aborted":
+        who = "CNC" if not cnc else "PLC"
+        last = (job.cnc if not cnc else job.plc).said()
+        detail = f": {last.splitlines()[-1]}" if last else ""
+        result.errors.append({"file": "", "line": 0, "column": 0, "code": 905001, "text": f"the {who} process died{detail}"})

@@ -1,0 +1,322 @@
+"""The CNC process: owns the segment and the engine, prepares blocks, runs the clock.
+
+Started by the launcher (``--once``: one program, then the end) or by ``hli-cosim cnc`` (stays, serves whichever PLC
+comes).  Everything a PLC can see is published by the engine's cycle; this module only moves things along.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import signal
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hli import layout, segment
+from hli._sync import lib as sync
+from hli.errors import HliError
+
+from .channel import Preparation
+from .config import CellConfig, load_config
+from .engine import Engine, Event
+from .errors import CncError
+from .recorder import PartWriter
+
+KERNEL_VERSION = b"hli-cosim 0.1"
+CLOCKS = {"lockstep": layout.HLI_CLOCK_LOCKSTEP, "freerun": layout.HLI_CLOCK_FREERUN, "realtime": layout.HLI_CLOCK_REALTIME}
+SERVICES = {"cyclic": layout.HLI_SERVICE_CYCLIC, "immediate": layout.HLI_SERVICE_IMMEDIATE}
+RECORD_ROWS = 16384
+SLICE_S = 0.1  # how long one wait may last before signals and the PLC's life are looked at
+CHUNK_CYCLES = 20_000  # cycles between two looks in virtual time
+LINGER_S = 30.0  # longest wait, in wall time, for a PLC to finish behind the program's end
+IDLE_CYCLES = 10  # cycles served at a time while nothing moves and the clock is free
+
+
+@dataclass(frozen=True)
+class CncOptions:
+    """What one CNC process is to do."""
+
+    file: Path
+    name: str
+    config: Path | None = None
+    dialect: str | None = None
+    clock: str = "lockstep"
+    service: str | None = None
+    report: Path | None = None
+    record: Path | None = None
+    once: bool = False
+    hold_start: bool = False
+    wait_plc: bool = True
+    lookahead: int | None = None
+
+
+def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program: str) -> None:
+    """Constant members of the areas: versions, sizes, numbers, names, the sidecar's identity."""
+    for version in (root.platform.nc_config.hli_version_r, root.platform.nc_config.nc_kernel_version_r):
+        version.zeichen = KERNEL_VERSION
+    channel = root.channel[0]
+    channel.head.version_r.zeichen = KERNEL_VERSION
+    channel.head.sizeof_interface_r = layout.ctypes.sizeof(layout.HLI_CHANNEL)
+    channel.head.channel_nr = 1
+    channel.bahn_state.prog_name_r = program.encode("latin-1", "replace")[:259]
+    channel.bahn_state.file_offset_r = -1
+    channel.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
+    channel.channel_mc_control.mode_and_state.state_r.mode = 2  # HLI_IMCM_AUTOMATIC_MODE
+    for i, (name, axis) in enumerate(cell.axes.items()):
+        number, kind = axis.id or i + 1, 2 if axis.kind == "rotary" else 1
+        coord, head = channel.bahn_state.coord_r[i], root.axis[i].head
+        coord.log_axis_nr_r = head.log_ax_n_r = number
+        coord.axis_type_r = head.axis_type_r = kind
+        coord.name = name.encode()
+        head.sizeof_interface_r = layout.ctypes.sizeof(layout.HLI_AXIS)
+    side = root.sidecar.cnc
+    side.pid, side.start = os.getpid(), sync.hs_process_start(os.getpid())
+    side.cycle_ns = round(cell.cycle_s * 1e9)
+    side.clock, side.service = CLOCKS[clock], SERVICES[service]
+    side.generation = (time.monotonic_ns() // 1000) & 0x7FFFFFFF or 1
+    side.phase = layout.HLI_PHASE_STARTING
+
+
+class CncProcess:
+    """One CNC with one program. ``run`` returns when the program's work is done or a signal came."""
+
+    def __init__(self, options: CncOptions) -> None:
+        self.options = options
+        self.cell = load_config(options.config)
+        self.service = options.service or self.cell.channel.service
+        self.stop_signal = 0
+        self.end = "aborted"
+        self.ended_at = 0.0
+        self.started = time.monotonic()
+        self.warnings = list(self.cell.warnings())
+        segment.sweep()
+        self.segment = segment.create(options.name, 1, len(self.cell.axes), ready=False)
+        root = self.segment.root
+        fill_identity(root, self.cell, options.clock, self.service, options.file.name)
+        self.side = root.sidecar
+        self.channel = root.channel[0]
+        self.engine = Engine(
+            self.cell,
+            window=options.lookahead,
+            segment=self.segment.base,
+            clock=CLOCKS[options.clock],
+            service=SERVICES[self.service],
+            record_rows=RECORD_ROWS if options.record else 0,
+        )
+        self.recorder = PartWriter(options.record) if options.record else None
+        self.engine.hold_start(True)
+        self.preparation = Preparation(options.file, self.cell, options.dialect, self.engine)
+
+    # ---------------------------------------------------------------- life
+    def on_signal(self, number: int, _frame: Any) -> None:
+        self.stop_signal = number
+
+    def run(self) -> None:
+        """Publish, wait for the PLC, drive the program, stay for the PLC's last scans."""
+        try:
+            self.preparation.pump()
+            if self.service == "immediate":
+                self.engine.serve_start()
+            self.segment.publish()
+            self._drive()
+        finally:
+            self._close()
+
+    def _close(self) -> None:
+        self.engine.stop()
+        self.engine.serve_stop()
+        self._take_samples()
+        if self.recorder:
+            self.recorder.close()
+        self.engine.set_phase(layout.HLI_PHASE_SHUTDOWN)
+        self.segment.unlink()
+        deadline = time.monotonic() + 2.0
+        while self.plc_alive() and time.monotonic() < deadline:
+            time.sleep(0.002)
+
+    # ---------------------------------------------------------------- the PLC's life
+    def plc_alive(self) -> bool:
+        plc = self.side.plc
+        return bool(plc.attached) and bool(sync.hs_process_alive(plc.pid, plc.start))
+
+    def _look_at_plc(self) -> None:
+        """A PLC that died is taken off the segment, so that the next one finds it free."""
+        if self.side.plc.attached and not self.plc_alive():
+            self.side.plc.attached = 0
+            self.side.plc.finished = 0
+
+    def _plc_lost(self) -> bool:
+        """Whether a run that depends on its PLC has lost it."""
+        return self.options.once and self.started_with_plc and not self.side.plc.attached
+
+    # ---------------------------------------------------------------- driving
+    def _drive(self) -> None:
+        self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_STARTING)
+        if not self._wait_for_plc():
+            return
+        self.started_with_plc = bool(self.side.plc.attached)
+        if self.options.hold_start:
+            self._serve_held()
+            return
+        self.engine.set_phase(layout.HLI_PHASE_RUNNING)
+        self.engine.hold_start(False)
+        if self.options.clock == "realtime":
+            self.engine.start()
+        while not self.stop_signal and self._once_round():
+            pass
+
+    def _wait_for_plc(self) -> bool:
+        """Until a PLC has attached (at once if none is awaited); False if a signal came first."""
+        while self.options.wait_plc and not self.side.plc.attached:
+            if self.stop_signal:
+                return False
+            time.sleep(0.001)
+        return not self.stop_signal
+
+    def _serve_held(self) -> None:
+        """Cycles with motion held, until the PLC is finished (command ``lookahead --at start``)."""
+        while not self.stop_signal and not self.side.plc.finished:
+            event = self.engine.run(1, int(SLICE_S * 1e9))
+            self._handle(event)
+            self._look_at_plc()
+            if self._plc_lost():
+                return
+        self.end = "completed"
+
+    def _once_round(self) -> bool:
+        """Run a stretch, handle its event; False when the work is done."""
+        if self.options.clock == "realtime":
+            event = self.engine.wait(SLICE_S)
+        else:
+            event = self.engine.run(self._stretch(), int(SLICE_S * 1e9))
+        if event in (Event.DONE, Event.PLC_WAIT):
+            self._look_at_plc()
+            if event is Event.PLC_WAIT and not self.side.plc.attached:
+                time.sleep(0.002)
+        self._handle(event)
+        if self.ended_at and not self.options.once and self.options.clock == "freerun":
+            time.sleep(0.001)  # nothing moves any more: serve, but leave the processor to others
+        return not (event is Event.FAULT or self._plc_lost() or self._work_is_done(event))
+
+    def _stretch(self) -> int:
+        return IDLE_CYCLES if self.ended_at else CHUNK_CYCLES
+
+    def _handle(self, event: Event) -> None:
+        if event is Event.NEED_BLOCKS:
+            self.preparation.pump()
+        elif event is Event.DRAINED:
+            self.preparation.drained()
+            self.preparation.pump()
+        elif event is Event.PROGRAM_END:
+            self._program_ended()
+        elif event is Event.RECORD_FULL:
+            self._take_samples()
+
+    def _program_ended(self) -> None:
+        self.ended_at = time.monotonic()
+        error = self.preparation.error
+        self.end = "error" if error else "completed"
+        if error:
+            self.channel.bahn_state.error_id_r = error.code
+            self.channel.bahn_state.error_r = True
+            if not self.options.once:
+                print(error, file=sys.stderr, flush=True)
+        self.engine.set_phase(layout.HLI_PHASE_ENDED)
+
+    def _work_is_done(self, event: Event) -> bool:
+        if not self.ended_at or not self.options.once:
+            return False
+        if event is Event.PLC_FINISHED or not self.started_with_plc:
+            return True
+        return time.monotonic() - self.ended_at > LINGER_S
+
+    def _take_samples(self) -> None:
+        while self.recorder:
+            samples = self.engine.take_samples()
+            if not len(samples.cycle):
+                return
+            self.recorder.add(samples)
+
+    # ---------------------------------------------------------------- report
+    def log_warnings(self) -> list[str]:
+        """Warnings that only show when the log is written, one each per program."""
+        state, texts = self.engine.state, []
+        if state.log_disabled:
+            texts.append("contour look-ahead: nothing is logged (needs FCT_CONTOUR_LAH, fb_storage_size and contour_lookahead_log_max)")
+        if state.log_dropped:
+            texts.append(f"contour look-ahead: {state.log_dropped} entries dropped, contour_lookahead_log_max is {self.cell.channel.contour_lookahead_log_max}")
+        if state.log_ignored_areas:
+            texts.append("contour look-ahead: a further marked area is ignored, LOG CLEAR frees the log")
+        if state.log_stray_params:
+            texts.append("contour look-ahead: LOG PARAM outside a marked area has no effect")
+        if state.log_on_closed:
+            texts.append("contour look-ahead: LOG ON inside a marked area closes it (meant as LOG OFF?)")
+        return texts
+
+    def report(self) -> dict[str, Any]:
+        """Everything the launcher needs, as JSON."""
+        state, preparation = self.engine.state, self.preparation
+        errors = [preparation.error.as_json()] if preparation.error else []
+        source = preparation.error.place.source if preparation.error else ""
+        return {
+            "cycles": int(state.cycle),
+            "sim_time_s": int(state.cycle) * self.cell.cycle_s,
+            "wall_time_s": time.monotonic() - self.started,
+            "blocks": preparation.blocks,
+            "requests": {"mode1": int(state.requests_mode1), "mode2": int(state.requests_mode2), "bad": int(state.requests_bad)},
+            "overruns": int(state.overruns),
+            "bad_commands": int(state.bad_commands),
+            "record_lost": int(state.record_lost),
+            "end": self.end,
+            "messages": preparation.port.messages,
+            "warnings": self.warnings + self.log_warnings(),
+            "errors": errors,
+            "source": source,
+            "dialect": preparation.program.dialect if preparation.program else None,
+            "fault": int(state.fault),
+        }
+
+
+def write_json(path: Path, value: Any) -> None:
+    """Write beside the name, then rename: a reader sees the whole or nothing."""
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    part.write_text(json.dumps(value))
+    part.replace(path)
+
+
+def run_cnc(options: CncOptions) -> int:
+    """Run one CNC process to its end; 0, 1 (program error or fault), 130 (interrupted)."""
+    process = CncProcess(options)
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, process.on_signal)
+    process.run()
+    if options.report:
+        write_json(options.report, process.report())
+    if process.stop_signal == signal.SIGINT:
+        return 130
+    return 0 if process.end == "completed" or process.stop_signal else 1
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Entry point of the launcher: options as one JSON object."""
+    parser = argparse.ArgumentParser(prog="cnc_core.cnc_process")
+    parser.add_argument("options", type=json.loads)
+    parser.add_argument("--parent", type=int)
+    args = parser.parse_args(argv)
+    if args.parent is not None and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
+        return 1
+    given = {k: Path(v) if k in ("file", "config", "report", "record") and v else v for k, v in args.options.items()}
+    try:
+        return run_cnc(CncOptions(**given))
+    except (CncError, HliError) as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
