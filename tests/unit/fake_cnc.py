@@ -14,10 +14,10 @@ import uuid
 from typing import Any
 
 import numpy as np
+from hli._sync import lib
 
 import hli
 from hli import layout
-from hli._sync import lib
 from hli.handshake import ContourUnit, word_pointer
 from hli.view import BLOCK_DTYPE, Areas
 
@@ -44,6 +44,7 @@ class FakeCnc:
         self,
         path: np.ndarray[Any, Any] | None = None,
         log: np.ndarray[Any, Any] | None = None,
+        *,
         name: str = "",
         speed: float = 1.0,
         ahead: float = 1e30,
@@ -127,9 +128,10 @@ class FakeCnc:
     def run(self) -> None:
         """Lockstep: run as far as the PLC allows, until stopped."""
         while not self._stop.is_set():
-            if self.side.cnc.clock != layout.HLI_CLOCK_LOCKSTEP:
-                self.cycle()
-            elif lib.hs_word_wait(self._plc_turn, (self.cycles + 1) & 0xFFFFFFFF, 20_000, 20_000_000) == lib.HS_OK:
+            if (
+                self.side.cnc.clock != layout.HLI_CLOCK_LOCKSTEP
+                or lib.hs_word_wait(self._plc_turn, (self.cycles + 1) & 0xFFFFFFFF, 20_000, 20_000_000) == lib.HS_OK
+            ):
                 self.cycle()
             if self.side.plc.finished:
                 self.side.cnc.phase = layout.HLI_PHASE_SHUTDOWN

@@ -12,10 +12,10 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from fake_cnc import elements, unique_name
+from hli._sync import ffi, lib
 
 import hli
 from hli import bench, layout
-from hli._sync import ffi, lib
 from hli.handshake import ContourUnit, snapshot, word_pointer
 from hli.view import Areas
 
@@ -36,6 +36,22 @@ while not areas.gpPform.plc_present_w:
     raw.coord_r[31].act_position_r = n & 0x7FFFFFFF
     lib.hs_seq_end(seq)
 print(n, flush=True)
+"""
+
+
+WAITER = """
+import sys, hli
+from hli._sync import lib
+from hli.handshake import word_pointer
+from hli.view import Areas
+areas = Areas(hli.attach(sys.argv[1]))
+print("waiting", flush=True)
+try:
+    lib.hs_word_wait(word_pointer(areas.root, "cnc_turn"), 1, 0, 10**18)
+    while True:
+        pass
+except KeyboardInterrupt:
+    print("interrupted")
 """
 
 
@@ -177,7 +193,9 @@ def test_snapshot_refuses_what_has_no_seqlock(areas: Areas) -> None:
         snapshot(areas.gpCh[0].head)
 
 
-@pytest.mark.parametrize(("word", "target", "reached"), [(5, 5, True), (6, 5, True), (4, 5, False), (2, 2**32 - 2, True)])
+@pytest.mark.parametrize(
+    ("word", "target", "reached"), [(5, 5, True), (6, 5, True), (4, 5, False), (2, 2**32 - 2, True)]
+)
 def test_word_wait_compares_signed_distance(areas: Areas, word: int, target: int, reached: bool) -> None:
     """The counter may wrap at 32 bits."""
     side = word_pointer(areas.root, "cnc_turn")
@@ -201,15 +219,9 @@ def test_sleeping_waiter_is_woken_by_post(areas: Areas) -> None:
 def test_waits_end_early_when_a_signal_arrives() -> None:
     """Ctrl-C works: a process in a long C wait handles the signal at once."""
     name = unique_name()
-    code = (
-        "import sys, hli\nfrom hli._sync import lib\nfrom hli.view import Areas\nfrom hli.handshake import word_pointer\n"
-        "areas = Areas(hli.attach(sys.argv[1]))\nprint('waiting', flush=True)\n"
-        "try:\n    lib.hs_word_wait(word_pointer(areas.root, 'cnc_turn'), 1, 0, 10**18)\n    while True: pass\n"
-        "except KeyboardInterrupt:\n    print('interrupted')\n"
-    )
     with hli.create(name) as segment:
         areas = Areas(segment)
-        command = [sys.executable, "-c", code, name]
+        command = [sys.executable, "-c", WAITER, name]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
             process.stdout.readline()
@@ -229,8 +241,10 @@ def test_sleep_until_a_past_deadline_returns_at_once() -> None:
 
 def test_child_dies_with_its_parent() -> None:
     """hs_die_with_parent: the grandchild gets the signal when its parent is killed; a gone parent is told as -1."""
-    grandchild = "import os,sys,time; from hli._sync import lib; lib.hs_die_with_parent(9, int(sys.argv[1])); " \
+    grandchild = (
+        "import os,sys,time; from hli._sync import lib; lib.hs_die_with_parent(9, int(sys.argv[1])); "
         "print(os.getpid(), flush=True); time.sleep(60)"
+    )
     child = (
         "import os,subprocess,sys,time\n"
         f"subprocess.Popen([sys.executable, '-c', {grandchild!r}, str(os.getpid())])\ntime.sleep(60)"

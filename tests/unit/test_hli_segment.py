@@ -10,10 +10,10 @@ from pathlib import Path
 
 import pytest
 from fake_cnc import unique_name
+from hli._sync import lib
 
 import hli
 from hli import layout
-from hli._sync import lib
 from hli.segment import SEGMENT_SIZE, SHM_DIR
 
 CREATE_AND_SLEEP = """

@@ -52,7 +52,7 @@ def test_bool_and_string_members_have_python_types(areas: Areas) -> None:
     assert state.program_end_r is True
     state.prog_name_r = "teil_ä.nc"
     assert state.prog_name_r == "teil_ä.nc"
-    with pytest.raises(ValueError, match="prog_name_r.*260"):
+    with pytest.raises(ValueError, match=r"prog_name_r.*260"):
         state.prog_name_r = "x" * 260
 
 
@@ -185,7 +185,5 @@ def test_every_member_of_every_structure_has_its_property(areas: Areas) -> None:
 
     walk(areas.root)
     for cls in seen:
-        assert set(cls._names) >= {
-            n for n, _ in getattr(layout, cls.__name__)._fields_ if not n.startswith("fill_")
-        }
+        assert set(cls._names) >= {n for n, _ in getattr(layout, cls.__name__)._fields_ if not n.startswith("fill_")}
     assert len(seen) > 40
