@@ -52,7 +52,8 @@ class Hli(Areas):
         self._process = (self.cnc.pid, self.cnc.start) if self.cnc.pid else (head.owner_pid, head.owner_start)
         self._open = True
         if role == "plc":
-            self._register()
+            with segment.locked():
+                self._register()
         clock.set_source(lambda: self.cell_time_ns)
 
     # -- registration
