@@ -15,6 +15,7 @@ import mmap
 import os
 import re
 import stat
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -55,6 +56,19 @@ class Segment:
         """Whether the process that created the segment still runs."""
         head = self.root.segment_head
         return bool(lib.hs_process_alive(head.owner_pid, head.owner_start))
+
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Hold the segment's file lock: attaching PLCs look and register one after the other."""
+        try:
+            fd = os.open(SHM_DIR / self.name, os.O_RDONLY | os.O_CLOEXEC)
+        except FileNotFoundError:
+            raise HliNotFound(f"segment {self.name!r} has just been removed") from None
+        try:
+            fcntl.flock(fd, fcntl.LOCK_EX)
+            yield
+        finally:
+            os.close(fd)
 
     def close(self) -> None:
         """Give the mapping up; memory that views still look at is unmapped when the last of them goes."""

@@ -19,7 +19,7 @@ from hli.errors import HliError, HliNotFound, HliNotReady
 from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .scan import Ending, Program, Scanner, report
-from .task import PlcError, load_tasks
+from .task import PlcError, load_tasks, spec_of
 
 _RETRY_S = 0.05
 _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
@@ -119,7 +119,8 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
 
 def _programs(args: argparse.Namespace) -> list[Program]:
     if args.builtin:
-        return [Program.of(builtin.load(args.builtin), args.args)]
+        cls = builtin.load(args.builtin)
+        return [Program(cls(args.args), args.builtin, spec_of(cls))]
     return [Program.of(cls) for cls in load_tasks(args.file, args.qualname)]
 
 

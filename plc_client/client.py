@@ -52,7 +52,8 @@ class Hli(Areas):
         self._process = (self.cnc.pid, self.cnc.start) if self.cnc.pid else (head.owner_pid, head.owner_start)
         self._open = True
         if role == "plc":
-            self._register()
+            with segment.locked():
+                self._register()
         clock.set_source(lambda: self.cell_time_ns)
 
     # -- registration
@@ -115,7 +116,7 @@ class Hli(Areas):
     @property
     def cycle_s(self) -> float:
         """Cycle time of the CNC in s."""
-        return float(self.cnc.cycle_ns) / 1e9
+        return max(int(self.cnc.cycle_ns), 1) / 1e9
 
     @property
     def phase(self) -> int:
@@ -215,10 +216,13 @@ def connect(name: str = DEFAULT_NAME, wait_s: float = 0.0, role: Role = "plc", p
 
 
 def attach_running(name: str) -> Segment:
-    """``hli.attach`` that takes a segment whose CNC is dead, or not registered yet, as not there."""
+    """``hli.attach`` that takes a segment whose CNC is dead or shutting down as not there (HliNotFound)."""
     segment = attach(name)
-    if not segment.owner_alive():
-        owner = segment.root.segment_head.owner_pid
+    owner, phase = segment.root.segment_head.owner_pid, segment.root.sidecar.cnc.phase
+    problem = "" if segment.owner_alive() else f"is left over: its CNC, process {owner}, is gone"
+    if phase == layout.HLI_PHASE_SHUTDOWN:
+        problem = problem or f"is being closed by its CNC, process {owner}"
+    if problem:
         segment.close()
-        raise HliNotFound(f"segment {name!r} is left over: its CNC, process {owner}, is gone")
+        raise HliNotFound(f"segment {name!r} {problem}")
     return segment

@@ -35,7 +35,7 @@ class CyclePacer:
 
     def ticks(self, interval_s: float) -> int:
         """Whole cycles, at least one."""
-        return max(round(interval_s * 1e9 / max(self._hli.cnc.cycle_ns, 1)), 1)
+        return max(round(interval_s / self._hli.cycle_s), 1)
 
     def now(self) -> int:
         """Completed cycles."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import sys
+import sysconfig
 import traceback
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +15,7 @@ from typing import Any, TypeVar
 _T = TypeVar("_T", bound=type)
 _ATTRIBUTE = "__plc_task__"
 _FRAMEWORK = Path(__file__).resolve().parent
+_INSTALLED = tuple(Path(sysconfig.get_path(key)).resolve() for key in ("stdlib", "purelib", "platlib"))
 
 
 class PlcError(Exception):
@@ -99,12 +101,13 @@ def _import(path: Path) -> ModuleType:
 
 def describe(error: BaseException) -> str:
     """``FILE:LINE: Type: text`` with the user's own frames below it; the framework's frames are left out."""
-    frames = [f for f in traceback.extract_tb(error.__traceback__) if _is_users(f.filename)]
+    everything = traceback.extract_tb(error.__traceback__)
+    frames = [f for f in everything if _is_users(f.filename)]
     text = "".join(traceback.format_exception_only(type(error), error)).strip().splitlines()[-1]
     if isinstance(error, SyntaxError):
         return f"{error.filename}:{error.lineno}: {text}"
-    place = f"{frames[-1].filename}:{frames[-1].lineno}: " if frames else ""
-    return f"{place}{text}" + "".join(f"\n{line}" for line in _trace(frames))
+    last = [*everything[-1:], *frames][-1]
+    return f"{last.filename}:{last.lineno}: {text}" + "".join(f"\n{line}" for line in _trace(frames))
 
 
 def _trace(frames: list[traceback.FrameSummary]) -> list[str]:
@@ -114,5 +117,5 @@ def _trace(frames: list[traceback.FrameSummary]) -> list[str]:
 def _is_users(filename: str) -> bool:
     if filename.startswith("<frozen"):
         return False
-    path = Path(filename).resolve()
-    return _FRAMEWORK not in path.parents and _FRAMEWORK.parent / "hli" not in path.parents
+    foreign = (_FRAMEWORK, _FRAMEWORK.parent / "hli", *_INSTALLED)
+    return not any(folder in Path(filename).resolve().parents for folder in foreign)

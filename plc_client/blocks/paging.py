@@ -58,8 +58,8 @@ class ContourFollower:
     The manual's rule: there are new elements while ``start_position(last) + length(last) < max_dist_prog_start``, and
     they are requested from the end of the last one.  ``position`` is that end.  After a distance reset (the displayed
     distance fell although the path does not run backwards, or stands at 0 while the known distance lies behind
-    ``position``: a new program) an answer still under way is dropped and everything begins again at 0.  Elements that the CNC dropped before they were asked
-    for (they lay too far behind the tool) are skipped.
+    ``position``: a new program) an answer still under way is dropped and everything begins again at 0.  Elements that
+    the CNC dropped before they were asked for (they lay too far behind the tool) are skipped.
     """
 
     def __init__(self, fb: ContourLookahead) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 
 def checked(given: dict[str, Any], defaults: dict[str, Any]) -> dict[str, Any]:
-    """`defaults` updated by `given`; ValueError names an unknown argument with the nearest known one, or a wrong type."""
+    """`defaults` updated by `given`; ValueError names an unknown argument (with the nearest one) or a wrong type."""
     if not isinstance(given, dict):
         raise ValueError("--args: a JSON object is needed")
     for name, value in given.items():

@@ -75,7 +75,7 @@ class Plc:
 
     def finished(self) -> bool:
         """All that was logged has been read."""
-        return sum(map(len, self._logged)) >= self._ch.contour_lookahead.state.count_logged_blocks
+        return sum(map(len, self._logged)) >= int(self._ch.contour_lookahead.state.count_logged_blocks)
 
     def result(self) -> dict[str, Any]:
         log = np.concatenate([np.zeros(0, BLOCK_DTYPE), *self._logged])
@@ -108,7 +108,8 @@ class Plc:
             self._logged.append(new)
 
     def _window(self, distance: float) -> np.ndarray[Any, Any]:
-        return self._ahead[self._ahead["start_position"] < distance + self._args["window"]]
+        reach = distance + float(self._args["window"])
+        return self._ahead[self._ahead["start_position"] < reach]
 
     def _override(self, window: np.ndarray[Any, Any]) -> float:
         """Percent: proportional to the square root of the smallest radius, and to the sharpest tangent."""

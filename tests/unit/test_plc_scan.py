@@ -1,0 +1,290 @@
+"""The scan runtime in real processes, and its schedule on a pacer the test moves."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fake_cnc import FakeCnc, elements, unique_name
+
+from hli import layout
+from plc_client import connect, task
+from plc_client.scan import Ending, Program, Scanner
+from plc_client.task import PlcError, load_tasks
+
+ROOT = Path(__file__).resolve().parents[2]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+
+COUNTING = """
+    from plc_client import task
+
+    @task(interval=0.002, priority=1)
+    class Slow:
+        def setup(self, hli):
+            self.n = 0
+        def cyclic(self):
+            self.n += 1
+        def result(self):
+            return self.n
+
+    @task(interval=0.001, priority=0)
+    class Fast(Slow):
+        pass
+"""
+
+
+FAILING = """\
+    from plc_client import task
+
+    @task()
+    class T:
+        def setup(self, hli):
+            self.hli = hli
+        def cyclic(self):
+"""
+
+
+def write(path: Path, text: str) -> str:
+    """A user's PLC file."""
+    path.write_text(textwrap.dedent(text))
+    return str(path)
+
+
+def start_plc(name: str, *arguments: str) -> subprocess.Popen[str]:
+    """The PLC process."""
+    command = [sys.executable, "-P", "-m", "plc_client", "--name", name, *arguments]
+    return subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+
+
+def run_plc(name: str, *arguments: str) -> tuple[int, str]:
+    """(exit status, stderr) of a PLC process that ends by itself."""
+    process = start_plc(name, *arguments)
+    _, text = process.communicate(timeout=60)
+    return process.returncode, text
+
+
+def start_cnc(name: str, **arguments: Any) -> subprocess.Popen[str]:
+    """The fake CNC as a process, ready."""
+    command = [sys.executable, str(Path(__file__).with_name("fake_cnc.py")), name, json.dumps(arguments)]
+    process = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+def end(process: subprocess.Popen[str]) -> None:
+    """Kill and reap."""
+    process.kill()
+    process.communicate()
+
+
+def test_two_processes_in_lockstep_end_cleanly_with_a_report(tmp_path: Path) -> None:
+    """Each task at its interval, at least 10 scans after the program's end, report written, exit 0."""
+    name, report = unique_name(), tmp_path / "report.json"
+    cnc = start_cnc(name, lengths=[50.0])
+    status, text = run_plc(name, "--file", write(tmp_path / "p.py", COUNTING), "--once", "--report", str(report))
+    assert (status, text) == (0, "")
+    cnc.communicate(timeout=60)
+    content = json.loads(report.read_text())
+    assert (content["error"], content["overruns"], content["requests"]) == (None, 0, 0)
+    fast, slow = content["tasks"]["Fast"], content["tasks"]["Slow"]
+    assert fast["scans"] >= 50 + 10
+    assert abs(fast["scans"] - 2 * slow["scans"]) <= 1
+    assert content["scans"] == fast["scans"] + slow["scans"]
+    assert content["result"] == {"Fast": fast["scans"], "Slow": slow["scans"]}
+    assert fast["min_us"] <= fast["mean_us"] <= fast["max_us"]
+
+
+@pytest.mark.parametrize("clock", [layout.HLI_CLOCK_FREERUN, layout.HLI_CLOCK_REALTIME])
+def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
+    """Freerun and realtime: the CNC does not wait for the PLC, overruns are counted, not fatal."""
+    name, report = unique_name(), tmp_path / "report.json"
+    cnc = start_cnc(name, lengths=[50.0], clock=clock)
+    status, text = run_plc(name, "--file", write(tmp_path / "p.py", COUNTING), "--once", "--report", str(report))
+    assert (status, text) == (0, "")
+    cnc.communicate(timeout=60)
+    assert json.loads(report.read_text())["overruns"] >= 0
+
+
+@pytest.mark.parametrize(
+    ("body", "line", "text"),
+    [
+        ("        1 / 0\n", 8, "ZeroDivisionError: division by zero"),
+        ("        self.hli.gpCh[0].bahn_mc_control.overide\n", 8, "did you mean override?"),
+    ],
+)
+def test_error_in_user_code_is_told_with_its_place(tmp_path: Path, body: str, line: int, text: str) -> None:
+    """FILE:LINE, the user's frames only, exit 1, report with the error."""
+    name, report = unique_name(), tmp_path / "report.json"
+    (tmp_path / "bad.py").write_text(textwrap.dedent(FAILING) + body)
+    cnc = start_cnc(name, lengths=[50.0])
+    status, error = run_plc(name, "--file", str(tmp_path / "bad.py"), "--once", "--report", str(report))
+    end(cnc)
+    assert status == 1
+    assert error.startswith(f"{tmp_path / 'bad.py'}:{line}: ")
+    assert text in error
+    assert "scan.py" not in error
+    assert "Traceback" not in error
+    assert text in json.loads(report.read_text())["error"]
+
+
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("import nothing_of_this_name\n", "p.py:1: ModuleNotFoundError"),
+        ("def f(:\n", "p.py:1: SyntaxError"),
+        ("x = 1\n", "no task found"),
+        ("from plc_client import task\n@task()\nclass A: pass\n", "p.py:2: TypeError: task A has no method cyclic"),
+        ("from plc_client import task\n@task(interval=0)\nclass A: pass\n", "interval"),
+    ],
+)
+def test_wrong_files_are_told_with_their_place(tmp_path: Path, code: str, message: str) -> None:
+    """Errors at import and missing tasks are PlcErrors."""
+    (tmp_path / "p.py").write_text(code)
+    with pytest.raises(PlcError) as caught:
+        load_tasks(str(tmp_path / "p.py"))
+    assert message in str(caught.value)
+
+
+def test_one_class_can_be_named(tmp_path: Path) -> None:
+    """Decorated or not; a wrong name is told."""
+    path = write(tmp_path / "p.py", COUNTING + "\n    class Plain:\n        def cyclic(self): pass\n")
+    assert [c.__name__ for c in load_tasks(path)] == ["Slow", "Fast"]
+    assert [c.__name__ for c in load_tasks(path, "Plain")] == ["Plain"]
+    with pytest.raises(PlcError, match="Missing"):
+        load_tasks(path, "Missing")
+    with pytest.raises(PlcError, match="not found"):
+        load_tasks(str(tmp_path / "none.py"))
+
+
+def test_plc_ends_with_an_error_when_the_cnc_dies(tmp_path: Path) -> None:
+    """--once: the death of the CNC is no clean end; the report is written all the same."""
+    name, report = unique_name(), tmp_path / "report.json"
+    cnc = start_cnc(name, lengths=[1e9])
+    plc = start_plc(name, "--builtin", "acknowledge", "--once", "--report", str(report))
+    with connect(name, role="reader") as reader:
+        while reader.plc.scans < 20:
+            pass
+        end(cnc)
+        _, text = plc.communicate(timeout=60)
+    assert plc.returncode == 1
+    assert "died" in text
+    assert json.loads(report.read_text())["scans"] >= 20
+    assert name in __import__("hli").sweep()
+
+
+def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
+    """Without --once: setup() runs again for the CNC that comes next; SIGTERM ends it cleanly."""
+    code = """
+        from plc_client import task
+        @task()
+        class T:
+            setups = 0
+            def setup(self, hli):
+                self.setups += 1
+            def cyclic(self):
+                pass
+            def finished(self):
+                return False
+            def result(self):
+                return self.setups
+    """
+    name, report = unique_name(), tmp_path / "report.json"
+    plc = start_plc(name, "--file", write(tmp_path / "p.py", code), "--report", str(report))
+    for _ in range(2):
+        cnc = start_cnc(name, lengths=[1e9])
+        with connect(name, role="reader") as reader:
+            while reader.plc.scans < 5:
+                pass
+        end(cnc)
+    plc.send_signal(signal.SIGTERM)
+    plc.communicate(timeout=60)
+    assert plc.returncode == 0
+    assert json.loads(report.read_text())["result"] == 2
+    __import__("hli").sweep()
+
+
+def test_interrupt_ends_with_130_and_gives_the_place_back(tmp_path: Path) -> None:
+    """Ctrl-C: no traceback, detached, the CNC runs on."""
+    name = unique_name()
+    cnc = start_cnc(name, lengths=[1e9])
+    plc = start_plc(name, "--builtin", "acknowledge", "--once")
+    with connect(name, role="reader") as reader:
+        while reader.plc.scans < 5:
+            pass
+        plc.send_signal(signal.SIGINT)
+        _, text = plc.communicate(timeout=60)
+        assert (plc.returncode, text) == (130, "")
+        assert reader.plc.attached == 0
+    with connect(name) as next_plc:
+        next_plc.step(2)
+    end(cnc)
+    __import__("hli").sweep()
+
+
+def test_plc_ends_with_its_parent() -> None:
+    """--parent: a launcher that is gone already ends the PLC at once."""
+    assert run_plc(unique_name(), "--builtin", "acknowledge", "--parent", "1")[0] == 1
+
+
+class ManualPacer:
+    """Ticks of 1 ms; waiting takes as many ticks as the test says."""
+
+    def __init__(self, jumps: list[int]) -> None:
+        self.tick, self.jumps = 0, jumps
+
+    def ticks(self, interval_s: float) -> int:
+        return round(interval_s * 1000)
+
+    def now(self) -> int:
+        return self.tick
+
+    def wait(self, due: int) -> bool:
+        self.tick = max(due, self.tick + (self.jumps.pop(0) if self.jumps else 1))
+        return True
+
+
+def test_schedule_order_and_overruns() -> None:
+    """Due tasks run in priority order; intervals missed entirely are counted and not caught up."""
+    order: list[str] = []
+
+    class Base:
+        def __init__(self) -> None:
+            self.scanner: Scanner | None = None
+
+        def cyclic(self) -> None:
+            order.append(type(self).__name__)
+            if len(order) >= 9 and self.scanner is not None:
+                self.scanner.stop()
+
+    low = task(interval=0.001, priority=5)(type("Low", (Base,), {}))
+    high = task(interval=0.002, priority=1)(type("High", (Base,), {}))
+    cnc = FakeCnc(elements([1e9]))
+    with connect(cnc.name) as plc:
+        programs = [Program.of(low), Program.of(high)]
+        scanner = Scanner(plc, programs, ManualPacer([1, 1, 1, 5, 1]))
+        for program in programs:
+            program.instance.scanner = scanner
+        assert scanner.run() is Ending.STOPPED
+    cnc.remove()
+    # ticks 0, 1, 2, 3, 8 (4 to 7 missed), 9
+    assert order == ["High", "Low", "Low", "High", "Low", "Low", "High", "Low", "Low"]
+    assert [p.overruns for p in programs] == [4, 2]
+
+
+def test_reservoir_is_bounded_and_exact_in_count_and_extremes() -> None:
+    """A million values, a small sample."""
+    from plc_client.stats import Reservoir  # noqa: PLC0415
+
+    reservoir = Reservoir(size=100)
+    for value in range(10_000):
+        reservoir.add(value)
+    found = reservoir.quantiles()
+    assert (found["n"], found["max"], len(reservoir._kept)) == (10_000, 9_999, 100)
+    assert 2_000 < found["p50"] < 8_000
+    assert Reservoir().quantiles() == {"p50": 0, "p99": 0, "p999": 0, "max": 0, "n": 0}
