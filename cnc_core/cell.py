@@ -24,6 +24,7 @@ from typing import Any
 from hli import segment
 
 from . import recorder
+from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
 
@@ -211,20 +212,20 @@ class Cell:
     def _start(self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
-        options = {
-            "file": str(program),
-            "name": name,
-            "config": str(self.config_path) if self.config_path else None,
-            "dialect": dialect,
-            "clock": clock,
-            "service": self.service,
-            "report": str(folder / "cnc.json"),
-            "record": str(folder / "samples.f64") if record else None,
-            "once": True,
-            "hold_start": hold,
-        }
+        options = CncOptions(
+            program,
+            name,
+            config=self.config_path,
+            dialect=dialect,
+            clock=clock,
+            service=self.service,
+            report=folder / "cnc.json",
+            record=folder / "samples.f64" if record else None,
+            once=True,
+            hold_start=hold,
+        )
         started = time.monotonic()
-        cnc = _Child("cnc", "cnc_core.cnc_process", [json.dumps(options)], folder)
+        cnc = _Child("cnc", "cnc_core.cnc_process", [options.as_json()], folder)
         arguments = ["--name", name, *choice.arguments, "--report", str(folder / "plc.json"), "--once"]
         plc = _Child("plc", "plc_client", arguments, folder)
         return _Job(cnc, plc, folder, name, started)

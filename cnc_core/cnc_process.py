@@ -13,7 +13,7 @@ import signal
 import sys
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -53,6 +53,11 @@ class CncOptions:
     hold_start: bool = False
     wait_plc: bool = True
     lookahead: int | None = None
+    core: int = -1
+
+    def as_json(self) -> str:
+        """The options as the process takes them on its command line."""
+        return json.dumps({k: str(v) if isinstance(v, Path) else v for k, v in asdict(self).items()})
 
 
 def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program: str) -> None:
@@ -186,7 +191,7 @@ class CncProcess:
             self._look_at_plc()
             if self._plc_lost():
                 return
-        self.end = "completed"
+        self.end = "error" if self.preparation.error else "completed"
 
     def _once_round(self) -> bool:
         """Run a stretch, handle its event; False when the work is done."""
@@ -291,6 +296,8 @@ def write_json(path: Path, value: Any) -> None:
 
 def run_cnc(options: CncOptions) -> int:
     """Run one CNC process to its end; 0, 1 (program error or fault), 130 (interrupted)."""
+    if options.core >= 0:
+        os.sched_setaffinity(0, {options.core})
     process = CncProcess(options)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, process.on_signal)

@@ -1,0 +1,198 @@
+"""``bench``: what this machine does, each figure beside a raw reference taken in the same run.
+
+Rounds are interleaved, because shared machines drift.  Nothing here asserts; tests do not time.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from hli import bench as raw
+from hli.handshake import ContourUnit
+from hli.view import BLOCK_DTYPE
+
+from .cnc_process import CncOptions
+from .config import CellConfig
+from .planning import plan_program
+from .program import Program
+
+N_BLOCKS = 64  # elements an answer carries: 64 x 72 bytes, about the 4.4 KB of published comparisons
+ROUNDS = 3
+MARKED = 126  # marked elements of the benchmark program; with ON and OFF the whole default log
+Ns = npt.NDArray[np.int64]
+
+
+def quantiles_us(ns: Ns) -> dict[str, float]:
+    """p50, p99, p999 and max in us."""
+    if not len(ns):
+        return {"p50": 0.0, "p99": 0.0, "p999": 0.0, "max": 0.0}
+    p50, p99, p999 = (float(q) / 1000.0 for q in np.quantile(ns, [0.5, 0.99, 0.999]))
+    return {"p50": p50, "p99": p99, "p999": p999, "max": float(ns.max()) / 1000.0}
+
+
+def _marked_program(folder: Path) -> Path:
+    lines = ["#CONTOUR LOOKAHEAD LOG ON [PARAM=1]", "F1000"]
+    lines += [f"N{i + 1} G1 X{0.01 * (i + 1):.2f}" for i in range(MARKED)]
+    path = folder / "marked.nc"
+    path.write_text("\n".join([*lines, "#CONTOUR LOOKAHEAD LOG OFF [PARAM=2]", "M30", ""]))
+    return path
+
+
+@contextmanager
+def _running_cnc(service: str, core: int) -> Iterator[Any]:
+    """A CNC process in real time with the marked program executed; yields the connected PLC side."""
+    from plc_client import connect  # noqa: PLC0415
+
+    with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
+        name = f"hli-bench-{os.getpid()}-{secrets.token_hex(4)}"
+        options = CncOptions(_marked_program(Path(folder)), name, clock="realtime", service=service, core=core)
+        command = [sys.executable, "-P", "-m", "cnc_core.cnc_process", options.as_json(), "--parent", str(os.getpid())]
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL)
+        try:
+            hli = connect(name, wait_s=20.0)
+            while not hli.gpCh[0].bahn_state.program_end_r:
+                time.sleep(0.01)
+            yield hli
+            hli.close()
+        finally:
+            process.terminate()
+            process.wait(10.0)
+
+
+def _expected(unit: ContourUnit) -> list[bytes]:
+    """Answer to a mode 1 request for each index that leaves N_BLOCKS entries, read one by one beforehand."""
+    whole = unit.exchange(0.0, 0.0).copy()
+    return [whole[i:].tobytes() for i in range(len(whole) - N_BLOCKS + 1)]
+
+
+def _exchanges(unit: ContourUnit, seconds: float, expected: list[bytes]) -> tuple[Ns, Ns, int]:
+    """(duration, time of completion, wrong answers) of mode 1 requests that each leave at least N_BLOCKS entries."""
+    end, now = time.perf_counter_ns() + int(seconds * 1e9), time.perf_counter_ns
+    durations, completions, torn, k = [], [], 0, 0
+    first = len(expected) - 1
+    size = BLOCK_DTYPE.itemsize
+    memory = memoryview(unit.rows).cast("B")
+    ask = unit.raw_call()
+    while True:
+        index = first - (k & 1)
+        begin = now()
+        n = ask(index, 0.0)
+        done = now()
+        durations.append(done - begin)
+        completions.append(done)
+        torn += n * size != len(expected[index]) or memory[: n * size] != expected[index]
+        k += 1
+        if done > end:
+            return np.array(durations), np.array(completions), torn
+
+
+def handshake(seconds: float = 10.0, tick: Callable[[float], None] = lambda _share: None) -> dict[str, Any]:
+    """The contract's handshake object. ``tick`` is told the share done, 0..1."""
+    ns: dict[str, list[Ns]] = {"raw": [], "python": [], "immediate": [], "cyclic": [], "period": []}
+    torn, pinned, share = 0, True, seconds / ROUNDS
+    client, server = raw.cores()
+    before = os.sched_getaffinity(0)
+    for turn in range(ROUNDS):
+        for name, measure, part in (("raw", raw.measure_raw, 0.15), ("python", raw.measure_python_both, 0.45)):
+            got = measure(N_BLOCKS, max(0.2, share * part))
+            ns[name].append(got.ns)
+            torn, pinned = torn + got.torn, pinned and got.pinned
+        for service in ("immediate", "cyclic"):
+            with _running_cnc(service, server) as hli:
+                raw.pin(client)
+                unit = ContourUnit(hli.gpCh[0].contour_lookahead)
+                durations, done, wrong = _exchanges(unit, max(0.3, share * 0.2), _expected(unit))
+            os.sched_setaffinity(0, before)
+            ns[service].append(durations)
+            torn += wrong
+            if service == "cyclic":
+                ns["period"].append(np.diff(done))
+        tick((turn + 1) / ROUNDS)
+    joined = {name: np.concatenate(parts) for name, parts in ns.items()}
+    out: dict[str, Any] = {f"{name}_us": quantiles_us(values) for name, values in joined.items()}
+    reference = out["raw_us"]["p50"]
+    return out | {
+        "payload_bytes": N_BLOCKS * BLOCK_DTYPE.itemsize,
+        "n": sum(len(v) for k, v in joined.items() if k != "period"),
+        "torn_reads": torn,
+        "pinned": pinned,
+        "immediate_over_raw": out["immediate_us"]["p50"] / reference,
+        "python_over_raw": out["python_us"]["p50"] / reference,
+    }
+
+
+# ------------------------------------------------------------------------------------------------ planner, parser
+def contour_points(n: int) -> npt.NDArray[np.float64]:
+    """(n + 1, 3) points of the contour workload: r = 40 + 8 sin 7t + 2 sin 31t mm, 2500 points a turn, 4 decimals."""
+    t = np.arange(n + 1) / 2500.0 * 2.0 * np.pi
+    r = 40.0 + 8.0 * np.sin(7.0 * t) + 2.0 * np.sin(31.0 * t) + 0.05 * t / (2.0 * np.pi)
+    return np.round(np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros_like(t)]), 4)
+
+
+def raster_points(n: int) -> npt.NDArray[np.float64]:
+    """(n + 1, 3) points of the raster workload: 100 mm lines 0.25 mm apart over z = 3 sin(x/7) cos(y/5), 4 decimals."""
+    per_line = 333
+    k = np.arange(n + 1)
+    line, step = k // (per_line + 1), k % (per_line + 1)
+    x = np.where(line % 2 == 0, step, per_line - step) * 100.0 / per_line
+    y = line * 0.25
+    return np.round(np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4)
+
+
+WORKLOADS: dict[str, Callable[[int], npt.NDArray[np.float64]]] = {"contour": contour_points, "raster": raster_points}
+
+
+def write_program(path: Path, points: npt.NDArray[np.float64], feed_mm_min: float) -> Path:
+    """A plain G1 program through the points, the first one in rapid."""
+    with path.open("w") as file:
+        file.write(f"G0 X{points[0, 0]:.4f} Y{points[0, 1]:.4f} Z{points[0, 2]:.4f}\nG1 F{feed_mm_min:g}\n")
+        file.writelines(f"X{x:.4f} Y{y:.4f} Z{z:.4f}\n" for x, y, z in points[1:])
+        file.write("M30\n")
+    return path
+
+
+def _blocks_that_fit(seconds: float, per_second: float) -> int:
+    return int(min(100_000, max(2_000, seconds * per_second)))
+
+
+def planner(seconds: float = 10.0) -> dict[str, Any]:
+    """Blocks per second (planner alone), motion time and largest ratios per workload and look-ahead."""
+    n, out = _blocks_that_fit(seconds, 20_000), {}
+    with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
+        for name, points in WORKLOADS.items():
+            path = write_program(Path(folder) / f"{name}.nc", points(n), 6000.0)
+            for window in (30, 120, 190):
+                result = plan_program(Program(path, CellConfig(), "isg"), window=window).as_json()
+                keys = ("blocks", "blocks_per_s", "motion_time_s", "max_ratio")
+                out[f"{name}/{window}"] = {k: result[k] for k in keys}
+    return out
+
+
+def _seconds_of(work: Callable[[], object]) -> float:
+    begin = time.perf_counter()
+    work()
+    return time.perf_counter() - begin
+
+
+def parser(seconds: float = 10.0) -> dict[str, Any]:
+    """Lines per second from text to final rows per workload, beside reading the same file line by line in Python."""
+    n, out = int(max(10_000, min(1_000_000, seconds * 50_000))), {}
+    with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
+        for name, points in WORKLOADS.items():
+            path = write_program(Path(folder) / f"{name}.nc", points(n), 6000.0)
+            reading = _seconds_of(lambda path=path: sum(1 for _ in path.open()))  # type: ignore[misc]
+            parsing = _seconds_of(lambda path=path: sum(map(len, Program(path, CellConfig(), "isg").batches())))  # type: ignore[misc]
+            out[name] = {"lines": n + 3, "lines_per_s": n / parsing, "reading_lines_per_s": n / reading}
+    return {"lines_per_s": {k: v["lines_per_s"] for k, v in out.items()}, "workloads": out}
