@@ -1,0 +1,478 @@
+"""The command line ``hli-cosim``; every command and every JSON field is named in the README and the docs.
+
+Exit status: 0 success, 1 program or user error, 2 wrong usage, 130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+from hli.errors import HliError
+
+from .errors import CncError
+
+app = typer.Typer(
+    name="hli-cosim",
+    help="Open co-simulation of a CNC and a PLC over an emulated ISG/Beckhoff HLI.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+bench_app = typer.Typer(help="Measure this machine beside a raw C reference in the same run.", no_args_is_help=True)
+app.add_typer(bench_app, name="bench")
+out, err = Console(highlight=False, soft_wrap=True), Console(stderr=True, highlight=False, soft_wrap=True)
+
+DIALECT_HELP = "isg, iso, isons or osai; default: by the file's extension"
+File = Annotated[Path, typer.Argument(help="NC program")]
+Config = Annotated[Path | None, typer.Option("--config", help="cell.toml; default: the built-in machine X Y Z")]
+Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
+Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
+
+
+def emit(value: Any) -> None:
+    """One JSON value on one line of standard output."""
+    sys.stdout.write(json.dumps(value) + "\n")
+
+
+def say_error(error: object) -> None:
+    """An error on standard error, as FILE:LINE:COL: CODE: text with the source line under it."""
+    sys.stderr.write(f"{error}\n")
+
+
+def fail(error: object | None = None) -> typer.Exit:
+    """Exit status 1, after printing the error."""
+    if error is not None:
+        say_error(error)
+    return typer.Exit(1)
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Callable[[float], None]]:
+    """A bar on a terminal, nothing in a pipe; call the result with the share done (None-length: pulsing)."""
+    with Progress(console=err, transient=True, disable=not err.is_terminal) as bar:
+        task = bar.add_task(title, total=None)
+
+        def tick(share: float) -> None:
+            bar.update(task, total=1.0, completed=share)
+
+        yield tick
+
+
+def load(config: Path | None) -> Any:
+    from .config import load_config  # noqa: PLC0415
+
+    cell = load_config(config)
+    for warning in cell.warnings():
+        err.print(f"warning: {warning}")
+    return cell
+
+
+def open_program(file: Path, config: Path | None, dialect: str | None, *, collect: bool = False) -> Any:
+    """The program, its dialect said on standard error when it was not given."""
+    from .program import Program  # noqa: PLC0415
+
+    program = Program(file, load(config), dialect, collect=collect)
+    if dialect is None:
+        err.print(f"dialect: {program.dialect} (by the file's name; --dialect chooses another)")
+    return program
+
+
+def say_warnings(program: Any) -> None:
+    for warning in program.reader.warnings:
+        say_error(f"warning: {warning}")
+
+
+# ------------------------------------------------------------------------------------------------ programs
+@app.command()
+def check(file: File, config: Config = None, dialect: Dialect = None, as_json: Json = False) -> None:
+    """Parse and execute a program without motion and report all its errors.
+
+    Example: hli-cosim check part.nc --json
+    """
+    count, errors = 0, []
+    try:
+        with progress(f"checking {file.name}"):
+            program = open_program(file, config, dialect, collect=True)
+            count = sum(map(len, program.batches()))
+        errors = program.errors
+        say_warnings(program)
+    except CncError as error:
+        errors = [error]
+    for error in errors:
+        say_error(error)
+    if as_json:
+        emit({"errors": [e.as_json() for e in errors], "blocks": count})
+    elif not errors:
+        out.print(f"{file}: {count} blocks, no errors")
+    if errors:
+        raise typer.Exit(1)
+
+
+@app.command()
+def blocks(file: File, config: Config = None, dialect: Dialect = None, as_json: Json = False) -> None:
+    """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
+
+    Example: hli-cosim blocks part.nc --json
+    """
+    from . import blocks as rows  # noqa: PLC0415
+
+    program = open_program(file, config, dialect)
+    cell = program.cell
+    start = cell.axis_values("start_mm")
+    for batch in program.batches():
+        for block in rows.blocks(batch, start, cell.axis_names, cell.main_axes):
+            value = block.as_json()
+            if as_json:
+                emit(value)
+            else:
+                out.print(_block_line(value), markup=False)
+    say_warnings(program)
+
+
+def _block_line(value: dict[str, Any]) -> str:
+    """One canonical block as a line for people."""
+    head = f"{value['line']:>6} N{value['n']:<6} {value['type']:<10}"
+    rest = []
+    for key, item in value.items():
+        if key in ("type", "line", "n", "count", "start", "rapid"):
+            continue
+        if isinstance(item, dict):
+            rest.append(" ".join(f"{k}{v:.4f}" for k, v in item.items()))
+        else:
+            rest.append(f"{key} {item:.6g}" if isinstance(item, float) else f"{key} {item}")
+    return head + "  " + ", ".join(rest)
+
+
+@app.command()
+def plan(
+    file: File,
+    lookahead: Annotated[int | None, typer.Option(min=10, max=10000, help="look-ahead blocks instead of the cell's")] = None,
+    no_jerk: Annotated[bool, typer.Option("--no-jerk", help="acceleration-limited, whatever the machine's jerk")] = False,
+    tolerance: Annotated[float, typer.Option(min=0.0, help="allowed path deviation in mm; 0: exact path")] = 0.0,
+    samples: Annotated[Path | None, typer.Option(help="write t, pos, axes, s, v, block to this .npz")] = None,
+    picture: Annotated[Path | None, typer.Option(help="draw path, speed and acceleration to this .png")] = None,
+    config: Config = None,
+    dialect: Dialect = None,
+    as_json: Json = False,
+) -> None:
+    """Plan the whole program without a PLC and measure the emitted trajectory.
+
+    Example: hli-cosim plan part.nc --lookahead 190 --samples part.npz
+    """
+    from .planning import plan_program, save_samples  # noqa: PLC0415
+
+    del tolerance  # the planner of this version drives the exact path, which keeps every tolerance
+    for target in (samples, picture):
+        if target and not target.resolve().parent.is_dir():
+            raise CncError(901001, f"{target}: the folder does not exist")
+    program = open_program(file, config, dialect)
+    with progress(f"planning {file.name}"):
+        result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
+    say_warnings(program)
+    if samples and result.samples:
+        save_samples(samples, result.samples)
+    if picture and result.samples:
+        from .picture import plan_picture  # noqa: PLC0415
+
+        plan_picture(picture, result.samples)
+    value = result.as_json()
+    if as_json:
+        emit(value)
+        return
+    table = Table("figure", "value", title=str(file))
+    for key, item in value.items():
+        table.add_row(key, json.dumps(item))
+    out.print(table)
+
+
+# ------------------------------------------------------------------------------------------------ co-simulation
+@app.command()
+def run(
+    file: File,
+    plc: Annotated[str | None, typer.Option(help="PLC program (Python file with @task classes); default: acknowledges everything")] = None,
+    clock: Annotated[str, typer.Option(help="lockstep, freerun or realtime")] = "lockstep",
+    service: Annotated[str | None, typer.Option(help="look-ahead service: cyclic or immediate; default: the cell's")] = None,
+    out_dir: Annotated[Path, typer.Option("--out", help="folder for files the program writes")] = Path("hli-cosim-out"),
+    record: Annotated[Path | None, typer.Option(help="record every cycle to this .npz, .csv or .parquet")] = None,
+    config: Config = None,
+    dialect: Dialect = None,
+    as_json: Json = False,
+) -> None:
+    """Co-simulate: a CNC process runs the program beside a PLC process.
+
+    Example: hli-cosim run part.nc --plc my_plc.py --record part.npz
+    """
+    from .cell import Cell  # noqa: PLC0415
+
+    _one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
+    if service:
+        _one_of("--service", service, ("cyclic", "immediate"))
+    with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
+        result = cell.run(file, plc, dialect=dialect, out=out_dir, record=record)
+    if dialect is None and result.dialect:
+        err.print(f"dialect: {result.dialect} (by the file's name; --dialect chooses another)")
+    _say_run_errors(result)
+    if as_json:
+        emit(result.as_json())
+    else:
+        _print_run(result, str(file))
+    if result.end != "completed":
+        raise typer.Exit(1)
+
+
+def _one_of(option: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise typer.BadParameter(f"{option} {value}: choose from {', '.join(choices)}")
+
+
+def _say_run_errors(result: Any) -> None:
+    for warning in result.warnings:
+        say_error(f"warning: {warning}")
+    for e in result.errors:
+        place = f"{e['file']}:{e['line']}:{e['column']}: " if e["line"] else ""
+        say_error(f"{place}{e['code']}: {e['text']}")
+        if e["line"] and result.error_text:
+            say_error(f"    {result.error_text}")
+
+
+def _print_run(result: Any, title: str) -> None:
+    value = result.as_json()
+    table = Table("figure", "value", title=title)
+    for key in ("end", "cycles", "sim_time_s", "wall_time_s", "realtime_factor", "blocks", "requests", "handshake_us", "overruns", "recorded"):
+        table.add_row(key, json.dumps(value[key]))
+    out.print(table)
+    for message in result.messages:
+        out.print(message, markup=False)
+
+
+@app.command()
+def demo(
+    seconds: Annotated[float, typer.Option(min=1.0, max=3600.0, help="machine time to show")] = 10.0,
+    out_dir: Annotated[Path, typer.Option("--out", help="folder for program, recording and picture")] = Path("hli-cosim-demo"),
+    as_json: Json = False,
+) -> None:
+    """Show the main job: both processes, both look-ahead modes, a PLC that sets the override from the coming contour.
+
+    Example: hli-cosim demo --seconds 20 --out demo
+    """
+    from .demo import run_demo  # noqa: PLC0415
+
+    with progress("co-simulating the bundled part"):
+        result = run_demo(seconds, out_dir)
+    _say_run_errors(result.run)
+    if as_json:
+        emit(result.as_json())
+    else:
+        _print_demo(result)
+    if result.run.end != "completed":
+        raise typer.Exit(1)
+
+
+def _us(values: dict[str, float | None]) -> str:
+    return ", ".join(f"{k} {v:.1f}" for k, v in values.items() if v is not None)
+
+
+def _print_demo(result: Any) -> None:
+    run, plc = result.run, result.plc
+    table = Table("what", "value", title="hli-cosim demo: CNC and PLC side by side")
+    table.add_row("cycles (1 ms)", f"{run.cycles}, {run.sim_time_s:.2f} s of machine time in {run.wall_time_s:.2f} s")
+    table.add_row("faster than real time", f"{run.realtime_factor:.0f} x")
+    table.add_row("requests", f"mode 1: {run.requests['mode1']}, mode 2: {run.requests['mode2']}")
+    table.add_row("contour elements seen ahead", f"{plc.get('elements_followed')} by distance, {plc.get('log_entries')} log entries by index")
+    table.add_row("lowest override set by the PLC", f"{plc.get('lowest_override')} %")
+    table.add_row("handshake over a scan, us", _us(run.handshake_us))
+    table.add_row("raw C exchange beside it, us", _us(result.raw_us))
+    table.add_row("overruns", str(run.overruns))
+    table.add_row("picture", str(result.folder / "demo.png"))
+    out.print(table)
+
+
+@app.command()
+def lookahead(
+    file: File,
+    index: Annotated[float | None, typer.Option(help="mode 1: from this entry of the marked log on")] = None,
+    distance: Annotated[tuple[float, float] | None, typer.Option(metavar="START LENGTH", help="mode 2: range in 0.1 um")] = None,
+    at: Annotated[str, typer.Option(help="start: prepared, no motion yet; end: after the program's end")] = "end",
+    config: Config = None,
+    dialect: Dialect = None,
+    as_json: Json = False,
+) -> None:
+    """Ask for the contour from the PLC process through the real handshake.
+
+    Example: hli-cosim lookahead part.nc --distance 0 500000 --at start
+    """
+    from .cell import Cell  # noqa: PLC0415
+
+    _one_of("--at", at, ("start", "end"))
+    if (index is None) == (distance is None):
+        raise typer.BadParameter("give either --index I or --distance START LENGTH")
+    if distance is not None and distance[1] == 0:
+        raise typer.BadParameter("--distance: LENGTH 0 selects mode 1 on the control unit; use --index")
+    query = {"mode": 1, "start": index, "length": 0.0} if distance is None else {"mode": 2, "start": distance[0], "length": distance[1]}
+    with progress(f"running {file.name}"), Cell(config) as cell:
+        result = cell.run(file, "builtin:query", plc_args=query | {"at": at}, dialect=dialect, hold_start=at == "start")
+    _say_run_errors(result)
+    answer = result.plc.get("result")
+    if answer is not None and as_json:
+        emit(answer)
+    elif answer is not None:
+        _print_answer(answer)
+    if answer is None or result.end != "completed":
+        raise typer.Exit(1)
+
+
+def _print_answer(answer: dict[str, Any]) -> None:
+    out.print(f"mode {answer['mode']}, request {answer['request']}, state {answer['state']}", markup=False)
+    names = list(answer["response"][0]) if answer["response"] else ["block_type"]
+    table = Table(*names)
+    for row in answer["response"]:
+        table.add_row(*(f"{v:.6f}" if isinstance(v, float) else str(v) for v in row.values()))
+    out.print(table)
+
+
+@app.command()
+def cnc(
+    file: File,
+    name: Annotated[str, typer.Option(help="name of the shared-memory segment")] = "hli-cosim",
+    clock: Annotated[str, typer.Option(help="lockstep, freerun or realtime")] = "realtime",
+    service: Annotated[str | None, typer.Option(help="look-ahead service: cyclic or immediate")] = None,
+    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="start the program when a PLC has attached, or at once")] = True,
+    config: Config = None,
+    dialect: Dialect = None,
+) -> None:
+    """Run the CNC side alone; a PLC attaches from another terminal and may come back after it died.
+
+    Example: hli-cosim cnc part.nc --name my-cell
+    """
+    from .cnc_process import CncOptions, run_cnc  # noqa: PLC0415
+
+    _one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
+    if service:
+        _one_of("--service", service, ("cyclic", "immediate"))
+    options = CncOptions(file, name, config=config, dialect=dialect, clock=clock, service=service, wait_plc=wait)
+    err.print(f"CNC on segment {name!r}, {clock}; " + ("waiting for a PLC" if wait else "running") + "; Ctrl-C ends it")
+    raise typer.Exit(run_cnc(options))
+
+
+@app.command()
+def plc(
+    file: Annotated[Path, typer.Argument(help="Python file with @task classes")],
+    name: Annotated[str, typer.Option(help="name of the shared-memory segment")] = "hli-cosim",
+) -> None:
+    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back.
+
+    Example: hli-cosim plc my_plc.py --name my-cell
+    """
+    from plc_client.__main__ import main as plc_main  # noqa: PLC0415
+
+    if not file.is_file():
+        raise fail(f"{file}: 901001: file not found")
+    err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
+    raise typer.Exit(plc_main(["--name", name, "--file", str(file)]))
+
+
+# ------------------------------------------------------------------------------------------------ tools
+@app.command()
+def types(
+    st: Annotated[bool, typer.Option("--st", help="IEC 61131-3 Structured Text")] = False,
+    c: Annotated[bool, typer.Option("--c", help="C header")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="JSON")] = False,
+) -> None:
+    """Print the HLI layout for PLC compilers, C programs and tools.
+
+    Example: hli-cosim types --st > HLI.st
+    """
+    from hli import export  # noqa: PLC0415
+
+    if st + c + as_json != 1:
+        raise typer.BadParameter("give one of --st, --c, --json")
+    sys.stdout.write(export.st_types() if st else export.c_header() if c else json.dumps(export.json_layout(), indent=1) + "\n")
+
+
+Seconds = Annotated[float, typer.Option(min=1.0, max=600.0, help="about how long to measure")]
+
+
+def _bench(measure: Callable[..., dict[str, Any]], title: str, as_json: bool) -> None:
+    with progress(title) as tick:
+        value = measure(tick)
+    if as_json:
+        emit(value)
+        return
+    table = Table("figure", "value", title=title)
+    for key, item in value.items():
+        table.add_row(key, json.dumps(item))
+    out.print(table)
+
+
+@bench_app.command("handshake")
+def bench_handshake(seconds: Seconds = 10.0, as_json: Json = False) -> None:
+    """Handshake round trips: raw C, immediate service, Python on both sides, cyclic service.
+
+    Example: hli-cosim bench handshake --seconds 30 --json
+    """
+    from . import benchmarks  # noqa: PLC0415
+
+    _bench(lambda tick: benchmarks.handshake(seconds, tick), "bench handshake", as_json)
+
+
+@bench_app.command("planner")
+def bench_planner(seconds: Seconds = 10.0, as_json: Json = False) -> None:
+    """Planner: blocks per second, motion time, limits, per workload and look-ahead.
+
+    Example: hli-cosim bench planner --json
+    """
+    from . import benchmarks  # noqa: PLC0415
+
+    _bench(lambda _tick: benchmarks.planner(seconds), "bench planner", as_json)
+
+
+@bench_app.command("parser")
+def bench_parser(seconds: Seconds = 10.0, as_json: Json = False) -> None:
+    """Reader: lines per second from text to canonical rows.
+
+    Example: hli-cosim bench parser --json
+    """
+    from . import benchmarks  # noqa: PLC0415
+
+    _bench(lambda _tick: benchmarks.parser(seconds), "bench parser", as_json)
+
+
+def main() -> None:
+    """Entry point: runs a command and turns every expected failure into its exit status."""
+    try:
+        code = app(standalone_mode=False)
+        sys.exit(code if isinstance(code, int) else 0)
+    except (KeyboardInterrupt, typer.Abort):
+        sys.stderr.write("interrupted\n")
+        sys.exit(130)
+    except BrokenPipeError:
+        sys.stderr.close()
+        sys.exit(0)
+    except Exception as error:
+        sys.exit(_failed(error))
+
+
+def _failed(error: Exception) -> int:
+    """Print an expected failure and give its status; anything else is a bug and keeps its traceback."""
+    if hasattr(error, "show") and hasattr(error, "exit_code"):  # wrong usage, found by the command-line parser
+        error.show()
+        return int(error.exit_code)
+    if not isinstance(error, CncError | HliError | OSError | ValueError):
+        raise error
+    say_error(error)
+    return 1
+
+
+if __name__ == "__main__":
+    main()
