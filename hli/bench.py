@@ -11,6 +11,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,11 +29,14 @@ STOP_LENGTH = -1.0  # request.length that ends the server
 _STRIDE = 7  # successive requests start at different rows
 
 
+Samples = np.ndarray[Any, np.dtype[np.int64]]
+
+
 @dataclass
 class Measurement:
     """Durations in ns, wrong answers, whether the two sides had a core each, answer bytes of one exchange."""
 
-    ns: np.ndarray[Any, np.dtype[np.int64]]
+    ns: Samples
     torn: int
     pinned: bool
     payload_bytes: int
@@ -129,23 +133,36 @@ def _wait_for_server(unit: ContourUnit, server: subprocess.Popen[bytes]) -> None
         time.sleep(0.001)
 
 
-def exchange_many(unit: ContourUnit, n_blocks: int, seconds: float) -> tuple[np.ndarray[Any, np.dtype[np.int64]], int]:
-    """(durations in ns, wrong answers) of exchanges with any server that answers out of ``table()``.
+def exchange_many(unit: ContourUnit, n_blocks: int, seconds: float) -> tuple[Samples, int]:
+    """(durations in ns, wrong answers) of exchanges with any server that answers out of ``table()``."""
+    wrong, rows, span = lib.hb_wrong, unit._rows, TABLE_ROWS - n_blocks
 
-    The time is taken in Python around the one C call of the exchange, so the call itself is part of it.
+    def check(n: int, first: int) -> bool:
+        return n == n_blocks and wrong(rows, n, first) == 0
+
+    return exchange_loop(unit, [k * _STRIDE % span for k in range(span)], n_blocks, check, seconds)
+
+
+def exchange_loop(
+    unit: ContourUnit, starts: Sequence[float], length: float, check: Callable[[int, Any], bool], seconds: float
+) -> tuple[Samples, int]:
+    """(durations in ns, wrong answers) of exchanges with any server.
+
+    Requests go round ``starts`` with one ``length``; after each exchange ``check(n, start)`` judges the n elements in
+    ``unit.rows``.  The time is taken in Python around the one C call of the exchange, so the call itself is part of it.
     """
-    call, wrong, now = lib.hs_clah_call, lib.hb_wrong, time.perf_counter_ns
+    call, now, count = lib.hs_clah_call, time.perf_counter_ns, len(starts)
     control, bell, answer, rows = unit._unit, unit._bell, unit._answer, unit._rows
-    span, end = TABLE_ROWS - n_blocks, now() + int(seconds * 1e9)
+    end = now() + int(seconds * 1e9)
     samples = np.zeros(MAX_EXCHANGES, np.int64)
     torn = k = 0
     while k < MAX_EXCHANGES:
-        first = k * _STRIDE % span
+        start = starts[k % count]
         begin = now()
-        n = call(control, bell, answer, first, n_blocks, rows, 1_000_000_000)
+        n = call(control, bell, answer, start, length, rows, 1_000_000_000)
         done = now()
         samples[k] = done - begin
-        torn += n != n_blocks or wrong(rows, n, first) != 0
+        torn += not check(n, start)
         k += 1
         if done > end:
             break

@@ -36,7 +36,9 @@ class Process:
         self.signal = 0
 
     def on_signal(self, number: int, _frame: Any) -> None:
-        """Signal handler: end after the current scan."""
+        """Signal handler: end after the current scan; the second signal ends a scan that never returns."""
+        if self.signal:
+            raise KeyboardInterrupt
         self.signal = number
         if self._scanner is not None:
             self._scanner.stop()

@@ -51,7 +51,7 @@ class Program:
         """Instance of a user's class; PlcError names the place if the constructor fails."""
         try:
             instance = task_class(*args)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise PlcError(describe(error)) from error
         return cls(instance, task_class.__qualname__, spec_of(task_class))
 
@@ -59,7 +59,7 @@ class Program:
         """Call one of the user's methods; PlcError names the place if it fails."""
         try:
             return getattr(self.instance, method)(*args)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             raise PlcError(describe(error)) from error
 
     def has(self, method: str) -> bool:

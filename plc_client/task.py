@@ -94,7 +94,7 @@ def _import(path: Path) -> ModuleType:
         sys.path.append(folder)  # behind everything installed: neighbours can be imported, nothing is shadowed
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise PlcError(describe(error)) from error
     return module
 

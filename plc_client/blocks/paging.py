@@ -71,6 +71,7 @@ class ContourFollower:
         self._distance = 0.0
         self._backward = False
         self._known_when_asked = 0.0
+        self._catch_up = False  # the range asked for was empty: ask for all that is known
         self._stale = False
 
     def __call__(self, length: float) -> Blocks:
@@ -85,7 +86,7 @@ class ContourFollower:
         blocks = self._take() if fresh else NOTHING
         if self.position < known and not self._fb.busy:
             self._known_when_asked = known
-            self._fb.ask(self.position, length)
+            self._fb.ask(self.position, max(length, known - self.position) if self._catch_up else length)
         return blocks
 
     def _was_reset(self, known: float) -> bool:
@@ -109,16 +110,14 @@ class ContourFollower:
             self._stale = False
             return NOTHING
         blocks = self._fb.blocks[self._fb.blocks["start_position"] > self._last_start]
+        self._catch_up = len(blocks) == 0 and self._whole_range_was_known()
         if len(blocks):
             last = blocks[-1]
             self._last_start = float(last["start_position"])
             self.position = self._last_start + float(last["length"])
-        else:
-            self._skip_dropped()
         return blocks
 
-    def _skip_dropped(self) -> None:
-        """Nothing in a range that was known as a whole: the CNC has dropped it."""
+    def _whole_range_was_known(self) -> bool:
+        """Then an empty answer means that the CNC has dropped the elements of this range."""
         request = self._fb.answer_request
-        if request is not None and request.start_position + request.length <= self._known_when_asked:
-            self.position = request.start_position + request.length
+        return request is not None and request.start_position + request.length <= self._known_when_asked

@@ -280,7 +280,7 @@ def test_follow_does_not_begin_again_in_backward_motion(cnc: FakeCnc, clah: Cont
 def test_follow_skips_elements_the_cnc_has_dropped(cnc: FakeCnc, clah: ContourLookahead) -> None:
     """A PLC that comes late starts with the oldest element that is still there."""
     cnc.path = cnc.path[100:]
-    numbers = follow_all(cnc, clah, 300.0, 30)
+    numbers = follow_all(cnc, clah, 1.5, 250)
     assert numbers == list(cnc.path["block_number"])
 
 

@@ -6,12 +6,14 @@ import signal
 import subprocess
 import sys
 import textwrap
+import time
 from pathlib import Path
 from typing import Any
 
 import pytest
 from fake_cnc import FakeCnc, elements, unique_name
 
+import hli
 from hli import layout
 from plc_client import connect, task
 from plc_client.scan import Ending, Program, Scanner
@@ -116,6 +118,7 @@ def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     [
         ("        1 / 0\n", 8, "ZeroDivisionError: division by zero"),
         ("        self.hli.gpCh[0].bahn_mc_control.overide\n", 8, "did you mean override?"),
+        ("        raise SystemExit(3)\n", 8, "SystemExit: 3"),
     ],
 )
 def test_error_in_user_code_is_told_with_its_place(tmp_path: Path, body: str, line: int, text: str) -> None:
@@ -175,7 +178,7 @@ def test_plc_ends_with_an_error_when_the_cnc_dies(tmp_path: Path) -> None:
     assert plc.returncode == 1
     assert "died" in text
     assert json.loads(report.read_text())["scans"] >= 20
-    assert name in __import__("hli").sweep()
+    assert name in hli.sweep()
 
 
 def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
@@ -206,7 +209,7 @@ def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
     plc.communicate(timeout=60)
     assert plc.returncode == 0
     assert json.loads(report.read_text())["result"] == 2
-    __import__("hli").sweep()
+    hli.sweep()
 
 
 def test_interrupt_ends_with_130_and_gives_the_place_back(tmp_path: Path) -> None:
@@ -224,7 +227,7 @@ def test_interrupt_ends_with_130_and_gives_the_place_back(tmp_path: Path) -> Non
     with connect(name) as next_plc:
         next_plc.step(2)
     end(cnc)
-    __import__("hli").sweep()
+    hli.sweep()
 
 
 def test_plc_ends_with_its_parent() -> None:
@@ -288,3 +291,28 @@ def test_reservoir_is_bounded_and_exact_in_count_and_extremes() -> None:
     assert (found["n"], found["max"], len(reservoir._kept)) == (10_000, 9_999, 100)
     assert 2_000 < found["p50"] < 8_000
     assert Reservoir().quantiles() == {"p50": 0, "p99": 0, "p999": 0, "max": 0, "n": 0}
+
+
+def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None:
+    """The first one waits for the end of the scan, the second one does not; the report is written."""
+    code = """
+        from plc_client import task
+        @task()
+        class T:
+            def cyclic(self):
+                while True:
+                    pass
+    """
+    name, report = unique_name(), tmp_path / "report.json"
+    cnc = start_cnc(name, lengths=[1e9])
+    plc = start_plc(name, "--file", write(tmp_path / "p.py", code), "--once", "--report", str(report))
+    with connect(name, role="reader") as reader:
+        while not reader.gpCh[0].head.plc_present_w:
+            pass
+    while plc.poll() is None:
+        plc.send_signal(signal.SIGINT)
+        time.sleep(0.05)
+    assert (plc.communicate()[1], plc.returncode) == ("", 130)
+    assert report.exists()
+    end(cnc)
+    hli.sweep()
