@@ -70,6 +70,7 @@ ERRORS: dict[int, str] = {
     906003: "not possible during tool radius compensation",
     906004: "no tangential arc to the compensated contour",
     906005: "circle replaced by a line at the change of the compensated side",
+    906006: "G05 without selection or deselection of tool radius compensation",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",
