@@ -53,6 +53,7 @@ class RunResult:
     recorded: int = 0
     error_text: str = ""
     dialect: str | None = None
+    peak_mb: float = 0.0
 
     @property
     def realtime_factor(self) -> float:
@@ -127,8 +128,8 @@ class _Child:
         return self.process.poll() is not None
 
     def end(self, seconds: float) -> None:
-        """Wait, then terminate, then kill: our own child only, by its pid."""
-        for action in (lambda: None, self.process.terminate, self.process.kill):
+        """Wait, then kill: our own child only."""
+        for action in (lambda: None, self.process.kill):
             action()
             try:
                 self.process.wait(seconds)
@@ -177,7 +178,9 @@ class Cell:
         """End what still runs and remove it from shared memory."""
         if self._job is not None:
             job, self._job = self._job, None
-            _end_job(job, 0.2)
+            _stop(job)
+            segment.remove(job.name)
+            shutil.rmtree(job.folder, ignore_errors=True)
 
     def run(
         self,
@@ -205,6 +208,13 @@ class Cell:
         self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, target is not None)
         try:
             _supervise(self._job)
+        except BaseException:
+            _stop(self._job)
+            if target:
+                recorder.finish(self._job.folder / "samples.f64", target, self.config)
+            raise
+        else:
+            _stop(self._job)
             return self._collect(self._job, target, Path(out) if out else None)
         finally:
             self.close()
@@ -233,7 +243,7 @@ class Cell:
     def _collect(self, job: _Job, target: Path | None, out: Path | None) -> RunResult:
         cnc, plc = job.cnc.report(), job.plc.report()
         result = RunResult(wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[])
-        for key in ("cycles", "sim_time_s", "wall_time_s", "requests", "end", "messages", "errors", "warnings", "blocks", "dialect"):
+        for key in ("cycles", "sim_time_s", "wall_time_s", "requests", "end", "messages", "errors", "warnings", "blocks", "dialect", "peak_mb"):
             if key in cnc:
                 setattr(result, key, cnc[key])
         result.overruns = int(cnc.get("overruns", 0)) + int(plc.get("overruns", 0))
@@ -258,14 +268,13 @@ def _supervise(job: _Job) -> None:
                 return
 
 
-def _end_job(job: _Job, seconds: float) -> None:
+def _stop(job: _Job) -> None:
+    """End both processes: ask, then insist."""
     for child in (job.cnc, job.plc):
         if not child.ended:
             child.process.terminate()
     for child in (job.cnc, job.plc):
-        child.end(seconds)
-    segment.remove(job.name)
-    shutil.rmtree(job.folder, ignore_errors=True)
+        child.end(1.0)
 
 
 def _handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:

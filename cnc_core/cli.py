@@ -6,6 +6,7 @@ Exit status: 0 success, 1 program or user error, 2 wrong usage, 130 interrupted.
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -319,6 +320,8 @@ def lookahead(
         raise typer.BadParameter("give either --index I or --distance START LENGTH")
     if distance is not None and distance[1] == 0:
         raise typer.BadParameter("--distance: LENGTH 0 selects mode 1 on the control unit; use --index")
+    if not all(map(math.isfinite, distance or (index,))):
+        raise CncError(900012, f"the request {distance or index} is not made of finite numbers")
     query = {"mode": 1, "start": index, "length": 0.0} if distance is None else {"mode": 2, "start": distance[0], "length": distance[1]}
     with progress(f"running {file.name}"), Cell(config) as cell:
         result = cell.run(file, "builtin:query", plc_args=query | {"at": at}, dialect=dialect, hold_start=at == "start")
@@ -334,10 +337,10 @@ def lookahead(
 
 def _print_answer(answer: dict[str, Any]) -> None:
     out.print(f"mode {answer['mode']}, request {answer['request']}, state {answer['state']}", markup=False)
-    names = list(answer["response"][0]) if answer["response"] else ["block_type"]
-    table = Table(*names)
+    names = ["block_type", "block_number", "start_position", "length", "compensated_radius", "circle_angle", "tangent_variation"]
+    table = Table(*(n.removeprefix("block_").replace("compensated_", "") for n in names), box=None)
     for row in answer["response"]:
-        table.add_row(*(f"{v:.6f}" if isinstance(v, float) else str(v) for v in row.values()))
+        table.add_row(*(f"{row[n]:.6f}" if isinstance(row[n], float) else str(row[n]) for n in names))
     out.print(table)
 
 

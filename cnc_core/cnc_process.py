@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import json
 import os
+import resource
 import signal
 import sys
 import time
@@ -284,6 +285,7 @@ class CncProcess:
             "source": source,
             "dialect": preparation.program.dialect if preparation.program else None,
             "fault": int(state.fault),
+            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         }
 
 
