@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 import ctypes
+import time
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,8 @@ from .errors import HliTimeout
 from .view import BLOCK_DTYPE, View, view_class
 
 BLOCK_ROWS = layout.HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1
-SNAPSHOT_TRIES = 100_000
+_SNAPSHOT_TRIES = 1000
+_YIELD_S = 50e-6  # a writer that lost its core in the middle of a write gets one
 _SLICE_NS = 100_000_000  # Python looks for signals this often
 
 OK: int = lib.HS_OK
@@ -38,11 +40,11 @@ def root_of(view: View) -> View:
     return view
 
 
-def snapshot(view: View, tries: int = SNAPSHOT_TRIES) -> Any:
+def snapshot(view: View, timeout_s: float = 1.0) -> Any:
     """A consistent private copy of ``bahn_state`` or ``contour_lookahead.state`` of channel 0, as a view.
 
     These two are what the CNC writes under the seqlock; ValueError for any other view.
-    Raises HliTimeout if the writer disturbed every one of ``tries`` copies (it died while it wrote).
+    Raises HliTimeout if no copy stayed undisturbed for ``timeout_s`` (the writer died while it wrote).
     """
     root: Any = root_of(view)
     if view not in (root.channel[0].bahn_state, root.channel[0].contour_lookahead.state):
@@ -50,8 +52,12 @@ def snapshot(view: View, tries: int = SNAPSHOT_TRIES) -> Any:
     structure: Any = type(view._c)
     copy = structure()
     target = ffi.cast("void *", ctypes.addressof(copy))
-    if lib.hs_snapshot(word_pointer(root, "channel_seq"), view._pointer(), target, ctypes.sizeof(copy), tries) != OK:
-        raise HliTimeout(f"{structure.__name__}: no undisturbed copy in {tries} tries")
+    source, seq, size = view._pointer(), word_pointer(root, "channel_seq"), ctypes.sizeof(copy)
+    end = time.monotonic() + timeout_s
+    while lib.hs_snapshot(seq, source, target, size, _SNAPSHOT_TRIES) != OK:
+        if time.monotonic() > end:
+            raise HliTimeout(f"{structure.__name__}: no undisturbed copy within {timeout_s} s")
+        time.sleep(_YIELD_S)
     return view_class(structure)(copy)
 
 
