@@ -98,7 +98,9 @@ class CncProcess:
         self.stop_signal = 0
         self.end = "aborted"
         self.ended_at = 0.0
-        self.started = time.monotonic()
+        self.driving_since = 0.0  # wall time of the first cycle and, at the end, what the cycles took
+        self.wall_time_s = 0.0
+        self.started_with_plc = False
         self.warnings = list(self.cell.warnings())
         segment.sweep()
         self.segment = segment.create(options.name, 1, len(self.cell.axes), ready=False)
@@ -136,6 +138,8 @@ class CncProcess:
     def _close(self) -> None:
         self.engine.stop()
         self.engine.serve_stop()
+        if self.driving_since:
+            self.wall_time_s = time.monotonic() - self.driving_since
         self._take_samples()
         if self.recorder:
             self.recorder.close()
@@ -166,6 +170,7 @@ class CncProcess:
         if not self._wait_for_plc():
             return
         self.started_with_plc = bool(self.side.plc.attached)
+        self.driving_since = time.monotonic()
         if self.options.hold_start:
             self._serve_held()
             return
@@ -272,7 +277,7 @@ class CncProcess:
         return {
             "cycles": int(state.cycle),
             "sim_time_s": int(state.cycle) * self.cell.cycle_s,
-            "wall_time_s": time.monotonic() - self.started,
+            "wall_time_s": self.wall_time_s,
             "blocks": preparation.blocks,
             "requests": {"mode1": int(state.requests_mode1), "mode2": int(state.requests_mode2), "bad": int(state.requests_bad)},
             "overruns": int(state.overruns),
