@@ -76,7 +76,7 @@ def _verified(unit: ContourUnit, seconds: float) -> tuple[Ns, int]:
     whole = unit.exchange(0.0, 0.0).copy()
     first = len(whole) - N_BLOCKS - 1
     expected = {float(i): whole[i:].tobytes() for i in (first, first + 1)}
-    memory = memoryview(unit.rows).cast("B")
+    memory = memoryview(unit.rows).cast("B")  # type: ignore[arg-type]
 
     def right(n: int, start: float) -> bool:
         answer = expected[start]
@@ -135,7 +135,7 @@ def contour_points(n: int) -> npt.NDArray[np.float64]:
     """(n + 1, 3) points of the contour workload: r = 40 + 8 sin 7t + 2 sin 31t mm, 2500 points a turn, 4 decimals."""
     t = np.arange(n + 1) / 2500.0 * 2.0 * np.pi
     r = 40.0 + 8.0 * np.sin(7.0 * t) + 2.0 * np.sin(31.0 * t) + 0.05 * t / (2.0 * np.pi)
-    return np.round(np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros_like(t)]), 4)
+    return np.asarray(np.round(np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros_like(t)]), 4), np.float64)
 
 
 def raster_points(n: int) -> npt.NDArray[np.float64]:
@@ -145,7 +145,7 @@ def raster_points(n: int) -> npt.NDArray[np.float64]:
     line, step = k // (per_line + 1), k % (per_line + 1)
     x = np.where(line % 2 == 0, step, per_line - step) * 100.0 / per_line
     y = line * 0.25
-    return np.round(np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4)
+    return np.asarray(np.round(np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4), np.float64)
 
 
 WORKLOADS: dict[str, Callable[[int], npt.NDArray[np.float64]]] = {"contour": contour_points, "raster": raster_points}

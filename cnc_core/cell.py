@@ -103,11 +103,15 @@ class PlcChoice:
     @classmethod
     def _of_class(cls, plc: type) -> PlcChoice:
         if "<locals>" in plc.__qualname__:
-            raise CncError(902001, f"PLC class {plc.__qualname__} is local to a function; the PLC process needs {PLC_CHOICES}")
+            raise CncError(
+                902001, f"PLC class {plc.__qualname__} is local to a function; the PLC process needs {PLC_CHOICES}"
+            )
         try:
             file = inspect.getfile(plc)
         except (TypeError, OSError):
-            raise CncError(902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}") from None
+            raise CncError(
+                902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}"
+            ) from None
         return cls(("--file", str(Path(file).resolve()), "--class", plc.__qualname__))
 
 
@@ -129,8 +133,9 @@ class _Child:
 
     def end(self, seconds: float) -> None:
         """Wait, then kill: our own child only."""
-        for action in (lambda: None, self.process.kill):
-            action()
+        for insist in (False, True):
+            if insist:
+                self.process.kill()
             try:
                 self.process.wait(seconds)
                 return
@@ -162,7 +167,9 @@ class _Job:
 class Cell:
     """A machine from a configuration file (None: the built-in one, X Y Z) that runs programs beside a PLC."""
 
-    def __init__(self, config: str | Path | None = None, *, clock: str = "lockstep", service: str | None = None) -> None:
+    def __init__(
+        self, config: str | Path | None = None, *, clock: str = "lockstep", service: str | None = None
+    ) -> None:
         self.config_path = Path(config).resolve() if config is not None else None
         self.config: CellConfig = load_config(self.config_path)
         self.clock, self.service = clock, service
@@ -171,7 +178,9 @@ class Cell:
     def __enter__(self) -> Cell:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
@@ -194,7 +203,9 @@ class Cell:
         record: str | Path | None = None,
         hold_start: bool = False,
     ) -> RunResult:
-        """Run the program to its end. ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
+        """Run the program to its end.
+
+        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -219,7 +230,9 @@ class Cell:
         finally:
             self.close()
 
-    def _start(self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool) -> _Job:
+    def _start(
+        self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool
+    ) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         options = CncOptions(
@@ -243,7 +256,19 @@ class Cell:
     def _collect(self, job: _Job, target: Path | None, out: Path | None) -> RunResult:
         cnc, plc = job.cnc.report(), job.plc.report()
         result = RunResult(wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[])
-        for key in ("cycles", "sim_time_s", "wall_time_s", "requests", "end", "messages", "errors", "warnings", "blocks", "dialect", "peak_mb"):
+        for key in (
+            "cycles",
+            "sim_time_s",
+            "wall_time_s",
+            "requests",
+            "end",
+            "messages",
+            "errors",
+            "warnings",
+            "blocks",
+            "dialect",
+            "peak_mb",
+        ):
             if key in cnc:
                 setattr(result, key, cnc[key])
         result.overruns = int(cnc.get("overruns", 0)) + int(plc.get("overruns", 0))
@@ -299,4 +324,6 @@ def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
         who = "CNC" if not cnc else "PLC"
         last = (job.cnc if not cnc else job.plc).said()
         detail = f": {last.splitlines()[-1]}" if last else ""
-        result.errors.append({"file": "", "line": 0, "column": 0, "code": 905001, "text": f"the {who} process died{detail}"})
+        result.errors.append(
+            {"file": "", "line": 0, "column": 0, "code": 905001, "text": f"the {who} process died{detail}"}
+        )

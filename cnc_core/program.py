@@ -50,7 +50,13 @@ class Program:
     """
 
     def __init__(
-        self, path: str | Path, cell: CellConfig, dialect: str | None = None, port: ChannelPort | None = None, *, collect: bool = False
+        self,
+        path: str | Path,
+        cell: CellConfig,
+        dialect: str | None = None,
+        port: ChannelPort | None = None,
+        *,
+        collect: bool = False,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine()
@@ -67,7 +73,10 @@ class Program:
         return sorted([*self.reader.errors, *self._own_errors], key=lambda e: e.place.line)
 
     def read(self, rows: int = BATCH_ROWS) -> BlockBatch | Wait | None:
-        """The next final rows, a wait, or None at the end. CncError for the first wrong block, behind all rows before it."""
+        """The next final rows, a wait, or None at the end.
+
+        CncError for the first wrong block, behind all rows before it.
+        """
         item = self.reader.read(rows)
         if isinstance(item, BlockBatch):
             return self._staged(item)

@@ -1,6 +1,6 @@
 """A PLC program: slower where the coming 5 mm of contour hold an arc.
 
-    hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/override_from_contour.py
+hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/override_from_contour.py
 """
 
 from plc_client import ContourLookahead, FeedControl, task

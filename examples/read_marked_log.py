@@ -1,6 +1,6 @@
 """A PLC program: reads the marked section of the NC program by index (mode 1) and prints it once.
 
-    hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
+hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
 """
 
 from plc_client import ContourLookahead, task
@@ -22,4 +22,6 @@ class ReadMarkedLog:
         return len(self.entries) >= self.state.count_logged_blocks
 
     def result(self):
-        return [[KINDS[int(b["block_type"])], int(b["block_number"]), float(b["length"]) / 10_000.0] for b in self.entries]
+        return [
+            [KINDS[int(b["block_type"])], int(b["block_number"]), float(b["length"]) / 10_000.0] for b in self.entries
+        ]

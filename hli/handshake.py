@@ -6,7 +6,6 @@ once, so that one exchange is one C call.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 import ctypes
 import time
 from typing import Any
@@ -105,16 +104,6 @@ class ContourUnit:
                 raise HliTimeout(f"no answer within {timeout_s} s")
             n = lib.hs_clah_await(self._unit, self._answer, self._rows, min(left, _SLICE_NS))
         return self.rows[:n]
-
-    def raw_call(self, timeout_ns: int = 1_000_000_000) -> Callable[[float, float], int]:
-        """The fused exchange as a bare function (start_position, length) -> elements in ``rows``, negative on time-out."""
-        call, unit, bell, answer, rows = lib.hs_clah_call, self._unit, self._bell, self._answer, self._rows
-
-        def ask(start_position: float, length: float) -> int:
-            n: int = call(unit, bell, answer, start_position, length, rows, timeout_ns)
-            return n
-
-        return ask
 
     # -- CNC side (tests, benchmarks, servers in Python)
     def wait_request(self, timeout_s: float = 1.0) -> tuple[float, float] | None:

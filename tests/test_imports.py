@@ -53,7 +53,13 @@ def test_front_ends_stand_above_the_waist(path: Path) -> None:
 @pytest.mark.parametrize("path", files("cnc_core/geometry") + files("cnc_core/kinematics"), ids=str)
 def test_nothing_below_the_waist_knows_a_dialect(path: Path) -> None:
     """Stages import no front end, and no engine either."""
-    forbidden = ("cnc_core.engine", "cnc_core.channel", "hli", "plc_client", *(f"cnc_core.frontend.{d}" for d in DIALECTS))
+    forbidden = (
+        "cnc_core.engine",
+        "cnc_core.channel",
+        "hli",
+        "plc_client",
+        *(f"cnc_core.frontend.{d}" for d in DIALECTS),
+    )
     assert not {n for n in imported(path) if n.startswith(forbidden)}
 
 

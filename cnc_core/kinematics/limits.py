@@ -15,7 +15,9 @@ from ..errors import CncError, Place
 FloatArray = npt.NDArray[np.float64]
 
 
-def arc_extremes(rows: npt.NDArray[Any], starts: FloatArray, main: tuple[int, int, int]) -> tuple[FloatArray, FloatArray]:
+def arc_extremes(
+    rows: npt.NDArray[Any], starts: FloatArray, main: tuple[int, int, int]
+) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (n, 2): what circular rows of one plane reach on the plane's first and second axis, mm."""
     first, second, _ = motion_planes(int(rows["plane"][0]))
     axes = [main[first], main[second]]

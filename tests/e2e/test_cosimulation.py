@@ -25,7 +25,9 @@ def long_program(blocks: int) -> str:
     """A zigzag of short blocks with arcs now and then; ``blocks`` motion elements."""
     lines = ["F6000 G1 G90"]
     for i in range(1, blocks + 1):
-        lines.append(f"N{i} G3 X{i * 0.2:.1f} Y0 I0.1 J0" if i % 17 == 0 else f"N{i} G1 X{i * 0.2:.1f} Y{(i % 2) * 0.01:.2f}")
+        lines.append(
+            f"N{i} G3 X{i * 0.2:.1f} Y0 I0.1 J0" if i % 17 == 0 else f"N{i} G1 X{i * 0.2:.1f} Y{(i % 2) * 0.01:.2f}"
+        )
         if i % 17 == 16:
             lines[-1] = f"N{i} G1 X{i * 0.2:.1f} Y0"
     return "\n".join([*lines, "M30", ""])
@@ -33,7 +35,7 @@ def long_program(blocks: int) -> str:
 
 @pytest.mark.parametrize("plc", [Follow, FollowByHand])
 def test_mode_2_finds_every_element_once(cell: Cell, program: Write, plc: type) -> None:
-    """A program ten times longer than the window: the rule start + length < max_dist finds each element exactly once."""
+    """A program ten times longer than the window: the new-element rule finds each element exactly once."""
     result = cell.run(program(long_program(1300)), plc=plc)
     assert result.end == "completed", result.errors
     seen = result.plc["result"]
@@ -71,7 +73,8 @@ class Control:
         override = {0: 100.0, 1: 50.0, 2: 0.0, 3: 200.0}[min(t // 200, 3)]
         self.feed(override=override, feedhold=400 <= t < 500 or 700 <= t < 760)
         b = self.ch.bahn_state
-        self.log.append((t, b.active_feed_r / 1000.0, b.stop_condition_r, b.dist_prog_start, self.ch.contour_lookahead.state.max_dist_prog_start))
+        known = self.ch.contour_lookahead.state.max_dist_prog_start
+        self.log.append((t, b.active_feed_r / 1000.0, b.stop_condition_r, b.dist_prog_start, known))
 
     def result(self):
         return self.log
@@ -135,7 +138,10 @@ def test_a_killed_side_ends_the_run(program: Write, tmp_path: Path, victim: int,
     path = program("F600\n" + "G1 X50\nX0\n" * 500)
     record = tmp_path / "r.npz"
     process = subprocess.Popen(
-        command("run", path, "--clock", "realtime", "--record", record, "--json"), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command("run", path, "--clock", "realtime", "--record", record, "--json"),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
     children = wait_for_children(process.pid, 2)
     time.sleep(delay)
@@ -152,7 +158,10 @@ def test_interrupt_ends_both_sides_and_keeps_the_recording(program: Write, tmp_p
     """Ctrl-C: exit 130, nothing left, the recording holds what was driven."""
     path, record = program("F600\n" + "G1 X50\nX0\n" * 500), tmp_path / "r.npz"
     process = subprocess.Popen(
-        command("run", path, "--clock", "realtime", "--record", record), start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        command("run", path, "--clock", "realtime", "--record", record),
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
     )
     wait_for_children(process.pid, 2)
     time.sleep(1.0)
@@ -171,7 +180,9 @@ def test_a_second_cnc_on_one_name_is_refused(program: Write) -> None:
         deadline = time.monotonic() + 20
         while not Path(f"/dev/shm/{name}").exists() and time.monotonic() < deadline:
             time.sleep(0.01)
-        second = subprocess.run(command("cnc", path, "--name", name), capture_output=True, text=True, timeout=20, check=False)
+        second = subprocess.run(
+            command("cnc", path, "--name", name), capture_output=True, text=True, timeout=20, check=False
+        )
         assert second.returncode == 1
         assert f"in use by process {first.pid}" in second.stderr
     finally:
@@ -182,9 +193,18 @@ def test_a_second_cnc_on_one_name_is_refused(program: Write) -> None:
 
 @pytest.mark.parametrize(
     ("text", "line", "column"),
-    [("G1 X10 F100\nG1 X20 Q5\n", 2, 8), ("G1 X1 F100\n#FOO BAR\n", 2, None), ("G2 X10 Y0 I5 J0 R5 F100\n", 1, None), ("G2 X10 F100\n", 1, None), ("G2 X10 Y0 R0 F10\n", 1, None), ("G1 X200000 F10\n", 1, None)],
+    [
+        ("G1 X10 F100\nG1 X20 Q5\n", 2, 8),
+        ("G1 X1 F100\n#FOO BAR\n", 2, None),
+        ("G2 X10 Y0 I5 J0 R5 F100\n", 1, None),
+        ("G2 X10 F100\n", 1, None),
+        ("G2 X10 Y0 R0 F10\n", 1, None),
+        ("G1 X200000 F10\n", 1, None),
+    ],
 )
-def test_bad_programs_give_a_numbered_error_with_place(cli: Cli, program: Write, text: str, line: int, column: int | None) -> None:
+def test_bad_programs_give_a_numbered_error_with_place(
+    cli: Cli, program: Write, text: str, line: int, column: int | None
+) -> None:
     """check and run report FILE:LINE:COL: CODE: text, the source line under it, exit 1."""
     path = program(text)
     checked = cli("check", path, "--json")
@@ -201,7 +221,16 @@ def test_bad_programs_give_a_numbered_error_with_place(cli: Cli, program: Write,
     assert "Traceback" not in checked.err + ran.err
 
 
-@pytest.mark.parametrize("arguments", [("run", "nothing.nc"), ("check", "nothing.nc"), ("run", "part.nc", "--plc", "nothing.py"), ("run", "part.nc", "--config", "nothing.toml"), ("plan", "nothing.nc")])
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("run", "nothing.nc"),
+        ("check", "nothing.nc"),
+        ("run", "part.nc", "--plc", "nothing.py"),
+        ("run", "part.nc", "--config", "nothing.toml"),
+        ("plan", "nothing.nc"),
+    ],
+)
 def test_missing_files_are_named(cli: Cli, program: Write, arguments: tuple[str, ...]) -> None:
     """A missing file is an error with its name, not a traceback."""
     program(T1)
@@ -214,7 +243,10 @@ def test_missing_files_are_named(cli: Cli, program: Write, arguments: tuple[str,
 
 def test_an_error_in_the_plc_program_is_reported(cli: Cli, program: Write) -> None:
     """An exception in user code ends the run with its file and line."""
-    plc = program("from plc_client import task\n\n@task(interval=0.001)\nclass P:\n    def cyclic(self):\n        1 / 0\n", "bad.py")
+    plc = program(
+        "from plc_client import task\n\n@task(interval=0.001)\nclass P:\n    def cyclic(self):\n        1 / 0\n",
+        "bad.py",
+    )
     outcome = cli("run", program(T1), "--plc", plc, "--json")
     assert outcome.status == 1
     assert outcome.json["end"] in ("error", "aborted")

@@ -31,7 +31,15 @@ def as_rows(response: list[dict[str, Any]]) -> list[tuple[float, ...]]:
     """(type, N, start, length, radius, angle, tangent) of each element, rounded to 6 decimals."""
     for block in response:
         assert block["programmed_radius"] == pytest.approx(block["compensated_radius"], abs=1e-6)
-    keys = ("block_type", "block_number", "start_position", "length", "compensated_radius", "circle_angle", "tangent_variation")
+    keys = (
+        "block_type",
+        "block_number",
+        "start_position",
+        "length",
+        "compensated_radius",
+        "circle_angle",
+        "tangent_variation",
+    )
     return [tuple(round(b[k], 6) for k in keys) for b in response]
 
 
@@ -58,7 +66,13 @@ def test_t1_from_an_index_on(cli: Cli, program: Callable[..., Path], index: floa
 @pytest.mark.parametrize("at", ["start", "end"])
 @pytest.mark.parametrize(
     ("start", "length", "numbers"),
-    [(800000, 400000, [50, 70, 80]), (1371238.9, 1, []), (0, 1e12, [30, 40, 50, 70, 80]), (300000, 1, [40]), (0, -5, [])],
+    [
+        (800000, 400000, [50, 70, 80]),
+        (1371238.9, 1, []),
+        (0, 1e12, [30, 40, 50, 70, 80]),
+        (300000, 1, [40]),
+        (0, -5, []),
+    ],
 )
 def test_t1_by_distance(
     cli: Cli, program: Callable[..., Path], at: str, start: float, length: float, numbers: list[int]
@@ -70,7 +84,9 @@ def test_t1_by_distance(
 
 
 @pytest.mark.parametrize("request_", [("--distance", "nan", "5"), ("--distance", "0", "inf"), ("--index", "nan")])
-def test_nonsense_on_the_command_line_is_refused(cli: Cli, program: Callable[..., Path], request_: tuple[str, ...]) -> None:
+def test_nonsense_on_the_command_line_is_refused(
+    cli: Cli, program: Callable[..., Path], request_: tuple[str, ...]
+) -> None:
     """NaN and infinity are no positions."""
     answer = cli("lookahead", program(T1), *request_, "--json")
     assert answer.status == 1
@@ -80,7 +96,8 @@ def test_nonsense_on_the_command_line_is_refused(cli: Cli, program: Callable[...
 RAW = """
 from plc_client import task
 import math
-NONSENSE = [(math.nan, 0.0), (0.0, math.nan), (math.inf, 0.0), (-math.inf, 5.0), (0.0, math.inf), (-1e308, 0.0), (1e308, 1e308), (0.0, -5.0), (5e-324, 5e-324)]
+NONSENSE = [(math.nan, 0.0), (0.0, math.nan), (math.inf, 0.0), (-math.inf, 5.0), (0.0, math.inf)]
+NONSENSE += [(-1e308, 0.0), (1e308, 1e308), (0.0, -5.0), (5e-324, 5e-324)]
 
 @task(interval=0.001)
 class Raw:
@@ -117,7 +134,10 @@ def test_nonsense_in_the_request_is_answered_and_counted(cell: Cell, program: Ca
 def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
     """A random program of lines, arcs, markers and dwells, and its elements computed with complex numbers."""
     rng = np.random.default_rng(seed)
-    lines, elements = ["G17 G90 F6000 G1", "#CONTOUR LOOKAHEAD LOG ON [PARAM=7]"], [{"type": 3, "length": 7.0, "start": 0.0}]
+    lines, elements = (
+        ["G17 G90 F6000 G1", "#CONTOUR LOOKAHEAD LOG ON [PARAM=7]"],
+        [{"type": 3, "length": 7.0, "start": 0.0}],
+    )
     at, heading, distance = 0j, None, 0.0
     for _ in range(int(rng.integers(5, 60))):
         kind = rng.choice(["line", "arc", "param", "dwell"], p=[0.5, 0.35, 0.1, 0.05])
@@ -148,7 +168,14 @@ def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
             out_of = into * 1j ** (quarter * sign)
         turn = 0.0 if heading is None else abs(np.angle(into / heading))
         elements.append(
-            {"type": 1 if kind == "line" else 2, "length": length * 1e4, "start": distance, "radius": radius * 1e4, "angle": angle, "turn": turn}
+            {
+                "type": 1 if kind == "line" else 2,
+                "length": length * 1e4,
+                "start": distance,
+                "radius": radius * 1e4,
+                "angle": angle,
+                "turn": turn,
+            }
         )
         distance += length * 1e4
         at, heading = complex(round(to.real, 4), round(to.imag, 4)), out_of
@@ -169,7 +196,9 @@ def test_random_contours_by_index_and_distance(cli: Cli, program: Callable[..., 
             assert block[key] == pytest.approx(element.get(name, 0.0), abs=1e-3)
         assert block["circle_angle"] == pytest.approx(element.get("angle", 0.0), abs=1e-9)
         assert block["tangent_variation"] == pytest.approx(element.get("turn", 0.0), abs=1e-7)
-    by_distance = cli("lookahead", path, "--distance", 0, 1e12, "--at", ["end", "start"][seed % 2], "--json").json["response"]
+    by_distance = cli("lookahead", path, "--distance", 0, 1e12, "--at", ["end", "start"][seed % 2], "--json").json[
+        "response"
+    ]
     assert by_distance == [b for b in by_index if b["block_type"] in (1, 2)]
 
 
