@@ -2,6 +2,8 @@
 #include <stdlib.h>
 #include "engine_internal.h"
 
+#define TURN_SPIN_NS 500000 /* a PLC scan in Python takes some 10 us, a futex wake across cores about 20 */
+
 static uint64_t power_of_two(uint64_t n) {
     uint64_t p = 1;
     while (p < n) p <<= 1;
@@ -114,7 +116,7 @@ static bool plc_attached(const engine *e) { return e->side && load_u32_acquire(&
 static bool plc_allows(engine *e, int64_t wait_ns) {
     if (e->cfg.clock != HLI_CLOCK_LOCKSTEP || !e->side) return true;
     if (!plc_attached(e)) return false;
-    return hs_word_wait(&e->side->plc_turn, (uint32_t)e->geo.cycle + 1, 50000, wait_ns) == HS_OK;
+    return hs_word_wait(&e->side->plc_turn, (uint32_t)e->geo.cycle + 1, TURN_SPIN_NS, wait_ns) == HS_OK;
 }
 
 /* The PLC waits for the cycle it has allowed; in lockstep only that one is worth a wake. */

@@ -18,6 +18,7 @@
 #include "hli_layout.h"
 
 #define NS_PER_S 1000000000LL
+#define PURE_SPIN_NS 10000LL       /* before a spin gives its core away in between */
 #define SPIN_NS 50000LL            /* before a wait goes to sleep */
 #define SLICE_NS 100000000LL       /* longest sleep without looking at the memory */
 #define POLL_NS 1000000LL          /* a server looks this often at a semaphore nobody rang for */
@@ -160,15 +161,18 @@ void hs_word_post(void *side_word, uint32_t value) {
     wake_waiters(side);
 }
 
-static int spin_until(condition met, const void *what, uint32_t target, int64_t end_ns) {
+static int spin_until(condition met, const void *what, uint32_t target, int64_t yield_ns, int64_t end_ns) {
     for (;;) {
         for (int i = 0; i < LOOKS_PER_CLOCK; i++) {
             if (met(what, target))
                 return HS_OK;
             cpu_pause();
         }
-        if (hs_monotonic_ns() >= end_ns)
+        int64_t now = hs_monotonic_ns();
+        if (now >= end_ns)
             return HS_TIMEOUT;
+        if (now >= yield_ns)
+            sched_yield(); /* the other side may wait for this very core */
     }
 }
 
@@ -194,7 +198,7 @@ static int wait_until(HLI_SIDE_WORD *side, condition met, const void *what, uint
         return HS_TIMEOUT;
     int64_t now = hs_monotonic_ns();
     int64_t end = timeout_ns > INT64_MAX - now ? INT64_MAX : now + timeout_ns;
-    if (spin_until(met, what, target, now + (spin_ns < timeout_ns ? spin_ns : timeout_ns)) == HS_OK)
+    if (spin_until(met, what, target, now + PURE_SPIN_NS, now + (spin_ns < timeout_ns ? spin_ns : timeout_ns)) == HS_OK)
         return HS_OK;
     __atomic_fetch_add(&side->waiters, 1u, __ATOMIC_SEQ_CST);
     int rc = HS_BUSY;

@@ -71,31 +71,28 @@ def _running_cnc(service: str, core: int) -> Iterator[Any]:
             process.wait(10.0)
 
 
-def _expected(unit: ContourUnit) -> list[bytes]:
-    """Answer to a mode 1 request for each index that leaves N_BLOCKS entries, read one by one beforehand."""
+def _verified(unit: ContourUnit, seconds: float) -> tuple[Ns, int]:
+    """(durations, wrong answers) of mode 1 requests that each leave N_BLOCKS entries or one more, all compared."""
     whole = unit.exchange(0.0, 0.0).copy()
-    return [whole[i:].tobytes() for i in range(len(whole) - N_BLOCKS + 1)]
+    first = len(whole) - N_BLOCKS - 1
+    expected = {float(i): whole[i:].tobytes() for i in (first, first + 1)}
+    memory = memoryview(unit.rows).cast("B")  # type: ignore[arg-type]
+
+    def right(n: int, start: float) -> bool:
+        answer = expected[start]
+        return n * BLOCK_DTYPE.itemsize == len(answer) and memory[: len(answer)] == answer
+
+    return raw.exchange_loop(unit, list(expected), 0.0, right, seconds)
 
 
-def _exchanges(unit: ContourUnit, seconds: float, expected: list[bytes]) -> tuple[Ns, Ns, int]:
-    """(duration, time of completion, wrong answers) of mode 1 requests that each leave at least N_BLOCKS entries."""
-    end, now = time.perf_counter_ns() + int(seconds * 1e9), time.perf_counter_ns
-    durations, completions, torn, k = [], [], 0, 0
-    first = len(expected) - 1
-    size = BLOCK_DTYPE.itemsize
-    memory = memoryview(unit.rows).cast("B")
-    ask = unit.raw_call()
-    while True:
-        index = first - (k & 1)
-        begin = now()
-        n = ask(index, 0.0)
-        done = now()
-        durations.append(done - begin)
-        completions.append(done)
-        torn += n * size != len(expected[index]) or memory[: n * size] != expected[index]
-        k += 1
-        if done > end:
-            return np.array(durations), np.array(completions), torn
+def _periods(hli: Any, seconds: float) -> Ns:
+    """Times between successive cycles of a running CNC, as the PLC sees them."""
+    times, cycle = [], hli.cycle
+    for _ in range(int(seconds / hli.cycle_s)):
+        cycle += 1
+        hli.wait_cycle(cycle)
+        times.append(time.perf_counter_ns())
+    return np.diff(np.array(times))
 
 
 def handshake(seconds: float = 10.0, tick: Callable[[float], None] = lambda _share: None) -> dict[str, Any]:
@@ -113,12 +110,12 @@ def handshake(seconds: float = 10.0, tick: Callable[[float], None] = lambda _sha
             with _running_cnc(service, server) as hli:
                 raw.pin(client)
                 unit = ContourUnit(hli.gpCh[0].contour_lookahead)
-                durations, done, wrong = _exchanges(unit, max(0.3, share * 0.2), _expected(unit))
+                durations, wrong = _verified(unit, max(0.3, share * 0.2))
+                if service == "cyclic":
+                    ns["period"].append(_periods(hli, max(0.2, share * 0.05)))
             os.sched_setaffinity(0, before)
             ns[service].append(durations)
             torn += wrong
-            if service == "cyclic":
-                ns["period"].append(np.diff(done))
         tick((turn + 1) / ROUNDS)
     joined = {name: np.concatenate(parts) for name, parts in ns.items()}
     out: dict[str, Any] = {f"{name}_us": quantiles_us(values) for name, values in joined.items()}
@@ -138,7 +135,7 @@ def contour_points(n: int) -> npt.NDArray[np.float64]:
     """(n + 1, 3) points of the contour workload: r = 40 + 8 sin 7t + 2 sin 31t mm, 2500 points a turn, 4 decimals."""
     t = np.arange(n + 1) / 2500.0 * 2.0 * np.pi
     r = 40.0 + 8.0 * np.sin(7.0 * t) + 2.0 * np.sin(31.0 * t) + 0.05 * t / (2.0 * np.pi)
-    return np.round(np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros_like(t)]), 4)
+    return np.asarray(np.round(np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros_like(t)]), 4), np.float64)
 
 
 def raster_points(n: int) -> npt.NDArray[np.float64]:
@@ -148,7 +145,7 @@ def raster_points(n: int) -> npt.NDArray[np.float64]:
     line, step = k // (per_line + 1), k % (per_line + 1)
     x = np.where(line % 2 == 0, step, per_line - step) * 100.0 / per_line
     y = line * 0.25
-    return np.round(np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4)
+    return np.asarray(np.round(np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4), np.float64)
 
 
 WORKLOADS: dict[str, Callable[[int], npt.NDArray[np.float64]]] = {"contour": contour_points, "raster": raster_points}

@@ -158,7 +158,9 @@ class Block:
         return out
 
 
-def blocks(batch: BlockBatch, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]) -> Iterator[Block]:
+def blocks(
+    batch: BlockBatch, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]
+) -> Iterator[Block]:
     """One ``Block`` a row; ``start`` (axes,) is the position before the batch and is advanced in place."""
     for row in batch.rows:
         yield Block(row, start.copy(), axes, main)

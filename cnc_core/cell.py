@@ -53,6 +53,7 @@ class RunResult:
     recorded: int = 0
     error_text: str = ""
     dialect: str | None = None
+    peak_mb: float = 0.0
 
     @property
     def realtime_factor(self) -> float:
@@ -102,11 +103,15 @@ class PlcChoice:
     @classmethod
     def _of_class(cls, plc: type) -> PlcChoice:
         if "<locals>" in plc.__qualname__:
-            raise CncError(902001, f"PLC class {plc.__qualname__} is local to a function; the PLC process needs {PLC_CHOICES}")
+            raise CncError(
+                902001, f"PLC class {plc.__qualname__} is local to a function; the PLC process needs {PLC_CHOICES}"
+            )
         try:
             file = inspect.getfile(plc)
         except (TypeError, OSError):
-            raise CncError(902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}") from None
+            raise CncError(
+                902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}"
+            ) from None
         return cls(("--file", str(Path(file).resolve()), "--class", plc.__qualname__))
 
 
@@ -127,9 +132,10 @@ class _Child:
         return self.process.poll() is not None
 
     def end(self, seconds: float) -> None:
-        """Wait, then terminate, then kill: our own child only, by its pid."""
-        for action in (lambda: None, self.process.terminate, self.process.kill):
-            action()
+        """Wait, then kill: our own child only."""
+        for insist in (False, True):
+            if insist:
+                self.process.kill()
             try:
                 self.process.wait(seconds)
                 return
@@ -161,7 +167,9 @@ class _Job:
 class Cell:
     """A machine from a configuration file (None: the built-in one, X Y Z) that runs programs beside a PLC."""
 
-    def __init__(self, config: str | Path | None = None, *, clock: str = "lockstep", service: str | None = None) -> None:
+    def __init__(
+        self, config: str | Path | None = None, *, clock: str = "lockstep", service: str | None = None
+    ) -> None:
         self.config_path = Path(config).resolve() if config is not None else None
         self.config: CellConfig = load_config(self.config_path)
         self.clock, self.service = clock, service
@@ -170,14 +178,18 @@ class Cell:
     def __enter__(self) -> Cell:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.close()
 
     def close(self) -> None:
         """End what still runs and remove it from shared memory."""
         if self._job is not None:
             job, self._job = self._job, None
-            _end_job(job, 0.2)
+            _stop(job)
+            segment.remove(job.name)
+            shutil.rmtree(job.folder, ignore_errors=True)
 
     def run(
         self,
@@ -191,7 +203,9 @@ class Cell:
         record: str | Path | None = None,
         hold_start: bool = False,
     ) -> RunResult:
-        """Run the program to its end. ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
+        """Run the program to its end.
+
+        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -205,11 +219,20 @@ class Cell:
         self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, target is not None)
         try:
             _supervise(self._job)
+        except BaseException:
+            _stop(self._job)
+            if target:
+                recorder.finish(self._job.folder / "samples.f64", target, self.config)
+            raise
+        else:
+            _stop(self._job)
             return self._collect(self._job, target, Path(out) if out else None)
         finally:
             self.close()
 
-    def _start(self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool) -> _Job:
+    def _start(
+        self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool
+    ) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         options = CncOptions(
@@ -233,7 +256,19 @@ class Cell:
     def _collect(self, job: _Job, target: Path | None, out: Path | None) -> RunResult:
         cnc, plc = job.cnc.report(), job.plc.report()
         result = RunResult(wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[])
-        for key in ("cycles", "sim_time_s", "wall_time_s", "requests", "end", "messages", "errors", "warnings", "blocks", "dialect"):
+        for key in (
+            "cycles",
+            "sim_time_s",
+            "wall_time_s",
+            "requests",
+            "end",
+            "messages",
+            "errors",
+            "warnings",
+            "blocks",
+            "dialect",
+            "peak_mb",
+        ):
             if key in cnc:
                 setattr(result, key, cnc[key])
         result.overruns = int(cnc.get("overruns", 0)) + int(plc.get("overruns", 0))
@@ -258,14 +293,13 @@ def _supervise(job: _Job) -> None:
                 return
 
 
-def _end_job(job: _Job, seconds: float) -> None:
+def _stop(job: _Job) -> None:
+    """End both processes: ask, then insist."""
     for child in (job.cnc, job.plc):
         if not child.ended:
             child.process.terminate()
     for child in (job.cnc, job.plc):
-        child.end(seconds)
-    segment.remove(job.name)
-    shutil.rmtree(job.folder, ignore_errors=True)
+        child.end(1.0)
 
 
 def _handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:
@@ -290,4 +324,6 @@ def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
         who = "CNC" if not cnc else "PLC"
         last = (job.cnc if not cnc else job.plc).said()
         detail = f": {last.splitlines()[-1]}" if last else ""
-        result.errors.append({"file": "", "line": 0, "column": 0, "code": 905001, "text": f"the {who} process died{detail}"})
+        result.errors.append(
+            {"file": "", "line": 0, "column": 0, "code": 905001, "text": f"the {who} process died{detail}"}
+        )

@@ -6,6 +6,7 @@ Exit status: 0 success, 1 program or user error, 2 wrong usage, 130 interrupted.
 from __future__ import annotations
 
 import json
+import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -109,8 +110,8 @@ def check(file: File, config: Config = None, dialect: Dialect = None, as_json: J
         say_warnings(program)
     except CncError as error:
         errors = [error]
-    for error in errors:
-        say_error(error)
+    for found in errors:
+        say_error(found)
     if as_json:
         emit({"errors": [e.as_json() for e in errors], "blocks": count})
     elif not errors:
@@ -157,8 +158,12 @@ def _block_line(value: dict[str, Any]) -> str:
 @app.command()
 def plan(
     file: File,
-    lookahead: Annotated[int | None, typer.Option(min=10, max=10000, help="look-ahead blocks instead of the cell's")] = None,
-    no_jerk: Annotated[bool, typer.Option("--no-jerk", help="acceleration-limited, whatever the machine's jerk")] = False,
+    lookahead: Annotated[
+        int | None, typer.Option(min=10, max=10000, help="look-ahead blocks instead of the cell's")
+    ] = None,
+    no_jerk: Annotated[
+        bool, typer.Option("--no-jerk", help="acceleration-limited, whatever the machine's jerk")
+    ] = False,
     tolerance: Annotated[float, typer.Option(min=0.0, help="allowed path deviation in mm; 0: exact path")] = 0.0,
     samples: Annotated[Path | None, typer.Option(help="write t, pos, axes, s, v, block to this .npz")] = None,
     picture: Annotated[Path | None, typer.Option(help="draw path, speed and acceleration to this .png")] = None,
@@ -200,9 +205,13 @@ def plan(
 @app.command()
 def run(
     file: File,
-    plc: Annotated[str | None, typer.Option(help="PLC program (Python file with @task classes); default: acknowledges everything")] = None,
+    plc: Annotated[
+        str | None, typer.Option(help="PLC program (Python file with @task classes); default: acknowledges everything")
+    ] = None,
     clock: Annotated[str, typer.Option(help="lockstep, freerun or realtime")] = "lockstep",
-    service: Annotated[str | None, typer.Option(help="look-ahead service: cyclic or immediate; default: the cell's")] = None,
+    service: Annotated[
+        str | None, typer.Option(help="look-ahead service: cyclic or immediate; default: the cell's")
+    ] = None,
     out_dir: Annotated[Path, typer.Option("--out", help="folder for files the program writes")] = Path("hli-cosim-out"),
     record: Annotated[Path | None, typer.Option(help="record every cycle to this .npz, .csv or .parquet")] = None,
     config: Config = None,
@@ -249,7 +258,18 @@ def _say_run_errors(result: Any) -> None:
 def _print_run(result: Any, title: str) -> None:
     value = result.as_json()
     table = Table("figure", "value", title=title)
-    for key in ("end", "cycles", "sim_time_s", "wall_time_s", "realtime_factor", "blocks", "requests", "handshake_us", "overruns", "recorded"):
+    for key in (
+        "end",
+        "cycles",
+        "sim_time_s",
+        "wall_time_s",
+        "realtime_factor",
+        "blocks",
+        "requests",
+        "handshake_us",
+        "overruns",
+        "recorded",
+    ):
         table.add_row(key, json.dumps(value[key]))
     out.print(table)
     for message in result.messages:
@@ -259,7 +279,9 @@ def _print_run(result: Any, title: str) -> None:
 @app.command()
 def demo(
     seconds: Annotated[float, typer.Option(min=1.0, max=3600.0, help="machine time to show")] = 10.0,
-    out_dir: Annotated[Path, typer.Option("--out", help="folder for program, recording and picture")] = Path("hli-cosim-demo"),
+    out_dir: Annotated[Path, typer.Option("--out", help="folder for program, recording and picture")] = Path(
+        "hli-cosim-demo"
+    ),
     as_json: Json = False,
 ) -> None:
     """Show the main job: both processes, both look-ahead modes, a PLC that sets the override from the coming contour.
@@ -289,7 +311,10 @@ def _print_demo(result: Any) -> None:
     table.add_row("cycles (1 ms)", f"{run.cycles}, {run.sim_time_s:.2f} s of machine time in {run.wall_time_s:.2f} s")
     table.add_row("faster than real time", f"{run.realtime_factor:.0f} x")
     table.add_row("requests", f"mode 1: {run.requests['mode1']}, mode 2: {run.requests['mode2']}")
-    table.add_row("contour elements seen ahead", f"{plc.get('elements_followed')} by distance, {plc.get('log_entries')} log entries by index")
+    table.add_row(
+        "contour elements seen ahead",
+        f"{plc.get('elements_followed')} by distance, {plc.get('log_entries')} log entries by index",
+    )
     table.add_row("lowest override set by the PLC", f"{plc.get('lowest_override')} %")
     table.add_row("handshake over a scan, us", _us(run.handshake_us))
     table.add_row("raw C exchange beside it, us", _us(result.raw_us))
@@ -302,7 +327,9 @@ def _print_demo(result: Any) -> None:
 def lookahead(
     file: File,
     index: Annotated[float | None, typer.Option(help="mode 1: from this entry of the marked log on")] = None,
-    distance: Annotated[tuple[float, float] | None, typer.Option(metavar="START LENGTH", help="mode 2: range in 0.1 um")] = None,
+    distance: Annotated[
+        tuple[float, float] | None, typer.Option(metavar="START LENGTH", help="mode 2: range in 0.1 um")
+    ] = None,
     at: Annotated[str, typer.Option(help="start: prepared, no motion yet; end: after the program's end")] = "end",
     config: Config = None,
     dialect: Dialect = None,
@@ -319,7 +346,13 @@ def lookahead(
         raise typer.BadParameter("give either --index I or --distance START LENGTH")
     if distance is not None and distance[1] == 0:
         raise typer.BadParameter("--distance: LENGTH 0 selects mode 1 on the control unit; use --index")
-    query = {"mode": 1, "start": index, "length": 0.0} if distance is None else {"mode": 2, "start": distance[0], "length": distance[1]}
+    if not all(math.isfinite(x) for x in distance or (index or 0.0,)):
+        raise CncError(900012, f"the request {distance or index} is not made of finite numbers")
+    query = (
+        {"mode": 1, "start": index, "length": 0.0}
+        if distance is None
+        else {"mode": 2, "start": distance[0], "length": distance[1]}
+    )
     with progress(f"running {file.name}"), Cell(config) as cell:
         result = cell.run(file, "builtin:query", plc_args=query | {"at": at}, dialect=dialect, hold_start=at == "start")
     _say_run_errors(result)
@@ -334,10 +367,18 @@ def lookahead(
 
 def _print_answer(answer: dict[str, Any]) -> None:
     out.print(f"mode {answer['mode']}, request {answer['request']}, state {answer['state']}", markup=False)
-    names = list(answer["response"][0]) if answer["response"] else ["block_type"]
-    table = Table(*names)
+    names = [
+        "block_type",
+        "block_number",
+        "start_position",
+        "length",
+        "compensated_radius",
+        "circle_angle",
+        "tangent_variation",
+    ]
+    table = Table(*(n.removeprefix("block_").replace("compensated_", "") for n in names), box=None)
     for row in answer["response"]:
-        table.add_row(*(f"{v:.6f}" if isinstance(v, float) else str(v) for v in row.values()))
+        table.add_row(*(f"{row[n]:.6f}" if isinstance(row[n], float) else str(row[n]) for n in names))
     out.print(table)
 
 
@@ -347,7 +388,9 @@ def cnc(
     name: Annotated[str, typer.Option(help="name of the shared-memory segment")] = "hli-cosim",
     clock: Annotated[str, typer.Option(help="lockstep, freerun or realtime")] = "realtime",
     service: Annotated[str | None, typer.Option(help="look-ahead service: cyclic or immediate")] = None,
-    wait: Annotated[bool, typer.Option("--wait/--no-wait", help="start the program when a PLC has attached, or at once")] = True,
+    wait: Annotated[
+        bool, typer.Option("--wait/--no-wait", help="start the program when a PLC has attached, or at once")
+    ] = True,
     config: Config = None,
     dialect: Dialect = None,
 ) -> None:
@@ -397,7 +440,9 @@ def types(
 
     if st + c + as_json != 1:
         raise typer.BadParameter("give one of --st, --c, --json")
-    sys.stdout.write(export.st_types() if st else export.c_header() if c else json.dumps(export.json_layout(), indent=1) + "\n")
+    sys.stdout.write(
+        export.st_types() if st else export.c_header() if c else json.dumps(export.json_layout(), indent=1) + "\n"
+    )
 
 
 Seconds = Annotated[float, typer.Option(min=1.0, max=600.0, help="about how long to measure")]

@@ -7,8 +7,10 @@ comes).  Everything a PLC can see is published by the engine's cycle; this modul
 from __future__ import annotations
 
 import argparse
+import ctypes
 import json
 import os
+import resource
 import signal
 import sys
 import time
@@ -17,8 +19,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-from hli import layout, segment
 from hli._sync import lib as sync
+
+from hli import layout, segment
 from hli.errors import HliError
 
 from .channel import Preparation
@@ -28,7 +31,11 @@ from .errors import CncError
 from .recorder import PartWriter
 
 KERNEL_VERSION = b"hli-cosim 0.1"
-CLOCKS = {"lockstep": layout.HLI_CLOCK_LOCKSTEP, "freerun": layout.HLI_CLOCK_FREERUN, "realtime": layout.HLI_CLOCK_REALTIME}
+CLOCKS = {
+    "lockstep": layout.HLI_CLOCK_LOCKSTEP,
+    "freerun": layout.HLI_CLOCK_FREERUN,
+    "realtime": layout.HLI_CLOCK_REALTIME,
+}
 SERVICES = {"cyclic": layout.HLI_SERVICE_CYCLIC, "immediate": layout.HLI_SERVICE_IMMEDIATE}
 RECORD_ROWS = 16384
 SLICE_S = 0.1  # how long one wait may last before signals and the PLC's life are looked at
@@ -66,7 +73,7 @@ def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program
         version.zeichen = KERNEL_VERSION
     channel = root.channel[0]
     channel.head.version_r.zeichen = KERNEL_VERSION
-    channel.head.sizeof_interface_r = layout.ctypes.sizeof(layout.HLI_CHANNEL)
+    channel.head.sizeof_interface_r = ctypes.sizeof(layout.HLI_CHANNEL)
     channel.head.channel_nr = 1
     channel.bahn_state.prog_name_r = program.encode("latin-1", "replace")[:259]
     channel.bahn_state.file_offset_r = -1
@@ -78,7 +85,7 @@ def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program
         coord.log_axis_nr_r = head.log_ax_n_r = number
         coord.axis_type_r = head.axis_type_r = kind
         coord.name = name.encode()
-        head.sizeof_interface_r = layout.ctypes.sizeof(layout.HLI_AXIS)
+        head.sizeof_interface_r = ctypes.sizeof(layout.HLI_AXIS)
     side = root.sidecar.cnc
     side.pid, side.start = os.getpid(), sync.hs_process_start(os.getpid())
     side.cycle_ns = round(cell.cycle_s * 1e9)
@@ -97,7 +104,9 @@ class CncProcess:
         self.stop_signal = 0
         self.end = "aborted"
         self.ended_at = 0.0
-        self.started = time.monotonic()
+        self.driving_since = 0.0  # wall time of the first cycle and, at the end, what the cycles took
+        self.wall_time_s = 0.0
+        self.started_with_plc = False
         self.warnings = list(self.cell.warnings())
         segment.sweep()
         self.segment = segment.create(options.name, 1, len(self.cell.axes), ready=False)
@@ -135,6 +144,8 @@ class CncProcess:
     def _close(self) -> None:
         self.engine.stop()
         self.engine.serve_stop()
+        if self.driving_since:
+            self.wall_time_s = time.monotonic() - self.driving_since
         self._take_samples()
         if self.recorder:
             self.recorder.close()
@@ -165,6 +176,7 @@ class CncProcess:
         if not self._wait_for_plc():
             return
         self.started_with_plc = bool(self.side.plc.attached)
+        self.driving_since = time.monotonic()
         if self.options.hold_start:
             self._serve_held()
             return
@@ -252,9 +264,15 @@ class CncProcess:
         """Warnings that only show when the log is written, one each per program."""
         state, texts = self.engine.state, []
         if state.log_disabled:
-            texts.append("contour look-ahead: nothing is logged (needs FCT_CONTOUR_LAH, fb_storage_size and contour_lookahead_log_max)")
+            texts.append(
+                "contour look-ahead: nothing is logged"
+                " (needs FCT_CONTOUR_LAH, fb_storage_size and contour_lookahead_log_max)"
+            )
         if state.log_dropped:
-            texts.append(f"contour look-ahead: {state.log_dropped} entries dropped, contour_lookahead_log_max is {self.cell.channel.contour_lookahead_log_max}")
+            texts.append(
+                f"contour look-ahead: {state.log_dropped} entries dropped,"
+                f" contour_lookahead_log_max is {self.cell.channel.contour_lookahead_log_max}"
+            )
         if state.log_ignored_areas:
             texts.append("contour look-ahead: a further marked area is ignored, LOG CLEAR frees the log")
         if state.log_stray_params:
@@ -271,9 +289,13 @@ class CncProcess:
         return {
             "cycles": int(state.cycle),
             "sim_time_s": int(state.cycle) * self.cell.cycle_s,
-            "wall_time_s": time.monotonic() - self.started,
+            "wall_time_s": self.wall_time_s,
             "blocks": preparation.blocks,
-            "requests": {"mode1": int(state.requests_mode1), "mode2": int(state.requests_mode2), "bad": int(state.requests_bad)},
+            "requests": {
+                "mode1": int(state.requests_mode1),
+                "mode2": int(state.requests_mode2),
+                "bad": int(state.requests_bad),
+            },
             "overruns": int(state.overruns),
             "bad_commands": int(state.bad_commands),
             "record_lost": int(state.record_lost),
@@ -284,6 +306,7 @@ class CncProcess:
             "source": source,
             "dialect": preparation.program.dialect if preparation.program else None,
             "fault": int(state.fault),
+            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         }
 
 
@@ -317,7 +340,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = parser.parse_args(argv)
     if args.parent is not None and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
         return 1
-    given = {k: Path(v) if k in ("file", "config", "report", "record") and v else v for k, v in args.options.items()}
+    given: dict[str, Any] = {
+        k: Path(v) if k in ("file", "config", "report", "record") and v else v for k, v in args.options.items()
+    }
     try:
         return run_cnc(CncOptions(**given))
     except (CncError, HliError) as error:

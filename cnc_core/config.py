@@ -147,7 +147,9 @@ class CellConfig(_Table):
             raise ValueError(f"a channel has 1 to {NC_AXES} axes, not {len(axes)}")
         for name in axes:
             if not name.isalnum() or name[0] not in "XYZUVWQABC" or name != name.upper():
-                raise ValueError(f"axis name {name!r}: letters and digits, upper case, beginning with one of XYZUVWQABC")
+                raise ValueError(
+                    f"axis name {name!r}: letters and digits, upper case, beginning with one of XYZUVWQABC"
+                )
         return axes
 
     @field_validator("tools")
@@ -191,7 +193,10 @@ class CellConfig(_Table):
 
     def warnings(self) -> list[str]:
         """What is accepted but does not act as written."""
-        out = [f"P-CHAN-00650: unknown identifier {w!r} is ignored" for w in sorted(self.channel.functions - KNOWN_FUNCTIONS)]
+        out = [
+            f"P-CHAN-00650: unknown identifier {w!r} is ignored"
+            for w in sorted(self.channel.functions - KNOWN_FUNCTIONS)
+        ]
         if 0 < self.channel.fb_storage_size < MIN_FB_STORAGE:
             out.append(f"P-STUP-00033: fb_storage_size raised to the minimum of {MIN_FB_STORAGE} bytes")
         return out
@@ -218,7 +223,9 @@ def _message(error: Any) -> str:
 def _line_of(text: str, key: str) -> int:
     """First line that mentions the key, 0 if none does."""
     lines = text.splitlines()
-    return next((i for i, line in enumerate(lines, 1) if line.strip().startswith((key, f"[{key}")) or f".{key}" in line), 0)
+    return next(
+        (i for i, line in enumerate(lines, 1) if line.strip().startswith((key, f"[{key}")) or f".{key}" in line), 0
+    )
 
 
 def parse_config(text: str, file: str = "") -> CellConfig:

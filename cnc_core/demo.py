@@ -36,7 +36,13 @@ class DemoResult:
 def demo_program(passes: int) -> str:
     """A part with long lines, large and small arcs and sharp corners, marked for mode 1, driven ``passes`` times."""
     head = ["%demo", "( bundled part of hli-cosim: lines, large and small radii, sharp corners )", "N10 G17 G90 G71"]
-    head += ["N20 G00 X0 Y0 Z5", "N30 T1 D1", "N40 S8000 M3", "N50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]", "N60 G01 Z0 F3000"]
+    head += [
+        "N20 G00 X0 Y0 Z5",
+        "N30 T1 D1",
+        "N40 S8000 M3",
+        "N50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]",
+        "N60 G01 Z0 F3000",
+    ]
     lines = list(head)
     for i in range(passes):
         lines += _one_pass(i)
@@ -48,7 +54,11 @@ def demo_program(passes: int) -> str:
 def _one_pass(i: int) -> list[str]:
     z = -0.5 * (i + 1)
     out = [f"G01 Z{z:.2f} F2000", "G01 X60 Y0 F6000", "G03 X70 Y10 I0 J10", "G01 X70 Y40"]
-    out += ["G03 X66 Y44 I-4 J0", "G01 X50 Y44", f"#CONTOUR LOOKAHEAD LOG [PARAM={i + 10}]" if i == 0 else "( next pass )"]
+    out += [
+        "G03 X66 Y44 I-4 J0",
+        "G01 X50 Y44",
+        f"#CONTOUR LOOKAHEAD LOG [PARAM={i + 10}]" if i == 0 else "( next pass )",
+    ]
     out += ["G02 X48 Y46 I0 J2", "G01 X48 Y58", "G03 X28 Y58 I-10 J0", "G01 X28 Y40", "X20 Y30", "X10 Y44", "X0 Y30"]
     for k in range(1, 41):  # a wave of short blocks
         y = 30.0 - 30.0 * k / 40

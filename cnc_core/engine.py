@@ -17,7 +17,8 @@ from .blocks import NC_AXES, NC_BLOCK, BlockBatch
 from .config import CellConfig
 from .errors import CncError
 
-ffi, lib = _engine.ffi, _engine.lib
+_module: Any = _engine
+ffi, lib = _module.ffi, _module.lib
 
 
 def _check_waist() -> None:
@@ -59,7 +60,12 @@ def _engine_config(cell: CellConfig, window: int | None, clock: int, service: in
     config = ffi.new("engine_config *")
     config.cycle_s = cell.cycle_s
     names = cell.axis_names
-    for target, key in (("v_max", "v_max_mm_s"), ("a_max", "a_max_mm_s2"), ("j_max", "j_max_mm_s3"), ("start", "start_mm")):
+    for target, key in (
+        ("v_max", "v_max_mm_s"),
+        ("a_max", "a_max_mm_s2"),
+        ("j_max", "j_max_mm_s3"),
+        ("start", "start_mm"),
+    ):
         getattr(config, target)[0 : len(names)] = list(cell.axis_values(key))
     config.axis_count = len(names)
     config.main = list(cell.main_axes)

@@ -30,7 +30,8 @@ def _draw_path(axes: Any, figure: Any, pos: FloatArray, speed: FloatArray) -> No
 
     keep = _thin(len(pos))
     points = pos[keep][:, None, :2]
-    lines = LineCollection(np.concatenate([points[:-1], points[1:]], axis=1), cmap="viridis", linewidths=1.6)
+    segments: Any = np.concatenate([points[:-1], points[1:]], axis=1)
+    lines = LineCollection(segments, cmap="viridis", linewidths=1.6)
     lines.set_array(speed[keep][1:])
     axes.add_collection(lines)
     axes.autoscale()
@@ -82,7 +83,9 @@ def _draw_times(figure: Any, grid: Any, columns: dict[str, Any], table: dict[str
     speed.set(title="Path speed, mm/s")
     override.plot(t, table["override"], color="tab:orange", linewidth=0.9)
     override.set(title="Override set by the PLC from the coming contour, %")
-    ahead.fill_between(t, table["dist_prog_start"] / 1e4, table["window_end"] / 1e4, alpha=0.5, label="window looked at")
+    ahead.fill_between(
+        t, table["dist_prog_start"] / 1e4, table["window_end"] / 1e4, alpha=0.5, label="window looked at"
+    )
     ahead.plot(t, table["max_dist_prog_start"] / 1e4, color="tab:green", linewidth=0.9, label="max_dist_prog_start")
     ahead.plot(t, table["dist_prog_start"] / 1e4, color="black", linewidth=0.9, label="dist_prog_start")
     ahead.set(title="Distance from program start, mm", xlabel="cell time, s")
@@ -99,7 +102,10 @@ def plan_picture(target: Path, columns: dict[str, Any]) -> None:
     path.set(title="Path coloured by speed", xlabel=labels[0], ylabel=labels[1])
     t, keep = np.asarray(columns["t"]), _thin(len(columns["t"]))
     dt = float(t[1] - t[0]) if len(t) > 1 else 1.0
-    a = np.abs(np.diff(np.asarray(columns["pos"]), n=2, axis=0, prepend=np.asarray(columns["pos"])[:2])).max(axis=1) / dt**2
+    a = (
+        np.abs(np.diff(np.asarray(columns["pos"]), n=2, axis=0, prepend=np.asarray(columns["pos"])[:2])).max(axis=1)
+        / dt**2
+    )
     speed.plot(t[keep], np.asarray(columns["v"])[keep], linewidth=0.9)
     speed.set(title="Path speed, mm/s")
     accel.plot(t[keep], a[keep], color="tab:red", linewidth=0.7)

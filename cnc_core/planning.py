@@ -72,7 +72,9 @@ class Feeder:
                 return
 
 
-def plan_program(program: Program, *, window: int | None = None, jerk: bool = True, keep_samples: bool = False) -> PlanResult:
+def plan_program(
+    program: Program, *, window: int | None = None, jerk: bool = True, keep_samples: bool = False
+) -> PlanResult:
     """Plan and interpolate to the end; CncError if the program is wrong."""
     cell = program.cell
     engine = Engine(cell, window=window, record_rows=RECORD_ROWS)
@@ -97,7 +99,13 @@ def plan_program(program: Program, *, window: int | None = None, jerk: bool = Tr
 
 
 def _result(
-    cell: CellConfig, engine: Engine, feeder: Feeder, check: TrajectoryCheck, window: int, jerk: bool, kept: list[Samples] | None
+    cell: CellConfig,
+    engine: Engine,
+    feeder: Feeder,
+    check: TrajectoryCheck,
+    window: int,
+    jerk: bool,
+    kept: list[Samples] | None,
 ) -> PlanResult:
     state = engine.state
     ratio: dict[str, float | None] = dict(check.ratio)

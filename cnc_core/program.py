@@ -51,7 +51,13 @@ class Program:
     """
 
     def __init__(
-        self, path: str | Path, cell: CellConfig, dialect: str | None = None, port: ChannelPort | None = None, *, collect: bool = False
+        self,
+        path: str | Path,
+        cell: CellConfig,
+        dialect: str | None = None,
+        port: ChannelPort | None = None,
+        *,
+        collect: bool = False,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine()
@@ -71,7 +77,10 @@ class Program:
         return sorted([*self.reader.errors, *self._own_errors], key=lambda e: e.place.line)
 
     def read(self, rows: int = BATCH_ROWS) -> BlockBatch | Wait | None:
-        """The next final rows, a wait, or None at the end. CncError for the first wrong block, behind all rows ahead."""
+        """The next final rows, a wait, or None at the end.
+
+        CncError for the first wrong block, behind all rows before it.
+        """
         if self._next is not None:
             return self._deferred()
         try:

@@ -48,7 +48,7 @@ class ElementTable:
         """Programmed feed, infinite for rapid, mm/s."""
         assert self.rows is not None
         rows = self.rows[element - self.first]
-        return np.where(rows["flags"] & RAPID, np.inf, rows["feed"])
+        return np.asarray(np.where(rows["flags"] & RAPID, np.inf, rows["feed"]))
 
     def distance(self, element: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
         """Distance of each position from the geometry of its element, over all axes, mm."""
@@ -79,7 +79,7 @@ class ElementTable:
             t = np.clip(share + turn * 2 * np.pi / np.abs(rows["angle"]), 0.0, 1.0)[:, None]
             off = pos[:, others] - (starts[:, others] + t * (ends - starts)[:, others])
             best = np.minimum(best, np.linalg.norm(off, axis=1))
-        return np.hypot(radial, best)
+        return np.asarray(np.hypot(radial, best))
 
 
 def _line_distance(starts: FloatArray, ends: FloatArray, pos: FloatArray) -> FloatArray:

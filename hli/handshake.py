@@ -6,8 +6,8 @@ once, so that one exchange is one C call.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 import ctypes
+import time
 from typing import Any
 
 import numpy as np
@@ -18,7 +18,8 @@ from .errors import HliTimeout
 from .view import BLOCK_DTYPE, View, view_class
 
 BLOCK_ROWS = layout.HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1
-SNAPSHOT_TRIES = 100_000
+_SNAPSHOT_TRIES = 1000
+_YIELD_S = 50e-6  # a writer that lost its core in the middle of a write gets one
 _SLICE_NS = 100_000_000  # Python looks for signals this often
 
 OK: int = lib.HS_OK
@@ -38,11 +39,11 @@ def root_of(view: View) -> View:
     return view
 
 
-def snapshot(view: View, tries: int = SNAPSHOT_TRIES) -> Any:
+def snapshot(view: View, timeout_s: float = 1.0) -> Any:
     """A consistent private copy of ``bahn_state`` or ``contour_lookahead.state`` of channel 0, as a view.
 
     These two are what the CNC writes under the seqlock; ValueError for any other view.
-    Raises HliTimeout if the writer disturbed every one of ``tries`` copies (it died while it wrote).
+    Raises HliTimeout if no copy stayed undisturbed for ``timeout_s`` (the writer died while it wrote).
     """
     root: Any = root_of(view)
     if view not in (root.channel[0].bahn_state, root.channel[0].contour_lookahead.state):
@@ -50,8 +51,12 @@ def snapshot(view: View, tries: int = SNAPSHOT_TRIES) -> Any:
     structure: Any = type(view._c)
     copy = structure()
     target = ffi.cast("void *", ctypes.addressof(copy))
-    if lib.hs_snapshot(word_pointer(root, "channel_seq"), view._pointer(), target, ctypes.sizeof(copy), tries) != OK:
-        raise HliTimeout(f"{structure.__name__}: no undisturbed copy in {tries} tries")
+    source, seq, size = view._pointer(), word_pointer(root, "channel_seq"), ctypes.sizeof(copy)
+    end = time.monotonic() + timeout_s
+    while lib.hs_snapshot(seq, source, target, size, _SNAPSHOT_TRIES) != OK:
+        if time.monotonic() > end:
+            raise HliTimeout(f"{structure.__name__}: no undisturbed copy within {timeout_s} s")
+        time.sleep(_YIELD_S)
     return view_class(structure)(copy)
 
 
@@ -99,16 +104,6 @@ class ContourUnit:
                 raise HliTimeout(f"no answer within {timeout_s} s")
             n = lib.hs_clah_await(self._unit, self._answer, self._rows, min(left, _SLICE_NS))
         return self.rows[:n]
-
-    def raw_call(self, timeout_ns: int = 1_000_000_000) -> Callable[[float, float], int]:
-        """The fused exchange as a bare function (start_position, length) -> elements in ``rows``, negative on time-out."""
-        call, unit, bell, answer, rows = lib.hs_clah_call, self._unit, self._bell, self._answer, self._rows
-
-        def ask(start_position: float, length: float) -> int:
-            n: int = call(unit, bell, answer, start_position, length, rows, timeout_ns)
-            return n
-
-        return ask
 
     # -- CNC side (tests, benchmarks, servers in Python)
     def wait_request(self, timeout_s: float = 1.0) -> tuple[float, float] | None:

@@ -28,9 +28,9 @@ _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
 class Process:
     """Attach, scan, and (unless ``once``) attach again, until the end or a signal."""
 
-    def __init__(self, name: str, programs: list[Program], once: bool) -> None:
+    def __init__(self, name: str, once: bool) -> None:
         self._name = name
-        self._programs = programs
+        self.programs: list[Program] = []
         self._once = once
         self._scanner: Scanner | None = None
         self.signal = 0
@@ -69,7 +69,7 @@ class Process:
         return None
 
     def _scan(self, hli: Hli) -> Ending:
-        self._scanner = Scanner(hli, self._programs)
+        self._scanner = Scanner(hli, self.programs)
         if self.signal:
             self._scanner.stop()
         return self._scanner.run()
@@ -84,12 +84,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = _arguments(argv)
     if args.parent is not None and lib.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
         return 1
-    programs: list[Program] = []
+    process = Process(args.name, args.once)
     error = ""
     interrupted = False
     try:
-        programs = _programs(args)
-        process = Process(args.name, programs, args.once)
+        process.programs += _programs(args)
         signal.signal(signal.SIGTERM, process.on_signal)
         signal.signal(signal.SIGINT, process.on_signal)
         process.run()
@@ -97,8 +96,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except (PlcError, HliError, ValueError, OSError) as problem:
         error = str(problem)
     except KeyboardInterrupt:
-        interrupted = True
-    error = _write_report(args.report, programs, error)
+        interrupted = process.signal != signal.SIGTERM
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, signal.SIG_IGN)  # what is left takes no time and ends by itself
+    error = _write_report(args.report, process.programs, error)
     if error:
         print(error, file=sys.stderr)
         return 1

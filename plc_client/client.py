@@ -21,7 +21,7 @@ from hli.view import Areas
 from . import clock
 
 DEFAULT_NAME = "hli-cosim"
-SPIN_NS = 50_000
+SPIN_NS = 500_000
 SLICE_NS = 100_000_000
 FREE_RUN = 0x3FFFFFFF  # turns ahead: more than any CNC runs before it looks again
 _RETRY_S = 0.02

@@ -16,7 +16,9 @@ from ..geometry.stage import RefusedRow
 FloatArray = npt.NDArray[np.float64]
 
 
-def arc_extremes(rows: npt.NDArray[Any], starts: FloatArray, main: tuple[int, int, int]) -> tuple[FloatArray, FloatArray]:
+def arc_extremes(
+    rows: npt.NDArray[Any], starts: FloatArray, main: tuple[int, int, int]
+) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (n, 2): what circular rows of one plane reach on the plane's first and second axis, mm."""
     first, second, _ = motion_planes(int(rows["plane"][0]))
     axes = [main[first], main[second]]
@@ -65,7 +67,7 @@ class AxisLimits:
             arcs = np.flatnonzero((rows["type"] == CIRCULAR) & (rows["plane"] == plane))
             if len(arcs):
                 first, second, _ = motion_planes(plane)
-                at = np.ix_(arcs, [self.main[first], self.main[second]])
+                at = (arcs[:, None], np.array([self.main[first], self.main[second]]))
                 low[at], high[at] = arc_extremes(rows[arcs], starts[arcs], self.main)
         self.last = ends[-1].copy()
         return low, high

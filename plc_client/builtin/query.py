@@ -58,6 +58,8 @@ class Plc:
         if self._answer is None:
             self._asked = True
             self._clah.ask(self._position, self._length)
+            if self._clah.error:
+                raise ValueError(f"request {self._position}, {self._length}: not finite numbers")
 
     def finished(self) -> bool:
         return self._answer is not None

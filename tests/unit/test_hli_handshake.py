@@ -169,12 +169,14 @@ def test_snapshots_under_a_stressed_writer_are_consistent(areas: Areas) -> None:
         assert writer.stdout is not None
         assert writer.stdout.readline() == "writing\n"
         seen = set()
-        for _ in range(3000):
-            copy = snapshot(areas.gpCh[0].bahn_state)
-            n = int(copy.dist_prog_start)
-            assert (copy.block_count_r, copy.coord_r[31].act_position_r) == (n & 0xFFFFFFFF, n & 0x7FFFFFFF)
-            seen.add(n)
-        areas.gpPform.plc_present_w = True
+        try:
+            for _ in range(3000):
+                copy = snapshot(areas.gpCh[0].bahn_state, timeout_s=60.0)
+                n = int(copy.dist_prog_start)
+                assert (copy.block_count_r, copy.coord_r[31].act_position_r) == (n & 0xFFFFFFFF, n & 0x7FFFFFFF)
+                seen.add(n)
+        finally:
+            areas.gpPform.plc_present_w = True
         assert int(writer.stdout.readline()) > 0
     assert len(seen) > 1
 
@@ -183,7 +185,7 @@ def test_snapshot_of_a_writer_that_died_in_the_middle_times_out(areas: Areas) ->
     """An odd generation never ends; the reader does not hang."""
     lib.hs_seq_begin(word_pointer(areas.root, "channel_seq"))
     with pytest.raises(hli.HliTimeout):
-        snapshot(areas.gpCh[0].bahn_state, tries=100)
+        snapshot(areas.gpCh[0].bahn_state, timeout_s=0.01)
 
 
 def test_snapshot_refuses_what_has_no_seqlock(areas: Areas) -> None:

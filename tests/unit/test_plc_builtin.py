@@ -6,9 +6,11 @@ from typing import Any
 
 import pytest
 from fake_cnc import unique_name
-from test_plc_scan import run_plc, start_cnc
+from processes import leftovers, run_plc, start_cnc  # noqa: F401 (leftovers is a fixture)
 
 from hli.view import BLOCK_FIELDS
+
+pytestmark = pytest.mark.usefixtures("leftovers")
 
 
 def run(tmp_path: Path, builtin: str, arguments: dict[str, Any], **cnc_arguments: Any) -> dict[str, Any]:

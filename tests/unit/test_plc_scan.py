@@ -1,17 +1,14 @@
 """The scan runtime in real processes, and its schedule on a pacer the test moves."""
 
 import json
-import os
 import signal
-import subprocess
-import sys
 import textwrap
 import time
 from pathlib import Path
-from typing import Any
 
 import pytest
 from fake_cnc import FakeCnc, elements, unique_name
+from processes import end, leftovers, run_plc, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
 
 import hli
 from hli import layout
@@ -19,8 +16,7 @@ from plc_client import connect, task
 from plc_client.scan import Ending, Program, Scanner
 from plc_client.task import PlcError, load_tasks
 
-ROOT = Path(__file__).resolve().parents[2]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
+pytestmark = pytest.mark.usefixtures("leftovers")
 
 COUNTING = """
     from plc_client import task
@@ -55,34 +51,6 @@ def write(path: Path, text: str) -> str:
     """A user's PLC file."""
     path.write_text(textwrap.dedent(text))
     return str(path)
-
-
-def start_plc(name: str, *arguments: str) -> subprocess.Popen[str]:
-    """The PLC process."""
-    command = [sys.executable, "-P", "-m", "plc_client", "--name", name, *arguments]
-    return subprocess.Popen(command, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
-
-
-def run_plc(name: str, *arguments: str) -> tuple[int, str]:
-    """(exit status, stderr) of a PLC process that ends by itself."""
-    process = start_plc(name, *arguments)
-    _, text = process.communicate(timeout=60)
-    return process.returncode, text
-
-
-def start_cnc(name: str, **arguments: Any) -> subprocess.Popen[str]:
-    """The fake CNC as a process, ready."""
-    command = [sys.executable, str(Path(__file__).with_name("fake_cnc.py")), name, json.dumps(arguments)]
-    process = subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    return process
-
-
-def end(process: subprocess.Popen[str]) -> None:
-    """Kill and reap."""
-    process.kill()
-    process.communicate()
 
 
 def test_two_processes_in_lockstep_end_cleanly_with_a_report(tmp_path: Path) -> None:
@@ -309,9 +277,9 @@ def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None
     with connect(name, role="reader") as reader:
         while not reader.gpCh[0].head.plc_present_w:
             pass
-    while plc.poll() is None:
+    for _ in range(2):
         plc.send_signal(signal.SIGINT)
-        time.sleep(0.05)
+        time.sleep(0.2)  # two signals that are pending together would be one
     assert (plc.communicate()[1], plc.returncode) == ("", 130)
     assert report.exists()
     end(cnc)

@@ -1,0 +1,82 @@
+"""Shared fixtures: the command line as a user runs it, programs on disk, nothing left in shared memory."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+SHM = Path("/dev/shm")
+T1 = """N10 G00 X0 Y0
+N20 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
+N30 G01 X30 Y0 F1000
+N40 X30 Y40
+N50 G03 X10 Y60 I-20 J0
+N60 #CONTOUR LOOKAHEAD LOG [PARAM=5.5]
+N70 G02 X0 Y70 I0 J10
+N80 G01 X-20 Y70
+N90 #CONTOUR LOOKAHEAD LOG OFF [PARAM=2]
+"""
+
+
+@dataclass
+class Outcome:
+    """What a command printed and its exit status."""
+
+    status: int
+    out: str
+    err: str
+
+    @property
+    def json(self) -> Any:
+        return json.loads(self.out)
+
+    @property
+    def lines(self) -> list[Any]:
+        return [json.loads(line) for line in self.out.splitlines()]
+
+
+def command(*arguments: object) -> list[str]:
+    """The command line of one ``hli-cosim`` call."""
+    return [sys.executable, "-P", "-m", "cnc_core.cli", *map(str, arguments)]
+
+
+@pytest.fixture
+def cli(tmp_path: Path) -> Callable[..., Outcome]:
+    """Run ``hli-cosim`` in a folder of its own; ``cli("plan", path, "--json")``."""
+
+    def call(*arguments: object, timeout: float = 120.0) -> Outcome:
+        done = subprocess.run(
+            command(*arguments), cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False
+        )
+        return Outcome(done.returncode, done.stdout, done.stderr)
+
+    return call
+
+
+@pytest.fixture
+def program(tmp_path: Path) -> Callable[..., Path]:
+    """Write a text to a file below the test's folder."""
+
+    def write(text: str, name: str = "part.nc") -> Path:
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return write
+
+
+@pytest.fixture(autouse=True)
+def nothing_left_in_shared_memory() -> Iterator[None]:
+    """Every test leaves /dev/shm without segments of its own (or its children's) making."""
+    before = set(os.listdir(SHM))
+    yield
+    left = {n for n in set(os.listdir(SHM)) - before if n.startswith(("hli-", f"t{os.getpid()}"))}
+    assert not left, f"left in shared memory: {left}"
