@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 import random
 from dataclasses import dataclass
@@ -154,7 +155,7 @@ def test_round_corners_equal_the_analytic_offset(seed: int, code: int) -> None:
     got = path(start, compensated(start, rows))[1:-1]  # without the perpendicular lines
     around = [*pieces, pieces[0]]
     expected = [pieces[0].a + 1j * d * pieces[0].tangent(pieces[0].a)]
-    for first, second in zip(around, around[1:], strict=False):
+    for first, second in itertools.pairwise(around):
         t1, t2 = first.tangent(first.b), second.tangent(second.a)
         if d * cmath.phase(t2 / t1) < 0:
             expected += [first.b + 1j * d * t1, first.b + 1j * d * t2]
@@ -181,11 +182,7 @@ def test_tool_never_cuts_into_the_contour(seed: int, corner: int, code: int) -> 
         if not inside:
             continue
         for f in np.linspace(0, 1, 9):
-            if piece.k:
-                z = piece.centre + (piece.a - piece.centre) * cmath.exp(1j * piece.sweep * f)
-            else:
-                z = piece.a + f * (piece.b - piece.a)
-            nearest = min(p.distance(z) for p in pieces)
+            nearest = min(p.distance(along(piece, f)) for p in pieces)
             assert nearest >= radius - 1e-9
             if corner == 26:
                 assert nearest == pytest.approx(radius, abs=1e-9)
@@ -204,12 +201,13 @@ def test_outer_offset_of_polygons_agrees_with_shapely(seed: int) -> None:
     assert max(ring.distance(shapely.Point(z.real, z.imag)) for z in sampled(inner)) < 1e-5
 
 
+def along(p: Piece, f: float) -> complex:
+    """The point at a share of the piece's length."""
+    return p.centre + (p.a - p.centre) * cmath.exp(1j * p.sweep * f) if p.k else p.a + f * (p.b - p.a)
+
+
 def sampled(pieces: list[Piece]) -> list[complex]:
-    points = []
-    for p in pieces:
-        for f in np.linspace(0, 1, 257 if p.k else 2):
-            points.append(p.centre + (p.a - p.centre) * cmath.exp(1j * p.sweep * f) if p.k else p.a + f * (p.b - p.a))
-    return points
+    return [along(p, f) for p in pieces for f in np.linspace(0, 1, 257 if p.k else 2)]
 
 
 @pytest.mark.parametrize("corner", [25, 26])

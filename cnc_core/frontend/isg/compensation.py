@@ -1,7 +1,7 @@
 """Tool radius compensation as the program sees it: which functions are in force, and the row that tells the stage.
 
-The geometry is behind the waist (``cnc_core.geometry.radius_comp``); here the modal state is kept and a ``COMPENSATION``
-row is made whenever it changes in a way that the stage has to know.
+The geometry is behind the waist (``cnc_core.geometry.radius_comp``); here the modal state is kept, and a
+``COMPENSATION`` row is made whenever it changes in a way that the stage has to know.
 """
 
 from __future__ import annotations
@@ -40,15 +40,23 @@ class Compensation:
         self._modal = modal
         self.choice = Choice()
 
-    def update(self, codes: dict[str, int], radius_mm: float, n: int) -> list[Row]:
-        """Take over the G functions of a block and the tool radius; the row for the stage, if it has to know."""
+    def update(self, codes: dict[str, int], radius_mm: float, plane: int, n: int) -> list[Row]:
+        """Take over the G functions of a block and the tool radius; the row for the stage, if it has to know.
+
+        ``settle`` has to follow when the block's motion is made: the block itself may change the plane as long as
+        compensation is not active both before and behind it.
+        """
         before, self.choice = self.choice, self._chosen(codes, radius_mm)
-        self._modal.set_compensated(self.choice.active)
+        self._modal.set_compensated(before.active and self.choice.active)
         if f"G{TANGENTIAL}" in codes and before.active == self.choice.active:
             raise fail(906006, ERRORS[906006], codes[f"G{TANGENTIAL}"])
         if self.choice == before or not (before.active or self.choice.active):
             return []
-        return [self._row(f"G{TANGENTIAL}" in codes, n)]
+        return [self._row(f"G{TANGENTIAL}" in codes, plane, n)]
+
+    def settle(self) -> None:
+        """The block's motion is made."""
+        self._modal.set_compensated(self.choice.active)
 
     def _chosen(self, codes: dict[str, int], radius_mm: float) -> Choice:
         def last(group: tuple[int, ...], old: int) -> int:
@@ -64,10 +72,10 @@ class Compensation:
             radius_mm=radius_mm,
         )
 
-    def _row(self, tangential: bool, n: int) -> Row:
+    def _row(self, tangential: bool, plane: int, n: int) -> Row:
         choice = self.choice
         flags = CONTOUR_FEED if choice.feed == 11 else 0
         row = self._modal.row(COMPENSATION, n, code=choice.side, value=choice.radius_mm, flags=flags)
-        row["plane"], row["degree"] = self._modal.plane, choice.corner
+        row["plane"], row["degree"] = plane, choice.corner
         row["pool"] = TANGENTIAL if tangential else choice.mode
         return row

@@ -35,8 +35,10 @@ class Executor:
             return [self._dwell(words)]
         self._check(words)
         before = self._switch_rows(words)
-        before += self.compensation.update(words.codes, self.tool_data.radius_mm, words.motion.n)
+        plane = words.motion.plane or self._modal.plane
+        before += self.compensation.update(words.codes, self.tool_data.radius_mm, plane, words.motion.n)
         motion = self._motion(words)
+        self.compensation.settle()
         after = self._end_rows(words)
         self.ended = any(f.number in PROGRAM_ENDS + SUBPROGRAM_ENDS for f in words.functions["M"])
         return before + motion + after
