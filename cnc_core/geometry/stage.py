@@ -1,8 +1,8 @@
 """The stage protocol: batches in, batches out, in program order.
 
 A stage may hold rows back (a compensation needs the next motion) as long as it holds the rows behind them too;
-``drain`` gives out what it still holds.  ``resync`` tells it that the machine stands elsewhere than the rows say (probing, stop,
-restart, LOG CLEAR).
+``drain`` gives out what it still holds.  ``resync`` tells it that the machine stands elsewhere than the rows say
+(probing, stop, restart, LOG CLEAR).
 """
 
 from __future__ import annotations
