@@ -83,6 +83,8 @@ void engine_set_override(engine *e, double factor, int hold) {
     ATOMIC_SET(e->hold_now, hold);
 }
 
+void engine_stall_planner(engine *e, int stalled) { ATOMIC_SET(e->plan.stalled, stalled); }
+
 void engine_set_phase(engine *e, uint32_t phase) {
     if (e->side) store_u32_release(&e->side->cnc.phase, phase);
 }

@@ -104,5 +104,7 @@ void engine_get_state(engine *e, engine_state *out);
 void engine_set_phase(engine *e, uint32_t phase);
 /* Committed override (1.0 = 100 %) for offline tests of live changes; real cells take it from the HLI. */
 void engine_set_override(engine *e, double factor, int hold);
+/* Fault injection: a planner that does not get its turn (1) or gets it again (0). GEO then follows the stopping tail. */
+void engine_stall_planner(engine *e, int stalled);
 /* cdef end */
 #endif

@@ -94,6 +94,7 @@ typedef struct planner {
     double reserve_override;
     double override, committed_s;
     bool hold;
+    int stalled;
     tail tails[2];
     uint32_t tail_max;
     uint64_t written;    /* phases written, published by the commit word */

@@ -49,30 +49,33 @@ static void leave_piece(engine *e) {
     ATOMIC_SET(e->piece_done, g->piece + 1);
 }
 
+/* The tail was taken: its next phase, or, once it is used up, standstill until the planner has taken note. */
+static bool fetch_from_tail(engine *e) {
+    geo *g = &e->geo;
+    if (!g->in_tail) return false;
+    const tail *t = &e->plan.tails[g->tail_index];
+    if (g->tail_next < t->count) {
+        g->now = t->phases[g->tail_next++];
+        return true;
+    }
+    g->in_tail = false; /* from here on the buffer is the planner's again */
+    g->v = 0.0;
+    ATOMIC_SET(e->tail_done, 1);
+    return false;
+}
+
 /* The next phase: committed motion, or the stored tail when the planner is late. */
 static bool fetch_phase(engine *e) {
     geo *g = &e->geo;
     uint64_t word = ATOMIC_GET(e->commit);
-    if (g->in_tail) {
-        const tail *t = &e->plan.tails[g->tail_index];
-        if (g->tail_next < t->count) {
-            g->now = t->phases[g->tail_next++];
-            return true;
-        }
-        if (g->v != 0.0) g->v = 0.0;
-        if (word & 1) {
-            ATOMIC_SET(e->tail_done, 1);
-            return false;
-        }
-        g->in_tail = false;
-    }
+    if (word & 1) return fetch_from_tail(e);
     if (g->consumed < word >> 2) {
         g->now = e->phase_ring[g->consumed & (PHASE_RING - 1)];
         ATOMIC_SET(g->consumed, g->consumed + 1);
         return true;
     }
     uint32_t index = (word >> 1) & 1;
-    if (g->v <= 0.0 || (word & 1)) return false;
+    if (g->v <= 0.0) return false;
     if (!__atomic_compare_exchange_n(&e->commit, &word, word | 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return fetch_phase(e);
     g->in_tail = true;
     g->tail_index = index;

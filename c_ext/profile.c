@@ -280,7 +280,7 @@ static double thread_cpu_s(void) {
 
 /* Commit more motion if less than COMMIT_LOW_S is ahead; returns 1 if phases were added. */
 int planner_pump(engine *e) {
-    if (ahead_s(e) >= COMMIT_LOW_S || ATOMIC_GET(e->hold_start)) return 0;
+    if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start) || ahead_s(e) >= COMMIT_LOW_S) return 0;
     if (!resume_after_tail(e)) return 0;
     if (e->plan.piece >= ATOMIC_GET(e->piece_head)) return 0;
     double t0 = thread_cpu_s();

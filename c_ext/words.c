@@ -121,8 +121,11 @@ static double distance2(const nc_modal *m, const double *target, int over_main)
     return sum;
 }
 
+/* Such a line is driven in degrees a minute. */
 static int only_rotary_axes_move(const nc_modal *m, const double *target)
 {
+    if (m->motion >= 2)
+        return 0;
     for (int i = 0; i < m->axes; i++)
         if (target[i] != m->pos[i] && !m->rotary[i])
             return 0;

@@ -136,6 +136,10 @@ class Engine:
         """Override and feed hold of an engine without a segment."""
         lib.engine_set_override(self._handle, factor, int(hold))
 
+    def stall_planner(self, stalled: bool) -> None:
+        """Fault injection: the planner does not get its turn; GEO follows the stored stopping tail."""
+        lib.engine_stall_planner(self._handle, int(stalled))
+
     def set_phase(self, phase: int) -> None:
         """Publish the life phase (``hli.layout.HLI_PHASE_*``)."""
         lib.engine_set_phase(self._handle, phase)

@@ -50,7 +50,7 @@ ERRORS: dict[int, str] = {
     900004: "malformed number or expression",
     900005: "word programmed twice in one block",
     900006: "feed missing or not positive",
-    900007: "wrong circle",
+    900007: "wrong circle: no radius, or centre, radius and end point do not fit",
     900008: "circle without centre and radius",
     900009: "M function not defined",
     900010: "malformed command",

@@ -139,7 +139,7 @@ class ExpressionParser:
             offset = self._take_operator(name)
             level, function = OPERATORS[name]
             right = self.expression(level + 1)
-            left = self._value(lambda a=left, b=right, f=function: f(a, b), name, offset)  # type: ignore[misc]
+            left = _finite(function, (left, right), name, offset)
         return left
 
     def primary(self) -> float:
@@ -202,10 +202,8 @@ class ExpressionParser:
         if name == "ATAN2":
             stream.next()
         if name in FUNCTIONS:
-            argument = self._bracket()
-            return self._value(lambda: FUNCTIONS[name](argument), name, offset)
-        first, second = self._two_arguments()
-        return self._value(lambda: FUNCTIONS_OF_TWO[name](first, second), name, offset)
+            return _finite(FUNCTIONS[name], (self._bracket(),), name, offset)
+        return _finite(FUNCTIONS_OF_TWO[name], self._two_arguments(), name, offset)
 
     def _open(self) -> int:
         bracket = self._stream.expect("[", 900004)
@@ -234,13 +232,13 @@ class ExpressionParser:
         self._close(opened)
         return first, second
 
-    @staticmethod
-    def _value(compute: Callable[[], float], name: str, offset: int) -> float:
-        """The result, or error 900012 where it is not a finite number."""
-        try:
-            value = float(compute())
-        except (ValueError, ArithmeticError):
-            value = math.nan
-        if not math.isfinite(value):
-            raise fail(900012, f"{name}: no finite result", offset)
-        return value
+
+def _finite(function: Callable[..., float], arguments: tuple[float, ...], name: str, offset: int) -> float:
+    """The function's value, or error 900012 where it is not a finite number."""
+    try:
+        value = float(function(*arguments))
+    except (ValueError, ArithmeticError):
+        value = math.nan
+    if not math.isfinite(value):
+        raise fail(900012, f"{name}: no finite result", offset)
+    return value

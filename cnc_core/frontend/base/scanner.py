@@ -89,7 +89,7 @@ class Modal:
     @property
     def position(self) -> npt.NDArray[np.float64]:
         """Programmed position of all channel axes, machine coordinates."""
-        return np.array(self._modal.pos[0 : self._modal.axes], dtype=np.float64)
+        return np.array(list(self._modal.pos)[: self._modal.axes], dtype=np.float64)
 
     def count_lines(self, lines: int) -> None:
         """Physical lines that a parser has read."""

@@ -26,7 +26,8 @@ class Source:
         self.final = False
         self._chunk_bytes = chunk_bytes
         self._file = self._open()
-        self.refill()
+        while not self.final and len(self.buffer) < len(BYTE_ORDER_MARK):
+            self.refill()
         if self.buffer.startswith(BYTE_ORDER_MARK):
             self.offset = len(BYTE_ORDER_MARK)
 

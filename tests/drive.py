@@ -1,0 +1,69 @@
+"""Drive rows through an engine and judge the samples, for tests of planner and interpolator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import LINEAR, NC_BLOCK, BlockBatch
+from cnc_core.config import CellConfig
+from cnc_core.engine import Engine, Event
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def line_rows(points: FloatArray, feed: float) -> npt.NDArray[Any]:
+    """G1 rows through the points (n, axes) behind the first one; repeated points give no row."""
+    length = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    keep = length > 0
+    rows = np.zeros(int(keep.sum()), NC_BLOCK)
+    rows["end"][:, : points.shape[1]] = points[1:][keep]
+    rows["length"] = rows["length_min"] = length[keep]
+    rows["feed"], rows["type"], rows["line"] = feed, LINEAR, np.arange(len(rows)) + 1
+    return rows
+
+
+def drive(
+    rows: npt.NDArray[Any],
+    cell: CellConfig,
+    window: int = 120,
+    step: int = 1_000_000,
+    each_step: Callable[[int, Engine], None] = lambda _k, _e: None,
+    limit: int = 3_000_000,
+) -> tuple[FloatArray, Any]:
+    """(positions at the cycle (n, axes), final engine state); ``each_step`` is called every ``step`` cycles."""
+    engine = Engine(cell, window=window, record_rows=65536)
+    first, parts, k, finished = 0, [], 0, False
+    while True:
+        event = engine.run(step)
+        if event is Event.NEED_BLOCKS:
+            if first < len(rows):
+                first += engine.push(BlockBatch(rows[first : first + 20_000]))
+            elif not finished:
+                engine.finish()
+                finished = True
+        elif event is Event.RECORD_FULL:
+            parts.append(engine.take_samples().pos)
+        elif event is Event.DONE:
+            each_step(k, engine)
+            k += 1
+            assert k * step < limit, "the program does not end"
+        else:
+            assert event is Event.PROGRAM_END, event
+            break
+    parts.append(engine.take_samples().pos)
+    state = engine.state
+    engine.close()
+    return np.concatenate(parts), state
+
+
+def ratios(pos: FloatArray, cell: CellConfig) -> tuple[float, float]:
+    """(velocity, acceleration): largest measured over allowed, standstill before and after included."""
+    start = cell.axis_values("start_mm")
+    q = np.vstack([start, start, pos, pos[-1], pos[-1]])
+    v = np.abs(np.diff(q, axis=0)).max(axis=0) / cell.cycle_s
+    a = np.abs(np.diff(q, n=2, axis=0)).max(axis=0) / cell.cycle_s**2
+    return float((v / cell.axis_values("v_max_mm_s")).max()), float((a / cell.axis_values("a_max_mm_s2")).max())

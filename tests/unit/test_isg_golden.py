@@ -1,0 +1,62 @@
+"""Golden programs: ``tests/golden/<case>/program.nc`` gives exactly ``expected.blocks``.
+
+One JSON object a line: rows as ``Block.as_json``, waits in their place, then the errors.  The machine has X Y Z and a
+rotary axis A, tool 1 (radius 5, length 20 mm), M3 M5 M8.  ``HLI_COSIM_GOLDEN=write`` writes the expectations anew.
+"""
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.blocks import blocks
+from cnc_core.frontend import create
+from cnc_core.frontend.machine import ProgramMachine, Tool
+from cnc_core.frontend.offline import read_all
+from cnc_core.port import OfflinePort, Wait
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+CASES = sorted(p.parent.name for p in GOLDEN.glob("isg_*/program.nc"))
+MACHINE = ProgramMachine(
+    axes=("X", "Y", "Z", "A"),
+    rotary=(False, False, False, True),
+    main=(0, 1, 2),
+    start=np.zeros(4),
+    tools={1: Tool(5.0, 20.0)},
+    m_functions={3: "MOS", 5: "MOS", 8: "MVS_SVS"},
+)
+
+
+def lines_of(path):
+    port = OfflinePort(MACHINE.start)
+    front_end = create("isg", path, MACHINE, port, collect=True)
+    start = MACHINE.start.copy()
+    for item in read_all(front_end, rows=3):
+        if isinstance(item, Wait):
+            yield {"wait": item.value}
+        else:
+            yield from (block.as_json() for block in blocks(item, start, MACHINE.axes, MACHINE.main))
+    for error in front_end.errors:
+        yield {name: value for name, value in error.as_json().items() if name != "file"}
+
+
+def nearly(value):
+    """The value with every number compared to 1e-9."""
+    if isinstance(value, dict):
+        return {name: nearly(v) for name, v in value.items()}
+    return pytest.approx(value, rel=1e-12, abs=1e-9) if isinstance(value, float) else value
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_program_gives_expected_blocks(case):
+    """Rows, waits and errors of the program are those written beside it."""
+    expected = GOLDEN / case / "expected.blocks"
+    found = list(lines_of(GOLDEN / case / "program.nc"))
+    if os.environ.get("HLI_COSIM_GOLDEN") == "write":
+        expected.write_text("".join(json.dumps(line) + "\n" for line in found))
+    wanted = [json.loads(line) for line in expected.read_text().splitlines()]
+    assert [line.get("type") for line in found] == [line.get("type") for line in wanted]
+    for line, want in zip(found, wanted, strict=True):
+        assert line == nearly(want)
