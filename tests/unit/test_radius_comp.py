@@ -198,7 +198,7 @@ def test_switching_rows_keep_their_order(tmp_path: Path) -> None:
 
 
 def test_helix_keeps_its_height(tmp_path: Path) -> None:
-    """A full turn with a third axis: the radius is compensated, the height stays, the length is the helix's."""
+    """A full turn with a third axis: radius and sweep compensated, the height stays, the length is the helix's."""
     text = "G00 X20 Y0 D1\nF1200\nG237 G41\nG03 X20 Y0 I-20 J0 Z-4\nG40\n"
     rows = moves(tmp_path, text)
     helix = rows[2]

@@ -108,8 +108,6 @@ class CommandParser:
         param = self._param()
         if action == MARKER_CLEAR and param is not None:
             raise fail(900010, "LOG CLEAR takes no PARAM", bracket)
-        if action == MARKER_PARAM and param is None:
-            raise fail(900010, "#CONTOUR LOOKAHEAD LOG: expected ON, OFF, CLEAR or [PARAM=..]", bracket)
         if action == MARKER_CLEAR:
             self._not_compensated("LOG CLEAR")
         flags = 0 if param is None else HAS_PARAM
