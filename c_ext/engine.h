@@ -68,6 +68,11 @@ typedef struct engine_state {
     int32_t program_end;
     int32_t plc_attached;
     uint64_t record_lost;
+    uint64_t techno_functions;     /* put out to the PLC */
+    uint64_t techno_unseen;        /* acknowledged at once because plc_present_w is FALSE */
+    uint64_t techno_wait_cycles;   /* cycles spent waiting for acknowledgements */
+    int32_t waiting_techno;
+    int32_t fill;
     uint64_t infeasible;           /* planner: state that could not be continued legally; must stay 0 */
 } engine_state;
 
@@ -76,6 +81,10 @@ typedef struct engine engine;
 /* `segment`: mapped HLI segment with a valid head, or NULL to run without one (offline planning). NULL on no memory. */
 engine *engine_new(const engine_config *config, void *segment);
 void engine_free(engine *e);
+
+/* Synchronisation (P-CHAN-00041, 00027, tool.synch) of one M, H function (kind NC_M, NC_H) or of T (NC_T, nr 0), with
+ * m_pre_outp (P-CHAN-00070: 0.1 um for MEP, us for MET). 0, or -1: unknown kind or number, no memory. */
+int engine_set_synch(engine *e, int kind, uint32_t nr, uint32_t synch, double pre_output);
 
 /* Take rows in order; returns how many were taken (fewer when the ring is full), or a negative error for the first row. */
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n);

@@ -16,8 +16,9 @@ static void enter_piece(engine *e, uint64_t i) {
     ATOMIC_SET(g->active, p->element);
 }
 
-static void run_event(engine *e, const piece *p) {
+static void run_event(engine *e, piece *p) {
     geo *g = &e->geo;
+    if (p->flags & NC_OUTPUT) techno_output(e, p);
     switch (p->type) {
     case NC_DISTANCE_RESET:
         ATOMIC_SET(g->epoch_first, p->element);
@@ -36,7 +37,7 @@ static void run_event(engine *e, const piece *p) {
 
 static void leave_piece(engine *e) {
     geo *g = &e->geo;
-    const piece *p = piece_at(e, g->piece);
+    piece *p = piece_at(e, g->piece);
     if (is_motion(p)) {
         g->path_base += p->length;
         g->path = g->path_base;
@@ -113,8 +114,15 @@ static void add_consumed(geo *g, double t) {
 /* Consume dt of committed motion. */
 static void advance(engine *e, double dt) {
     geo *g = &e->geo;
+    g->waiting_techno = false;
     while (dt > 0.0 && !g->waiting_continue) {
         if (!g->has_phase && !begin_phase(e)) return;
+        const piece *p = piece_at(e, g->piece);
+        if (p->gated && !is_motion(p) && !gate_open(&e->done, &p->need)) {
+            g->waiting_techno = true;
+            e->techno_wait_cycles++;
+            return;
+        }
         double rest = g->now.time - g->t;
         if (rest > dt) {
             g->t += dt;
@@ -167,6 +175,7 @@ static void note_end(engine *e) {
 
 void geo_cycle(engine *e) {
     if (e->segment) take_commands(e);
+    techno_cycle(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
     evaluate(e);
     e->geo.cycle++;

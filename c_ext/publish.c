@@ -90,6 +90,7 @@ static uint32_t stop_conditions(const engine *e) {
     if (e->hold_now && !bits) bits |= 2u;
     if (e->override_now <= 0) bits |= 4u;
     if (e->geo.waiting_continue) bits |= 16u;
+    if (e->geo.waiting_techno) bits |= 64u;
     if (e->geo.dwelling) bits |= 256u;
     return bits;
 }
@@ -112,6 +113,7 @@ static void publish_bahn(engine *e) {
     store_u8_release(&b->interpolation_active_r, motion && g->has_phase);
     store_u8_release(&b->axes_in_position_r, g->v <= 0);
     store_u8_release(&b->wait_continue_r, g->waiting_continue);
+    store_u8_release(&b->wait_techno_acknowledge_r, g->waiting_techno);
     store_u8_release(&b->dwell_time_active_r, g->dwelling && g->has_phase);
     store_u8_release(&b->feedhold_active_r, e->hold_now != 0);
     store_u8_release(&b->rapid_active_r, motion && g->rapid);

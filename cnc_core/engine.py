@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from . import _engine
 from .blocks import NC_AXES, NC_BLOCK, BlockBatch
-from .config import CellConfig
+from .config import SYNCH, CellConfig
 from .errors import CncError
 
 _module: Any = _engine
@@ -98,11 +98,21 @@ class Engine:
         if handle == ffi.NULL:
             raise MemoryError("engine")
         self._handle = ffi.gc(handle, lib.engine_free)
+        self._set_synchronisation(cell)
         self._take = np.empty((0, self.axes + 4))
         if record_rows:
             self._take = np.empty((record_rows, self.axes + 4))
             if lib.engine_record(self._handle, record_rows) != 0:
                 raise MemoryError("sample ring")
+
+    def _set_synchronisation(self, cell: CellConfig) -> None:
+        pre = cell.channel.m_pre_outp
+        functions = [(lib.NC_M, n, name, pre.get(str(n), 0.0)) for n, name in cell.m_functions.items()]
+        functions += [(lib.NC_H, int(n), name, 0.0) for n, name in cell.channel.h_synch.items()]
+        functions.append((lib.NC_T, 0, cell.channel.tool_synch, 0.0))
+        for kind, number, name, pre_output in functions:
+            if SYNCH[name] and lib.engine_set_synch(self._handle, kind, number, SYNCH[name], pre_output) != 0:
+                raise MemoryError("synchronisation tables")
 
     def close(self) -> None:
         """Stop all threads and free the engine; further calls are errors."""
