@@ -19,13 +19,15 @@ class Techno:
 
     def cyclic(self):
         state = self.ch.bahn_state
-        for name, i, unit in self.units():
+        for name, _i, unit in self.units():
             if unit.please_rw and self.random.random() < 0.7:
                 data = bytes(unit.attribut_r.data[k] for k in range(32))
                 number, synch = int.from_bytes(data[0:4], "little"), int.from_bytes(data[24:28], "little")
                 block = int.from_bytes(data[8:12], "little")
                 unit.please_rw = False
-                self.seen.append((number, block, synch, state.dist_prog_start, state.active_feed_r, name[12:15], self.hli.cycle))
+                self.seen.append(
+                    (number, block, synch, state.dist_prog_start, state.active_feed_r, name[12:15], self.hli.cycle)
+                )
                 self.open.append((self.hli.cycle + self.random.randrange(1, 40), unit))
         for entry in [e for e in self.open if e[0] <= self.hli.cycle]:
             entry[1].done_w = True

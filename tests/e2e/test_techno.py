@@ -13,7 +13,17 @@ from cnc_core import Cell
 from cnc_core.config import SYNCH
 
 Write = Callable[..., Path]
-TYPES = {50: "MOS", 51: "MVS_SVS", 52: "MVS_SNS", 53: "MNS_SNS", 54: "MVS_SLM", 55: "MVS_SLP", 56: "MEP_SVS", 57: "MET_SVS", 58: "NO_SYNCH"}
+TYPES = {
+    50: "MOS",
+    51: "MVS_SVS",
+    52: "MVS_SNS",
+    53: "MNS_SNS",
+    54: "MVS_SLM",
+    55: "MVS_SLP",
+    56: "MEP_SVS",
+    57: "MET_SVS",
+    58: "NO_SYNCH",
+}
 
 
 def config(program: Write) -> Path:
@@ -75,7 +85,9 @@ def by_number(seen: list[list[float]]) -> dict[int, list[float]]:
 
 def test_where_each_type_is_put_out(program: Write) -> None:
     """Distance and speed at which the PLC fetched each type; payload holds number, block and type."""
-    text = "F6000 G1\n" + "".join(f"N{i} X{i * 20} M{number}\n" for i, number in enumerate(TYPES, 1)) + "#EXPL SYN\nM30\n"
+    text = (
+        "F6000 G1\n" + "".join(f"N{i} X{i * 20} M{number}\n" for i, number in enumerate(TYPES, 1)) + "#EXPL SYN\nM30\n"
+    )
     with Cell(config(program)) as cell:
         result = cell.run(program(text), Techno)
     seen = by_number(result.plc["result"])
