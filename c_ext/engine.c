@@ -41,6 +41,7 @@ engine *engine_new(const engine_config *config, void *segment) {
     memcpy(e->geo.position, config->start, sizeof e->geo.position);
     e->plan.reserve_override = 1.0;
     e->plan.override = e->override_now = 1.0;
+    e->plan.rapid = e->rapid_now = 1.0;
     e->geo.piece = UINT64_MAX;
     if (segment) attach_segment(e, segment);
     return e;
@@ -84,6 +85,7 @@ static bool record_full(const engine *e) { return e->record && e->record_head - 
 
 void engine_set_override(engine *e, double factor, int hold) {
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&e->rapid_now, &factor, __ATOMIC_RELEASE);
     ATOMIC_SET(e->hold_now, hold);
 }
 

@@ -91,6 +91,8 @@ typedef struct piece {
     uint8_t kind, type, axis1, axis2;
     bool stop_before;        /* standstill at the start */
     bool gated;              /* standstill at the start unless `need` is met */
+    bool m01;                /* M01, or the motion behind it: standstill while m01_stop_enable */
+    bool new_block;          /* motion of another block than the motion before it */
     bool put_out;            /* function: has gone to the PLC (GEO) */
     techno_counts need;
     uint32_t synch, unit;
@@ -140,7 +142,9 @@ typedef struct planner {
     double target_s;     /* commit until this much motion is ahead */
     double cpu_s;
     uint64_t phases, infeasible;
-    techno_counts done;  /* as the caps were computed with */
+    techno_counts done;  /* as the caps were computed with, like the two below */
+    bool single, m01;
+    double rapid;        /* override of rapid motion */
 } planner;
 
 typedef struct geo {
@@ -160,6 +164,7 @@ typedef struct geo {
     double path_base;     /* path of the active piece's start since program start */
     double path;
     bool continue_seen;
+    bool stands_single;
     bool dwelling;
     int32_t tool;
     uint32_t count, n;
@@ -178,7 +183,7 @@ struct engine {
     bool has_tangent, has_motion_piece;
     double distance;      /* 0.1 um, start of the next element */
     uint32_t push_epoch;
-    bool fresh_epoch, stop_pending;
+    bool fresh_epoch, stop_pending, m01_pending;
     uint64_t last_motion; /* index of the last motion piece */
     element *elements;
     uint64_t element_mask;
@@ -195,7 +200,8 @@ struct engine {
     planner plan;
     geo geo;
     int tail_done;
-    double override_now;
+    double override_now, rapid_now;
+    int single_now, m01_now;
     int hold_now, forced;
     double override_forced;
     int hold_forced;
@@ -266,6 +272,7 @@ techno_counts techno_done(engine *e);
 void techno_output(engine *e, piece *p);
 void techno_cycle(engine *e);
 static inline bool stands_before(const engine *e, const piece *p) {
+    if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single)) return true;
     return p->stop_before || (p->gated && !gate_open(&e->plan.done, &p->need));
 }
 

@@ -28,7 +28,7 @@ static void run_event(engine *e, piece *p) {
         g->tool = p->code;
         break;
     case NC_M:
-        if (p->code == 0) g->waiting_continue = true;
+        if (p->code == 0 || (p->code == 1 && e->m01_now && g->v <= 0.0)) g->waiting_continue = true;
         break;
     default:
         break;
@@ -89,7 +89,12 @@ static bool begin_phase(engine *e) {
     if (!fetch_phase(e)) return false;
     g->has_phase = true;
     g->t = 0.0;
-    if (g->now.piece != g->piece || g->piece == UINT64_MAX) enter_piece(e, g->now.piece);
+    if (g->now.piece != g->piece || g->piece == UINT64_MAX) {
+        bool stood = g->v <= 0.0;
+        enter_piece(e, g->now.piece);
+        const piece *p = piece_at(e, g->piece);
+        if (stood && is_motion(p) && p->new_block && e->single_now) g->waiting_continue = g->stands_single = true;
+    }
     return true;
 }
 
@@ -117,6 +122,7 @@ static void advance(engine *e, double dt) {
     g->waiting_techno = false;
     while (dt > 0.0 && !g->waiting_continue) {
         if (!g->has_phase && !begin_phase(e)) return;
+        if (g->waiting_continue) return;
         const piece *p = piece_at(e, g->piece);
         if (p->gated && !is_motion(p) && !gate_open(&e->done, &p->need)) {
             g->waiting_techno = true;

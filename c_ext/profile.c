@@ -14,7 +14,7 @@
 double soft_cap(const engine *e, const piece *p) {
     if (e->plan.hold) return 0.0;
     if (p->feed > 0) return fmin(p->v_hard, p->feed * e->plan.override);
-    return p->v_hard * fmin(1.0, e->plan.override);
+    return p->v_hard * fmin(1.0, e->plan.rapid);
 }
 
 typedef struct stretch {
@@ -232,11 +232,14 @@ static bool state_feasible(engine *e, uint64_t end) {
 typedef struct conditions {
     double reserve_override;
     techno_counts done;
+    bool single, m01;
 } conditions;
 
 static uint64_t plan_under(engine *e, const conditions *c) {
     e->plan.reserve_override = c->reserve_override;
     e->plan.done = c->done;
+    e->plan.single = c->single;
+    e->plan.m01 = c->m01;
     e->plan.capped = e->plan.piece;
     corner_caps(e);
     uint64_t end = window_end(e);
@@ -244,12 +247,17 @@ static uint64_t plan_under(engine *e, const conditions *c) {
     return end;
 }
 
+static bool same_conditions(const conditions *a, const conditions *b) {
+    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 &&
+           memcmp(&a->done, &b->done, sizeof a->done) == 0;
+}
+
 /* New conditions are taken over where the present state can be continued legally under them: a larger override and an
  * opened gate both make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
-    conditions old = {e->plan.reserve_override, e->plan.done}, want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(e)};
-    bool same_gates = memcmp(&old.done, &want.done, sizeof old.done) == 0;
-    if (same_gates && want.reserve_override == old.reserve_override) {
+    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.single, e->plan.m01};
+    conditions want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(e), ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now)};
+    if (same_conditions(&old, &want)) {
         corner_caps(e);
         uint64_t end = window_end(e);
         backward_pass(e, end);
@@ -300,6 +308,7 @@ int planner_pump(engine *e) {
     double t0 = thread_cpu_s();
     uint64_t before = e->plan.written;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
+    __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
     e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0;
     uint64_t end = choose_conditions(e);
     commit(e, end);

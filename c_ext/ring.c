@@ -110,6 +110,9 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
     piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
+    p->new_block = e->has_motion_piece && piece_at(e, e->last_motion)->count != p->count;
+    p->m01 = e->m01_pending;
+    e->m01_pending = false;
     p->gated = e->has_pending_gate;
     p->need = e->pending_gate;
     e->has_pending_gate = false;
@@ -124,7 +127,11 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     e->has_motion_piece = true;
 }
 
-static bool stops(const nc_block *row) { return row->type == NC_DWELL || (row->flags & NC_STANDSTILL); }
+static bool is_m01(const nc_block *row) { return row->type == NC_M && row->code == 1; }
+
+static bool stops(const nc_block *row) {
+    return row->type == NC_DWELL || ((row->flags & NC_STANDSTILL) && !is_m01(row));
+}
 
 static void push_event(engine *e, piece *p, const nc_block *row) {
     p->kind = PIECE_EVENT;
@@ -134,6 +141,7 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
     memcpy(p->end, e->last_end, sizeof p->end);
     if (stops(row)) e->stop_pending = true;
     p->stop_before = stops(row);
+    if (is_m01(row)) p->m01 = e->m01_pending = true;
     if (row->type == NC_MARKER) log_marker(e, row);
     if (row->type == NC_DISTANCE_RESET) {
         e->push_epoch++;

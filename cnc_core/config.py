@@ -95,6 +95,7 @@ class ChannelConfig(_Table):
     contour_lookahead_log_max: Uns32 = 128
     fb_storage_size: Uns32 = 1_000_000
     service: Literal["cyclic", "immediate"] = "cyclic"
+    rapid_override_mode: Annotated[int, Field(ge=0, le=3)] = 0
     m_synch: dict[str, SYNCH_NAMES] = Field(default_factory=dict)
     h_synch: dict[str, SYNCH_NAMES] = Field(default_factory=dict)
     tool_synch: SYNCH_NAMES = "NO_SYNCH"

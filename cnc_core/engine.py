@@ -73,6 +73,7 @@ def _engine_config(cell: CellConfig, window: int | None, clock: int, service: in
     config.functions = lib.ENGINE_FCT_CONTOUR_LAH if cell.channel.contour_lah else 0
     config.log_max = cell.channel.contour_lookahead_log_max
     config.fb_storage_size = cell.channel.storage
+    config.rapid_override_mode = cell.channel.rapid_override_mode
     config.channel, config.service, config.clock = channel, service, clock
     config.rotary = sum(1 << i for i, a in enumerate(cell.axes.values()) if a.kind == "rotary")
     return config
