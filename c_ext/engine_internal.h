@@ -183,7 +183,7 @@ struct engine {
     bool has_tangent, has_motion_piece;
     double distance;      /* 0.1 um, start of the next element */
     uint32_t push_epoch;
-    bool fresh_epoch, stop_pending, m01_pending;
+    bool stop_pending, m01_pending;
     uint64_t last_motion; /* index of the last motion piece */
     element *elements;
     uint64_t element_mask;
@@ -202,9 +202,7 @@ struct engine {
     int tail_done;
     double override_now, rapid_now;
     int single_now, m01_now;
-    int hold_now, forced;
-    double override_forced;
-    int hold_forced;
+    int hold_now;
     /* service */
     uint32_t answered;    /* elements in the last answer */
     uint64_t requests_mode1, requests_mode2, requests_bad, bad_commands, overruns;
@@ -215,7 +213,6 @@ struct engine {
     double *record;        /* ring: written by GEO, taken by the recorder */
     int64_t record_rows, record_head, record_tail;
     uint64_t record_lost;
-    uint64_t plc_until;
     int32_t fault;
     /* technology functions */
     synch_table m_synch, h_synch;

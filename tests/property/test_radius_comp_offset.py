@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+import shapely
 
 from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, NC_BLOCK, BlockBatch
 from cnc_core.errors import CncError, Place
@@ -191,7 +192,6 @@ def test_tool_never_cuts_into_the_contour(seed: int, corner: int, code: int) -> 
 @pytest.mark.parametrize("seed", range(12))
 def test_outer_offset_of_polygons_agrees_with_shapely(seed: int) -> None:
     """With round corners the path of a polygon of lines lies on the boundary of shapely's buffer."""
-    shapely = pytest.importorskip("shapely")
     pieces = star(200 + seed, arcs=False)
     start, rows = program(pieces, 42, 2.0)
     out = compensated(start, rows)
