@@ -89,6 +89,14 @@ void engine_set_override(engine *e, double factor, int hold) {
     ATOMIC_SET(e->hold_now, hold);
 }
 
+void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t rows) {
+    e->cycle_ns = cycle_ns;
+    e->late_ns = late_ns;
+    e->timed_rows = rows;
+}
+
+int64_t engine_timed(const engine *e) { return ATOMIC_GET(e->timed); }
+
 void engine_stall_planner(engine *e, int stalled) { ATOMIC_SET(e->plan.stalled, stalled); }
 
 void engine_set_phase(engine *e, uint32_t phase) {

@@ -106,6 +106,11 @@ int engine_run(engine *e, int64_t n, int64_t wait_ns);
 int engine_start(engine *e, int use_fifo);
 int engine_wait(engine *e, int64_t timeout_ns);
 void engine_stop(engine *e);
+/* Measure the first `rows` real-time cycles: ns a cycle took, ns it woke late. Set before engine_start. */
+void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t rows);
+int64_t engine_timed(const engine *e);
+/* The reference beside it: a bare clock_nanosleep loop; ns it woke late. 0, or -1 if no thread could be started. */
+int engine_bare_loop(int64_t period_ns, int64_t *late_ns, int64_t rows, int use_fifo);
 /* Immediate service of the contour look-ahead by a thread of its own. */
 int engine_serve_start(engine *e);
 void engine_serve_stop(engine *e);

@@ -213,6 +213,8 @@ struct engine {
     double *record;        /* ring: written by GEO, taken by the recorder */
     int64_t record_rows, record_head, record_tail;
     uint64_t record_lost;
+    int64_t *cycle_ns, *late_ns; /* measurement of the first cycles */
+    int64_t timed_rows, timed;
     int32_t fault;
     /* technology functions */
     synch_table m_synch, h_synch;

@@ -79,6 +79,14 @@ def _engine_config(cell: CellConfig, window: int | None, clock: int, service: in
     return config
 
 
+def bare_loop(period_s: float, rows: int, fifo: bool = True) -> npt.NDArray[np.int64]:
+    """(rows,) ns by which a bare clock_nanosleep loop wakes late: the reference for ``Engine.time_cycles``."""
+    late = np.zeros(rows, np.int64)
+    if lib.engine_bare_loop(int(period_s * 1e9), ffi.cast("int64_t *", late.ctypes.data), rows, int(fifo)) != 0:
+        raise OSError("no thread could be started")
+    return late
+
+
 class Engine:
     """Owner of one C engine. ``segment``: address of a mapped HLI segment, or None for offline planning."""
 
@@ -165,6 +173,18 @@ class Engine:
         if result < 0:
             raise OSError("the engine's threads could not be started")
         return bool(fifo and result == 0)
+
+    def time_cycles(self, rows: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Arrays (rows,) that real-time cycles fill: ns a cycle took, ns it woke late. Call before ``start``."""
+        self._timing = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
+        pointers = [ffi.cast("int64_t *", a.ctypes.data) for a in self._timing]
+        lib.engine_time(self._handle, *pointers, rows)
+        return self._timing
+
+    @property
+    def timed(self) -> int:
+        """How many cycles have been measured."""
+        return int(lib.engine_timed(self._handle))
 
     def wait(self, timeout_s: float) -> Event:
         """Real time: wait for an event."""
