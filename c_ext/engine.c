@@ -64,6 +64,8 @@ void engine_free(engine *e) {
     free(e);
 }
 
+void engine_stay(engine *e, int stay) { ATOMIC_SET(e->stay, stay); }
+
 void engine_hold_start(engine *e, int hold) { ATOMIC_SET(e->hold_start, hold); }
 
 int engine_record(engine *e, int64_t rows) {
@@ -111,7 +113,7 @@ static bool needs_blocks(engine *e) {
 }
 
 static bool plc_finished(const engine *e) {
-    return ATOMIC_GET(e->program_end) && e->side && load_u32_acquire(&e->side->plc.finished);
+    return ATOMIC_GET(e->program_end) && !ATOMIC_GET(e->stay) && e->side && load_u32_acquire(&e->side->plc.finished);
 }
 
 /* What preparation or the cell has to know, in order of urgency; -1 if nothing. */

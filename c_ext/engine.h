@@ -95,6 +95,8 @@ void engine_finish(engine *e);
 void engine_expect_drain(engine *e);
 /* Motion held before the program start (1) or released (0). */
 void engine_hold_start(engine *e, int hold);
+/* Stay behind the program's end although the PLC is finished: ENGINE_PLC_FINISHED is not reported. */
+void engine_stay(engine *e, int stay);
 /* Samples, axis_count + 4 doubles a cycle (cycle, axes, path, speed, element), through a ring of `rows`; 0 or -1 (no
  * memory). engine_run stops with ENGINE_RECORD_FULL when the ring is full, a real-time GEO counts what it loses. */
 int engine_record(engine *e, int64_t rows);

@@ -191,7 +191,7 @@ struct engine {
     piece *pieces;
     uint64_t piece_head;  /* pushed */
     uint64_t piece_done;  /* executed by GEO, slots below are free */
-    int finished, expect_drain, hold_start;
+    int finished, expect_drain, hold_start, stay;
     uint64_t drain_at;
     marked_log log;
     /* planner to GEO: head << 2 | tail << 1 | taken, one atomic word */

@@ -9,6 +9,7 @@ from __future__ import annotations
 import inspect
 import json
 import os
+import re
 import secrets
 import shutil
 import subprocess
@@ -22,6 +23,7 @@ from types import TracebackType
 from typing import Any
 
 from hli import segment
+from plc_client.task import refuse_cell_start
 
 from . import recorder
 from .cnc_process import CncOptions
@@ -76,7 +78,7 @@ class RunResult:
             "blocks": self.blocks,
             "recorded": self.recorded,
             "dialect": self.dialect,
-            "plc": {k: v for k, v in self.plc.items() if k != "result"},
+            "plc": self.plc,
         }
 
 
@@ -124,8 +126,10 @@ class _Child:
         self.log_file = folder / f"{title}.log"
         command = [sys.executable, "-P", "-m", module, *arguments, "--parent", str(os.getpid())]
         environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
-        with self.log_file.open("wb") as log:
-            self.process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=log, stderr=log, env=environment)
+        with self.log_file.open("wb") as log:  # what user code prints goes to our standard error, as it comes
+            self.process = subprocess.Popen(
+                command, stdin=subprocess.DEVNULL, stdout=sys.__stderr__, stderr=log, env=environment
+            )
 
     @property
     def ended(self) -> bool:
@@ -209,6 +213,7 @@ class Cell:
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
+        refuse_cell_start()
         program, target = Path(program), Path(record) if record else None
         if not program.exists():
             raise CncError(901001, "file not found", Place(str(program)))
@@ -216,6 +221,8 @@ class Cell:
             recorder.check_target(target)
         choice = PlcChoice.of(plc, plc_args)
         segment.sweep()
+        folder = Path(out) if out else None
+        before = _files(folder)
         self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, target is not None)
         try:
             _supervise(self._job)
@@ -226,7 +233,9 @@ class Cell:
             raise
         else:
             _stop(self._job)
-            return self._collect(self._job, target, Path(out) if out else None)
+            result = self._collect(self._job, target)
+            result.files = [name for name, stamp in _files(folder).items() if before.get(name) != stamp]
+            return result
         finally:
             self.close()
 
@@ -253,7 +262,7 @@ class Cell:
         plc = _Child("plc", "plc_client", arguments, folder)
         return _Job(cnc, plc, folder, name, started)
 
-    def _collect(self, job: _Job, target: Path | None, out: Path | None) -> RunResult:
+    def _collect(self, job: _Job, target: Path | None) -> RunResult:
         cnc, plc = job.cnc.report(), job.plc.report()
         result = RunResult(wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[])
         for key in (
@@ -275,10 +284,19 @@ class Cell:
         result.handshake_us = _handshake_us(plc)
         _judge(result, job, cnc)
         if target:
-            result.recorded = recorder.finish(job.folder / "samples.f64", target, self.config)
-        if out and out.is_dir():
-            result.files = sorted(str(p.relative_to(out)) for p in out.rglob("*") if p.is_file())
+            try:
+                result.recorded = recorder.finish(job.folder / "samples.f64", target, self.config)
+            except OSError as error:
+                result.end = "error"
+                result.errors.append(CncError(901004, f"recording {target}: {error.strerror}").as_json())
         return result
+
+
+def _files(folder: Path | None) -> dict[str, int]:
+    """Files below the folder with their time of change; none without a folder."""
+    if folder is None or not folder.is_dir():
+        return {}
+    return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in sorted(folder.rglob("*")) if p.is_file()}
 
 
 def _supervise(job: _Job) -> None:
@@ -309,21 +327,24 @@ def _handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:
 
 def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
     """The end of the run as the user should see it."""
-    status = job.plc.process.poll()
-    plc_failed = status != 0
+    plc_failed = job.plc.process.poll() != 0
     if cnc.get("source") and result.errors:
         result.error_text = cnc["source"]
-    if result.end == "completed" and plc_failed:
-        result.end = "error" if result.plc.get("error") else "aborted"
-    if not cnc or (result.end == "aborted" and not result.errors):
-        result.end = "aborted" if not (cnc and result.plc.get("error")) else "error"
-    if plc_failed and (result.plc.get("error") or job.plc.said()):
-        text = result.plc.get("error") or job.plc.said().splitlines()[-1]
-        result.errors.append({"file": "", "line": 0, "column": 0, "code": 905001, "text": f"PLC: {text}"})
-    elif result.end == "aborted":
-        who = "CNC" if not cnc else "PLC"
-        last = (job.cnc if not cnc else job.plc).said()
-        detail = f": {last.splitlines()[-1]}" if last else ""
-        result.errors.append(
-            {"file": "", "line": 0, "column": 0, "code": 905001, "text": f"the {who} process died{detail}"}
-        )
+    plc_error = result.plc.get("error") or (job.plc.said() if plc_failed else "")
+    if plc_failed and plc_error and "died" not in plc_error:
+        result.end = "error"
+        result.errors.append(_plc_error(plc_error))
+    elif not cnc or plc_failed or result.end == "aborted":
+        result.end = "aborted"
+        who, child = ("CNC", job.cnc) if not cnc else ("PLC", job.plc)
+        last = child.said().splitlines()
+        detail = f": {last[-1]}" if last and "Killed" not in last[-1] else ""
+        result.errors.append(CncError(905001, f"the {who} process died{detail}").as_json())
+
+
+def _plc_error(text: str) -> dict[str, Any]:
+    """An error of the PLC program: ``FILE:LINE: Type: text`` with the user's frames below."""
+    first, *frames = text.splitlines()
+    match = re.match(r"(.+?):(\d+): (.*)", first)
+    place = Place(match[1], int(match[2]), 1, frames[-1].strip() if frames else "") if match else Place()
+    return CncError(905003, f"PLC program: {match[3] if match else first}", place).as_json()

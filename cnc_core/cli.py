@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,7 +21,7 @@ from rich.table import Table
 
 from hli.errors import HliError
 
-from .errors import CncError
+from .errors import CncError, Place
 
 app = typer.Typer(
     name="hli-cosim",
@@ -32,7 +33,8 @@ app = typer.Typer(
 )
 bench_app = typer.Typer(help="Measure this machine beside a raw C reference in the same run.", no_args_is_help=True)
 app.add_typer(bench_app, name="bench")
-out, err = Console(highlight=False, soft_wrap=True), Console(stderr=True, highlight=False, soft_wrap=True)
+out = Console(highlight=False, soft_wrap=True, markup=False)
+err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 DIALECT_HELP = "isg, iso, isons or osai; default: by the file's extension"
 File = Annotated[Path, typer.Argument(help="NC program")]
@@ -41,21 +43,18 @@ Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
+_emitted: list[bool] = []
+
+
 def emit(value: Any) -> None:
     """One JSON value on one line of standard output."""
+    _emitted.append(True)
     sys.stdout.write(json.dumps(value) + "\n")
 
 
 def say_error(error: object) -> None:
     """An error on standard error, as FILE:LINE:COL: CODE: text with the source line under it."""
     sys.stderr.write(f"{error}\n")
-
-
-def fail(error: object | None = None) -> typer.Exit:
-    """Exit status 1, after printing the error."""
-    if error is not None:
-        say_error(error)
-    return typer.Exit(1)
 
 
 @contextmanager
@@ -137,7 +136,7 @@ def blocks(file: File, config: Config = None, dialect: Dialect = None, as_json: 
             if as_json:
                 emit(value)
             else:
-                out.print(_block_line(value), markup=False)
+                out.print(_block_line(value))
     say_warnings(program)
 
 
@@ -176,11 +175,12 @@ def plan(
     Example: hli-cosim plan part.nc --lookahead 190 --samples part.npz
     """
     from .planning import plan_program, save_samples  # noqa: PLC0415
+    from .recorder import check_writable  # noqa: PLC0415
 
     del tolerance  # the planner of this version drives the exact path, which keeps every tolerance
     for target in (samples, picture):
-        if target and not target.resolve().parent.is_dir():
-            raise CncError(901001, f"{target}: the folder does not exist")
+        if target:
+            check_writable(target)
     program = open_program(file, config, dialect)
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
@@ -273,7 +273,7 @@ def _print_run(result: Any, title: str) -> None:
         table.add_row(key, json.dumps(value[key]))
     out.print(table)
     for message in result.messages:
-        out.print(message, markup=False)
+        out.print(message)
 
 
 @app.command()
@@ -366,7 +366,7 @@ def lookahead(
 
 
 def _print_answer(answer: dict[str, Any]) -> None:
-    out.print(f"mode {answer['mode']}, request {answer['request']}, state {answer['state']}", markup=False)
+    out.print(f"mode {answer['mode']}, request {answer['request']}, state {answer['state']}")
     names = [
         "block_type",
         "block_number",
@@ -420,7 +420,7 @@ def plc(
     from plc_client.__main__ import main as plc_main  # noqa: PLC0415
 
     if not file.is_file():
-        raise fail(f"{file}: 901001: file not found")
+        raise CncError(901001, "file not found", Place(str(file)))
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
     raise typer.Exit(plc_main(["--name", name, "--file", str(file)]))
 
@@ -506,6 +506,7 @@ def bench_parser(seconds: Seconds = 10.0, as_json: Json = False) -> None:
 
 def main() -> None:
     """Entry point: runs a command and turns every expected failure into its exit status."""
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what runs is ended and the recording kept
     try:
         code = app(standalone_mode=False)
         sys.exit(code if isinstance(code, int) else 0)
@@ -519,15 +520,41 @@ def main() -> None:
         sys.exit(_failed(error))
 
 
+def _numbered(error: Exception) -> CncError:
+    """An expected failure as an error with a number."""
+    if isinstance(error, CncError):
+        return error
+    if isinstance(error, HliError):
+        return CncError(error.code, str(error))
+    if isinstance(error, OSError):
+        return CncError(901004 if error.filename else 901002, f"{error.filename or ''}: {error.strerror}")
+    return CncError(905015 if "segment name" in str(error) else 900012, str(error))
+
+
 def _failed(error: Exception) -> int:
-    """Print an expected failure and give its status; anything else is a bug and keeps its traceback."""
+    """Print an expected failure and give its status; anything else is a bug and keeps its traceback.
+
+    With --json standard output gets one object all the same, unless the command has printed something already.
+    """
     if hasattr(error, "show") and hasattr(error, "exit_code"):  # wrong usage, found by the command-line parser
         error.show()
         return int(error.exit_code)
     if not isinstance(error, CncError | HliError | OSError | ValueError):
         raise error
-    say_error(error)
+    numbered = _numbered(error)
+    say_error(numbered)
+    if "--json" in sys.argv and not _emitted:
+        emit(_empty_result(numbered))
     return 1
+
+
+def _empty_result(error: CncError) -> dict[str, Any]:
+    """What --json prints when a command ends before it has a result: ``errors``, for ``run`` the whole run object."""
+    if "run" in sys.argv[1:2]:
+        from .cell import RunResult  # noqa: PLC0415
+
+        return RunResult(end="error", errors=[error.as_json()]).as_json()
+    return {"errors": [error.as_json()]}
 
 
 if __name__ == "__main__":

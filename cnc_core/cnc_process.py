@@ -27,7 +27,7 @@ from hli.errors import HliError
 from .channel import Preparation
 from .config import CellConfig, load_config
 from .engine import Engine, Event
-from .errors import CncError
+from .errors import CncError, Place
 from .recorder import PartWriter
 
 KERNEL_VERSION = b"hli-cosim 0.1"
@@ -41,7 +41,7 @@ RECORD_ROWS = 16384
 SLICE_S = 0.1  # how long one wait may last before signals and the PLC's life are looked at
 CHUNK_CYCLES = 20_000  # cycles between two looks in virtual time
 LINGER_S = 30.0  # longest wait, in wall time, for a PLC to finish behind the program's end
-IDLE_CYCLES = 10  # cycles served at a time while nothing moves and the clock is free
+IDLE_CYCLES = 1  # cycles served at a time while nothing moves and the clock is free
 
 
 @dataclass(frozen=True)
@@ -124,6 +124,7 @@ class CncProcess:
         )
         self.recorder = PartWriter(options.record) if options.record else None
         self.engine.hold_start(True)
+        self.engine.stay(not options.once)
         self.preparation = Preparation(options.file, self.cell, options.dialect, self.engine)
 
     # ---------------------------------------------------------------- life
@@ -216,8 +217,8 @@ class CncProcess:
             if event is Event.PLC_WAIT and not self.side.plc.attached:
                 time.sleep(0.002)
         self._handle(event)
-        if self.ended_at and not self.options.once and self.options.clock == "freerun":
-            time.sleep(0.001)  # nothing moves any more: serve, but leave the processor to others
+        if self.ended_at and not self.options.once and self.options.clock != "realtime":
+            time.sleep(self.cell.cycle_s)  # nothing moves any more: serve, but leave the processor to others
         return not (event is Event.FAULT or self._plc_lost() or self._work_is_done(event))
 
     def _stretch(self) -> int:
@@ -264,9 +265,7 @@ class CncProcess:
         """Warnings that only show when the log is written, one each per program."""
         state, texts = self.engine.state, []
         if state.techno_unseen:
-            texts.append(
-                f"{state.techno_unseen} technology functions counted as acknowledged: plc_present_w is FALSE"
-            )
+            texts.append(f"{state.techno_unseen} technology functions counted as acknowledged: plc_present_w is FALSE")
         if state.log_disabled:
             texts.append(
                 "contour look-ahead: nothing is logged"
@@ -327,6 +326,8 @@ def run_cnc(options: CncOptions) -> int:
     """Run one CNC process to its end; 0, 1 (program error or fault), 130 (interrupted)."""
     if options.core >= 0:
         os.sched_setaffinity(0, {options.core})
+    if not options.file.is_file():
+        raise CncError(901001, "file not found", Place(str(options.file)))
     process = CncProcess(options)
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, process.on_signal)

@@ -92,7 +92,7 @@ class ChannelConfig(_Table):
     build_generation: Literal["2.11.28+", "2.11.20"] = "2.11.28+"
     lookahead_blocks_max: Annotated[int, Field(ge=10, le=10000)] = 120
     lookahead_blocks: Annotated[int, Field(ge=10, le=10000)] = 120
-    contour_lookahead_log_max: Uns32 = 128
+    contour_lookahead_log_max: Annotated[int, Field(ge=0, lt=0xFFFFFFFF)] = 128
     fb_storage_size: Uns32 = 1_000_000
     service: Literal["cyclic", "immediate"] = "cyclic"
     rapid_override_mode: Annotated[int, Field(ge=0, le=3)] = 0
@@ -163,6 +163,14 @@ class CellConfig(_Table):
                 raise ValueError(
                     f"axis name {name!r}: letters and digits, upper case, beginning with one of XYZUVWQABC"
                 )
+        return axes
+
+    @field_validator("axes")
+    @classmethod
+    def _axis_ids(cls, axes: dict[str, AxisConfig]) -> dict[str, AxisConfig]:
+        ids = [axis.id or i for i, axis in enumerate(axes.values(), 1)]
+        if len(set(ids)) < len(ids):
+            raise ValueError(f"logical axis numbers {ids} are not all different")
         return axes
 
     @field_validator("tools")

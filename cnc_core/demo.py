@@ -29,6 +29,7 @@ class DemoResult:
 
     def as_json(self) -> dict[str, Any]:
         out = self.run.as_json()
+        out["plc"] = {k: v for k, v in self.run.plc.items() if k != "result"}
         keys = ("elements_followed", "log_entries", "lowest_override")
         return out | {"raw_us": self.raw_us, "out": str(self.folder)} | {k: self.plc.get(k) for k in keys}
 

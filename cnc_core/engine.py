@@ -151,6 +151,10 @@ class Engine:
         """Hold motion before the program start, or release it."""
         lib.engine_hold_start(self._handle, int(hold))
 
+    def stay(self, stay: bool) -> None:
+        """Stay behind the program's end although the PLC needs the cell no longer."""
+        lib.engine_stay(self._handle, int(stay))
+
     def set_override(self, factor: float, hold: bool = False) -> None:
         """Override and feed hold of an engine without a segment."""
         lib.engine_set_override(self._handle, factor, int(hold))

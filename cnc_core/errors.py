@@ -75,14 +75,23 @@ ERRORS: dict[int, str] = {
     901001: "file not found",
     901002: "file cannot be read",
     901003: "dialect not available",
+    901004: "file cannot be written",
     902001: "configuration error",
     903001: "software limit exceeded",
     # our own: engine and co-simulation
     904001: "row not supported by the engine",
     904002: "row with numbers that are not finite",
     904003: "out of memory",
+    905000: "shared memory",
     905001: "a process died",
     905002: "segment in use",
+    905003: "error in the PLC program",
+    905010: "segment not found",
+    905011: "segment not published yet",
+    905012: "segment of another version or layout",
+    905013: "segment not accessible",
+    905014: "no answer in time",
+    905015: "wrong segment name",
 }
 
 

@@ -26,8 +26,18 @@ def check_target(path: Path) -> None:
         raise CncError(902001, f"recording {path}: the name must end in {', '.join(SUFFIXES)}")
     if path.suffix == ".parquet":
         _pyarrow()
-    if not path.resolve().parent.is_dir():
-        raise CncError(901001, f"recording {path}: the folder does not exist")
+    check_writable(path)
+
+
+def check_writable(path: Path) -> None:
+    """CncError if a file of this name cannot be written; leaves no file behind."""
+    there = path.exists()
+    try:
+        path.open("ab").close()
+    except OSError as error:
+        raise CncError(901004, f"{path}: cannot be written: {error.strerror}") from None
+    if not there:
+        path.unlink()
 
 
 def _pyarrow() -> Any:
@@ -59,6 +69,8 @@ def _columns(part: Path, cell: CellConfig) -> dict[str, Any]:
     shape = (count, width)
     rows: npt.NDArray[np.float64] = np.memmap(part, np.float64, "r", shape=shape) if count else np.empty(shape)
     a = len(cell.axes)
+    first = np.concatenate([[0.0], cell.axis_values("start_mm"), np.zeros(3)])  # the start, as `plan --samples` has it
+    rows = np.concatenate([first[None, :], rows])
     return {
         "t": rows[:, 0] * cell.cycle_s,
         "pos": rows[:, 1 : a + 1],

@@ -52,7 +52,8 @@ class ElementTable:
 
     def distance(self, element: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
         """Distance of each position from the geometry of its element, over all axes, mm."""
-        assert self.rows is not None
+        if self.rows is None:
+            return np.zeros(len(element))
         index = element - self.first
         rows, starts = self.rows[index], self.starts[index]
         ends = rows["end"][:, : self.axes]
@@ -71,7 +72,11 @@ class ElementTable:
         d0, d = starts[:, columns] - rows["center"], pos[:, columns] - rows["center"]
         radial = np.hypot(d[:, 0], d[:, 1]) - np.hypot(d0[:, 0], d0[:, 1])
         turned = np.arctan2(d[:, 1], d[:, 0]) - np.arctan2(d0[:, 1], d0[:, 0])
-        share = np.mod(turned * np.sign(rows["angle"]) + 1e-9, 2 * np.pi) / np.abs(rows["angle"])
+        turn_angle = np.mod(turned * np.sign(rows["angle"]), 2 * np.pi)
+        turn_angle = np.where(
+            turn_angle > 2 * np.pi - 1e-6, turn_angle - 2 * np.pi, turn_angle
+        )  # rounding at the start
+        share = turn_angle / np.abs(rows["angle"])
         others = [i for i in range(self.axes) if i not in columns]
         # a helix of several turns: of all turns the one that fits the other axes best
         best = np.full(len(pos), np.inf)

@@ -1,6 +1,6 @@
-"""A PLC program: reads the marked section of the NC program by index (mode 1) and prints it once.
+"""A PLC program: reads the marked section of the NC program by index (mode 1) and prints every entry once.
 
-hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
+    hli-cosim run examples/part.nc --config examples/cell.toml --plc examples/read_marked_log.py
 """
 
 from plc_client import ContourLookahead, task
@@ -13,15 +13,13 @@ class ReadMarkedLog:
     def setup(self, hli):
         self.state = hli.gpCh[0].contour_lookahead.state
         self.clah = ContourLookahead(hli.gpCh[0].contour_lookahead)
-        self.entries = []
+        self.count = 0
 
     def cyclic(self):
-        self.entries += list(self.clah.read_log())
+        for b in self.clah.read_log():
+            self.count += 1
+            kind, length_mm = KINDS[int(b["block_type"])], b["length"] / 10_000.0
+            print(f"N{b['block_number']:<5} {kind:<10} {length_mm:10.4f}", flush=True)
 
     def finished(self):
-        return len(self.entries) >= self.state.count_logged_blocks
-
-    def result(self):
-        return [
-            [KINDS[int(b["block_type"])], int(b["block_number"]), float(b["length"]) / 10_000.0] for b in self.entries
-        ]
+        return self.count >= self.state.count_logged_blocks

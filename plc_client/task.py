@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import sys
 import sysconfig
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
@@ -20,6 +21,30 @@ _INSTALLED = tuple(Path(sysconfig.get_path(key)).resolve() for key in ("stdlib",
 
 class PlcError(Exception):
     """The user's PLC program is wrong; the text says where (FILE:LINE) and why."""
+
+
+class CellStartRefused(BaseException):
+    """Raised by a cell that is started while the PLC process reads a task file: the file runs that cell itself."""
+
+
+_loading: list[str] = []
+
+
+@contextlib.contextmanager
+def loading(path: Path) -> Iterator[None]:
+    """While a task file is read; see ``refuse_cell_start``."""
+    _loading.append(str(path))
+    try:
+        yield
+    finally:
+        _loading.pop()
+
+
+def refuse_cell_start() -> None:
+    """Called by whatever starts a cell: a script that holds both a task class and the call that runs it must not start
+    further cells when the PLC process reads it for the class."""
+    if _loading:
+        raise CellStartRefused(f"a cell cannot be started while the PLC process reads {_loading[-1]}")
 
 
 @dataclass(frozen=True)
@@ -93,9 +118,13 @@ def _import(path: Path) -> ModuleType:
     if folder not in sys.path:
         sys.path.append(folder)  # behind everything installed: neighbours can be imported, nothing is shadowed
     try:
-        spec.loader.exec_module(module)
+        with loading(path):
+            spec.loader.exec_module(module)
+    except CellStartRefused:
+        pass  # the file runs its own cell further down: its classes stand above, and that cell is this one
     except (Exception, SystemExit) as error:
-        raise PlcError(describe(error)) from error
+        text = describe(error).replace("<PLC program>", str(path))
+        raise PlcError(text) from error
     return module
 
 
@@ -103,9 +132,9 @@ def describe(error: BaseException) -> str:
     """``FILE:LINE: Type: text`` with the user's own frames below it; the framework's frames are left out."""
     everything = traceback.extract_tb(error.__traceback__)
     frames = [f for f in everything if _is_users(f.filename)]
-    text = "".join(traceback.format_exception_only(type(error), error)).strip().splitlines()[-1]
     if isinstance(error, SyntaxError):
-        return f"{error.filename}:{error.lineno}: {text}"
+        return f"{error.filename or '<PLC program>'}:{error.lineno or 1}: {type(error).__name__}: {error.msg}"
+    text = " ".join(f"{type(error).__name__}: {error}".split())
     last = [*everything[-1:], *frames][-1]
     return f"{last.filename}:{last.lineno}: {text}" + "".join(f"\n{line}" for line in _trace(frames))
 

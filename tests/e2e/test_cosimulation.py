@@ -250,4 +250,4 @@ def test_an_error_in_the_plc_program_is_reported(cli: Cli, program: Write) -> No
     outcome = cli("run", program(T1), "--plc", plc, "--json")
     assert outcome.status == 1
     assert outcome.json["end"] in ("error", "aborted")
-    assert any("bad.py" in e["text"] and "ZeroDivisionError" in e["text"] for e in outcome.json["errors"])
+    assert any("bad.py" in e["file"] and "ZeroDivisionError" in e["text"] for e in outcome.json["errors"])

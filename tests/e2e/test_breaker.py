@@ -1,0 +1,192 @@
+"""Cases a hostile user found; each was a defect once."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import T1, Outcome, command
+
+from plc_client import connect
+
+Cli = Callable[..., Outcome]
+Write = Callable[..., Path]
+IDLE = "from plc_client import task\n@task(interval=0.001)\nclass P:\n    def cyclic(self):\n        pass\n"
+SNIPPET = """
+from plc_client import connect, task, ContourLookahead
+from cnc_core import Cell
+
+@task(interval=0.001)
+class OverrideFromContour:
+    def setup(self, hli):
+        self.ch = hli.gpCh[0]
+        self.clah = ContourLookahead(self.ch.contour_lookahead)
+
+    def cyclic(self):
+        self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=50_000.0)
+        if self.clah.done:
+            radius = self.clah.blocks["compensated_radius"]
+
+with Cell() as cell:
+    result = cell.run("part.nc", plc=OverrideFromContour)
+print(result.end, result.requests["mode2"] > 10)
+"""
+
+
+def test_a_script_may_hold_the_task_and_the_run(program: Write, tmp_path: Path) -> None:
+    """The contract's snippet as a plain script: the PLC process reads the class and starts no further cell."""
+    program(T1)
+    script = program(SNIPPET, "snippet.py")
+    done = subprocess.run(
+        [sys.executable, script], cwd=tmp_path, capture_output=True, text=True, timeout=30, check=False
+    )
+    assert done.stdout.split() == ["completed", "True"], done.stderr
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "freerun", "realtime"])
+def test_the_cnc_serves_behind_the_programs_end(program: Write, clock: str) -> None:
+    """`cnc` goes on cycling and answering after M30, also for a PLC that comes later, without using up a core."""
+    name = f"hli-test-{os.getpid()}"
+    cnc = subprocess.Popen(command("cnc", program(T1), "--name", name, "--clock", clock), stderr=subprocess.PIPE)
+    plc = subprocess.Popen(command("plc", program(IDLE, "idle.py"), "--name", name), stderr=subprocess.PIPE)
+    try:
+        with connect(name, wait_s=20, role="reader") as reader:
+            state = reader.gpCh[0].bahn_state
+            deadline = time.monotonic() + 30
+            while not state.program_end_r and time.monotonic() < deadline:
+                time.sleep(0.02)
+            time.sleep(0.3)
+            before, cpu = reader.cycle, cpu_s(cnc.pid)
+            time.sleep(1.0)
+            assert reader.cycle > before + 50
+            assert cpu_s(cnc.pid) - cpu < 0.7
+        plc.send_signal(signal.SIGINT)
+        plc.communicate(timeout=10)
+        with connect(name, wait_s=5) as late:
+            assert late.exchange(0, 1e9)["block_number"].tolist() == [30, 40, 50, 70, 80]
+            assert len(late.exchange(0, 0)) == 8
+    finally:
+        for process in (plc, cnc):
+            process.send_signal(signal.SIGINT)
+            process.communicate(timeout=10)
+
+
+def cpu_s(pid: int) -> float:
+    """Processor time of a process so far."""
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+@pytest.mark.parametrize("text", ["", "; nothing\n", "G04 X0.1\n"])
+def test_plan_of_a_program_without_motion(cli: Cli, program: Write, text: str) -> None:
+    """No motion is no error."""
+    result = cli("plan", program(text), "--json")
+    assert result.status == 0, result.err
+    assert result.json["path_deviation_mm"] == 0.0
+
+
+@pytest.mark.parametrize("arc", ["G03 X1 Y0 Z100 R1000000", "G03 X1 Y0 Z1000 R10000000", "G02 X0 I5000 Z7"])
+def test_deviation_on_very_flat_arcs_is_true(cli: Cli, program: Write, arc: str) -> None:
+    """The measurement does not invent a deviation."""
+    config = program("[axes.X]\nmin_mm=-1e9\nmax_mm=1e9\n[axes.Y]\nmin_mm=-1e9\nmax_mm=1e9\n[axes.Z]\n", "cell.toml")
+    result = cli("plan", program(f"G90 F600000\nG00 X0\n{arc}\n"), "--config", config, "--json")
+    assert result.status == 0, result.err
+    assert result.json["path_deviation_mm"] < 1e-5
+
+
+@pytest.mark.parametrize("name", ["nothing.nc", "."])
+def test_cnc_without_a_program_ends_at_once(cli: Cli, name: str) -> None:
+    """A missing program is reported before anybody waits for a PLC."""
+    outcome = cli("cnc", name, "--name", f"hli-test-{os.getpid()}", timeout=20)
+    assert outcome.status == 1
+    assert "901001" in outcome.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "number"),
+    [
+        (("run", "part.nc", "--record", "d.npz"), 901004),
+        (("run", "part.nc", "--record", "/proc/x.npz"), 901004),
+        (("plan", "part.nc", "--samples", "d.npz"), 901004),
+        (("run", "nothing.nc"), 901001),
+        (("run", "part.nc", "--plc", "nothing.py"), 901001),
+        (("lookahead", "nothing.nc", "--index", "0"), 901001),
+        (("plan", "nothing.nc"), 901001),
+        (("run", "part.nc", "--plc", "syntax.py"), 905003),
+        (("run", "part.nc", "--plc", "binary.py"), 905003),
+        (("run", "part.nc", "--plc", "raises.py"), 905003),
+    ],
+)
+def test_failures_have_numbers_and_json(
+    cli: Cli, program: Write, tmp_path: Path, arguments: tuple[str, ...], number: int
+) -> None:
+    """Every failure has a number; --json prints one object with `errors` whatever happens."""
+    program(T1)
+    (tmp_path / "d.npz").mkdir()
+    program("def f(:\n", "syntax.py")
+    (tmp_path / "binary.py").write_bytes(b"\x00\x01\xff")
+    program(IDLE.replace("        pass", "        raise RuntimeError('boom\\nline2')"), "raises.py")
+    outcome = cli(*arguments, "--json")
+    assert outcome.status == 1
+    assert "Traceback" not in outcome.err
+    assert [e["code"] for e in json.loads(outcome.out)["errors"]] == [number]
+    assert str(number) in outcome.err
+
+
+def test_an_error_of_the_plc_program_has_its_place(cli: Cli, program: Write) -> None:
+    """File, line and the whole text, also over several lines."""
+    program(T1)
+    plc = program(IDLE.replace("        pass", "        raise RuntimeError('boom\\nline2')"), "raises.py")
+    error = cli("run", "part.nc", "--plc", "raises.py", "--json").json["errors"][0]
+    assert error["file"] == str(plc)
+    assert error["line"] == 5
+    assert "RuntimeError: boom line2" in error["text"]
+
+
+def test_file_names_are_no_markup(cli: Cli, program: Write, tmp_path: Path) -> None:
+    """A name with brackets is printed as it is."""
+    (tmp_path / "a[").mkdir()
+    for name in ("a[/b].nc", "a[red]b.nc"):
+        program(T1, name)
+        outcome = cli("check", name)
+        assert outcome.status == 0
+        assert name in outcome.out
+        assert cli("plan", name).status == 0
+
+
+def test_files_lists_only_what_the_program_wrote(cli: Cli, program: Write, tmp_path: Path) -> None:
+    """What stood in the folder before is not listed."""
+    (tmp_path / "have").mkdir()
+    program("old", "have/old.txt")
+    assert cli("run", program(T1), "--out", "have", "--json").json["files"] == []
+
+
+def test_prints_of_the_plc_program_are_seen(cli: Cli, program: Write) -> None:
+    """They go to standard error, as they come; standard output stays JSON."""
+    program(IDLE.replace("        pass", "        print('hello from the PLC', flush=True)"), "prints.py")
+    outcome = cli("run", program("G4 0.005\n"), "--plc", "prints.py", "--json")
+    assert outcome.status == 0
+    assert "hello from the PLC" in outcome.err
+    assert outcome.json["end"] == "completed"
+
+
+def test_sigterm_keeps_the_recording(program: Write, tmp_path: Path) -> None:
+    """SIGTERM of the launcher ends both sides and finishes the recording."""
+    record = tmp_path / "r.npz"
+    path = program("F600\n" + "G1 X50\nX0\n" * 100)
+    launcher = subprocess.Popen(command("run", path, "--clock", "realtime", "--record", record), stderr=subprocess.PIPE)
+    time.sleep(2.0)
+    launcher.send_signal(signal.SIGTERM)
+    launcher.communicate(timeout=10)
+    assert launcher.returncode == 143
+    with np.load(record) as columns:
+        assert len(columns["t"]) > 100
+        assert columns["t"][0] == 0.0
