@@ -110,6 +110,14 @@ class CncProcess:
         self.warnings = list(self.cell.warnings())
         segment.sweep()
         self.segment = segment.create(options.name, 1, len(self.cell.axes), ready=False)
+        try:
+            self._set_up(options)
+        except BaseException:
+            self.segment.unlink()
+            raise
+
+    def _set_up(self, options: CncOptions) -> None:
+        """Engine, recorder and preparation behind the segment."""
         root = self.segment.root
         fill_identity(root, self.cell, options.clock, self.service, options.file.name)
         self.side = root.sidecar
