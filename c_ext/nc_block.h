@@ -24,6 +24,7 @@
 #define NC_RT_LOOP_BEGIN 12
 #define NC_RT_LOOP_END 13
 #define NC_EVENT 14
+#define NC_COMPENSATION 15 /* consumed by the radius compensation stage */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */
@@ -32,6 +33,7 @@
 #define NC_HAS_PARAM 8    /* marker: PARAM was programmed */
 #define NC_WAIT 16        /* flush: the front end waits until it is executed */
 #define NC_HAS_VALUE 32   /* M, H: additional value was programmed */
+#define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_MARKER row */
 #define NC_MARKER_ON 1
@@ -39,6 +41,9 @@
 #define NC_MARKER_OFF 3
 #define NC_MARKER_CLEAR 4
 
+/* An NC_COMPENSATION row says which tool radius compensation holds from here on: `code` 40, 41, 42; `value` the tool
+ * radius, mm, negative swaps the side; `plane` 17, 18, 19; `pool` how it is selected and deselected: 138, 139, 237, 239
+ * or 5; `degree` outer corners: 25 lines, 26 arcs; `flags` NC_CONTOUR_FEED. */
 typedef struct nc_block {
     double end[NC_AXES];
     double length;            /* path length: main axes, rotary axes when only they move */

@@ -28,6 +28,7 @@
 #define NC_SCAN_ERROR 3 /* the next line is plain and wrong; the modal state is as before it */
 
 /* numbers of cnc_core.errors */
+#define NC_ERROR_PLANE_COMPENSATED 20133
 #define NC_ERROR_CENTRE_AND_RADIUS 21024
 #define NC_ERROR_FEED 900006
 #define NC_ERROR_CIRCLE 900007
@@ -62,6 +63,7 @@ typedef struct nc_modal {
     uint8_t centre_absolute; /* G161 */
     uint8_t exact_stop;      /* G360 */
     uint8_t has_radius;
+    uint8_t compensated; /* G41, G42: the plane stays */
     uint16_t file;
 } nc_modal;
 

@@ -306,8 +306,11 @@ int nc_block_from_words(nc_modal *m, const nc_words *w, nc_block *out, int *emit
 {
     double target[NC_AXES];
     *emitted = 0;
+    int plane_error = m->compensated && w->plane >= 0 && w->plane != m->plane ? NC_ERROR_PLANE_COMPENSATED : 0;
     update_codes(m, w);
     int error = update_values(m, w);
+    if (plane_error)
+        error = plane_error;
     if (!error && (w->set & CENTRE_WORDS) && (w->set & NC_WORD_R))
         error = NC_ERROR_CENTRE_AND_RADIUS;
     if (!error && (w->set & CENTRE_WORDS) && m->motion < 2)

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Protocol
 
@@ -13,7 +13,8 @@ from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
 from .errors import CncError, Place
-from .geometry.stage import DropZeroLength, Pipeline
+from .geometry.radius_comp import RadiusCompensation
+from .geometry.stage import DropZeroLength, Pipeline, RefusedRow
 from .kinematics.limits import AxisLimits
 from .port import ChannelPort, OfflinePort, Wait
 
@@ -63,9 +64,12 @@ class Program:
         self.port = port or OfflinePort(machine.start)
         self.dialect = dialect or frontend.detect(self.path)
         self.reader: FrontEnd = frontend.create(self.dialect, self.path, machine, self.port, collect=collect)
-        limits = AxisLimits(cell, lambda _file, line: source_place(self.path, line))
-        self.pipeline = Pipeline([DropZeroLength(), limits])
         self._own_errors: list[CncError] = []
+        self._next: Wait | CncError | None = None
+        compensation = RadiusCompensation(
+            machine.start, machine.main, self._place, self._warn, self._own_errors.append if collect else None
+        )
+        self.pipeline = Pipeline([compensation, DropZeroLength(), AxisLimits(cell, self._place)])
 
     @property
     def errors(self) -> list[CncError]:
@@ -77,36 +81,52 @@ class Program:
 
         CncError for the first wrong block, behind all rows before it.
         """
-        item = self.reader.read(rows)
+        if self._next is not None:
+            return self._deferred()
+        try:
+            item = self.reader.read(rows)
+        except CncError as error:
+            return self._behind_held(error)
         if isinstance(item, BlockBatch):
-            return self._staged(item)
+            return self._staged(lambda: self.pipeline.push(item), item)
         if item is Wait.DRAINED or item is None:
-            held = self.pipeline.drain()
-            if len(held):
-                raise AssertionError("a stage held rows over a flush")  # stages that hold rows arrive with compensation
+            return self._behind_held(item)
         return item
 
-    def _staged(self, batch: BlockBatch) -> BlockBatch:
+    def _place(self, _file: int, line: int) -> Place:
+        return source_place(self.path, line)
+
+    def _warn(self, warning: CncError) -> None:
+        self.reader.warnings.append(warning)
+        self.port.message(str(warning))
+
+    def _deferred(self) -> Wait:
+        """What stands behind the rows handed out last. An error stays: nothing comes behind it."""
+        item = self._next
+        if isinstance(item, CncError):
+            raise item
+        assert item is not None
+        self._next = None
+        return item
+
+    def _behind_held(self, item: Wait | CncError | None) -> BlockBatch | Wait | None:
+        """What the stages hold comes first, then ``item``."""
+        self._next = item
+        held = self._staged(self.pipeline.drain, BlockBatch.empty())
+        if len(held):
+            return held
+        return None if self._next is None else self._deferred()
+
+    def _staged(self, step: Callable[[], BlockBatch], unstaged: BlockBatch) -> BlockBatch:
+        """The rows of one step; if a stage refuses one, those ahead of it, and the error comes next."""
         try:
-            return self.pipeline.push(batch)
-        except CncError as error:
-            if not self.collect:
-                return self._before(batch, error)
-            self._own_errors.append(error)
-            return batch
-
-    def _before(self, batch: BlockBatch, error: CncError) -> BlockBatch:
-        """The rows ahead of the one a stage refused; the error comes with the next read."""
-        rows = batch.rows[batch.rows["line"] < error.place.line]
-        self.read = self._raiser(error)  # type: ignore[method-assign]
-        return BlockBatch(rows, batch.pool)
-
-    @staticmethod
-    def _raiser(error: CncError):  # type: ignore[no-untyped-def]
-        def read(rows: int = BATCH_ROWS) -> BlockBatch | Wait | None:
-            raise error
-
-        return read
+            return step()
+        except RefusedRow as refused:
+            if self.collect:
+                self._own_errors.append(refused.error)
+                return unstaged
+            self._next = refused.error
+            return refused.ahead
 
     def batches(self) -> Iterator[BlockBatch]:
         """All rows of a program that nobody drives: stops, M functions and waits are acknowledged at once."""

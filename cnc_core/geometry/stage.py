@@ -7,20 +7,30 @@ A stage may hold rows back (a compensation needs the next motion) as long as it 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ..blocks import POLYNOMIAL, BlockBatch
+from ..errors import CncError
+
+
+class RefusedRow(Exception):  # noqa: N818 - it is the row that is refused, the error is inside
+    """A stage refuses a row: the error, and the final rows ahead of that row."""
+
+    def __init__(self, error: CncError, ahead: BlockBatch) -> None:
+        super().__init__(str(error))
+        self.error, self.ahead = error, ahead
 
 
 class Stage(Protocol):
     """One step of path preparation."""
 
     def push(self, batch: BlockBatch) -> BlockBatch:
-        """Rows that are final now."""
+        """Rows that are final now. RefusedRow for the first wrong one."""
         ...
 
     def drain(self) -> BlockBatch:
@@ -47,6 +57,14 @@ class DropZeroLength:
         pass
 
 
+def _tried(step: Callable[[], BlockBatch]) -> tuple[BlockBatch, CncError | None]:
+    """The rows of one step, and why there are no more of them."""
+    try:
+        return step(), None
+    except RefusedRow as refused:
+        return refused.ahead, refused.error
+
+
 class Pipeline:
     """Stages in a row; itself a stage."""
 
@@ -54,18 +72,28 @@ class Pipeline:
         self.stages = list(stages)
 
     def push(self, batch: BlockBatch) -> BlockBatch:
-        for stage in self.stages:
-            batch = stage.push(batch)
-        return batch
+        return self._from(0, lambda: batch)
 
     def drain(self) -> BlockBatch:
         """What the stages hold, each one's rest pushed through those behind it."""
-        parts = []
+        rows = []
         for i, stage in enumerate(self.stages):
-            held = stage.drain()
-            parts.append(Pipeline(self.stages[i + 1 :]).push(held))
-        rows = [p.rows for p in parts if len(p)]
+            try:
+                rows.append(self._from(i + 1, stage.drain).rows)
+            except RefusedRow as refused:
+                ahead = np.concatenate([*rows, refused.ahead.rows])
+                raise RefusedRow(refused.error, BlockBatch(ahead)) from None
         return BlockBatch(np.concatenate(rows)) if rows else BlockBatch.empty()
+
+    def _from(self, first: int, source: Callable[[], BlockBatch]) -> BlockBatch:
+        """Rows through the stages from ``first`` on. Of several refused rows the one ahead of the others counts."""
+        batch, refusal = _tried(source)
+        for stage in self.stages[first:]:
+            batch, later = _tried(partial(stage.push, batch))
+            refusal = later or refusal
+        if refusal:
+            raise RefusedRow(refusal, batch)
+        return batch
 
     def resync(self, position: npt.NDArray[np.float64]) -> None:
         for stage in self.stages:

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..blocks import CIRCULAR, POLYNOMIAL, BlockBatch, motion_planes
 from ..config import CellConfig
 from ..errors import CncError, Place
+from ..geometry.stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -44,36 +45,36 @@ class AxisLimits:
         self.last = cell.axis_values("start_mm") if start is None else start.copy()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
-        rows = batch.rows[batch.rows["type"] <= POLYNOMIAL]
-        if not len(rows):
+        moving = np.flatnonzero(batch.rows["type"] <= POLYNOMIAL)
+        if not len(moving):
             return batch
-        n = len(self.names)
-        ends = rows["end"][:, :n]
-        starts = np.vstack([self.last, ends[:-1]])
-        self._check(rows, ends, ends)
-        for plane in (17, 18, 19):
-            arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
-            if arcs.any():
-                self._check_arcs(rows[arcs], starts[arcs], plane)
-        self.last = ends[-1].copy()
-        return batch
-
-    def _check_arcs(self, rows: npt.NDArray[Any], starts: FloatArray, plane: int) -> None:
-        first, second, _ = motion_planes(plane)
-        low, high = rows["end"][:, : len(self.names)].copy(), rows["end"][:, : len(self.names)].copy()
-        columns = [self.main[first], self.main[second]]
-        low[:, columns], high[:, columns] = arc_extremes(rows, starts, self.main)
-        self._check(rows, low, high)
-
-    def _check(self, rows: npt.NDArray[Any], low: FloatArray, high: FloatArray) -> None:
+        rows = batch.rows[moving]
+        low, high = self._reach(rows)
         tolerance = 1e-9
         beyond = (low < self.low - tolerance) | (high > self.high + tolerance)
-        if not beyond.any():
-            return
-        row, axis = (int(i) for i in np.argwhere(beyond)[0])
-        value = low[row, axis] if low[row, axis] < self.low[axis] else high[row, axis]
+        if beyond.any():
+            row, axis = (int(i) for i in np.argwhere(beyond)[0])
+            value = low[row, axis] if low[row, axis] < self.low[axis] else high[row, axis]
+            raise RefusedRow(self._error(rows[row], axis, value), BlockBatch(batch.rows[: moving[row]], batch.pool))
+        return batch
+
+    def _reach(self, rows: npt.NDArray[Any]) -> tuple[FloatArray, FloatArray]:
+        """(low, high), each (n, axes), of the motions; their last end becomes the position."""
+        ends = rows["end"][:, : len(self.names)]
+        starts = np.vstack([self.last, ends[:-1]])
+        low, high = ends.copy(), ends.copy()
+        for plane in (17, 18, 19):
+            arcs = np.flatnonzero((rows["type"] == CIRCULAR) & (rows["plane"] == plane))
+            if len(arcs):
+                first, second, _ = motion_planes(plane)
+                at = (arcs[:, None], np.array([self.main[first], self.main[second]]))
+                low[at], high[at] = arc_extremes(rows[arcs], starts[arcs], self.main)
+        self.last = ends[-1].copy()
+        return low, high
+
+    def _error(self, row: Any, axis: int, value: float) -> CncError:
         text = f"axis {self.names[axis]} would reach {value:g}, allowed is {self.low[axis]:g} to {self.high[axis]:g}"
-        raise CncError(903001, text, self.place(int(rows["file"][row]), int(rows["line"][row])))
+        return CncError(903001, text, self.place(int(row["file"]), int(row["line"])))
 
     def drain(self) -> BlockBatch:
         return BlockBatch.empty()

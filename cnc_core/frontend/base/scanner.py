@@ -101,6 +101,20 @@ class Modal:
         self._modal.tool_length = length_mm
         lib.nc_modal_offsets(self._modal)
 
+    @property
+    def plane(self) -> int:
+        """17, 18, 19."""
+        return int(self._modal.plane)
+
+    @property
+    def compensated(self) -> bool:
+        """Tool radius compensation is selected."""
+        return bool(self._modal.compensated)
+
+    def set_compensated(self, active: bool) -> None:
+        """While it is selected a change of the plane is an error."""
+        self._modal.compensated = active
+
     def assume_feed(self) -> None:
         """Go on as if a feed had been programmed."""
         self._modal.feed = 1.0

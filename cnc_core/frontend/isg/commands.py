@@ -47,6 +47,7 @@ class CommandParser:
         self._modal = modal
         self._expressions = ExpressionParser(stream, variables)
         self._n = n
+        self._start = stream.current.offset
 
     def execute(self) -> Items:
         """Rows and waits of the command."""
@@ -109,9 +110,15 @@ class CommandParser:
             raise fail(900010, "LOG CLEAR takes no PARAM", bracket)
         if action == MARKER_PARAM and param is None:
             raise fail(900010, "#CONTOUR LOOKAHEAD LOG: expected ON, OFF, CLEAR or [PARAM=..]", bracket)
+        if action == MARKER_CLEAR:
+            self._not_compensated("LOG CLEAR")
         flags = 0 if param is None else HAS_PARAM
         row = self._modal.row(MARKER, self._n, code=action, value=param or 0.0, flags=flags)
         return [Wait.DRAINED, row] if action == MARKER_CLEAR else [row]
+
+    def _not_compensated(self, name: str) -> None:
+        if self._modal.compensated:
+            raise fail(20651, f"{name} during tool radius compensation: deselect it with G40", self._start)
 
     def _param(self) -> float | None:
         """``[PARAM=<expression>]`` if it stands there."""
@@ -140,6 +147,7 @@ class CommandParser:
 
     def _flush(self) -> Items:
         """``#FLUSH`` stops the motion, CONTINUE does not, WAIT stops preparation too."""
+        self._not_compensated("#FLUSH")
         if self._stream.accept_name("CONTINUE"):
             return [self._modal.row(FLUSH, self._n)]
         if self._stream.accept_name("WAIT"):

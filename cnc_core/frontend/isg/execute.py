@@ -6,6 +6,7 @@ from cnc_core.blocks import DWELL, HAS_VALUE, STANDSTILL, H, M, S, T
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.frontend.isg.compensation import Compensation
 from cnc_core.frontend.isg.words import Function, Words
 from cnc_core.frontend.machine import ProgramMachine, Tool
 
@@ -25,6 +26,7 @@ class Executor:
         self.spindle_rev_min = 0.0
         self.tool = 0
         self.tool_data = Tool()
+        self.compensation = Compensation(modal)
         self.ended = False
 
     def execute(self, words: Words) -> list[Row]:
@@ -33,7 +35,10 @@ class Executor:
             return [self._dwell(words)]
         self._check(words)
         before = self._switch_rows(words)
+        plane = words.motion.plane or self._modal.plane
+        before += self.compensation.update(words.codes, self.tool_data.radius_mm, plane, words.motion.n)
         motion = self._motion(words)
+        self.compensation.settle()
         after = self._end_rows(words)
         self.ended = any(f.number in PROGRAM_ENDS + SUBPROGRAM_ENDS for f in words.functions["M"])
         return before + motion + after

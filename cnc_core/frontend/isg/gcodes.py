@@ -38,7 +38,7 @@ GROUP_OF: dict[int, tuple[str, int]] = {code: (name, error) for name, error, cod
 
 # Initial states: nothing that could end them is supported, so they change nothing.
 INITIAL = frozenset(
-    {8, 10, 12, 20, 25, 40, 52, 53, 69, 94, 97, 117, 135, 139, 140, 150, 163, 165, 202, 260, 900}
+    {8, 12, 20, 52, 53, 69, 94, 97, 117, 135, 140, 150, 163, 165, 202, 260, 900}
 )  # fmt: skip
 
 # Calls of subprograms that the configuration assigns: unknown as long as nothing is assigned.
@@ -80,10 +80,13 @@ EFFECTS: dict[int, Callable[[MotionWords], None]] = {
     360: _flag("exact_stop", True),
 }
 
+# Tool radius compensation: cnc_core.frontend.isg.compensation.
+COMPENSATION = frozenset({5, 10, 11, 25, 26, 40, 41, 42, 138, 139, 237, 239})
+
 # Known to the manual and refused by name.
 REFUSED = frozenset(
-    {5, 9, 11, 13, 21, 22, 23, 26, 33, 41, 42, 51, *range(54, 60), 61, 63, 66, 68, 74, 92, 93, 95, 96, 98, 99}
-    | {*range(100, 109), 112, 115, 116, *range(127, 135), 136, 137, 138, 141, 151, 159, 160, 164, 166, 167}
-    | {193, 194, 196, 200, 201, 230, 231, 233, *range(236, 240), 261, 293, 301, 302, 303, 310, 331, 332, 333, 334}
+    {9, 13, 21, 22, 23, 33, 51, *range(54, 60), 61, 63, 66, 68, 74, 92, 93, 95, 96, 98, 99}
+    | {*range(100, 109), 112, 115, 116, *range(127, 135), 136, 137, 141, 151, 159, 160, 164, 166, 167}
+    | {193, 194, 196, 200, 201, 230, 231, 233, 236, 238, 261, 293, 301, 302, 303, 310, 331, 332, 333, 334}
     | {338, 339, 351, 901}
 )

@@ -241,7 +241,7 @@ class WordParser:
             gcodes.EFFECTS[code](self.words.motion)
         elif code in gcodes.REFUSED:
             raise fail(900003, f"G{code:02d} is not supported", offset)
-        elif code not in gcodes.INITIAL:
+        elif code not in gcodes.INITIAL | gcodes.COMPENSATION:
             note = ": no subprogram is assigned to it" if code in gcodes.USER_CODES else ""
             raise fail(20131, f"unknown G function G{code:02d}{note}", offset)
 
