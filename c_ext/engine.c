@@ -41,6 +41,7 @@ engine *engine_new(const engine_config *config, void *segment) {
     memcpy(e->geo.position, config->start, sizeof e->geo.position);
     e->plan.reserve_override = 1.0;
     e->plan.override = e->override_now = 1.0;
+    e->plan.rapid = e->rapid_now = 1.0;
     e->geo.piece = UINT64_MAX;
     if (segment) attach_segment(e, segment);
     return e;
@@ -56,6 +57,10 @@ void engine_free(engine *e) {
     free(e->pieces);
     free(e->phase_ring);
     free(e->record);
+    free(e->m_synch.synch);
+    free(e->m_synch.pre);
+    free(e->h_synch.synch);
+    free(e->h_synch.pre);
     free(e);
 }
 
@@ -80,8 +85,17 @@ static bool record_full(const engine *e) { return e->record && e->record_head - 
 
 void engine_set_override(engine *e, double factor, int hold) {
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&e->rapid_now, &factor, __ATOMIC_RELEASE);
     ATOMIC_SET(e->hold_now, hold);
 }
+
+void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t rows) {
+    e->cycle_ns = cycle_ns;
+    e->late_ns = late_ns;
+    e->timed_rows = rows;
+}
+
+int64_t engine_timed(const engine *e) { return ATOMIC_GET(e->timed); }
 
 void engine_stall_planner(engine *e, int stalled) { ATOMIC_SET(e->plan.stalled, stalled); }
 
@@ -96,6 +110,10 @@ static bool needs_blocks(engine *e) {
     return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->piece_head - ATOMIC_GET(e->piece_done) < 1024u);
 }
 
+static bool plc_finished(const engine *e) {
+    return ATOMIC_GET(e->program_end) && e->side && load_u32_acquire(&e->side->plc.finished);
+}
+
 /* What preparation or the cell has to know, in order of urgency; -1 if nothing. */
 int pending_event(engine *e) {
     if (e->fault) return ENGINE_FAULT;
@@ -107,7 +125,7 @@ int pending_event(engine *e) {
         e->end_reported = 1;
         return ENGINE_PROGRAM_END;
     }
-    if (ATOMIC_GET(e->program_end) && e->side && load_u32_acquire(&e->side->plc.finished)) return ENGINE_PLC_FINISHED;
+    if (e->threads_started && plc_finished(e)) return ENGINE_PLC_FINISHED;
     if (needs_blocks(e)) return ENGINE_NEED_BLOCKS;
     return -1;
 }
@@ -136,6 +154,7 @@ int engine_run(engine *e, int64_t n, int64_t wait_ns) {
         if (event >= 0) return event;
         if (record_full(e)) return ENGINE_RECORD_FULL;
         if (!plc_allows(e, wait_ns)) return ENGINE_PLC_WAIT;
+        if (plc_finished(e)) return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has ended: same in every run */
         planner_pump(e);
         geo_cycle(e);
         tell_plc(e);
@@ -168,5 +187,9 @@ void engine_get_state(engine *e, engine_state *out) {
     out->program_end = e->program_end;
     out->plc_attached = plc_attached(e);
     out->record_lost = e->record_lost;
+    out->techno_functions = e->techno_functions;
+    out->techno_unseen = e->techno_unseen;
+    out->techno_wait_cycles = e->techno_wait_cycles;
+    out->waiting_techno = e->geo.waiting_techno;
     out->infeasible = e->plan.infeasible;
 }

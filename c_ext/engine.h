@@ -44,6 +44,7 @@ typedef struct engine_config {
     uint32_t channel;              /* index of the channel area */
     uint32_t service;              /* HLI_SERVICE_... */
     uint32_t clock;                /* HLI_CLOCK_... */
+    uint32_t rapid_override_mode;  /* P-CHAN-00181 */
     uint32_t rotary;               /* bit i: axis i is a rotary axis */
 } engine_config;
 
@@ -68,6 +69,11 @@ typedef struct engine_state {
     int32_t program_end;
     int32_t plc_attached;
     uint64_t record_lost;
+    uint64_t techno_functions;     /* put out to the PLC */
+    uint64_t techno_unseen;        /* acknowledged at once because plc_present_w is FALSE */
+    uint64_t techno_wait_cycles;   /* cycles spent waiting for acknowledgements */
+    int32_t waiting_techno;
+    int32_t fill;
     uint64_t infeasible;           /* planner: state that could not be continued legally; must stay 0 */
 } engine_state;
 
@@ -76,6 +82,10 @@ typedef struct engine engine;
 /* `segment`: mapped HLI segment with a valid head, or NULL to run without one (offline planning). NULL on no memory. */
 engine *engine_new(const engine_config *config, void *segment);
 void engine_free(engine *e);
+
+/* Synchronisation (P-CHAN-00041, 00027, tool.synch) of one M, H function (kind NC_M, NC_H) or of T (NC_T, nr 0), with
+ * m_pre_outp (P-CHAN-00070: 0.1 um for MEP, us for MET). 0, or -1: unknown kind or number, no memory. */
+int engine_set_synch(engine *e, int kind, uint32_t nr, uint32_t synch, double pre_output);
 
 /* Take rows in order; returns how many were taken (fewer when the ring is full), or a negative error for the first row. */
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n);
@@ -96,6 +106,11 @@ int engine_run(engine *e, int64_t n, int64_t wait_ns);
 int engine_start(engine *e, int use_fifo);
 int engine_wait(engine *e, int64_t timeout_ns);
 void engine_stop(engine *e);
+/* Measure the first `rows` real-time cycles: ns a cycle took, ns it woke late. Set before engine_start. */
+void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t rows);
+int64_t engine_timed(const engine *e);
+/* The reference beside it: a bare clock_nanosleep loop; ns it woke late. 0, or -1 if no thread could be started. */
+int engine_bare_loop(int64_t period_ns, int64_t *late_ns, int64_t rows, int use_fifo);
 /* Immediate service of the contour look-ahead by a thread of its own. */
 int engine_serve_start(engine *e);
 void engine_serve_stop(engine *e);

@@ -27,6 +27,41 @@ typedef struct element {
     uint32_t fill;
 } element;
 
+/* Synchronisation types (P-CHAN-00041) that act; values of hli_reference 6.4. */
+#define SYNCH_MOS 0x1u
+#define SYNCH_MVS_SVS 0x2u
+#define SYNCH_MVS_SNS 0x4u
+#define SYNCH_MNS_SNS 0x8u
+#define SYNCH_MVS_SLM 0x4000u
+#define SYNCH_MVS_SLP 0x8000u
+#define SYNCH_MEP_SVS 0x1000000u
+#define SYNCH_MET_SVS 0x2000000u
+#define SYNCH_NUMBERS 65536u
+#define EVENT_GATE 1      /* code of an NC_EVENT piece: waits until its gate is open */
+#define NC_OUTPUT 0x8000u /* flag of a function piece: it goes to the PLC */
+#define EARLY_MAX 1024u
+#define BEHIND_MAX 64u
+
+/* How many functions have got so far; what a gate needs. */
+typedef struct techno_counts {
+    uint64_t std_freed, std_acked, late_freed, slm_acked, slp_acked;
+} techno_counts;
+
+typedef struct techno_slot {
+    bool used, acked;
+    uint32_t synch;
+} techno_slot;
+
+typedef struct early_output {
+    double path, distance, time; /* synchronisation position mm; ahead of it by mm, or by s */
+    uint64_t piece, free_before;
+} early_output;
+
+typedef struct synch_table {
+    uint32_t *synch;
+    double *pre; /* m_pre_outp, 0.1 um or us */
+} synch_table;
+
 typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_EVENT } piece_kind;
 
 /* Constant limits over a stretch of a piece. */
@@ -55,6 +90,12 @@ typedef struct piece {
     uint16_t flags;
     uint8_t kind, type, axis1, axis2;
     bool stop_before;        /* standstill at the start */
+    bool gated;              /* standstill at the start unless `need` is met */
+    bool m01;                /* M01, or the motion behind it: standstill while m01_stop_enable */
+    bool new_block;          /* motion of another block than the motion before it */
+    bool put_out;            /* function: has gone to the PLC (GEO) */
+    techno_counts need;
+    uint32_t synch, unit;
     bool stop_after;
     /* planner */
     bool capped, spanned;
@@ -101,6 +142,9 @@ typedef struct planner {
     double target_s;     /* commit until this much motion is ahead */
     double cpu_s;
     uint64_t phases, infeasible;
+    techno_counts done;  /* as the caps were computed with, like the two below */
+    bool single, m01;
+    double rapid;        /* override of rapid motion */
 } planner;
 
 typedef struct geo {
@@ -108,7 +152,7 @@ typedef struct geo {
     uint64_t piece;       /* piece under the tool */
     uint64_t consumed;    /* phases consumed */
     phase now;
-    bool has_phase, in_tail, waiting_continue;
+    bool has_phase, in_tail, waiting_continue, waiting_techno;
     uint32_t tail_next, tail_index;
     double t;             /* time in the phase */
     double s, v;
@@ -120,6 +164,7 @@ typedef struct geo {
     double path_base;     /* path of the active piece's start since program start */
     double path;
     bool continue_seen;
+    bool stands_single;
     bool dwelling;
     int32_t tool;
     uint32_t count, n;
@@ -138,7 +183,7 @@ struct engine {
     bool has_tangent, has_motion_piece;
     double distance;      /* 0.1 um, start of the next element */
     uint32_t push_epoch;
-    bool fresh_epoch, stop_pending;
+    bool stop_pending, m01_pending;
     uint64_t last_motion; /* index of the last motion piece */
     element *elements;
     uint64_t element_mask;
@@ -155,10 +200,9 @@ struct engine {
     planner plan;
     geo geo;
     int tail_done;
-    double override_now;
-    int hold_now, forced;
-    double override_forced;
-    int hold_forced;
+    double override_now, rapid_now;
+    int single_now, m01_now;
+    int hold_now;
     /* service */
     uint32_t answered;    /* elements in the last answer */
     uint64_t requests_mode1, requests_mode2, requests_bad, bad_commands, overruns;
@@ -169,8 +213,24 @@ struct engine {
     double *record;        /* ring: written by GEO, taken by the recorder */
     int64_t record_rows, record_head, record_tail;
     uint64_t record_lost;
-    uint64_t plc_until;
+    int64_t *cycle_ns, *late_ns; /* measurement of the first cycles */
+    int64_t timed_rows, timed;
     int32_t fault;
+    /* technology functions */
+    synch_table m_synch, h_synch;
+    uint32_t tool_synch;
+    techno_counts pushed, gated, pending_gate; /* SDA */
+    bool has_pending_gate;
+    uint32_t std_block, std_index, behind_count;
+    nc_block behind[BEHIND_MAX];
+    uint64_t std_base;       /* functions pushed ahead of the block in the std array */
+    double pushed_path;      /* mm since program start */
+    early_output early[EARLY_MAX];
+    uint64_t early_head, early_done;
+    techno_counts done;      /* GEO */
+    techno_slot std_slots[HLI_TU_CH_STD_SYNC_MAXIDX + 1], late_slots[HLI_TU_CH_LATE_SYNC_MAXIDX + 1];
+    uint32_t std_open, late_open;
+    uint64_t techno_functions, techno_unseen, techno_wait_cycles;
     uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;
 };
 
@@ -199,6 +259,21 @@ void piece_spans(engine *e, uint64_t i);
 uint64_t window_end(engine *e);
 void backward_pass(engine *e, uint64_t end);
 bool feasible_with(engine *e, double reserve_override);
+
+/* techno.c */
+bool techno_has_room(const engine *e);
+bool techno_push(engine *e, const nc_block *row);
+void techno_block_end(engine *e);
+void techno_before_motion(engine *e, const nc_block *row);
+void techno_expl_syn(engine *e, const nc_block *row);
+bool gate_open(const techno_counts *done, const techno_counts *need);
+techno_counts techno_done(engine *e);
+void techno_output(engine *e, piece *p);
+void techno_cycle(engine *e);
+static inline bool stands_before(const engine *e, const piece *p) {
+    if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single)) return true;
+    return p->stop_before || (p->gated && !gate_open(&e->plan.done, &p->need));
+}
 
 /* profile.c */
 double soft_cap(const engine *e, const piece *p);

@@ -31,6 +31,18 @@ static void *plan_main(void *arg) {
     return NULL;
 }
 
+static void timed_cycle(engine *e, int64_t late) {
+    if (e->timed >= e->timed_rows) {
+        geo_cycle(e);
+        return;
+    }
+    int64_t begin = now_ns();
+    geo_cycle(e);
+    e->cycle_ns[e->timed] = now_ns() - begin;
+    e->late_ns[e->timed] = late;
+    ATOMIC_SET(e->timed, e->timed + 1);
+}
+
 /* Absolute deadlines; a deadline missed by a whole cycle is an overrun and is not made up for. */
 static void *geo_main(void *arg) {
     engine *e = arg;
@@ -42,14 +54,14 @@ static void *geo_main(void *arg) {
             e->overruns += (uint64_t)(late / cycle);
             next += late / cycle * cycle;
         }
-        geo_cycle(e);
+        timed_cycle(e, late);
         if (e->side) hs_word_post(&e->side->cnc_turn, (uint32_t)e->geo.cycle);
         next += cycle;
     }
     return NULL;
 }
 
-static int start_geo(engine *e, int use_fifo) {
+static int start_thread(pthread_t *thread, void *(*body)(void *), void *arg, int use_fifo) {
     pthread_attr_t attr;
     struct sched_param param = {.sched_priority = 50};
     pthread_attr_init(&attr);
@@ -58,10 +70,33 @@ static int start_geo(engine *e, int use_fifo) {
         pthread_attr_setschedpolicy(&attr, SCHED_FIFO);
         pthread_attr_setschedparam(&attr, &param);
     }
-    int error = pthread_create(&e->geo_thread, &attr, geo_main, e);
+    int error = pthread_create(thread, &attr, body, arg);
     pthread_attr_destroy(&attr);
-    if (error && use_fifo) return start_geo(e, 0) == 0 ? 1 : -1;
+    if (error && use_fifo) return start_thread(thread, body, arg, 0) == 0 ? 1 : -1;
     return error ? -1 : 0;
+}
+
+typedef struct bare_loop {
+    int64_t period, rows, *late;
+} bare_loop;
+
+static void *bare_main(void *arg) {
+    bare_loop *b = arg;
+    int64_t next = now_ns() + b->period;
+    for (int64_t i = 0; i < b->rows; i++, next += b->period) {
+        sleep_until(next);
+        b->late[i] = now_ns() - next;
+        if (b->late[i] >= b->period) next += b->late[i] / b->period * b->period;
+    }
+    return NULL;
+}
+
+int engine_bare_loop(int64_t period_ns, int64_t *late_ns, int64_t rows, int use_fifo) {
+    bare_loop b = {period_ns, rows, late_ns};
+    pthread_t thread;
+    if (start_thread(&thread, bare_main, &b, use_fifo) < 0) return -1;
+    pthread_join(thread, NULL);
+    return 0;
 }
 
 static void lock_memory(engine *e) {
@@ -77,7 +112,7 @@ int engine_start(engine *e, int use_fifo) {
     lock_memory(e);
     ATOMIC_SET(e->run_running, 1);
     if (pthread_create(&e->plan_thread, NULL, plan_main, e)) return -1;
-    int result = start_geo(e, use_fifo);
+    int result = start_thread(&e->geo_thread, geo_main, e, use_fifo);
     if (result < 0) {
         ATOMIC_SET(e->run_running, 0);
         pthread_join(e->plan_thread, NULL);

@@ -16,8 +16,9 @@ static void enter_piece(engine *e, uint64_t i) {
     ATOMIC_SET(g->active, p->element);
 }
 
-static void run_event(engine *e, const piece *p) {
+static void run_event(engine *e, piece *p) {
     geo *g = &e->geo;
+    if (p->flags & NC_OUTPUT) techno_output(e, p);
     switch (p->type) {
     case NC_DISTANCE_RESET:
         ATOMIC_SET(g->epoch_first, p->element);
@@ -27,7 +28,7 @@ static void run_event(engine *e, const piece *p) {
         g->tool = p->code;
         break;
     case NC_M:
-        if (p->code == 0) g->waiting_continue = true;
+        if (p->code == 0 || (p->code == 1 && e->m01_now && g->v <= 0.0)) g->waiting_continue = true;
         break;
     default:
         break;
@@ -36,7 +37,7 @@ static void run_event(engine *e, const piece *p) {
 
 static void leave_piece(engine *e) {
     geo *g = &e->geo;
-    const piece *p = piece_at(e, g->piece);
+    piece *p = piece_at(e, g->piece);
     if (is_motion(p)) {
         g->path_base += p->length;
         g->path = g->path_base;
@@ -88,7 +89,12 @@ static bool begin_phase(engine *e) {
     if (!fetch_phase(e)) return false;
     g->has_phase = true;
     g->t = 0.0;
-    if (g->now.piece != g->piece || g->piece == UINT64_MAX) enter_piece(e, g->now.piece);
+    if (g->now.piece != g->piece || g->piece == UINT64_MAX) {
+        bool stood = g->v <= 0.0;
+        enter_piece(e, g->now.piece);
+        const piece *p = piece_at(e, g->piece);
+        if (stood && is_motion(p) && p->new_block && e->single_now) g->waiting_continue = g->stands_single = true;
+    }
     return true;
 }
 
@@ -113,8 +119,16 @@ static void add_consumed(geo *g, double t) {
 /* Consume dt of committed motion. */
 static void advance(engine *e, double dt) {
     geo *g = &e->geo;
+    g->waiting_techno = false;
     while (dt > 0.0 && !g->waiting_continue) {
         if (!g->has_phase && !begin_phase(e)) return;
+        if (g->waiting_continue) return;
+        const piece *p = piece_at(e, g->piece);
+        if (p->gated && !is_motion(p) && !gate_open(&e->done, &p->need)) {
+            g->waiting_techno = true;
+            e->techno_wait_cycles++;
+            return;
+        }
         double rest = g->now.time - g->t;
         if (rest > dt) {
             g->t += dt;
@@ -167,6 +181,7 @@ static void note_end(engine *e) {
 
 void geo_cycle(engine *e) {
     if (e->segment) take_commands(e);
+    techno_cycle(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
     evaluate(e);
     e->geo.cycle++;

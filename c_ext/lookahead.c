@@ -64,7 +64,7 @@ static void add_curvature(const piece *p, load *l) {
 
 /* Step to the next corner on the left; pieces passed add their curvature. */
 static void step_left(engine *e, walk *w, load *l) {
-    bool stop = piece_at(e, w->i)->stop_before;
+    bool stop = stands_before(e, piece_at(e, w->i));
     if (stop || w->budget-- == 0 || !previous_motion(e, &w->i)) {
         w->known = stop || w->i == 0 ? NEVER : w->d;
         w->d = NEVER;
@@ -82,7 +82,7 @@ static void step_right(engine *e, walk *w, load *l, uint64_t head, bool finished
         return;
     }
     bool found = w->budget-- > 0 && next_motion(e, &w->i, head);
-    if (found && !piece_at(e, w->i)->stop_before) {
+    if (found && !stands_before(e, piece_at(e, w->i))) {
         w->d = d;
         return;
     }
@@ -156,7 +156,7 @@ static bool cap_corner(engine *e, uint64_t i) {
     piece *p = piece_at(e, i);
     memset(p->reserve, 0, sizeof p->reserve);
     p->corner_v = 0.0;
-    if (p->stop_before) return true;
+    if (stands_before(e, p)) return true;
     uint64_t b = i;
     if (!previous_motion(e, &b)) return true;
     const piece *before = piece_at(e, b);
@@ -267,7 +267,7 @@ void backward_pass(engine *e, uint64_t end) {
             if (p->stop_after) need2 = 0.0;
             need2 = fmin(back_over(e, p, need2), p->corner_v * p->corner_v);
         }
-        if (p->stop_before) need2 = 0.0;
+        if (stands_before(e, p)) need2 = 0.0;
         p->need2 = need2;
     }
 }

@@ -35,6 +35,9 @@
 #define NC_HAS_VALUE 32   /* M, H: additional value was programmed */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
+/* code of an NC_EVENT row */
+#define NC_EVENT_EXPL_SYN 2 /* #EXPL SYN: wait for functions of type MVS_SLP */
+
 /* code of an NC_MARKER row */
 #define NC_MARKER_ON 1
 #define NC_MARKER_PARAM 2

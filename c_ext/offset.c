@@ -99,7 +99,7 @@ static int take(nc_offset *o, nc_element *e)
 /* A row that does not move in the plane: behind the element held back, or out; the plane's axes stay where they are. */
 static int pass(nc_offset *o, const nc_block *row)
 {
-    if (o->has_prev && o->held == NC_OFFSET_HELD)
+    if (o->held == NC_OFFSET_HELD)
         return offset_fail(o, NC_ERROR_HELD, row);
     o->rows[o->held++] = *row;
     if (!o->has_prev)
@@ -131,12 +131,12 @@ static int begin_perpendicular(nc_offset *o, const nc_block *row)
 
 static int select_with(nc_offset *o, const nc_block *row)
 {
+    o->shifted = 0;
     if (o->mode == NC_OFFSET_PERPENDICULAR)
         return begin_perpendicular(o, row);
     if (row->type == NC_CIRCULAR)
         return offset_fail(o, NC_ERROR_SELECTION, row);
     o->state = OFFSET_ACTIVE;
-    o->shifted = 0;
     o->offset = o->offset_next;
     nc_element e = element_of(o, row, OFFSET_APPROACH);
     return take(o, &e);
@@ -228,12 +228,19 @@ static int motion(nc_offset *o, const nc_block *row)
     return o->state == OFFSET_LEAVING ? leave(o, row) : compensate(o, row);
 }
 
+/* Does the tool stand on the programmed path? */
+static int is_home(const nc_offset *o)
+{
+    int first = offset_axis(o, 0), second = offset_axis(o, 1);
+    return o->pos[first] == o->last[first] && o->pos[second] == o->last[second];
+}
+
 /* G40 */
 static int deselect(nc_offset *o, const nc_block *row)
 {
     int error = 0;
     if (o->state == OFFSET_ARMED)
-        o->state = OFFSET_OFF;
+        o->state = o->shifted || is_home(o) ? OFFSET_OFF : OFFSET_LEAVING;
     if (o->state != OFFSET_ACTIVE)
         return 0;
     if (row->pool != NC_OFFSET_PERPENDICULAR && row->pool != NC_OFFSET_WITHOUT_BLOCK) {

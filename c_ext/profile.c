@@ -14,7 +14,7 @@
 double soft_cap(const engine *e, const piece *p) {
     if (e->plan.hold) return 0.0;
     if (p->feed > 0) return fmin(p->v_hard, p->feed * e->plan.override);
-    return p->v_hard * fmin(1.0, e->plan.override);
+    return p->v_hard * fmin(1.0, e->plan.rapid);
 }
 
 typedef struct stretch {
@@ -157,7 +157,7 @@ static void note_infeasible(writer *w, const piece *p, uint64_t end) {
     double limit = p->stop_after || w->piece + 1 >= end ? 0.0 : NEVER;
     if (limit > 0.0) {
         const piece *next = piece_at(e, w->piece + 1);
-        limit = next->stop_before ? 0.0 : is_motion(next) ? next->corner_v : NEVER;
+        limit = stands_before(e, next) ? 0.0 : is_motion(next) ? next->corner_v : NEVER;
     }
     if (w->v > limit * (1.0 + 1e-6) + 1e-4) e->plan.infeasible++;
 }
@@ -222,31 +222,53 @@ static bool resume_after_tail(engine *e) {
     return true;
 }
 
-static void recompute(engine *e, double reserve_override) {
-    e->plan.reserve_override = reserve_override;
-    e->plan.capped = e->plan.piece;
-    corner_caps(e);
-}
-
 static bool state_feasible(engine *e, uint64_t end) {
     if (e->plan.v <= 0.0) return true;
     if (e->plan.piece >= end) return false;
     return e->plan.v * e->plan.v <= need_at(e, e->plan.piece, end, e->plan.s) * FEASIBLE + 1e-12;
 }
 
-/* Zones at corners are sized for 100 % or 200 % override; change only where the present speed allows it. */
-static uint64_t choose_reserve(engine *e) {
-    double old = e->plan.reserve_override, want = e->plan.override > 1.0 ? 2.0 : 1.0;
+/* What the corner limits depend on besides the path: the override that zones are sized for, and which gates are open. */
+typedef struct conditions {
+    double reserve_override;
+    techno_counts done;
+    bool single, m01;
+} conditions;
+
+static uint64_t plan_under(engine *e, const conditions *c) {
+    e->plan.reserve_override = c->reserve_override;
+    e->plan.done = c->done;
+    e->plan.single = c->single;
+    e->plan.m01 = c->m01;
+    e->plan.capped = e->plan.piece;
     corner_caps(e);
     uint64_t end = window_end(e);
-    if (want == old) return end;
-    recompute(e, want);
-    end = window_end(e);
     backward_pass(e, end);
+    return end;
+}
+
+static bool same_conditions(const conditions *a, const conditions *b) {
+    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 &&
+           memcmp(&a->done, &b->done, sizeof a->done) == 0;
+}
+
+/* New conditions are taken over where the present state can be continued legally under them: a larger override and an
+ * opened gate both make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
+static uint64_t choose_conditions(engine *e) {
+    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.single, e->plan.m01};
+    conditions want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(e), ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now)};
+    if (same_conditions(&old, &want)) {
+        corner_caps(e);
+        uint64_t end = window_end(e);
+        backward_pass(e, end);
+        return end;
+    }
+    uint64_t end = plan_under(e, &want);
     if (state_feasible(e, end)) return end;
-    recompute(e, old);
-    if (want > old) e->plan.override = fmin(e->plan.override, old);
-    return window_end(e);
+    if (want.reserve_override > old.reserve_override) e->plan.override = fmin(e->plan.override, old.reserve_override);
+    want.reserve_override = old.reserve_override;
+    end = plan_under(e, &want);
+    return state_feasible(e, end) ? end : plan_under(e, &old);
 }
 
 static double ahead_s(engine *e) {
@@ -286,9 +308,9 @@ int planner_pump(engine *e) {
     double t0 = thread_cpu_s();
     uint64_t before = e->plan.written;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
+    __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
     e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0;
-    uint64_t end = choose_reserve(e);
-    backward_pass(e, end);
+    uint64_t end = choose_conditions(e);
     commit(e, end);
     e->plan.cpu_s += thread_cpu_s() - t0;
     return e->plan.written != before;

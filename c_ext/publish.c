@@ -40,16 +40,30 @@ static bool axes_released(engine *e) {
     return released;
 }
 
+/* P-CHAN-00181: what rapid motion follows. */
+static double rapid_factor(const engine *e, double feed, double rapid) {
+    switch (e->cfg.rapid_override_mode) {
+    case 1: return fmin(feed, rapid);
+    case 2: case 3: return rapid;
+    default: return feed;
+    }
+}
+
 void take_commands(engine *e) {
     HLI_BAHN_MC_CONTROL *c = &e->channel->bahn_mc_control;
     bool present = flag(&e->channel->head.plc_present_w);
     bool hold = level_bool(&c->feedhold, present, false) | !axes_released(e);
     bool valid = level_bool(&c->override_valid, present, false);
     double factor = level_override(e, &c->override, present, valid) / (double)OVERRIDE_FULL;
+    bool rapid_valid = level_bool(&c->rapid_override_valid, present, false);
+    double rapid = rapid_factor(e, factor, level_override(e, &c->rapid_override, present, rapid_valid) / (double)OVERRIDE_FULL);
     bool go_on = level_bool(&c->continue_machining, present, false);
-    if (go_on && !e->geo.continue_seen) e->geo.waiting_continue = false;
+    if (go_on && !e->geo.continue_seen) e->geo.waiting_continue = e->geo.stands_single = false;
     e->geo.continue_seen = go_on;
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&e->rapid_now, &rapid, __ATOMIC_RELEASE);
+    ATOMIC_SET(e->single_now, level_bool(&c->single_block, present, false));
+    ATOMIC_SET(e->m01_now, level_bool(&c->m01_stop_enable, present, false));
     ATOMIC_SET(e->hold_now, hold);
 }
 
@@ -83,13 +97,14 @@ static double display_distance(engine *e) {
     return el->facts.start_position + g->s * TENTH_UM;
 }
 
-static uint32_t stop_conditions(const engine *e) {
+static uint32_t stop_conditions(engine *e) {
     uint32_t bits = 0;
     if (e->geo.v > 0) return 0;
     if (load_u8_acquire(&e->channel->bahn_mc_control.feedhold.state_r)) bits |= 1u;
     if (e->hold_now && !bits) bits |= 2u;
     if (e->override_now <= 0) bits |= 4u;
-    if (e->geo.waiting_continue) bits |= 16u;
+    if (e->geo.waiting_continue) bits |= e->geo.stands_single ? 8u : piece_at(e, e->geo.piece)->code == 1 ? 32u : 16u;
+    if (e->geo.waiting_techno) bits |= 64u;
     if (e->geo.dwelling) bits |= 256u;
     return bits;
 }
@@ -112,6 +127,7 @@ static void publish_bahn(engine *e) {
     store_u8_release(&b->interpolation_active_r, motion && g->has_phase);
     store_u8_release(&b->axes_in_position_r, g->v <= 0);
     store_u8_release(&b->wait_continue_r, g->waiting_continue);
+    store_u8_release(&b->wait_techno_acknowledge_r, g->waiting_techno);
     store_u8_release(&b->dwell_time_active_r, g->dwelling && g->has_phase);
     store_u8_release(&b->feedhold_active_r, e->hold_now != 0);
     store_u8_release(&b->rapid_active_r, motion && g->rapid);

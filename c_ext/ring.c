@@ -3,7 +3,8 @@
 #include "engine_internal.h"
 
 bool ring_has_room(engine *e) {
-    if (e->piece_head - ATOMIC_GET(e->piece_done) >= PIECE_RING - KEPT_BEHIND) return false;
+    if (e->piece_head - ATOMIC_GET(e->piece_done) >= PIECE_RING - KEPT_BEHIND - 4 * BEHIND_MAX) return false;
+    if (!techno_has_room(e)) return false;
     uint64_t active = ATOMIC_GET(e->geo.active);
     uint64_t keep = (e->element_mask + 1) / 2;
     return e->element_head < active + keep;
@@ -109,17 +110,28 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
     piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
+    p->new_block = e->has_motion_piece && piece_at(e, e->last_motion)->count != p->count;
+    p->m01 = e->m01_pending;
+    e->m01_pending = false;
+    p->gated = e->has_pending_gate;
+    p->need = e->pending_gate;
+    e->has_pending_gate = false;
     p->stop_after = row->flags & NC_EXACT_STOP;
     e->stop_pending = p->stop_after;
     set_jump(e, p);
     p->element = e->element_head;
     push_element(e, p, row);
+    e->pushed_path += p->length;
     memcpy(e->last_end, row->end, sizeof e->last_end);
     e->last_motion = e->piece_head;
     e->has_motion_piece = true;
 }
 
-static bool stops(const nc_block *row) { return row->type == NC_DWELL || (row->flags & NC_STANDSTILL); }
+static bool is_m01(const nc_block *row) { return row->type == NC_M && row->code == 1; }
+
+static bool stops(const nc_block *row) {
+    return row->type == NC_DWELL || ((row->flags & NC_STANDSTILL) && !is_m01(row));
+}
 
 static void push_event(engine *e, piece *p, const nc_block *row) {
     p->kind = PIECE_EVENT;
@@ -129,6 +141,7 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
     memcpy(p->end, e->last_end, sizeof p->end);
     if (stops(row)) e->stop_pending = true;
     p->stop_before = stops(row);
+    if (is_m01(row)) p->m01 = e->m01_pending = true;
     if (row->type == NC_MARKER) log_marker(e, row);
     if (row->type == NC_DISTANCE_RESET) {
         e->push_epoch++;
@@ -136,7 +149,12 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
     }
 }
 
+/* Functions that wait for the end of their block go ahead of the first row of the next one. */
 static void push_row(engine *e, const nc_block *row) {
+    if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
+    if (row->type <= NC_POLYNOMIAL) techno_before_motion(e, row);
+    if (techno_push(e, row)) return;
+    if (row->type == NC_EVENT && row->code == NC_EVENT_EXPL_SYN) techno_expl_syn(e, row);
     piece *p = piece_at(e, e->piece_head);
     memset(p, 0, sizeof *p);
     p->type = row->type;
@@ -162,11 +180,13 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
 }
 
 void engine_finish(engine *e) {
+    techno_block_end(e);
     log_program_end(e);
     ATOMIC_SET(e->finished, 1);
 }
 
 void engine_expect_drain(engine *e) {
+    techno_block_end(e);
     e->drain_at = e->piece_head;
     ATOMIC_SET(e->expect_drain, 1);
 }

@@ -21,11 +21,13 @@ import numpy.typing as npt
 
 from hli import bench as raw
 from hli.handshake import ContourUnit
+from hli.segment import create
 from hli.view import BLOCK_DTYPE
 
 from .cnc_process import CncOptions
 from .config import CellConfig
-from .planning import plan_program
+from .engine import Engine, Event, bare_loop
+from .planning import Feeder, plan_program
 from .program import Program
 
 N_BLOCKS = 64  # elements an answer carries: 64 x 72 bytes, about the 4.4 KB of published comparisons
@@ -127,6 +129,47 @@ def handshake(seconds: float = 10.0, tick: Callable[[float], None] = lambda _sha
         "pinned": pinned,
         "immediate_over_raw": out["immediate_us"]["p50"] / reference,
         "python_over_raw": out["python_us"]["p50"] / reference,
+    }
+
+
+# ------------------------------------------------------------------------------------------------ cycle
+def _timed_cycles(program: Program, rows: int) -> tuple[Ns, Ns, bool]:
+    """(ns a cycle took, ns it woke late, whether with SCHED_FIFO) of real-time cycles with a segment attached."""
+    name = f"hli-bench-{os.getpid()}-{secrets.token_hex(4)}"
+    with create(name, 1, len(program.cell.axes)) as segment:
+        engine = Engine(program.cell, segment=segment.base, clock=2)
+        feeder = Feeder(program, engine, lambda _batch: None)
+        feeder.fill()
+        times = engine.time_cycles(rows)
+        fifo = engine.start()
+        while engine.timed < rows:
+            if engine.wait(0.01) is Event.NEED_BLOCKS:
+                feeder.fill()
+        engine.stop()
+        engine.close()
+        return times[0], times[1], fifo
+
+
+def cycle(seconds: float = 10.0) -> dict[str, Any]:
+    """Cost of a GEO cycle on the contour workload and how late it wakes, beside a bare loop in the same run."""
+    rows = int(max(200, seconds / 2 / ROUNDS / 0.001))
+    cost, late, bare = [], [], []
+    fifo = False
+    with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
+        path = write_program(Path(folder) / "contour.nc", contour_points(100_000), 6000.0)
+        for _ in range(ROUNDS):
+            took, woke, fifo = _timed_cycles(Program(path, CellConfig(), "isg"), rows)
+            cost.append(took)
+            late.append(woke)
+            bare.append(bare_loop(0.001, rows))
+    ns = {k: quantiles_us(np.concatenate(v)) for k, v in (("cycle", cost), ("late", late), ("bare", bare))}
+    return {
+        "cycle_ns": {k: v * 1000.0 for k, v in ns["cycle"].items()},
+        "wakeup_late_us": ns["late"],
+        "bare_nanosleep_late_us": ns["bare"],
+        "period_us": 1000.0,
+        "n": rows * ROUNDS,
+        "sched_fifo": fifo,
     }
 
 

@@ -471,6 +471,17 @@ def bench_handshake(seconds: Seconds = 10.0, as_json: Json = False) -> None:
     _bench(lambda tick: benchmarks.handshake(seconds, tick), "bench handshake", as_json)
 
 
+@bench_app.command("cycle")
+def bench_cycle(seconds: Seconds = 10.0, as_json: Json = False) -> None:
+    """Real-time cycle: what it costs and how late it wakes, beside a bare clock_nanosleep loop.
+
+    Example: hli-cosim bench cycle --seconds 20 --json
+    """
+    from . import benchmarks  # noqa: PLC0415
+
+    _bench(lambda _tick: benchmarks.cycle(seconds), "bench cycle", as_json)
+
+
 @bench_app.command("planner")
 def bench_planner(seconds: Seconds = 10.0, as_json: Json = False) -> None:
     """Planner: blocks per second, motion time, limits, per workload and look-ahead.

@@ -263,6 +263,10 @@ class CncProcess:
     def log_warnings(self) -> list[str]:
         """Warnings that only show when the log is written, one each per program."""
         state, texts = self.engine.state, []
+        if state.techno_unseen:
+            texts.append(
+                f"{state.techno_unseen} technology functions counted as acknowledged: plc_present_w is FALSE"
+            )
         if state.log_disabled:
             texts.append(
                 "contour look-ahead: nothing is logged"
@@ -298,6 +302,8 @@ class CncProcess:
             },
             "overruns": int(state.overruns),
             "bad_commands": int(state.bad_commands),
+            "techno_functions": int(state.techno_functions),
+            "techno_wait_cycles": int(state.techno_wait_cycles),
             "record_lost": int(state.record_lost),
             "end": self.end,
             "messages": preparation.port.messages,

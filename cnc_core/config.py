@@ -31,11 +31,20 @@ KNOWN_FUNCTIONS = {
 }  # fmt: skip
 # Synchronisation of the M functions of the built-in machine (P-CHAN-00041); what is absent is undefined.
 DEFAULT_M_SYNCH: dict[int, str] = dict.fromkeys((0, 1, 2, 3, 4, 5, 17, 19, 29, 30), "NO_SYNCH") | dict.fromkeys(
-    (6, 7, 8, 9, 10, 11, 40, 41, 42, 43, 44, 45), "MOS"
+    (6, 7, 8, 9, 10, 11, 40, 41, 42, 43, 44, 45), "NO_SYNCH"
 )
-SYNCH_NAMES = Literal[
-    "NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS", "MNE_SNS", "MVS_SLM", "MVS_SLP", "MEP_SVS", "MET_SVS"
-]
+SYNCH_NAMES = Literal["NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS", "MVS_SLM", "MVS_SLP", "MEP_SVS", "MET_SVS"]
+SYNCH: dict[str, int] = {  # values of P-CHAN-00041 (hli_reference 6.4)
+    "NO_SYNCH": 0,
+    "MOS": 0x1,
+    "MVS_SVS": 0x2,
+    "MVS_SNS": 0x4,
+    "MNS_SNS": 0x8,
+    "MVS_SLM": 0x4000,
+    "MVS_SLP": 0x8000,
+    "MEP_SVS": 0x1000000,
+    "MET_SVS": 0x2000000,
+}
 
 Positive = Annotated[float, Field(gt=0, lt=1e12, allow_inf_nan=False)]
 Finite = Annotated[float, Field(gt=-1e12, lt=1e12, allow_inf_nan=False)]
@@ -86,14 +95,18 @@ class ChannelConfig(_Table):
     contour_lookahead_log_max: Uns32 = 128
     fb_storage_size: Uns32 = 1_000_000
     service: Literal["cyclic", "immediate"] = "cyclic"
+    rapid_override_mode: Annotated[int, Field(ge=0, le=3)] = 0
     m_synch: dict[str, SYNCH_NAMES] = Field(default_factory=dict)
+    h_synch: dict[str, SYNCH_NAMES] = Field(default_factory=dict)
+    tool_synch: SYNCH_NAMES = "NO_SYNCH"
+    m_pre_outp: dict[str, NotNegative] = Field(default_factory=dict)
 
-    @field_validator("m_synch")
+    @field_validator("m_synch", "h_synch", "m_pre_outp")
     @classmethod
-    def _numbers(cls, value: dict[str, str]) -> dict[str, str]:
+    def _numbers(cls, value: dict[str, Any]) -> dict[str, Any]:
         for key in value:
             if not key.isdigit() or int(key) > 65535:
-                raise ValueError(f"{key!r} is not an M function number 0..65535")
+                raise ValueError(f"{key!r} is not a function number 0..65535")
         return value
 
     @model_validator(mode="after")

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from . import _engine
 from .blocks import NC_AXES, NC_BLOCK, BlockBatch
-from .config import CellConfig
+from .config import SYNCH, CellConfig
 from .errors import CncError
 
 _module: Any = _engine
@@ -73,9 +73,18 @@ def _engine_config(cell: CellConfig, window: int | None, clock: int, service: in
     config.functions = lib.ENGINE_FCT_CONTOUR_LAH if cell.channel.contour_lah else 0
     config.log_max = cell.channel.contour_lookahead_log_max
     config.fb_storage_size = cell.channel.storage
+    config.rapid_override_mode = cell.channel.rapid_override_mode
     config.channel, config.service, config.clock = channel, service, clock
     config.rotary = sum(1 << i for i, a in enumerate(cell.axes.values()) if a.kind == "rotary")
     return config
+
+
+def bare_loop(period_s: float, rows: int, fifo: bool = True) -> npt.NDArray[np.int64]:
+    """(rows,) ns by which a bare clock_nanosleep loop wakes late: the reference for ``Engine.time_cycles``."""
+    late = np.zeros(rows, np.int64)
+    if lib.engine_bare_loop(int(period_s * 1e9), ffi.cast("int64_t *", late.ctypes.data), rows, int(fifo)) != 0:
+        raise OSError("no thread could be started")
+    return late
 
 
 class Engine:
@@ -98,11 +107,21 @@ class Engine:
         if handle == ffi.NULL:
             raise MemoryError("engine")
         self._handle = ffi.gc(handle, lib.engine_free)
+        self._set_synchronisation(cell)
         self._take = np.empty((0, self.axes + 4))
         if record_rows:
             self._take = np.empty((record_rows, self.axes + 4))
             if lib.engine_record(self._handle, record_rows) != 0:
                 raise MemoryError("sample ring")
+
+    def _set_synchronisation(self, cell: CellConfig) -> None:
+        pre = cell.channel.m_pre_outp
+        functions = [(lib.NC_M, n, name, pre.get(str(n), 0.0)) for n, name in cell.m_functions.items()]
+        functions += [(lib.NC_H, int(n), name, 0.0) for n, name in cell.channel.h_synch.items()]
+        functions.append((lib.NC_T, 0, cell.channel.tool_synch, 0.0))
+        for kind, number, name, pre_output in functions:
+            if SYNCH[name] and lib.engine_set_synch(self._handle, kind, number, SYNCH[name], pre_output) != 0:
+                raise MemoryError("synchronisation tables")
 
     def close(self) -> None:
         """Stop all threads and free the engine; further calls are errors."""
@@ -154,6 +173,18 @@ class Engine:
         if result < 0:
             raise OSError("the engine's threads could not be started")
         return bool(fifo and result == 0)
+
+    def time_cycles(self, rows: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
+        """Arrays (rows,) that real-time cycles fill: ns a cycle took, ns it woke late. Call before ``start``."""
+        self._timing = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
+        pointers = [ffi.cast("int64_t *", a.ctypes.data) for a in self._timing]
+        lib.engine_time(self._handle, *pointers, rows)
+        return self._timing
+
+    @property
+    def timed(self) -> int:
+        """How many cycles have been measured."""
+        return int(lib.engine_timed(self._handle))
 
     def wait(self, timeout_s: float) -> Event:
         """Real time: wait for an event."""

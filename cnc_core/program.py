@@ -44,6 +44,15 @@ def source_place(path: Path, line: int) -> Place:
     return Place(str(path), line, 1, text)
 
 
+def _whole_blocks(refused: RefusedRow) -> BlockBatch:
+    """The rows ahead of a refused one, without those of its own block."""
+    rows, line = refused.ahead.rows, refused.error.place.line
+    keep = len(rows)
+    while keep and rows["line"][keep - 1] == line:
+        keep -= 1
+    return BlockBatch(rows[:keep], refused.ahead.pool)
+
+
 class Program:
     """Rows of one program file, after all stages.
 
@@ -126,7 +135,7 @@ class Program:
                 self._own_errors.append(refused.error)
                 return unstaged
             self._next = refused.error
-            return refused.ahead
+            return _whole_blocks(refused)
 
     def batches(self) -> Iterator[BlockBatch]:
         """All rows of a program that nobody drives: stops, M functions and waits are acknowledged at once."""

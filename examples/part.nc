@@ -2,7 +2,7 @@
 ( a plate with rounded corners, marked for the contour look-ahead )
 N10 G17 G90 G71
 N20 G00 X0 Y0 Z5
-N30 T1 D1
+N30 T1
 N40 S8000 M3
 N50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
 N60 G01 Z-1 F1500

@@ -24,7 +24,9 @@ def polyline(rng: np.random.Generator) -> FloatArray:
         points = np.cumsum(rng.normal(size=(n, 3)) * scale, axis=0)
     elif kind == 1:
         t = np.cumsum(rng.uniform(0.0005, 0.05, n))
-        points = np.column_stack([30 * np.cos(t), 20 * np.sin(t * 1.3), 3 * np.sin(5 * t)]).round(int(rng.integers(2, 5)))
+        points = np.column_stack([30 * np.cos(t), 20 * np.sin(t * 1.3), 3 * np.sin(5 * t)]).round(
+            int(rng.integers(2, 5))
+        )
     elif kind == 2:
         noise = rng.normal(size=(n, 2)) * rng.uniform(0, 0.05)
         points = np.cumsum(np.column_stack([rng.uniform(0, 0.3, n), noise]), axis=0)
@@ -39,7 +41,9 @@ def polyline(rng: np.random.Generator) -> FloatArray:
 
 def random_cell(rng: np.random.Generator) -> CellConfig:
     accel, speed = rng.choice([300.0, 3000.0, 20000.0], 3), rng.choice([50.0, 300.0, 1000.0], 3)
-    axes = {n: AxisConfig(a_max_mm_s2=float(a), v_max_mm_s=float(v)) for n, a, v in zip("XYZ", accel, speed, strict=True)}
+    axes = {
+        n: AxisConfig(a_max_mm_s2=float(a), v_max_mm_s=float(v)) for n, a, v in zip("XYZ", accel, speed, strict=True)
+    }
     return CellConfig(axes=axes)
 
 
@@ -65,7 +69,7 @@ def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_late_planner_leads_to_the_stopping_tail(seed: int) -> None:
-    """While the planner gets no turn the axes brake inside their limits and stand; afterwards the path goes on exactly."""
+    """While the planner gets no turn the axes brake legally and stand; afterwards the path goes on exactly."""
     rng = np.random.default_rng(seed)
     points, cell = polyline(rng), random_cell(rng)
     rows = line_rows(points, 200.0)

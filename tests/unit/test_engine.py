@@ -43,7 +43,9 @@ def straight(blocks: int, head: str = "") -> str:
 def test_mode_2_knows_the_active_block_and_the_window(cli: Cli, program: Write, channel: str, known: int) -> None:
     """Before motion: active block + min(N, P-CHAN-00658) elements, by build generation and function table."""
     config = program(f"[channel]\n{channel}\n", "cell.toml")
-    answer = cli("lookahead", program(straight(400)), "--distance", 0, 1e12, "--at", "start", "--config", config, "--json")
+    answer = cli(
+        "lookahead", program(straight(400)), "--distance", 0, 1e12, "--at", "start", "--config", config, "--json"
+    )
     assert len(answer.json["response"]) == known
     assert answer.json["state"]["max_dist_prog_start"] == known * 10_000.0
 

@@ -184,7 +184,8 @@ def test_segment_of_a_killed_owner_is_swept(name: str, ready: bool) -> None:
     """Published or half created, a dead owner's segment goes."""
     end(other_process(name, ready))
     assert (SHM_DIR / name).exists()
-    assert name in hli.sweep()
+    hli.sweep()  # or another run's sweep was faster
+    assert not Path("/dev/shm", name).exists()
     assert not (SHM_DIR / name).exists()
 
 
@@ -205,7 +206,8 @@ def test_recycled_process_id_does_not_keep_a_segment_alive(name: str) -> None:
     segment = hli.create(name)
     segment.root.segment_head.owner_start += 1
     assert not segment.owner_alive()
-    assert name in hli.sweep()
+    hli.sweep()  # or another run's sweep was faster
+    assert not Path("/dev/shm", name).exists()
     segment.close()
 
 

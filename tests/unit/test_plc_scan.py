@@ -146,7 +146,8 @@ def test_plc_ends_with_an_error_when_the_cnc_dies(tmp_path: Path) -> None:
     assert plc.returncode == 1
     assert "died" in text
     assert json.loads(report.read_text())["scans"] >= 20
-    assert name in hli.sweep()
+    hli.sweep()  # or another run's sweep was faster
+    assert not Path("/dev/shm", name).exists()
 
 
 def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:

@@ -44,7 +44,8 @@ def error_of(folder: Path, text: str) -> CncError:
 
 
 @pytest.mark.parametrize(
-    ("code", "radius", "length"), [(41, 150000, 235619.449019), (42, 250000, 392699.081699), (40, 200000, 314159.265359)]
+    ("code", "radius", "length"),
+    [(41, 150000, 235619.449019), (42, 250000, 392699.081699), (40, 200000, 314159.265359)],
 )
 def test_t2_quarter_arc(tmp_path: Path, code: int, radius: float, length: float) -> None:
     """T2 of the look-ahead specification: radii and length of the compensated quarter arc, in 0.1 um."""
@@ -145,8 +146,6 @@ def test_tangential_selection_and_deselection(tmp_path: Path, code: int) -> None
         assert row["programmed_radius"] == 0.0
 
 
-
-
 @pytest.mark.parametrize(
     ("second", "lines"),
     [("N2 Y-40", 0), ("N2 X20 Y-20", 1), ("N2 G02 X20 Y-20 I-20 J0", 1), ("N2 G02 X0 Y20 I-20 J10", 2)],
@@ -186,7 +185,9 @@ def test_inner_corner_is_the_intersection(tmp_path: Path) -> None:
 
 def test_switching_rows_keep_their_order(tmp_path: Path) -> None:
     """M, H, markers and moves of other axes stay between their motions, behind the rows of the corner."""
-    text = f"{HEAD}G26\nG41 G01 X0 Y10\nN1 Y40\nN2 M8\nN3 H4\nN4 Z-3\nN5 #CONTOUR LOOKAHEAD LOG [PARAM=1]\nN6 X40\nM30\n"
+    text = (
+        f"{HEAD}G26\nG41 G01 X0 Y10\nN1 Y40\nN2 M8\nN3 H4\nN4 Z-3\nN5 #CONTOUR LOOKAHEAD LOG [PARAM=1]\nN6 X40\nM30\n"
+    )
     rows = rows_of(tmp_path, text)
     assert [int(n) for n in rows["n"]] == [0, 1, 1, 2, 3, 4, 5, 6, 0]
     assert [int(t) for t in rows["type"][3:5]] == [M, H]
@@ -197,7 +198,7 @@ def test_switching_rows_keep_their_order(tmp_path: Path) -> None:
 
 
 def test_helix_keeps_its_height(tmp_path: Path) -> None:
-    """A full turn with a third axis: radius and sweep are compensated, the height stays; its length is that of the helix."""
+    """A full turn with a third axis: radius and sweep compensated, the height stays, the length is the helix's."""
     text = "G00 X20 Y0 D1\nF1200\nG237 G41\nG03 X20 Y0 I-20 J0 Z-4\nG40\n"
     rows = moves(tmp_path, text)
     helix = rows[2]
@@ -302,6 +303,15 @@ def test_rows_ahead_of_an_error_are_handed_out(tmp_path: Path) -> None:
         with pytest.raises(CncError) as caught:
             part.read()
         assert caught.value.code == 90017
+
+
+def test_nothing_of_a_refused_block_is_handed_out(tmp_path: Path) -> None:
+    """An M function in the block of a refused motion is not executed."""
+    part = program(tmp_path, f"{HEAD}X1 Y1\nG41\nM8 G02 X9 I4 J0\n")
+    first = part.read()
+    assert first is not None
+    assert not isinstance(first, Wait)
+    assert [int(t) for t in first.rows["type"]] == [LINEAR]
 
 
 def test_all_errors_are_collected(tmp_path: Path) -> None:

@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 from cnc_core.blocks import (
     DISTANCE_RESET,
+    EVENT,
+    EVENT_EXPL_SYN,
     FLUSH,
     HAS_PARAM,
     MARKER,
@@ -65,6 +67,7 @@ class CommandParser:
             (("DISTANCE", "PROG"), self._distance),
             (("DISTANCE", "PROGRAM"), self._distance),
             (("FLUSH",), self._flush),
+            (("EXPL", "SYN"), self._expl_syn),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
@@ -108,13 +111,15 @@ class CommandParser:
         param = self._param()
         if action == MARKER_CLEAR and param is not None:
             raise fail(900010, "LOG CLEAR takes no PARAM", bracket)
-        if action == MARKER_PARAM and param is None:
-            raise fail(900010, "#CONTOUR LOOKAHEAD LOG: expected ON, OFF, CLEAR or [PARAM=..]", bracket)
         if action == MARKER_CLEAR:
             self._not_compensated("LOG CLEAR")
         flags = 0 if param is None else HAS_PARAM
         row = self._modal.row(MARKER, self._n, code=action, value=param or 0.0, flags=flags)
         return [Wait.DRAINED, row] if action == MARKER_CLEAR else [row]
+
+    def _expl_syn(self) -> Items:
+        """Wait here for the functions of type MVS_SLP."""
+        return [self._modal.row(EVENT, self._n, code=EVENT_EXPL_SYN)]
 
     def _not_compensated(self, name: str) -> None:
         if self._modal.compensated:

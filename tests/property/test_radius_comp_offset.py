@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+import shapely
 
 from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, NC_BLOCK, BlockBatch
 from cnc_core.errors import CncError, Place
@@ -191,7 +192,6 @@ def test_tool_never_cuts_into_the_contour(seed: int, corner: int, code: int) -> 
 @pytest.mark.parametrize("seed", range(12))
 def test_outer_offset_of_polygons_agrees_with_shapely(seed: int) -> None:
     """With round corners the path of a polygon of lines lies on the boundary of shapely's buffer."""
-    shapely = pytest.importorskip("shapely")
     pieces = star(200 + seed, arcs=False)
     start, rows = program(pieces, 42, 2.0)
     out = compensated(start, rows)
@@ -244,3 +244,52 @@ def test_wild_contours_are_right_or_refused(seed: int) -> None:
     if errors:
         with pytest.raises(RefusedRow):
             compensated(start, rows)
+
+
+def check_joined(start: np.ndarray, rows: np.ndarray) -> None:
+    """Every row is finite and starts where the one before it ends; arcs run about their centre."""
+    at = start.copy()
+    for row in rows[rows["type"] <= CIRCULAR]:
+        end = row["end"][:3]
+        assert np.isfinite([*end, row["length"], row["angle"], row["radius"]]).all()
+        if row["type"] == CIRCULAR:
+            centre = complex(*row["center"])
+            first, last = complex(*at[:2]) - centre, complex(*end[:2]) - centre
+            assert abs(first) == pytest.approx(row["radius"], abs=1e-6)
+            assert abs(last) == pytest.approx(row["radius"], abs=1e-6)
+            assert abs(first * cmath.exp(1j * row["angle"]) - last) < 1e-6
+        else:
+            assert row["length"] == pytest.approx(math.dist(at, end), abs=1e-9)
+        at = end
+
+
+@pytest.mark.parametrize("seed", range(300))
+def test_any_sequence_of_commands_gives_a_joined_path_or_an_error(seed: int) -> None:
+    """Selections, corners, sides, radii and deselections in any order between lines, arcs and moves of Z."""
+    rng = random.Random(1000 + seed)
+    at, z, parts = 0j, 0.0, []
+    for line in range(1, 80):
+        roll = rng.random()
+        if roll < 0.2:
+            mode, corner = rng.choice([5, 138, 139, 237, 239]), rng.choice([25, 26])
+            parts.append(command(rng.choice([40, 41, 41, 42]), rng.choice([0.0, 0.1, 0.4, -0.2]), mode, corner))
+            continue
+        b = at + cmath.rect(rng.uniform(3, 20), rng.uniform(-math.pi, math.pi))
+        k = rng.choice([-1, 1]) / (abs(b - at) * rng.uniform(0.5001, 4)) if roll < 0.4 else 0.0
+        rise = rng.choice([0.0, 0.0, 1.0])
+        z += rise
+        row = row_of(Piece(at, at if roll > 0.9 else b, k), line)
+        row["end"][0, 2], row["length"] = z, np.hypot(row["length"], rise)
+        parts.append(row)
+        at = at if roll > 0.9 else b
+    rows, start = np.concatenate(parts), np.zeros(3)
+    error = None
+    try:
+        out = compensated(start, rows, 9)
+    except RefusedRow as refused:
+        error, out = refused.error, refused.ahead.rows
+    if error:
+        assert error.code in {906001, 906002, 906004, 90008, 90017, 90031, 90047}
+        start = out["end"][0, :3].copy() if len(out) else start  # the first row of the last batch
+        out = out[1:]
+    check_joined(start, out)
