@@ -29,7 +29,7 @@
 
 /* rules of a dialect, in nc_modal; none of them: the ISG kernel */
 #define NC_RULE_RADIUS_ONCE 1 /* R holds for its block alone, and only for a circle */
-#define NC_RULE_NO_PITCH 2    /* a centre word of the plane's third axis is an error */
+#define NC_RULE_NO_PITCH 2    /* a centre word of the plane's third axis is an error unless it is 0 */
 #define NC_RULE_KEEP_CENTRE 4 /* a centre far from the bisector of the chord stays; only the two radii are compared */
 #define NC_RULE_NO_EQUALS 8   /* not plain: `=` in a word */
 #define NC_RULE_MESSAGES 16   /* not plain: a comment with a comma, it may be a message */

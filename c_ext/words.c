@@ -245,11 +245,11 @@ static int find_arc(const nc_modal *m, const nc_words *w, const int *plane, cons
 {
     uint32_t third = NC_WORD_I << plane[2];
     uint32_t in_plane = w->set & CENTRE_WORDS & ~third;
+    if ((w->set & third) && (m->rules & NC_RULE_NO_PITCH) && (w->centre[plane[2]] != 0.0 || !in_plane))
+        return NC_ERROR_NO_CENTRE;
     if (!in_plane && m->has_radius)
         return arc_by_radius(m, a);
     if (!in_plane && !(w->set & third))
-        return NC_ERROR_NO_CENTRE;
-    if ((w->set & third) && (m->rules & NC_RULE_NO_PITCH))
         return NC_ERROR_NO_CENTRE;
     int error = programmed_centre(m, w, plane, axis, a);
     return error ? error : arc_by_centre(m, a);

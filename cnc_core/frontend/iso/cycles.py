@@ -82,6 +82,7 @@ class Drilling:
         depth = self.machine.axes[plane[2]].upper()
         if self.code is None:
             self.initial = float(self.modal.position[plane[2]])
+        if self.code != code:
             self.words = {}
         self.code = code
         self.words |= {letter: words.values[letter] for letter in STICKY if letter in words.values}

@@ -49,8 +49,8 @@ class Executor:
     def execute(self, words: Words) -> list[Row]:
         """Rows of one block; sets ``ended`` when the block ends the program."""
         motion = self._motion_of(words)
-        check_usage(words, motion)
         self._check_m(words)
+        check_usage(words, motion)
         mover = Mover(self._modal, words.n, words.first(codes.AXIS_LETTERS + "IJKR"), self._minutes(words, motion))
         self._feed_mode(words)
         self._feed(words)
@@ -298,7 +298,7 @@ class Executor:
         if turns != int(turns) or not 1 <= turns <= TURNS_MAX:
             raise fail(900012, f"P{turns:g}: a whole number of turns from 1 on is expected", words.offsets["P"])
         third = "IJK"[motion_planes(self._modal.plane)[2]]
-        if third in moves.centre:
+        if moves.centre.pop(third, 0.0):
             raise fail(900015, f"{third}: no centre word of plane G{self._modal.plane}", words.offsets[third])
         before = self._modal.position
         rows = mover.motion(moves)

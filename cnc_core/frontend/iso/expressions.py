@@ -52,10 +52,16 @@ class Expressions(ExpressionParser):
         super().__init__(stream, parameters)
         self._parameters = parameters
 
+    def starts_here(self) -> bool:
+        stream = self._stream
+        if stream.current.kind is Kind.NAME:
+            return self._function_name() is not None or stream.is_name("EXISTS")
+        return stream.current.kind is Kind.NUMBER or stream.is_op("+", "-", "[", "#")
+
     def value(self, name: str) -> float:
         """The value of a word: a number, ``[..]``, a parameter or a function, with a sign."""
         token = self._stream.current
-        if not (self.starts_here() or token.text[:6].upper() == "EXISTS"):
+        if not self.starts_here():
             raise fail(900004, f"{name} without a value, found {self._stream.describe()}", token.offset)
         return self._signed()
 
@@ -88,7 +94,7 @@ class Expressions(ExpressionParser):
         return float(known)
 
     def _is_variable(self) -> bool:
-        return self._stream.is_op("#")
+        return False  # primary and key read parameters
 
     def _function_name(self) -> str | None:
         name = self._stream.current.text.upper()
