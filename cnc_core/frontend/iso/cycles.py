@@ -15,6 +15,7 @@ from cnc_core.frontend.iso.words import Words
 from cnc_core.frontend.machine import ProgramMachine
 
 CHIP_MM = 0.254  # clearance above the last depth (G83), retraction to break the chip (G73)
+SAME_MM = 1e-9
 ROWS_MAX = 1_000_000  # of one block
 STICKY = "RPQ"
 DWELL_MAX_S = 1e6
@@ -160,7 +161,7 @@ class Drilling:
     def _down(self, code: int, hole: Hole, axis: int, mover: Mover) -> list[Row]:
         rows = []
         step = 1
-        while code in codes.PECKING and (depth := hole.top - step * hole.peck) > hole.bottom:
+        while code in codes.PECKING and (depth := hole.top - step * hole.peck) > hole.bottom + SAME_MM:
             rows += mover.line(1, {axis: depth})
             if code == 830:
                 rows += mover.line(0, {axis: hole.top})

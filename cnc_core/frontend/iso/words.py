@@ -106,7 +106,7 @@ class WordParser:
         value = self._expressions.value(letter)
         if letter in WHOLE:
             value = self._whole(letter, value, WHOLE[letter], offset)
-        if letter in "FPQS" and value < 0:
+        if letter in "PQS" and value < 0:
             raise fail(900012, f"{letter}{value:g} is negative", offset)
         self.words.values[letter] = value
 
