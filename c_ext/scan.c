@@ -133,9 +133,9 @@ static int read_g(cursor *c, nc_words *w)
     return 0;
 }
 
-static int read_value(cursor *c, double *value)
+static int read_value(cursor *c, uint32_t rules, double *value)
 {
-    if (c->at < c->end && *c->at == '=') {
+    if (c->at < c->end && *c->at == '=' && !(rules & NC_RULE_NO_EQUALS)) {
         c->at++;
         skip_blanks(c);
     }
@@ -143,18 +143,18 @@ static int read_value(cursor *c, double *value)
 }
 
 /* A word that may stand once; `seen` holds the bits of those that stood already. */
-static int read_once(cursor *c, uint32_t *seen, uint32_t bit, double *value)
+static int read_once(cursor *c, uint32_t rules, uint32_t *seen, uint32_t bit, double *value)
 {
     if (*seen & bit)
         return 0;
     *seen |= bit;
-    return read_value(c, value);
+    return read_value(c, rules, value);
 }
 
 static int read_axis(cursor *c, const nc_modal *m, char letter, nc_words *w)
 {
     int axis = letter >= 'A' && letter <= 'Z' ? m->letter_axis[letter - 'A'] : -1;
-    return axis >= 0 && read_once(c, &w->axis_set, 1u << axis, &w->axis[axis]);
+    return axis >= 0 && read_once(c, m->rules, &w->axis_set, 1u << axis, &w->axis[axis]);
 }
 
 static int read_word(cursor *c, const nc_modal *m, nc_words *w)
@@ -171,22 +171,23 @@ static int read_word(cursor *c, const nc_modal *m, nc_words *w)
         w->set |= NC_WORD_N;
         return read_integer(c, &w->n);
     case 'F':
-        return read_once(c, &w->set, NC_WORD_F, &w->f);
+        return read_once(c, m->rules, &w->set, NC_WORD_F, &w->f);
     default:
         if (!w->column)
             w->column = column;
     }
     if (letter == 'R')
-        return read_once(c, &w->set, NC_WORD_R, &w->r);
+        return read_once(c, m->rules, &w->set, NC_WORD_R, &w->r);
     if (letter >= 'I' && letter <= 'K')
-        return read_once(c, &w->set, (uint32_t)NC_WORD_I << (letter - 'I'), &w->centre[letter - 'I']);
+        return read_once(c, m->rules, &w->set, (uint32_t)NC_WORD_I << (letter - 'I'), &w->centre[letter - 'I']);
     return read_axis(c, m, letter, w);
 }
 
-/* Past a closed comment without a bracket inside. */
-static int skip_comment(cursor *c)
+/* Past a closed comment without a bracket inside, and without a comma where that may be a message. */
+static int skip_comment(cursor *c, uint32_t rules)
 {
-    for (c->at++; c->at < c->end && *c->at != '('; c->at++)
+    char stop = rules & NC_RULE_MESSAGES ? ',' : '(';
+    for (c->at++; c->at < c->end && *c->at != '(' && *c->at != stop; c->at++)
         if (*c->at == ')') {
             c->at++;
             return 1;
@@ -199,7 +200,7 @@ static int read_line(cursor *c, const nc_modal *m, nc_words *w)
     if (c->at < c->end && c->end[-1] == '\\')
         return 0; /* continued */
     for (skip_blanks(c); c->at < c->end && *c->at != ';'; skip_blanks(c))
-        if (!(*c->at == '(' ? skip_comment(c) : read_word(c, m, w)))
+        if (!(*c->at == '(' ? skip_comment(c, m->rules) : read_word(c, m, w)))
             return 0;
     return 1;
 }

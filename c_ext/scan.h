@@ -27,6 +27,13 @@
 #define NC_SCAN_OTHER 2 /* the next line is not plain */
 #define NC_SCAN_ERROR 3 /* the next line is plain and wrong; the modal state is as before it */
 
+/* rules of a dialect, in nc_modal; none of them: the ISG kernel */
+#define NC_RULE_RADIUS_ONCE 1 /* R holds for its block alone, and only for a circle */
+#define NC_RULE_NO_PITCH 2    /* a centre word of the plane's third axis is an error unless it is 0 */
+#define NC_RULE_KEEP_CENTRE 4 /* a centre far from the bisector of the chord stays; only the two radii are compared */
+#define NC_RULE_NO_EQUALS 8   /* not plain: `=` in a word */
+#define NC_RULE_MESSAGES 16   /* not plain: a comment with a comma, it may be a message */
+
 /* numbers of cnc_core.errors */
 #define NC_ERROR_PLANE_COMPENSATED 20133
 #define NC_ERROR_CENTRE_AND_RADIUS 21024
@@ -65,6 +72,7 @@ typedef struct nc_modal {
     uint8_t has_radius;
     uint8_t compensated; /* G41, G42: the plane stays */
     uint16_t file;
+    uint32_t rules; /* NC_RULE_... */
 } nc_modal;
 
 /* Words of one block. Codes are -1 where the block does not name them. */

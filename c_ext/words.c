@@ -7,6 +7,7 @@
 #define RANGE_MM 1e9  /* largest coordinate, radius and feed word */
 #define ZERO_MM 1e-9  /* shorter motions do not move */
 #define TURNS_MAX 1e6 /* of one helix */
+#define SAME_ANGLE 1e-6 /* rad: an arc about a kept centre that sweeps less is a full turn */
 #define PI 3.14159265358979323846
 #define CENTRE_WORDS (NC_WORD_I | NC_WORD_J | NC_WORD_K)
 
@@ -76,6 +77,8 @@ static void update_codes(nc_modal *m, const nc_words *w)
 
 static int update_values(nc_modal *m, const nc_words *w)
 {
+    if (m->rules & NC_RULE_RADIUS_ONCE)
+        m->has_radius = 0;
     if (w->set & NC_WORD_F) {
         if (!in_range(w->f))
             return NC_ERROR_RANGE;
@@ -166,6 +169,16 @@ static int arc_by_radius(const nc_modal *m, arc *a)
     return 0;
 }
 
+/* The centre as programmed; the arc reaches the end point's angle, not quite its radius. */
+static void arc_about_centre(arc *a, double r_start)
+{
+    double first = atan2(a->start[1] - a->center[1], a->start[0] - a->center[0]);
+    double last = atan2(a->start[1] + a->chord[1] - a->center[1], a->start[0] + a->chord[0] - a->center[0]);
+    double sweep = fmod(a->sense * (last - first) + 4.0 * PI, 2.0 * PI);
+    a->radius = r_start;
+    a->sweep = a->sense * (sweep < SAME_ANGLE ? 2.0 * PI : sweep);
+}
+
 /* Put a->center on the bisector (G165); an error if it is too far away from it. */
 static int correct_centre(const nc_modal *m, arc *a, double r_start)
 {
@@ -175,9 +188,14 @@ static int correct_centre(const nc_modal *m, arc *a, double r_start)
     double my = given[1] - (a->start[1] + 0.5 * a->chord[1]);
     double along = mx * ux + my * uy, height = my * ux - mx * uy;
     double r_end = hypot(mx - 0.5 * a->chord[0], my - 0.5 * a->chord[1]);
-    double deviation = fmax(fabs(along), fabs(r_end - r_start));
+    int keep = m->rules & NC_RULE_KEEP_CENTRE;
+    double deviation = fmax(keep ? 0.0 : fabs(along), fabs(r_end - r_start));
     if (deviation > m->centre_limit && deviation > m->centre_ratio * r_start)
         return NC_ERROR_CIRCLE;
+    if (keep && fabs(along) > m->centre_limit) {
+        arc_about_centre(a, r_start);
+        return 0;
+    }
     arc_on_bisector(a, height);
     if (fabs(along) < ZERO_MM) { /* keep the programmed numbers where there is nothing to correct */
         a->center[0] = given[0];
@@ -227,6 +245,8 @@ static int find_arc(const nc_modal *m, const nc_words *w, const int *plane, cons
 {
     uint32_t third = NC_WORD_I << plane[2];
     uint32_t in_plane = w->set & CENTRE_WORDS & ~third;
+    if ((w->set & third) && (m->rules & NC_RULE_NO_PITCH) && (w->centre[plane[2]] != 0.0 || !in_plane))
+        return NC_ERROR_NO_CENTRE;
     if (!in_plane && m->has_radius)
         return arc_by_radius(m, a);
     if (!in_plane && !(w->set & third))
@@ -313,7 +333,8 @@ int nc_block_from_words(nc_modal *m, const nc_words *w, nc_block *out, int *emit
         error = plane_error;
     if (!error && (w->set & CENTRE_WORDS) && (w->set & NC_WORD_R))
         error = NC_ERROR_CENTRE_AND_RADIUS;
-    if (!error && (w->set & CENTRE_WORDS) && m->motion < 2)
+    uint32_t circle_words = CENTRE_WORDS | (m->rules & NC_RULE_RADIUS_ONCE ? NC_WORD_R : 0);
+    if (!error && (w->set & circle_words) && m->motion < 2)
         error = NC_ERROR_CENTRE_WITHOUT_CIRCLE;
     int place_error = find_target(m, w, target);
     if (place_error)

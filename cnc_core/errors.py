@@ -71,6 +71,13 @@ ERRORS: dict[int, str] = {
     906004: "no tangential arc to the compensated contour",
     906005: "circle replaced by a line at the change of the compensated side",
     906006: "G05 without selection or deselection of tool radius compensation",
+    # our own: RS-274 programs
+    908001: "word that no function of the block uses",
+    908002: "parameter is not defined",
+    908003: "axis words without a motion function",
+    908004: "drilling cycle: a word is missing or wrong",
+    908005: "two functions that use the axis words in one block",
+    908006: "accepted with a limit",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

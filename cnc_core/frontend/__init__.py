@@ -8,12 +8,15 @@ from typing import Protocol
 from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.isg import IsgFrontEnd
+from cnc_core.frontend.iso import IsoFrontEnd
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
 DIALECTS = ("isg", "iso", "isons", "osai")
 DEFAULT_DIALECT = "isg"
-EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg", ".iso": "iso", ".ngc": "iso", ".tap": "iso", ".gcode": "iso"}
+EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg"} | dict.fromkeys(
+    (".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso"
+)
 
 
 class FrontEnd(Protocol):
@@ -44,5 +47,7 @@ def create(dialect: str, path: Path, machine: ProgramMachine, port: ChannelPort,
     """The front end of ``dialect`` for one program."""
     if dialect == "isg":
         return IsgFrontEnd(path, machine, port, collect=collect)
+    if dialect == "iso":
+        return IsoFrontEnd(path, machine, port, collect=collect)
     known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"
     raise CncError(901003, f"dialect {dialect} is not available yet{known}", Place(file=str(path)))

@@ -57,6 +57,14 @@ def read_block(source: Source, lines_read: int) -> BlockText | None:
     return block if block.lines else None
 
 
+def read_line(source: Source, lines_read: int) -> BlockText | None:
+    r"""One physical line as a block, for dialects in which ``\`` joins nothing; None at the end of the file."""
+    text = source.line()
+    if text is None:
+        return None
+    return BlockText(str(source.path), text, [PhysicalLine(0, lines_read + 1, text)], 1)
+
+
 def _part(text: str, continued: bool, first: bool) -> str:
     r"""A line's share of the block: ``\`` becomes a blank, as does the N number of a continuation line."""
     if continued:

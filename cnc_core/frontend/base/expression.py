@@ -118,7 +118,16 @@ OPERATORS: dict[str, tuple[int, Callable[[float, float], float]]] = {
 
 
 class ExpressionParser:
-    """Reads expressions from a token stream and evaluates them at once."""
+    """Reads expressions from a token stream and evaluates them at once.
+
+    A dialect with other operators and functions derives from it and replaces the tables.
+    """
+
+    operators = OPERATORS
+    functions = FUNCTIONS
+    functions_of_two = FUNCTIONS_OF_TWO
+    constants = CONSTANTS
+    word_operators: tuple[str, ...] = WORD_OPERATORS
 
     def __init__(self, stream: TokenStream, variables: VariableSource) -> None:
         self._stream = stream
@@ -129,17 +138,17 @@ class ExpressionParser:
         """The current token can begin an expression."""
         stream, token = self._stream, self._stream.current
         if token.kind is Kind.NAME:
-            return self._is_variable() or stream.is_name(*CONSTANTS) or self._function_name() is not None
+            return self._is_variable() or stream.is_name(*self.constants) or self._function_name() is not None
         return token.kind is Kind.NUMBER or stream.is_op("+", "-", "[", "@")
 
     def expression(self, lowest: int = 0) -> float:
         """Operators of level ``lowest`` and higher."""
         left = self._signed()
-        while (name := self._operator()) is not None and OPERATORS[name][0] >= lowest:
+        while (name := self._operator()) is not None and self.operators[name][0] >= lowest:
             offset = self._take_operator(name)
-            level, function = OPERATORS[name]
+            level, function = self.operators[name]
             right = self.expression(level + 1)
-            left = _finite(function, (left, right), name, offset)
+            left = finite(function, (left, right), name, offset)
         return left
 
     def primary(self) -> float:
@@ -149,8 +158,8 @@ class ExpressionParser:
             return float(stream.next().text)
         if stream.is_op("["):
             return self._bracket()
-        if stream.is_name(*CONSTANTS):
-            return CONSTANTS[stream.next().text.upper()]
+        if stream.is_name(*self.constants):
+            return self.constants[stream.next().text.upper()]
         if self._is_variable():
             return self._variables.read(stream)
         name = self._function_name()
@@ -166,13 +175,14 @@ class ExpressionParser:
 
     def _operator(self) -> str | None:
         token = self._stream.current
-        if token.kind is Kind.OP and token.text in OPERATORS:
+        if token.kind is Kind.OP and token.text in self.operators:
             return token.text
-        name = token.text[:3].upper()
-        return name if token.kind is Kind.NAME and name in WORD_OPERATORS else None
+        if token.kind is not Kind.NAME:
+            return None
+        return next((name for name in self.word_operators if token.text.upper().startswith(name)), None)
 
     def _take_operator(self, name: str) -> int:
-        token = self._stream.take_letters(len(name)) if name in WORD_OPERATORS else self._stream.next()
+        token = self._stream.take_letters(len(name)) if name in self.word_operators else self._stream.next()
         return token.offset
 
     def _is_variable(self) -> bool:
@@ -191,7 +201,7 @@ class ExpressionParser:
         name, rest = stream.current.text.upper(), stream.text[stream.following.offset :]
         if name == "ATAN" and rest.startswith("2"):
             name, rest = "ATAN2", rest[1:].lstrip()
-        known = name in FUNCTIONS or name in FUNCTIONS_OF_TWO or name in REFUSED_FUNCTIONS
+        known = name in self.functions or name in self.functions_of_two or name in REFUSED_FUNCTIONS
         return name if known and rest.startswith("[") else None
 
     def _call(self, name: str) -> float:
@@ -201,9 +211,9 @@ class ExpressionParser:
             raise fail(900003, f"{name} is not supported", offset)
         if name == "ATAN2":
             stream.next()
-        if name in FUNCTIONS:
-            return _finite(FUNCTIONS[name], (self._bracket(),), name, offset)
-        return _finite(FUNCTIONS_OF_TWO[name], self._two_arguments(), name, offset)
+        if name in self.functions:
+            return finite(self.functions[name], (self._bracket(),), name, offset)
+        return finite(self.functions_of_two[name], self._two_arguments(), name, offset)
 
     def _open(self) -> int:
         bracket = self._stream.expect("[", 900004)
@@ -233,7 +243,7 @@ class ExpressionParser:
         return first, second
 
 
-def _finite(function: Callable[..., float], arguments: tuple[float, ...], name: str, offset: int) -> float:
+def finite(function: Callable[..., float], arguments: tuple[float, ...], name: str, offset: int) -> float:
     """The function's value, or error 900012 where it is not a finite number."""
     try:
         value = float(function(*arguments))

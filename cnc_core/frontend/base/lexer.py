@@ -44,18 +44,18 @@ def fail(code: int, text: str, offset: int) -> CncError:
     return CncError(code, text, Place(column=offset))
 
 
-def tokenize(text: str) -> list[Token]:
-    """All tokens of ``text`` (comments blanked), ended by one END token."""
-    found = [Token(Kind[m.lastgroup or "OP"], m.group(), m.start()) for m in PATTERN.finditer(text)]
+def tokenize(text: str, pattern: re.Pattern[str] = PATTERN) -> list[Token]:
+    """All tokens of ``text`` (comments blanked), ended by one END token; groups of ``pattern`` are named as kinds."""
+    found = [Token(Kind[m.lastgroup or "OP"], m.group(), m.start()) for m in pattern.finditer(text)]
     return [*found, Token(Kind.END, "", len(text.rstrip()))]
 
 
 class TokenStream:
     """A cursor over the tokens of one block."""
 
-    def __init__(self, text: str) -> None:
+    def __init__(self, text: str, pattern: re.Pattern[str] = PATTERN) -> None:
         self.text = text
-        self._tokens = tokenize(text)
+        self._tokens = tokenize(text, pattern)
         self._at = 0
 
     @property

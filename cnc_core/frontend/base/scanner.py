@@ -17,6 +17,9 @@ MORE, FULL, OTHER, ERROR = lib.NC_SCAN_MORE, lib.NC_SCAN_FULL, lib.NC_SCAN_OTHER
 AXIS_LETTERS = "XYZUVWQABC"
 CENTRE_BITS = {"I": lib.NC_WORD_I, "J": lib.NC_WORD_J, "K": lib.NC_WORD_K}
 
+RADIUS_ONCE, NO_PITCH, KEEP_CENTRE = lib.NC_RULE_RADIUS_ONCE, lib.NC_RULE_NO_PITCH, lib.NC_RULE_KEEP_CENTRE
+NO_EQUALS, MESSAGES = lib.NC_RULE_NO_EQUALS, lib.NC_RULE_MESSAGES
+
 Row = npt.NDArray[Any]  # (1,) of NC_BLOCK
 
 
@@ -53,15 +56,29 @@ class Scan(NamedTuple):
     stop: int
 
 
+@dataclass(frozen=True)
+class Rules:
+    """What a dialect changes in plain lines and circles; the initial values are the ISG kernel's.
+
+    ``bits``: the rules above, joined.  The radius at the end of an arc is wrong if it deviates by more than
+    ``centre_limit_mm`` and by more than ``centre_ratio`` of the radius.
+    """
+
+    bits: int = 0
+    centre_limit_mm: float = 2.0
+    centre_ratio: float = 0.05
+
+
 class Modal:
     """Owner of one ``nc_modal``."""
 
-    def __init__(self, machine: ProgramMachine) -> None:
+    def __init__(self, machine: ProgramMachine, rules: Rules = Rules()) -> None:
         if len(machine.axes) > NC_AXES:
             raise ValueError(f"{len(machine.axes)} axes, at most {NC_AXES}")
         self._result = ffi.new("nc_scan_result *")
         self._modal = m = ffi.new("nc_modal *")
         lib.nc_modal_init(m)
+        m.rules, m.centre_limit, m.centre_ratio = rules.bits, rules.centre_limit_mm, rules.centre_ratio
         m.axes = len(machine.axes)
         for i, name in enumerate(machine.axes):
             m.rotary[i] = machine.rotary[i]
@@ -95,6 +112,40 @@ class Modal:
         """Physical lines that a parser has read."""
         self._modal.line += lines
         self._modal.count += lines
+
+    def set_offset(self, offset: npt.NDArray[np.float64]) -> None:
+        """(axes,) machine minus programmed coordinates, mm or degrees; acts at once, moves nothing."""
+        for i, value in enumerate(offset):
+            self._modal.zero[i] = self._modal.offset[i] = float(value)
+        lib.nc_modal_offsets(self._modal)
+
+    @property
+    def offset(self) -> npt.NDArray[np.float64]:
+        """(axes,) what ``set_offset`` has set."""
+        return np.array(list(self._modal.zero)[: self._modal.axes], dtype=np.float64)
+
+    @property
+    def unit_mm(self) -> float:
+        """mm per programmed unit of length."""
+        return float(self._modal.unit)
+
+    @property
+    def absolute(self) -> bool:
+        """Axis words are coordinates, not distances."""
+        return bool(self._modal.absolute)
+
+    def set_absolute(self, absolute: bool) -> None:
+        """As G90 and G91 do."""
+        self._modal.absolute = absolute
+
+    @property
+    def motion(self) -> int:
+        """0..3, G00..G03."""
+        return int(self._modal.motion)
+
+    def forget_feed(self) -> None:
+        """A feed has to be programmed again."""
+        self._modal.feed = 0.0
 
     def set_tool_length(self, length_mm: float) -> None:
         """Acts on the third axis of the plane, from that axis's next absolute word on."""

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from cnc_core.blocks import DWELL, HAS_VALUE, STANDSTILL, H, M, S, T
 from cnc_core.errors import ERRORS
+from cnc_core.frontend.base.compensation import Compensation
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
-from cnc_core.frontend.isg.compensation import Compensation
 from cnc_core.frontend.isg.words import Function, Words
 from cnc_core.frontend.machine import ProgramMachine, Tool
 

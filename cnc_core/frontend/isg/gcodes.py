@@ -80,7 +80,7 @@ EFFECTS: dict[int, Callable[[MotionWords], None]] = {
     360: _flag("exact_stop", True),
 }
 
-# Tool radius compensation: cnc_core.frontend.isg.compensation.
+# Tool radius compensation: cnc_core.frontend.base.compensation.
 COMPENSATION = frozenset({5, 10, 11, 25, 26, 40, 41, 42, 138, 139, 237, 239})
 
 # Known to the manual and refused by name.

@@ -1,4 +1,4 @@
-"""Golden programs: ``tests/golden/<case>/program.nc`` gives exactly ``expected.blocks``.
+"""Golden programs: ``tests/golden/<dialect>_<case>/program.*`` gives exactly ``expected.blocks``.
 
 One JSON object a line: rows as ``Block.as_json``, waits in their place, then the errors.  The machine has X Y Z and a
 rotary axis A, tool 1 (radius 5, length 20 mm), M3 M5 M8.  ``HLI_COSIM_GOLDEN=write`` writes the expectations anew.
@@ -18,7 +18,7 @@ from cnc_core.frontend.offline import read_all
 from cnc_core.port import OfflinePort, Wait
 
 GOLDEN = Path(__file__).parents[1] / "golden"
-CASES = sorted(p.parent.name for p in GOLDEN.glob("isg_*/program.nc"))
+CASES = sorted(p.parent.name for p in GOLDEN.glob("*/program.*"))
 MACHINE = ProgramMachine(
     axes=("X", "Y", "Z", "A"),
     rotary=(False, False, False, True),
@@ -31,7 +31,7 @@ MACHINE = ProgramMachine(
 
 def lines_of(path):
     port = OfflinePort(MACHINE.start)
-    front_end = create("isg", path, MACHINE, port, collect=True)
+    front_end = create(path.parent.name.partition("_")[0], path, MACHINE, port, collect=True)
     start = MACHINE.start.copy()
     for item in read_all(front_end, rows=3):
         if isinstance(item, Wait):
@@ -53,7 +53,7 @@ def nearly(value):
 def test_program_gives_expected_blocks(case):
     """Rows, waits and errors of the program are those written beside it."""
     expected = GOLDEN / case / "expected.blocks"
-    found = list(lines_of(GOLDEN / case / "program.nc"))
+    found = list(lines_of(next((GOLDEN / case).glob("program.*"))))
     if os.environ.get("HLI_COSIM_GOLDEN") == "write":
         expected.write_text("".join(json.dumps(line) + "\n" for line in found))
     wanted = [json.loads(line) for line in expected.read_text().splitlines()]
