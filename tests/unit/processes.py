@@ -49,7 +49,7 @@ def run_plc(name: str, *arguments: str) -> tuple[int, str]:
 
 def start_cnc(name: str, **arguments: Any) -> subprocess.Popen[str]:
     """The fake CNC as a process, ready."""
-    command = [sys.executable, str(Path(__file__).with_name("fake_cnc.py")), name, json.dumps(arguments)]
+    command = [sys.executable, "-P", str(Path(__file__).with_name("fake_cnc.py")), name, json.dumps(arguments)]
     process = _started_process(command, stdout=subprocess.PIPE)
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"

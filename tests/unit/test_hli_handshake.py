@@ -164,7 +164,7 @@ def test_benchmark_refuses_wrong_payloads(n: int) -> None:
 
 def test_snapshots_under_a_stressed_writer_are_consistent(areas: Areas) -> None:
     """Another process writes as fast as it can; members far apart always belong together."""
-    command = [sys.executable, "-c", WRITER, areas.segment.name]
+    command = [sys.executable, "-P", "-c", WRITER, areas.segment.name]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as writer:
         assert writer.stdout is not None
         assert writer.stdout.readline() == "writing\n"
@@ -223,7 +223,7 @@ def test_waits_end_early_when_a_signal_arrives() -> None:
     name = unique_name()
     with hli.create(name) as segment:
         areas = Areas(segment)
-        command = [sys.executable, "-c", WAITER, name]
+        command = [sys.executable, "-P", "-c", WAITER, name]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
             process.stdout.readline()
@@ -249,9 +249,9 @@ def test_child_dies_with_its_parent() -> None:
     )
     child = (
         "import os,subprocess,sys,time\n"
-        f"subprocess.Popen([sys.executable, '-c', {grandchild!r}, str(os.getpid())])\ntime.sleep(60)"
+        f"subprocess.Popen([sys.executable, '-P', '-c', {grandchild!r}, str(os.getpid())])\ntime.sleep(60)"
     )
-    with subprocess.Popen([sys.executable, "-c", child], stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen([sys.executable, "-P", "-c", child], stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         pid = int(process.stdout.readline())
         start = lib.hs_process_start(pid)

@@ -34,7 +34,7 @@ def name() -> Iterator[str]:
 
 def other_process(name: str, ready: bool = True) -> subprocess.Popen[str]:
     """A process that created the segment and sleeps."""
-    command = [sys.executable, "-c", textwrap.dedent(CREATE_AND_SLEEP), name, str(int(ready))]
+    command = [sys.executable, "-P", "-c", textwrap.dedent(CREATE_AND_SLEEP), name, str(int(ready))]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     assert process.stdout.readline() == "there\n"
@@ -81,7 +81,7 @@ def test_attached_segment_shares_memory_and_closing_it_keeps_the_name(name: str)
 def test_attaching_process_does_not_remove_the_segment_at_its_exit(name: str) -> None:
     """The resource tracker's trap: the attacher's end leaves the name alone."""
     with hli.create(name):
-        subprocess.run([sys.executable, "-c", f"import hli; hli.attach({name!r})"], check=True)
+        subprocess.run([sys.executable, "-P", "-c", f"import hli; hli.attach({name!r})"], check=True)
         assert (SHM_DIR / name).exists()
 
 
@@ -255,7 +255,7 @@ def test_process_identity() -> None:
     assert lib.hs_process_alive(pid, start)
     assert not lib.hs_process_alive(pid, start + 1)
     assert not lib.hs_process_alive(0, 0)
-    child = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE)
+    child = subprocess.Popen([sys.executable, "-P", "-c", "input()"], stdin=subprocess.PIPE)
     started = lib.hs_process_start(child.pid)
     assert lib.hs_process_alive(child.pid, started)
     child.kill()
