@@ -1,7 +1,6 @@
 """Real processes for tests: the PLC runtime and the fake CNC; what a failed test leaves running is ended."""
 
 import json
-import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -12,8 +11,6 @@ import pytest
 
 import hli
 
-ROOT = Path(__file__).resolve().parents[2]
-ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT)}
 _started: list[subprocess.Popen[str]] = []
 
 
@@ -29,7 +26,7 @@ def leftovers() -> Iterator[None]:
 
 
 def _started_process(command: list[str], **options: Any) -> subprocess.Popen[str]:
-    process = subprocess.Popen(command, env=ENVIRONMENT, text=True, **options)
+    process = subprocess.Popen(command, text=True, **options)
     _started.append(process)
     return process
 
