@@ -36,7 +36,7 @@ app.add_typer(bench_app, name="bench")
 out = Console(highlight=False, soft_wrap=True, markup=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
-DIALECT_HELP = "isg, iso, isons or osai; default: by the file's extension"
+DIALECT_HELP = "isg, iso, isons or osai; default: by content and file extension"
 File = Annotated[Path, typer.Argument(help="NC program")]
 Config = Annotated[Path | None, typer.Option("--config", help="cell.toml; default: the built-in machine X Y Z")]
 Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
@@ -84,7 +84,7 @@ def open_program(file: Path, config: Path | None, dialect: str | None, *, collec
 
     program = Program(file, load(config), dialect, collect=collect)
     if dialect is None:
-        err.print(f"dialect: {program.dialect} (by the file's name; --dialect chooses another)")
+        err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
 
 
@@ -230,7 +230,7 @@ def run(
     with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
         result = cell.run(file, plc, dialect=dialect, out=out_dir, record=record)
     if dialect is None and result.dialect:
-        err.print(f"dialect: {result.dialect} (by the file's name; --dialect chooses another)")
+        err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")
     _say_run_errors(result)
     if as_json:
         emit(result.as_json())

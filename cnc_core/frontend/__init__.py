@@ -7,16 +7,13 @@ from typing import Protocol
 
 from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError, Place
+from cnc_core.frontend.detect import detect as detect
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.iso import IsoFrontEnd
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
 DIALECTS = ("isg", "iso", "isons", "osai")
-DEFAULT_DIALECT = "isg"
-EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg"} | dict.fromkeys(
-    (".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso"
-)
 
 
 class FrontEnd(Protocol):
@@ -36,11 +33,6 @@ class FrontEnd(Protocol):
         ...
 
     def close(self) -> None: ...
-
-
-def detect(path: Path) -> str:
-    """The dialect a file's extension stands for."""
-    return EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
 
 
 def create(dialect: str, path: Path, machine: ProgramMachine, port: ChannelPort, collect: bool = False) -> FrontEnd:

@@ -1,0 +1,34 @@
+"""Which dialect a program is written in: by what only one dialect can say, else by the file's extension."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+DEFAULT_DIALECT = "isg"
+EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg"} | dict.fromkeys(
+    (".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso"
+)
+SNIFFED_BYTES = 65536
+_COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
+# what cannot stand in a program of the other dialect
+_SIGNS = {
+    "isg": re.compile(
+        r"#\s*[A-Z]{2,}|\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b|\bV\.[A-Z]+\.|^\s*%L\s", re.M | re.I
+    ),
+    "iso": re.compile(
+        r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]", re.I
+    ),
+}
+
+
+def detect(path: Path) -> str:
+    """Dialect of the file: the one whose signs alone are found in its first 64 KiB, else that of its extension."""
+    by_name = EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
+    try:
+        with path.open("rb") as file:
+            text = _COMMENT.sub(" ", file.read(SNIFFED_BYTES).decode("latin-1"))
+    except OSError:
+        return by_name  # the reader reports it
+    found = [dialect for dialect, sign in _SIGNS.items() if sign.search(text)]
+    return found[0] if len(found) == 1 else by_name
