@@ -31,7 +31,7 @@ from .config import CellConfig, load_config
 from .errors import CncError, Place
 
 POLL_S = 0.005
-GRACE_S = 1.5  # after one side ended: how long the other may take to notice
+GRACE_S = 3.5  # after one side ended: how long the other may take to notice
 PLC_CHOICES = "a file, a class of a file, or builtin:NAME"
 
 
@@ -114,6 +114,8 @@ class PlcChoice:
             raise CncError(
                 902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}"
             ) from None
+        if not Path(file).is_file():
+            raise CncError(902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}")
         return cls(("--file", str(Path(file).resolve()), "--class", plc.__qualname__))
 
 
@@ -327,7 +329,7 @@ def _handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:
 
 def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
     """The end of the run as the user should see it."""
-    plc_failed = job.plc.process.poll() != 0
+    plc_failed = job.plc.process.poll() != 0 and (not result.plc or bool(result.plc.get("error")))
     if cnc.get("source") and result.errors:
         result.error_text = cnc["source"]
     plc_error = result.plc.get("error") or (job.plc.said() if plc_failed else "")

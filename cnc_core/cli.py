@@ -506,6 +506,7 @@ def bench_parser(seconds: Seconds = 10.0, as_json: Json = False) -> None:
 
 def main() -> None:
     """Entry point: runs a command and turns every expected failure into its exit status."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # also where the caller had it ignored
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what runs is ended and the recording kept
     try:
         code = app(standalone_mode=False)

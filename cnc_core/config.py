@@ -7,6 +7,7 @@ manual where there is one (P-CHAN-00650 and friends, see ``docs/glossary.md``).
 from __future__ import annotations
 
 import difflib
+import re
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -53,7 +54,7 @@ Uns32 = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
 
 
 class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 class AxisConfig(_Table):
@@ -105,8 +106,8 @@ class ChannelConfig(_Table):
     @classmethod
     def _numbers(cls, value: dict[str, Any]) -> dict[str, Any]:
         for key in value:
-            if not key.isdigit() or int(key) > 65535:
-                raise ValueError(f"{key!r} is not a function number 0..65535")
+            if not key.isdigit() or int(key) > 65535 or key != str(int(key)):
+                raise ValueError(f"{key!r} is not a function number 0..65535 (without leading zeros)")
         return value
 
     @model_validator(mode="after")
@@ -148,7 +149,7 @@ class CellConfig(_Table):
     """One cell: a machine with one channel."""
 
     name: str = "cell"
-    cycle_s: Annotated[float, Field(ge=1e-5, le=0.1)] = 0.001
+    cycle_s: Annotated[float, Field(ge=1e-5, le=0.1, allow_inf_nan=False)] = 0.001
     axes: dict[str, AxisConfig] = Field(default_factory=_default_axes)
     channel: ChannelConfig = Field(default_factory=ChannelConfig)
     tools: dict[str, ToolConfig] = Field(default_factory=dict)
@@ -177,7 +178,7 @@ class CellConfig(_Table):
     @classmethod
     def _tool_numbers(cls, tools: dict[str, ToolConfig]) -> dict[str, ToolConfig]:
         for key in tools:
-            if not key.isdigit() or int(key) == 0:
+            if not key.isdigit() or int(key) == 0 or key != str(int(key)):
                 raise ValueError(f"tool {key!r} is not a number from 1 on")
         return tools
 
@@ -241,6 +242,14 @@ def _message(error: Any) -> str:
     return f"{where}: unknown key{hint}"
 
 
+def _toml_place(file: str, text: str, message: str) -> Place:
+    """Place of a TOML syntax error, which tomllib only tells in its message."""
+    match = re.search(r"at line (\d+), column (\d+)", message)
+    lines = text.splitlines() or [""]
+    line, column = (int(match[1]), int(match[2])) if match else (len(lines), 1)
+    return Place(file, line, column, lines[min(line, len(lines)) - 1])
+
+
 def _line_of(text: str, key: str) -> int:
     """First line that mentions the key, 0 if none does."""
     lines = text.splitlines()
@@ -254,7 +263,7 @@ def parse_config(text: str, file: str = "") -> CellConfig:
     try:
         return CellConfig.model_validate(tomllib.loads(text))
     except tomllib.TOMLDecodeError as error:
-        raise ConfigError(f"not TOML: {error}", Place(file)) from None
+        raise ConfigError(f"not TOML: {error}", _toml_place(file, text, str(error))) from None
     except ValidationError as error:
         first = error.errors()[0]
         line = _line_of(text, str(first["loc"][-1])) if first["loc"] else 0

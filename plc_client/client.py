@@ -6,6 +6,7 @@ then runs only as far as the PLC lets it: ``Hli.step()`` by hand, or the scan ru
 
 from __future__ import annotations
 
+import operator
 import os
 import time
 from typing import Any, Literal
@@ -22,6 +23,7 @@ from . import clock
 
 DEFAULT_NAME = "hli-cosim"
 SPIN_NS = 500_000
+MAX_STEP = 1 << 30  # cycles of one step(); the turn counter has 32 bits
 SLICE_NS = 100_000_000
 FREE_RUN = 0x3FFFFFFF  # turns ahead: more than any CNC runs before it looks again
 _RETRY_S = 0.02
@@ -81,7 +83,10 @@ class Hli(Areas):
         lib.hs_store_u32(self.plc._pointer(layout.HLI_SIDE_PLC.finished.offset), 1)
 
     def close(self) -> None:
-        """Detach (the CNC runs on without a PLC) and give the memory up.  Views taken earlier stay readable."""
+        """Detach and give the memory up; the CNC runs on, in lockstep it waits for the next PLC.
+
+        Views taken earlier stay readable.
+        """
         if not self._open:
             return
         self._open = False
@@ -132,7 +137,13 @@ class Hli(Areas):
 
     def snapshot(self, channel: int = 0) -> Any:
         """A consistent private copy of ``gpCh[channel].bahn_state`` (channel 0 has the seqlock)."""
-        return snapshot(self.gpCh[channel].bahn_state)
+        return snapshot(self._channel(channel).bahn_state)
+
+    def _channel(self, index: int) -> Any:
+        channel = self.gpCh[index]
+        if channel is None:
+            raise ValueError(f"channel {index} is not configured; the CNC has {self.gNrCh}")
+        return channel
 
     # -- lockstep by hand
     def release_until(self, cycle: int) -> None:
@@ -146,8 +157,11 @@ class Hli(Areas):
     def step(self, cycles: int = 1, timeout_s: float = 5.0) -> int:
         """Lockstep: let the CNC run `cycles` cycles and wait for them; returns the completed cycles.
 
-        Raises HliError (a reader, another clock, the CNC died or shut down) and HliTimeout.
+        Raises ValueError (not 1..2**30 cycles), HliError (a reader, another clock, the CNC has ended), HliTimeout.
         """
+        cycles = operator.index(cycles)
+        if not 1 <= cycles <= MAX_STEP:
+            raise ValueError(f"step of {cycles} cycles: 1..{MAX_STEP}")
         self._check_step()
         target = lib.hs_load_u32(self._cnc_turn) + cycles
         self.release_until(target)
@@ -170,7 +184,7 @@ class Hli(Areas):
 
         In lockstep with a cyclic service the CNC is stepped until it has answered.  Raises HliTimeout.
         """
-        unit = ContourUnit(self.gpCh[channel].contour_lookahead)
+        unit = ContourUnit(self._channel(channel).contour_lookahead)
         by_itself = self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP or self.cnc.service == layout.HLI_SERVICE_IMMEDIATE
         if self.role != "plc" or by_itself:
             return unit.exchange(start_position, length, timeout_s).copy()

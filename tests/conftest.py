@@ -55,7 +55,7 @@ def command(*arguments: object) -> list[str]:
 def cli(tmp_path: Path) -> Callable[..., Outcome]:
     """Run ``hli-cosim`` in a folder of its own; ``cli("plan", path, "--json")``."""
 
-    def call(*arguments: object, timeout: float = 120.0) -> Outcome:
+    def call(*arguments: object, timeout: float = 300.0) -> Outcome:
         done = subprocess.run(
             command(*arguments), cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False
         )

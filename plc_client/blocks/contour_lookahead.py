@@ -79,7 +79,8 @@ class ContourLookahead:
     def follow(self, length: float) -> np.ndarray[Any, Any]:
         """Mode 2, once per scan: the elements that became known since the last call, each exactly once.
 
-        ``length`` is the range of one request in 0.1 um.  Starts again at 0 after a distance reset.
+        ``length`` is the range of one request in 0.1 um.  Starts again at 0 after a distance reset.  One call brings at
+        most one answer (128 elements); what the CNC has dropped meanwhile is counted by ``gaps`` and ``lost_distance``.
         """
         if self._contour is None:
             self._contour = ContourFollower(self)
@@ -89,6 +90,16 @@ class ContourLookahead:
     def resets(self) -> int:
         """How often ``follow()`` began again at 0."""
         return self._contour.resets if self._contour is not None else 0
+
+    @property
+    def gaps(self) -> int:
+        """How often ``follow()`` came too late for elements."""
+        return self._contour.gaps if self._contour is not None else 0
+
+    @property
+    def lost_distance(self) -> float:
+        """Path length of the elements ``follow()`` came too late for, 0.1 um."""
+        return self._contour.lost_distance if self._contour is not None else 0.0
 
     # -- for the paging helpers: the same steps one by one
     def poll(self) -> bool:

@@ -121,7 +121,7 @@ def test_freerun_of_100000_lines(cell: Cell, program: Write) -> None:
 # ------------------------------------------------------------------------------------------------ deaths and bad input
 def wait_for_children(pid: int, count: int) -> list[int]:
     """Process numbers of the two sides of a running ``hli-cosim run``."""
-    deadline = time.monotonic() + 20.0
+    deadline = time.monotonic() + 90
     while time.monotonic() < deadline:
         text = Path(f"/proc/{pid}/task/{pid}/children").read_text()
         children = [int(p) for p in text.split()]
@@ -146,7 +146,7 @@ def test_a_killed_side_ends_the_run(program: Write, tmp_path: Path, victim: int,
     children = wait_for_children(process.pid, 2)
     time.sleep(delay)
     os.kill(children[victim], signal.SIGKILL)
-    out, err = process.communicate(timeout=20)
+    out, err = process.communicate(timeout=90)
     assert process.returncode == 1, err
     value = json.loads(out)
     assert value["end"] == "aborted"
@@ -166,7 +166,7 @@ def test_interrupt_ends_both_sides_and_keeps_the_recording(program: Write, tmp_p
     wait_for_children(process.pid, 2)
     time.sleep(1.0)
     os.killpg(process.pid, signal.SIGINT)
-    process.communicate(timeout=20)
+    process.communicate(timeout=90)
     assert process.returncode == 130
     with np.load(record) as columns:
         assert len(columns["t"]) > 10
@@ -177,17 +177,17 @@ def test_a_second_cnc_on_one_name_is_refused(program: Write) -> None:
     path, name = program(T1), f"hli-test-{os.getpid()}"
     first = subprocess.Popen(command("cnc", path, "--name", name), stderr=subprocess.PIPE)
     try:
-        deadline = time.monotonic() + 20
+        deadline = time.monotonic() + 90
         while not Path(f"/dev/shm/{name}").exists() and time.monotonic() < deadline:
             time.sleep(0.01)
         second = subprocess.run(
-            command("cnc", path, "--name", name), capture_output=True, text=True, timeout=20, check=False
+            command("cnc", path, "--name", name), capture_output=True, text=True, timeout=90, check=False
         )
         assert second.returncode == 1
         assert f"in use by process {first.pid}" in second.stderr
     finally:
         first.send_signal(signal.SIGINT)
-        first.communicate(timeout=10)
+        first.communicate(timeout=90)
     assert first.returncode == 130
 
 

@@ -140,6 +140,13 @@ def test_rows_of_unknown_kind_are_refused() -> None:
         ("[axes.X]\nv_max_mm_s = nan\n", "v_max_mm_s"),
         ("[axes.H]\n", "axis name"),
         ("cycle_s = 0\n", "cycle_s"),
+        ("cycle_s = nan\n", "finite"),
+        ('cycle_s = "0.002"\n', "valid number"),
+        ("[axes.X]\nv_max_mm_s = true\n", "valid number"),
+        ("[channel]\nfb_storage_size = true\n", "valid integer"),
+        ('[channel.m_synch]\n060 = "MOS"\n', "leading zeros"),
+        ("[axes.X]\nid = 2\n[axes.Y]\n", "not all different"),
+        ("[axes.X\nkind=\n", "cell.toml:1:8: 902001: not TOML"),
         ("[axes", "TOML"),
     ],
 )
