@@ -60,7 +60,7 @@ class ContourFollower:
     distance fell although the path does not run backwards, or stands at 0 while the known distance lies behind
     ``position``: a new program) an answer still under way is dropped and everything begins again at 0.  Elements that
     the CNC dropped before they were asked for (they lay too far behind the tool) are skipped; ``gaps`` counts these
-    places and ``lost_distance`` adds up their length (0.1 um): a task that scans too seldom for short blocks loses some,
+    places and ``lost_distance`` adds up their length (0.1 um): a task too slow for short blocks loses some
     because one answer holds 128 elements and the CNC keeps P-CHAN-00658 behind the tool.
     """
 
