@@ -12,14 +12,19 @@ static uint64_t power_of_two(uint64_t n) {
 
 static bool allocate(engine *e) {
     uint64_t behind = e->cfg.log_max < 65536u ? e->cfg.log_max : 65536u;
-    uint64_t elements = power_of_two(2 * (behind > PIECE_RING ? behind : PIECE_RING));
+    uint64_t kept = e->cfg.fb_storage_size / STORE_BYTES;
+    e->store_kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
+    uint64_t stored = power_of_two(e->store_kept + STORE_AHEAD);
+    uint64_t elements = power_of_two(2 * (behind + e->store_kept > PIECE_RING ? behind + e->store_kept : PIECE_RING));
     e->element_mask = elements - 1;
+    e->store_mask = stored - 1;
+    e->store = calloc(stored, sizeof(piece));
     e->plan.tail_max = 4 * (e->cfg.window + 64);
     e->elements = calloc(elements, sizeof(element));
     e->pieces = calloc(PIECE_RING, sizeof(piece));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
-    return e->elements && e->pieces && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
+    return e->elements && e->store && e->pieces && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
 }
 
 static void attach_segment(engine *e, void *segment) {
@@ -43,6 +48,7 @@ engine *engine_new(const engine_config *config, void *segment) {
     e->plan.override = e->override_now = 1.0;
     e->plan.rapid = e->rapid_now = 1.0;
     e->geo.piece = UINT64_MAX;
+    e->feed.dir = 1;
     if (segment) attach_segment(e, segment);
     return e;
 }
@@ -54,6 +60,7 @@ void engine_free(engine *e) {
     for (uint32_t i = 0; i < LOG_CHUNKS; i++) free(e->log.chunk[i]);
     for (int i = 0; i < 2; i++) free(e->plan.tails[i].phases);
     free(e->elements);
+    free(e->store);
     free(e->pieces);
     free(e->phase_ring);
     free(e->record);
@@ -109,7 +116,7 @@ void engine_set_phase(engine *e, uint32_t phase) {
 static bool needs_blocks(engine *e) {
     if (ATOMIC_GET(e->finished) || ATOMIC_GET(e->expect_drain)) return false;
     uint64_t ahead = e->element_head - ATOMIC_GET(e->geo.active);
-    return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->piece_head - ATOMIC_GET(e->piece_done) < 1024u);
+    return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->store_head - ATOMIC_GET(e->store_done) < 1024u);
 }
 
 static bool plc_finished(const engine *e) {
@@ -119,7 +126,7 @@ static bool plc_finished(const engine *e) {
 /* What preparation or the cell has to know, in order of urgency; -1 if nothing. */
 int pending_event(engine *e) {
     if (e->fault) return ENGINE_FAULT;
-    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->piece_done) >= e->drain_at && geo_drained(e)) {
+    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {
         ATOMIC_SET(e->expect_drain, 0);
         return ENGINE_DRAINED;
     }

@@ -10,6 +10,9 @@
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
 #define PIECE_RING 16384u
 #define KEPT_BEHIND 1024u /* executed pieces that stay readable, more than the planner looks back */
+#define STORE_AHEAD 16384u /* pieces prepared ahead of those the path has reached */
+#define STORE_KEPT_MAX (1u << 20)
+#define STORE_BYTES 176u  /* P-STUP-00033: what one stored block counts */
 #define PHASE_RING 4096u
 #define LOG_CHUNK 4096u
 #define LOG_CHUNKS 65536u
@@ -84,7 +87,15 @@ typedef struct piece {
     double jump_max;
     uint64_t element;        /* element id; events: id of the next element */
     double value;
-    double value2;
+    uint64_t mate;           /* real-time loop: its other end in the store; distance reset: first element before it */
+    double path0, dist0;     /* at the start of the whole piece: mm since program start, displayed distance mm */
+    double path_rate, dist_rate; /* change of both over a mm of the piece as it is driven */
+    uint64_t origin;         /* place in the store */
+    double from, whole;      /* where in the whole piece this one begins, and the whole piece's length */
+    int8_t dir;              /* 1 forward, -1 backward */
+    bool replay;             /* on a stretch that has been driven before: functions have units of their own */
+    bool again;              /* end of a real-time loop: it is driven once more */
+    uint8_t inserted;        /* stop that the PLC has inserted */
     uint32_t n, count, line;
     int32_t code;
     uint16_t flags;
@@ -93,7 +104,7 @@ typedef struct piece {
     bool gated;              /* standstill at the start unless `need` is met */
     bool m01;                /* M01, or the motion behind it: standstill while m01_stop_enable */
     bool new_block;          /* motion of another block than the motion before it */
-    bool put_out;            /* function: has gone to the PLC (GEO) */
+    bool put_out;            /* function: has gone to the PLC (GEO; in the store) */
     techno_counts need;
     uint32_t synch, unit;
     bool stop_after;
@@ -147,6 +158,21 @@ typedef struct planner {
     double rapid;        /* override of rapid motion */
 } planner;
 
+/* What is fed next into the run ring (planner's side). */
+typedef struct feeder {
+    uint64_t next;       /* piece of the store */
+    double at;           /* where in it, mm from its start */
+    int dir;
+    uint64_t frontier;   /* pieces of the store below it have been driven or skipped before */
+    uint64_t last_motion; /* in the run ring */
+    bool has_motion, has_gate, m01, stop;
+    bool in_loop;        /* pieces of a real-time loop lie between the path's present end and `next` */
+    uint64_t loop_begin;
+    techno_counts gate, pushed; /* functions on stretches driven before */
+    uint64_t program_first;
+    bool final;          /* nothing can come behind the run ring's head */
+} feeder;
+
 typedef struct geo {
     uint64_t cycle;
     uint64_t piece;       /* piece under the tool */
@@ -161,8 +187,10 @@ typedef struct geo {
     uint64_t active;      /* active element */
     uint32_t epoch;
     uint64_t epoch_first;
-    double path_base;     /* path of the active piece's start since program start */
-    double path;
+    double path;          /* mm since program start, real-time loops counted as often as they are driven */
+    double path_shift, dist_shift; /* mm: what passes of real-time loops add */
+    uint64_t saved_first; /* epoch_first ahead of a real-time loop */
+    uint32_t marks;       /* odd while epoch, epoch_first and dist_shift change */
     bool continue_seen;
     bool stands_single;
     bool dwelling;
@@ -184,13 +212,25 @@ struct engine {
     double distance;      /* 0.1 um, start of the next element */
     uint32_t push_epoch;
     bool stop_pending, m01_pending;
-    uint64_t last_motion; /* index of the last motion piece */
+    uint32_t last_count;  /* block_count of the last motion */
+    uint64_t loop_begin;  /* piece that begins the real-time loop being pushed */
+    bool in_loop;
     element *elements;
     uint64_t element_mask;
     uint64_t element_head;
+    /* The store: pieces in program order. SDA fills it, the feeder copies out of it; what the path has left behind
+     * stays for backward motion as long as P-STUP-00033 gives room. */
+    piece *store;
+    uint64_t store_mask, store_kept;
+    uint64_t store_head;  /* pushed */
+    uint64_t store_done;  /* executed at least once */
+    uint64_t store_floor; /* pieces below it may be overwritten */
+    uint64_t store_first; /* #BACKWARD STORAGE CLEAR: backward motion ends here */
+    /* The run ring: pieces in the order in which they are driven. */
+    feeder feed;
     piece *pieces;
-    uint64_t piece_head;  /* pushed */
-    uint64_t piece_done;  /* executed by GEO, slots below are free */
+    uint64_t piece_head;  /* fed */
+    uint64_t piece_done;  /* executed by GEO */
     int finished, expect_drain, hold_start, stay;
     uint64_t drain_at;
     marked_log log;
@@ -235,6 +275,7 @@ struct engine {
 };
 
 static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & (PIECE_RING - 1)]; }
+static inline piece *store_at(engine *e, uint64_t i) { return &e->store[i & e->store_mask]; }
 static inline element *element_at(engine *e, uint64_t i) { return &e->elements[i & e->element_mask]; }
 static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
 
@@ -245,6 +286,12 @@ void piece_tangent(const engine *e, const piece *p, double s, double *u);
 
 /* ring.c */
 bool ring_has_room(engine *e);
+piece *store_slot(engine *e, const nc_block *row);
+void store_publish(engine *e);
+
+/* feed.c */
+void feed(engine *e);
+void feed_store_floor(engine *e);
 
 /* marked_log.c */
 void log_marker(engine *e, const nc_block *row);

@@ -18,7 +18,7 @@ static void enter_piece(engine *e, uint64_t i) {
 
 static void run_event(engine *e, piece *p) {
     geo *g = &e->geo;
-    if (p->flags & NC_OUTPUT) techno_output(e, p);
+    if (p->flags & NC_OUTPUT) techno_output(e, store_at(e, p->origin));
     switch (p->type) {
     case NC_DISTANCE_RESET:
         ATOMIC_SET(g->epoch_first, p->element);
@@ -39,8 +39,7 @@ static void leave_piece(engine *e) {
     geo *g = &e->geo;
     piece *p = piece_at(e, g->piece);
     if (is_motion(p)) {
-        g->path_base += p->length;
-        g->path = g->path_base;
+        g->path = g->path_shift + p->path0 + p->path_rate * p->length;
         memcpy(g->position, p->end, sizeof g->position);
         g->s = p->length;
     } else {
@@ -48,6 +47,7 @@ static void leave_piece(engine *e) {
     }
     g->dwelling = false;
     ATOMIC_SET(e->piece_done, g->piece + 1);
+    if (p->origin >= e->store_done) ATOMIC_SET(e->store_done, p->origin + 1);
 }
 
 /* The tail was taken: its next phase, or, once it is used up, standstill until the planner has taken note. */
@@ -148,7 +148,7 @@ static void evaluate(engine *e) {
     if (g->has_phase) g->v = g->now.v0 + g->now.a * g->t;
     if (!is_motion(p)) return;
     if (g->has_phase) g->s = phase_position(&g->now, p, g->t);
-    g->path = g->path_base + g->s;
+    g->path = g->path_shift + p->path0 + p->path_rate * g->s;
     piece_position(e, p, g->s, g->position);
 }
 
@@ -170,7 +170,7 @@ static void record(engine *e) {
 
 /* Everything pushed up to now has been executed and the axes stand. */
 bool geo_drained(engine *e) {
-    return ATOMIC_GET(e->piece_done) >= ATOMIC_GET(e->piece_head) && !e->geo.has_phase && !e->geo.waiting_continue;
+    return ATOMIC_GET(e->store_done) >= ATOMIC_GET(e->store_head) && !e->geo.has_phase && !e->geo.waiting_continue;
 }
 
 static void note_end(engine *e) {

@@ -304,8 +304,9 @@ static double thread_cpu_s(void) {
 int planner_pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start) || ahead_s(e) >= COMMIT_LOW_S) return 0;
     if (!resume_after_tail(e)) return 0;
-    if (e->plan.piece >= ATOMIC_GET(e->piece_head)) return 0;
     double t0 = thread_cpu_s();
+    feed(e);
+    if (e->plan.piece >= e->piece_head) return 0;
     uint64_t before = e->plan.written;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);

@@ -3,11 +3,9 @@
 #include "engine_internal.h"
 
 bool ring_has_room(engine *e) {
-    if (e->piece_head - ATOMIC_GET(e->piece_done) >= PIECE_RING - KEPT_BEHIND - 4 * BEHIND_MAX) return false;
+    if (e->store_head + 4 * BEHIND_MAX >= ATOMIC_GET(e->store_floor) + e->store_mask) return false;
     if (!techno_has_room(e)) return false;
-    uint64_t active = ATOMIC_GET(e->geo.active);
-    uint64_t keep = (e->element_mask + 1) / 2;
-    return e->element_head < active + keep;
+    return e->element_head < ATOMIC_GET(e->geo.active) + (e->element_mask + 1) / 2;
 }
 
 static bool row_is_finite(const engine *e, const nc_block *r) {
@@ -95,22 +93,27 @@ static void push_element(engine *e, const piece *p, const nc_block *row) {
     ATOMIC_SET(e->element_head, e->element_head + 1);
 }
 
-/* Change of direction per axis between the piece before and this one. */
-static void set_jump(engine *e, piece *p) {
-    p->jump_max = 0.0;
-    if (p->stop_before || !e->has_motion_piece) return;
-    const piece *before = piece_at(e, e->last_motion);
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        p->jump[i] = fabs(p->tangent_in[i] - before->tangent_out[i]);
-        p->jump_max = fmax(p->jump_max, p->jump[i]);
-    }
+/* The next place of the store, cleared, with what every row has. */
+piece *store_slot(engine *e, const nc_block *row) {
+    piece *p = store_at(e, e->store_head);
+    memset(p, 0, sizeof *p);
+    p->type = row->type;
+    p->n = row->n;
+    p->count = row->count;
+    p->line = row->line;
+    p->flags = row->flags;
+    p->origin = e->store_head;
+    p->dir = 1;
+    return p;
 }
+
+void store_publish(engine *e) { ATOMIC_SET(e->store_head, e->store_head + 1); }
 
 static void push_motion(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
     piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
-    p->new_block = e->has_motion_piece && piece_at(e, e->last_motion)->count != p->count;
+    p->new_block = e->has_motion_piece && e->last_count != p->count;
     p->m01 = e->m01_pending;
     e->m01_pending = false;
     p->gated = e->has_pending_gate;
@@ -118,12 +121,15 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     e->has_pending_gate = false;
     p->stop_after = row->flags & NC_EXACT_STOP;
     e->stop_pending = p->stop_after;
-    set_jump(e, p);
     p->element = e->element_head;
+    p->path0 = e->pushed_path;
+    p->dist0 = e->distance / TENTH_UM;
+    p->path_rate = p->dist_rate = 1.0;
+    p->whole = p->length;
     push_element(e, p, row);
     e->pushed_path += p->length;
     memcpy(e->last_end, row->end, sizeof e->last_end);
-    e->last_motion = e->piece_head;
+    e->last_count = p->count;
     e->has_motion_piece = true;
 }
 
@@ -155,16 +161,10 @@ static void push_row(engine *e, const nc_block *row) {
     if (row->type <= NC_POLYNOMIAL) techno_before_motion(e, row);
     if (techno_push(e, row)) return;
     if (row->type == NC_EVENT && row->code == NC_EVENT_EXPL_SYN) techno_expl_syn(e, row);
-    piece *p = piece_at(e, e->piece_head);
-    memset(p, 0, sizeof *p);
-    p->type = row->type;
-    p->n = row->n;
-    p->count = row->count;
-    p->line = row->line;
-    p->flags = row->flags;
+    piece *p = store_slot(e, row);
     if (row->type <= NC_POLYNOMIAL) push_motion(e, p, row);
     else push_event(e, p, row);
-    ATOMIC_SET(e->piece_head, e->piece_head + 1);
+    store_publish(e);
 }
 
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n) {
@@ -187,6 +187,6 @@ void engine_finish(engine *e) {
 
 void engine_expect_drain(engine *e) {
     techno_block_end(e);
-    e->drain_at = e->piece_head;
+    e->drain_at = e->store_head;
     ATOMIC_SET(e->expect_drain, 1);
 }

@@ -45,22 +45,14 @@ static bool is_function(const nc_block *row) { return row->type == NC_M || row->
 
 /* ------------------------------------------------------------------------------------------------ SDA */
 static piece *new_event(engine *e, const nc_block *row) {
-    piece *p = piece_at(e, e->piece_head);
-    memset(p, 0, sizeof *p);
+    piece *p = store_slot(e, row);
     p->kind = PIECE_EVENT;
-    p->type = row->type;
-    p->n = row->n;
-    p->count = row->count;
-    p->line = row->line;
-    p->flags = row->flags;
     p->code = row->code;
     p->value = row->value;
     p->element = e->element_head;
     memcpy(p->end, e->last_end, sizeof p->end);
     return p;
 }
-
-static void publish_piece(engine *e) { ATOMIC_SET(e->piece_head, e->piece_head + 1); }
 
 static void push_gate(engine *e, const nc_block *row, techno_counts need) {
     piece *p = new_event(e, row);
@@ -70,7 +62,7 @@ static void push_gate(engine *e, const nc_block *row, techno_counts need) {
     p->gated = true;
     e->pending_gate = need;
     e->has_pending_gate = true;
-    publish_piece(e);
+    store_publish(e);
 }
 
 /* The counts a gate needs when everything pushed up to now has to be done in the member given. */
@@ -98,7 +90,7 @@ static void push_output(engine *e, const nc_block *row, uint32_t synch) {
     p->unit = late ? 0 : e->std_index++;
     if (synch & SYNCH_MNS_SNS) p->stop_before = true;
     e->stop_pending |= p->stop_before;
-    publish_piece(e);
+    store_publish(e);
     if (late) e->pushed.late_freed++;
     else e->pushed.std_freed++;
     if (synch & SYNCH_MVS_SLM) e->pushed.slm_acked++;
@@ -132,7 +124,7 @@ static void push_early(engine *e, const nc_block *row, uint32_t synch) {
     o->path = e->pushed_path;
     o->distance = synch & SYNCH_MEP_SVS ? pre / TENTH_UM : 0.0;
     o->time = synch & SYNCH_MET_SVS ? pre * 1e-6 : 0.0;
-    o->piece = e->piece_head - 1;
+    o->piece = e->store_head - 1;
     o->free_before = e->std_base;
     ATOMIC_SET(e->early_head, e->early_head + 1);
 }
@@ -275,10 +267,10 @@ static void look_at_early(engine *e) {
     while (e->early_done < ATOMIC_GET(e->early_head)) {
         const early_output *o = &e->early[e->early_done % EARLY_MAX];
         double rest = o->path - e->geo.path;
-        bool passed = ATOMIC_GET(e->piece_done) > o->piece;
+        bool passed = ATOMIC_GET(e->store_done) > o->piece;
         if (!passed && rest > o->distance && rest > o->time * e->geo.v) return;
         if (!passed && e->done.std_freed < o->free_before) return;
-        if (!passed) techno_output(e, piece_at(e, o->piece));
+        if (!passed) techno_output(e, store_at(e, o->piece));
         ATOMIC_SET(e->early_done, e->early_done + 1);
     }
 }
