@@ -63,6 +63,7 @@ void engine_free(engine *e) {
     free(e->store);
     free(e->pieces);
     free(e->phase_ring);
+    free(e->log.items);
     free(e->record);
     free(e->m_synch.synch);
     free(e->m_synch.pre);

@@ -130,6 +130,10 @@ typedef struct marked_log {
     uint32_t count;
     uint32_t active;
     bool complete, ignoring;
+    double shift;        /* 0.1 um: what the copies of real-time loops add to the start of later entries */
+    bool in_loop;
+    struct loop_item *items; /* what a real-time loop logs, until its end is known */
+    uint32_t item_count, item_room;
 } marked_log;
 
 typedef struct tail {
@@ -188,8 +192,10 @@ typedef struct geo {
     uint32_t epoch;
     uint64_t epoch_first;
     double path;          /* mm since program start, real-time loops counted as often as they are driven */
+    double dist;          /* mm: as displayed, real-time loops counted once */
     double path_shift, dist_shift; /* mm: what passes of real-time loops add */
     uint64_t saved_first; /* epoch_first ahead of a real-time loop */
+    uint32_t loop_count;  /* passes of the real-time loop driven last */
     uint32_t marks;       /* odd while epoch, epoch_first and dist_shift change */
     bool continue_seen;
     bool stands_single;
@@ -215,6 +221,7 @@ struct engine {
     uint32_t last_count;  /* block_count of the last motion */
     uint64_t loop_begin;  /* piece that begins the real-time loop being pushed */
     bool in_loop;
+    double loop_path, loop_tangent[3]; /* where it begins: path, direction of its first element */
     element *elements;
     uint64_t element_mask;
     uint64_t element_head;
@@ -241,7 +248,7 @@ struct engine {
     geo geo;
     int tail_done;
     double override_now, rapid_now;
-    int single_now, m01_now;
+    int single_now, m01_now, rt_loop_now;
     int hold_now;
     /* service */
     uint32_t answered;    /* elements in the last answer */
@@ -288,6 +295,7 @@ void piece_tangent(const engine *e, const piece *p, double s, double *u);
 bool ring_has_room(engine *e);
 piece *store_slot(engine *e, const nc_block *row);
 void store_publish(engine *e);
+double angle_between(const double *a, const double *b);
 
 /* feed.c */
 void feed(engine *e);
@@ -297,6 +305,8 @@ void feed_store_floor(engine *e);
 void log_marker(engine *e, const nc_block *row);
 void log_element(engine *e, const element *el);
 void log_program_end(engine *e);
+void log_loop_begin(engine *e);
+void log_loop_end(engine *e, double length);
 const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
 bool log_available(const engine *e);
 

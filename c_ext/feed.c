@@ -49,22 +49,88 @@ static void feed_motion(engine *e, const piece *from) {
     publish_run(e);
 }
 
-static void feed_forward(engine *e) {
-    const piece *from = store_at(e, e->feed.next);
-    if (is_motion(from)) {
-        feed_motion(e, from);
-    } else {
-        copy_next(e, from);
-        publish_run(e);
+/* ------------------------------------------------------------------------------------------------ real-time loops */
+static bool is_branch(const piece *p) { return p->kind == PIECE_EVENT && p->type == (p->dir > 0 ? NC_RT_LOOP_END : NC_RT_LOOP_BEGIN); }
+
+/* Whether a loop is driven once more; one without a path would never end. */
+static bool loop_wanted(engine *e, const piece *p) { return ATOMIC_GET(e->rt_loop_now) && p->value > 0.0; }
+
+static void decide_branch(engine *e, piece *p, bool again) {
+    p->again = again;
+    e->feed.next = again ? p->mate + (uint64_t)p->dir : p->origin + (uint64_t)p->dir;
+    e->feed.in_loop = true; /* until the path has passed the decision */
+}
+
+static void feed_event(engine *e, const piece *from) {
+    piece *p = copy_next(e, from);
+    e->feed.next += (uint64_t)e->feed.dir;
+    p->dir = (int8_t)e->feed.dir;
+    if (p->type == NC_RT_LOOP_BEGIN && p->dir > 0) {
+        e->feed.in_loop = true;
+        e->feed.loop_begin = p->origin;
     }
+    if (is_branch(p)) decide_branch(e, p, loop_wanted(e, p));
+    publish_run(e);
+}
+
+/* First piece of the run ring that may still be changed: none that is committed, none that the tail runs over. */
+static uint64_t first_free(const engine *e) {
+    if (e->plan.v <= 0.0) return e->plan.piece + (e->plan.s > 0.0);
+    uint64_t word = ATOMIC_GET(e->commit);
+    return e->plan.tails[(word >> 1) & 1].piece + 1;
+}
+
+/* Drop what has been fed from `head` on. */
+static void cut_run(engine *e, uint64_t head) {
+    e->piece_head = head;
+    e->plan.capped = e->plan.piece;
+    e->feed.has_motion = false;
+    for (uint64_t i = head; i-- > 0 && i + KEPT_BEHIND > e->plan.piece;) {
+        if (!is_motion(piece_at(e, i))) continue;
+        e->feed.last_motion = i;
+        e->feed.has_motion = true;
+        return;
+    }
+}
+
+/* The condition of a loop may have changed since its end was fed. */
+static void reconsider_loop(engine *e) {
+    bool ahead = false;
+    for (uint64_t i = first_free(e); i < e->piece_head; i++) {
+        piece *p = piece_at(e, i);
+        if (!is_branch(p)) continue;
+        ahead = true;
+        bool again = loop_wanted(e, p);
+        if (p->again == again) continue;
+        cut_run(e, i + 1);
+        decide_branch(e, p, again);
+        return;
+    }
+    if (!ahead) e->feed.in_loop = e->feed.next > e->feed.loop_begin && e->feed.next <= store_at(e, e->feed.loop_begin)->mate;
+}
+
+/* ------------------------------------------------------------------------------------------------ feeding */
+static void feed_next(engine *e) {
+    const piece *from = store_at(e, e->feed.next);
+    if (!is_motion(from)) {
+        feed_event(e, from);
+        return;
+    }
+    feed_motion(e, from);
     e->feed.next++;
+}
+
+static bool wants_more(engine *e) {
+    uint64_t ahead = e->cfg.window + (e->feed.in_loop ? LOOP_AHEAD : FED_AHEAD);
+    return e->piece_head - e->plan.piece < ahead && run_has_room(e);
 }
 
 /* Feed as far as the planner has to see. */
 void feed(engine *e) {
+    bool finished = ATOMIC_GET(e->finished); /* before the head: nothing is pushed behind it */
     uint64_t head = ATOMIC_GET(e->store_head);
-    bool finished = ATOMIC_GET(e->finished);
-    while (e->feed.next < head && e->piece_head - e->plan.piece < e->cfg.window + FED_AHEAD && run_has_room(e)) feed_forward(e);
+    if (e->feed.in_loop) reconsider_loop(e);
+    while (e->feed.next < head && wants_more(e)) feed_next(e);
     e->feed.final = finished && e->feed.next >= head;
     feed_store_floor(e);
 }

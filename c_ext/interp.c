@@ -2,6 +2,12 @@
 #include <math.h>
 #include "engine_internal.h"
 
+/* Path and displayed distance at s of a motion. */
+static void place_on_path(geo *g, const piece *p, double s) {
+    g->path = g->path_shift + p->path0 + p->path_rate * s;
+    g->dist = p->dist0 + p->dist_rate * s;
+}
+
 static void enter_piece(engine *e, uint64_t i) {
     geo *g = &e->geo;
     const piece *p = piece_at(e, i);
@@ -16,13 +22,48 @@ static void enter_piece(engine *e, uint64_t i) {
     ATOMIC_SET(g->active, p->element);
 }
 
+/* Distances change their meaning here; `marks` lets the look-ahead service see either the old or the new one. */
+static void set_epoch(geo *g, uint32_t epoch, uint64_t first, double dist_shift) {
+    ATOMIC_SET(g->marks, g->marks + 1);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    ATOMIC_SET(g->epoch, epoch);
+    ATOMIC_SET(g->epoch_first, first);
+    __atomic_store(&g->dist_shift, &dist_shift, __ATOMIC_RELEASE);
+    ATOMIC_SET(g->marks, g->marks + 1);
+}
+
+/* The end of a real-time loop (going back: its beginning). */
+static void run_branch(engine *e, const piece *p) {
+    geo *g = &e->geo;
+    if (!p->again) {
+        if (p->dir > 0) set_epoch(g, g->epoch + 1, g->epoch_first, g->dist_shift);
+        else set_epoch(g, g->epoch, g->saved_first, g->dist_shift);
+        return;
+    }
+    double turn = p->dir * p->value;
+    uint64_t begin = p->dir > 0 ? store_at(e, p->mate)->element : p->element;
+    g->loop_count++;
+    g->path_shift += turn;
+    set_epoch(g, g->epoch, begin, p->flags & NC_MODULO ? g->dist_shift : g->dist_shift + turn);
+}
+
+static void run_loop_end(engine *e, const piece *p) {
+    geo *g = &e->geo;
+    if (p->type == (p->dir > 0 ? NC_RT_LOOP_END : NC_RT_LOOP_BEGIN)) run_branch(e, p);
+    else if (p->dir < 0) set_epoch(g, g->epoch - 1, store_at(e, p->mate)->element, g->dist_shift);
+    else g->saved_first = g->epoch_first, g->loop_count = 0;
+}
+
 static void run_event(engine *e, piece *p) {
     geo *g = &e->geo;
     if (p->flags & NC_OUTPUT) techno_output(e, store_at(e, p->origin));
     switch (p->type) {
     case NC_DISTANCE_RESET:
-        ATOMIC_SET(g->epoch_first, p->element);
-        ATOMIC_SET(g->epoch, g->epoch + 1);
+        g->dist = 0.0;
+        set_epoch(g, g->epoch + 1, p->element, 0.0);
+        break;
+    case NC_RT_LOOP_BEGIN: case NC_RT_LOOP_END:
+        run_loop_end(e, p);
         break;
     case NC_T:
         g->tool = p->code;
@@ -39,7 +80,7 @@ static void leave_piece(engine *e) {
     geo *g = &e->geo;
     piece *p = piece_at(e, g->piece);
     if (is_motion(p)) {
-        g->path = g->path_shift + p->path0 + p->path_rate * p->length;
+        place_on_path(g, p, p->length);
         memcpy(g->position, p->end, sizeof g->position);
         g->s = p->length;
     } else {
@@ -148,7 +189,7 @@ static void evaluate(engine *e) {
     if (g->has_phase) g->v = g->now.v0 + g->now.a * g->t;
     if (!is_motion(p)) return;
     if (g->has_phase) g->s = phase_position(&g->now, p, g->t);
-    g->path = g->path_shift + p->path0 + p->path_rate * g->s;
+    place_on_path(g, p, g->s);
     piece_position(e, p, g->s, g->position);
 }
 

@@ -33,6 +33,7 @@
 #define NC_HAS_PARAM 8    /* marker: PARAM was programmed */
 #define NC_WAIT 16        /* flush: the front end waits until it is executed */
 #define NC_HAS_VALUE 32   /* M, H: additional value was programmed */
+#define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */

@@ -62,6 +62,7 @@ void take_commands(engine *e) {
     e->geo.continue_seen = go_on;
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
     __atomic_store(&e->rapid_now, &rapid, __ATOMIC_RELEASE);
+    ATOMIC_SET(e->rt_loop_now, level_bool(&c->rt_loop_enable, present, false));
     ATOMIC_SET(e->single_now, level_bool(&c->single_block, present, false));
     ATOMIC_SET(e->m01_now, level_bool(&c->m01_stop_enable, present, false));
     ATOMIC_SET(e->hold_now, hold);
@@ -88,13 +89,7 @@ static void publish_axis(engine *e, int i) {
 
 static double display_distance(engine *e) {
     const geo *g = &e->geo;
-    if (g->piece == UINT64_MAX || e->element_head == 0) return 0.0;
-    const element *el = element_at(e, g->active);
-    if (el->epoch != g->epoch) return 0.0;
-    const piece *p = piece_at(e, g->piece);
-    if (!is_motion(p) || p->element != g->active) return el->facts.start_position + el->facts.length;
-    if (g->s >= p->length) return el->facts.start_position + el->facts.length;
-    return el->facts.start_position + g->s * TENTH_UM;
+    return (g->dist_shift + g->dist) * TENTH_UM;
 }
 
 static uint32_t stop_conditions(engine *e) {

@@ -30,6 +30,10 @@ static bool row_is_supported(const engine *e, const nc_block *r) {
         return r->value >= 0;
     case NC_M: case NC_H: case NC_S: case NC_T: case NC_MARKER: case NC_DISTANCE_RESET: case NC_FLUSH: case NC_EVENT:
         return true;
+    case NC_RT_LOOP_BEGIN:
+        return !e->in_loop;
+    case NC_RT_LOOP_END:
+        return e->in_loop;
     default:
         return false;
     }
@@ -49,7 +53,7 @@ static bool main_tangent(const engine *e, const double *u, double *t) {
 }
 
 /* Angle between two unit vectors, exact near 0 and pi. */
-static double angle_between(const double *a, const double *b) {
+double angle_between(const double *a, const double *b) {
     double minus = 0.0, plus = 0.0;
     for (int i = 0; i < 3; i++) {
         minus += (a[i] - b[i]) * (a[i] - b[i]);
@@ -88,6 +92,7 @@ static void push_element(engine *e, const piece *p, const nc_block *row) {
     }
     f->tangent_variation = tangent_variation(e, p);
     el->epoch = e->push_epoch;
+    if (e->in_loop && e->element_head == store_at(e, e->loop_begin)->element) main_tangent(e, p->tangent_in, e->loop_tangent);
     e->distance = f->start_position + f->length;
     log_element(e, el);
     ATOMIC_SET(e->element_head, e->element_head + 1);
@@ -133,6 +138,24 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     e->has_motion_piece = true;
 }
 
+/* #RT WHILE .. #RT ENDWHILE: both ends know each other. Behind the loop the distance is not known until it is left. */
+static void push_loop(engine *e, piece *p, const nc_block *row) {
+    if (row->type == NC_RT_LOOP_BEGIN) {
+        e->in_loop = true;
+        e->loop_begin = e->store_head;
+        e->loop_path = e->pushed_path;
+        log_loop_begin(e);
+        return;
+    }
+    p->mate = e->loop_begin;
+    p->value = e->pushed_path - e->loop_path;
+    store_at(e, e->loop_begin)->mate = e->store_head;
+    store_at(e, e->loop_begin)->value = p->value;
+    e->in_loop = false;
+    e->push_epoch++;
+    log_loop_end(e, p->value * TENTH_UM);
+}
+
 static bool is_m01(const nc_block *row) { return row->type == NC_M && row->code == 1; }
 
 static bool stops(const nc_block *row) {
@@ -149,9 +172,11 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
     p->stop_before = stops(row);
     if (is_m01(row)) p->m01 = e->m01_pending = true;
     if (row->type == NC_MARKER) log_marker(e, row);
+    if (row->type == NC_RT_LOOP_BEGIN || row->type == NC_RT_LOOP_END) push_loop(e, p, row);
     if (row->type == NC_DISTANCE_RESET) {
         e->push_epoch++;
         e->distance = 0.0;
+        e->log.shift = 0.0;
     }
 }
 

@@ -266,7 +266,7 @@ static void look_at(engine *e, TECHNO_UNIT_CH *u, techno_slot *s, bool late) {
 static void look_at_early(engine *e) {
     while (e->early_done < ATOMIC_GET(e->early_head)) {
         const early_output *o = &e->early[e->early_done % EARLY_MAX];
-        double rest = o->path - e->geo.path;
+        double rest = o->path - (e->geo.path - e->geo.path_shift);
         bool passed = ATOMIC_GET(e->store_done) > o->piece;
         if (!passed && rest > o->distance && rest > o->time * e->geo.v) return;
         if (!passed && e->done.std_freed < o->free_before) return;

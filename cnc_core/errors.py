@@ -37,6 +37,10 @@ ERRORS: dict[int, str] = {
     20752: "G04: time out of range",
     20794: "G12 and G13 in one block",
     20927: "expression nested too deeply",
+    22073: "only motion blocks and look-ahead markers may stand in a real-time loop",
+    22158: "real-time loop during tool radius compensation",
+    22181: "#RT ENDWHILE without #RT WHILE; real-time loops do not nest",
+    50991: "a real-time loop has to end where it begins",
     21024: "I, J, K and R together",
     90008: "selection of tool radius compensation needs a linear block",
     90011: "too many blocks without motion in the plane during tool radius compensation",
@@ -64,6 +68,7 @@ ERRORS: dict[int, str] = {
     900018: "G04 stands alone in its block",
     900019: "spindle speed missing",
     900020: "program ends at a later % line",
+    900021: "real-time loop too long",
     # our own: tool radius compensation
     906001: "contour damage: nothing is left of the compensated element",
     906002: "deselection of tool radius compensation needs a linear block",
