@@ -45,7 +45,7 @@ typedef struct engine_config {
     uint32_t service;              /* HLI_SERVICE_... */
     uint32_t clock;                /* HLI_CLOCK_... */
     uint32_t rapid_override_mode;  /* P-CHAN-00181 */
-    uint32_t rotary;               /* bit i: axis i is a rotary axis */
+    uint32_t axis_id[NC_AXES];     /* logical axis numbers */
 } engine_config;
 
 typedef struct engine_state {

@@ -37,6 +37,8 @@ typedef struct element {
 #define SYNCH_MNS_SNS 0x8u
 #define SYNCH_MVS_SLM 0x4000u
 #define SYNCH_MVS_SLP 0x8000u
+#define SYNCH_BWD 0x400000u  /* flag: waited for in backward motion too */
+#define SYNCH_FWD 0x800000u  /* flag: as configured in simulated forward motion too */
 #define SYNCH_MEP_SVS 0x1000000u
 #define SYNCH_MET_SVS 0x2000000u
 #define SYNCH_NUMBERS 65536u
@@ -51,7 +53,7 @@ typedef struct techno_counts {
 } techno_counts;
 
 typedef struct techno_slot {
-    bool used, acked;
+    bool used, acked, replay;
     uint32_t synch;
 } techno_slot;
 
@@ -95,7 +97,8 @@ typedef struct piece {
     int8_t dir;              /* 1 forward, -1 backward */
     bool replay;             /* on a stretch that has been driven before: functions have units of their own */
     bool again;              /* end of a real-time loop: it is driven once more */
-    uint8_t inserted;        /* stop that the PLC has inserted */
+    bool shortcut;           /* line of a deleted distance to go */
+    bool inserted;           /* stop or function that the PLC has inserted */
     uint32_t n, count, line;
     int32_t code;
     uint16_t flags;
@@ -157,10 +160,31 @@ typedef struct planner {
     double target_s;     /* commit until this much motion is ahead */
     double cpu_s;
     uint64_t phases, infeasible;
-    techno_counts done;  /* as the caps were computed with, like the two below */
+    techno_counts done, done_again; /* as the caps were computed with, like the two below */
     bool single, m01;
     double rapid;        /* override of rapid motion */
 } planner;
+
+/* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
+typedef struct insert_cmd {
+    double value, base; /* base: where the channel was when the command came */
+    int mode, axis, m_function; /* axis: 0 distance, else index + 1 */
+    int32_t add;
+} insert_cmd;
+
+#define STOPS_MAX 64u /* inserted stops that are fed and not yet reached */
+typedef struct inserted_stop {
+    double dist, position[NC_AXES]; /* mm as displayed */
+} inserted_stop;
+
+#define INSERT_RELATIVE_REPEATED 0
+#define INSERT_ABSOLUTE 1
+#define INSERT_RELATIVE_ONCE 2
+
+/* The planner takes committed phases back while the path stands. */
+#define WITHDRAW_NONE 0
+#define WITHDRAW_ASKED 1
+#define WITHDRAW_DONE 2
 
 /* What is fed next into the run ring (planner's side). */
 typedef struct feeder {
@@ -175,6 +199,14 @@ typedef struct feeder {
     techno_counts gate, pushed; /* functions on stretches driven before */
     uint64_t program_first;
     bool final;          /* nothing can come behind the run ring's head */
+    /* jobs that need standstill */
+    uint32_t shortcuts;  /* requests that have been done */
+    /* inserted stop: armed at a distance, mm as displayed, or where an axis is at `target` */
+    insert_cmd insert;
+    bool armed, dropped_stop;
+    bool displaced;      /* the path stands beside the programmed one: the next motion leads straight to its end */
+    double target;
+    uint32_t inserts;    /* commands taken */
 } feeder;
 
 typedef struct geo {
@@ -217,6 +249,7 @@ struct engine {
     bool has_tangent, has_motion_piece;
     double distance;      /* 0.1 um, start of the next element */
     uint32_t push_epoch;
+    uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
     uint32_t last_count;  /* block_count of the last motion */
     uint64_t loop_begin;  /* piece that begins the real-time loop being pushed */
@@ -248,7 +281,17 @@ struct engine {
     geo geo;
     int tail_done;
     double override_now, rapid_now;
-    int single_now, m01_now, rt_loop_now;
+    int single_now, m01_now, rt_loop_now, backward_now, simulate_now, active_now;
+    uint32_t shortcut_requests, shortcut_mask; /* delete distance to go: rising edges, end marks */
+    bool shortcut_seen;
+    insert_cmd insert_request;
+    uint32_t insert_requests;
+    inserted_stop stops[STOPS_MAX];
+    uint64_t stops_fed, stops_done;
+    /* withdrawal: GEO answers where it stands */
+    int withdraw;
+    uint64_t stand_piece;
+    double stand_s;
     int hold_now;
     /* service */
     uint32_t answered;    /* elements in the last answer */
@@ -274,9 +317,9 @@ struct engine {
     double pushed_path;      /* mm since program start */
     early_output early[EARLY_MAX];
     uint64_t early_head, early_done;
-    techno_counts done;      /* GEO */
+    techno_counts done, done_again; /* GEO; functions on stretches driven before, and inserted ones */
     techno_slot std_slots[HLI_TU_CH_STD_SYNC_MAXIDX + 1], late_slots[HLI_TU_CH_LATE_SYNC_MAXIDX + 1];
-    uint32_t std_open, late_open;
+    uint32_t std_open, late_open, std_used;
     uint64_t techno_functions, techno_unseen, techno_wait_cycles;
     uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;
 };
@@ -290,6 +333,8 @@ static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
 void piece_build(engine *e, piece *p, const nc_block *row);
 void piece_position(const engine *e, const piece *p, double s, double *q);
 void piece_tangent(const engine *e, const piece *p, double s, double *u);
+void piece_cut(const engine *e, piece *p, double u0, double u1);
+void piece_shortcut(const engine *e, piece *p, const double *q, double path, double dist);
 
 /* ring.c */
 bool ring_has_room(engine *e);
@@ -300,6 +345,8 @@ double angle_between(const double *a, const double *b);
 /* feed.c */
 void feed(engine *e);
 void feed_store_floor(engine *e);
+bool feed_job_pending(engine *e);
+void feed_do_jobs(engine *e);
 
 /* marked_log.c */
 void log_marker(engine *e, const nc_block *row);
@@ -324,12 +371,13 @@ void techno_block_end(engine *e);
 void techno_before_motion(engine *e, const nc_block *row);
 void techno_expl_syn(engine *e, const nc_block *row);
 bool gate_open(const techno_counts *done, const techno_counts *need);
-techno_counts techno_done(engine *e);
+techno_counts techno_done(const techno_counts *counts);
+bool techno_blocked(engine *e, const piece *p);
 void techno_output(engine *e, piece *p);
 void techno_cycle(engine *e);
 static inline bool stands_before(const engine *e, const piece *p) {
     if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single)) return true;
-    return p->stop_before || (p->gated && !gate_open(&e->plan.done, &p->need));
+    return p->stop_before || (p->gated && !gate_open(p->replay ? &e->plan.done_again : &e->plan.done, &p->need));
 }
 
 /* profile.c */

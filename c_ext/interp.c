@@ -54,13 +54,22 @@ static void run_loop_end(engine *e, const piece *p) {
     else g->saved_first = g->epoch_first, g->loop_count = 0;
 }
 
+static void run_reset(geo *g, const piece *p) {
+    g->dist = 0.0;
+    if (p->dir > 0) set_epoch(g, g->epoch + 1, p->element, 0.0);
+    else set_epoch(g, g->epoch - 1, p->mate, 0.0);
+}
+
 static void run_event(engine *e, piece *p) {
     geo *g = &e->geo;
-    if (p->flags & NC_OUTPUT) techno_output(e, store_at(e, p->origin));
+    if (p->inserted && p->type == NC_M) ATOMIC_SET(e->stops_done, e->stops_done + 1);
+    if (p->flags & NC_OUTPUT) techno_output(e, p->replay ? p : store_at(e, p->origin));
     switch (p->type) {
     case NC_DISTANCE_RESET:
-        g->dist = 0.0;
-        set_epoch(g, g->epoch + 1, p->element, 0.0);
+        run_reset(g, p);
+        break;
+    case NC_EVENT:
+        if (p->code == NC_EVENT_STORAGE_CLEAR && p->dir > 0) ATOMIC_SET(e->store_first, p->origin + 1);
         break;
     case NC_RT_LOOP_BEGIN: case NC_RT_LOOP_END:
         run_loop_end(e, p);
@@ -88,7 +97,7 @@ static void leave_piece(engine *e) {
     }
     g->dwelling = false;
     ATOMIC_SET(e->piece_done, g->piece + 1);
-    if (p->origin >= e->store_done) ATOMIC_SET(e->store_done, p->origin + 1);
+    if (p->dir > 0 && !p->inserted && p->from + p->length >= p->whole - 1e-9 && p->origin >= e->store_done) ATOMIC_SET(e->store_done, p->origin + 1);
 }
 
 /* The tail was taken: its next phase, or, once it is used up, standstill until the planner has taken note. */
@@ -165,7 +174,7 @@ static void advance(engine *e, double dt) {
         if (!g->has_phase && !begin_phase(e)) return;
         if (g->waiting_continue) return;
         const piece *p = piece_at(e, g->piece);
-        if (p->gated && !is_motion(p) && !gate_open(&e->done, &p->need)) {
+        if (!is_motion(p) && techno_blocked(e, p)) {
             g->waiting_techno = true;
             e->techno_wait_cycles++;
             return;
@@ -220,9 +229,24 @@ static void note_end(engine *e) {
     ATOMIC_SET(e->program_end, 1);
 }
 
+/* The planner wants phases back: at standstill it gets all that are not begun. */
+static void answer_withdrawal(engine *e) {
+    geo *g = &e->geo;
+    uint64_t word = ATOMIC_GET(e->commit);
+    if (ATOMIC_GET(e->withdraw) != WITHDRAW_ASKED || (word & 1) || g->v > 0.0) return;
+    if (g->has_phase && is_motion(piece_at(e, g->piece)) && g->t > 0.0) return;
+    bool inside = g->piece != UINT64_MAX && ATOMIC_GET(e->piece_done) <= g->piece;
+    e->stand_piece = inside ? g->piece : ATOMIC_GET(e->piece_done);
+    e->stand_s = inside && is_motion(piece_at(e, g->piece)) ? g->s : 0.0;
+    g->has_phase = g->waiting_continue = g->stands_single = g->waiting_techno = g->dwelling = false;
+    ATOMIC_SET(g->consumed, word >> 2);
+    ATOMIC_SET(e->withdraw, WITHDRAW_DONE);
+}
+
 void geo_cycle(engine *e) {
     if (e->segment) take_commands(e);
     techno_cycle(e);
+    answer_withdrawal(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
     evaluate(e);
     e->geo.cycle++;

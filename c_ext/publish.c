@@ -49,6 +49,47 @@ static double rapid_factor(const engine *e, double feed, double rapid) {
     }
 }
 
+/* Delete distance to go: the rising edge counts; state_r says that it was seen. */
+static void take_shortcut(engine *e, HLI_BAHN_MC_CONTROL *c, bool present) {
+    uint32_t mask = present && flag(&c->del_dist_to_go_end.enable_w) ? load_u32_relaxed(&c->del_dist_to_go_end.command_w) : 0;
+    store_u32_relaxed(&c->del_dist_to_go_end.state_r, mask);
+    ATOMIC_SET(e->shortcut_mask, mask);
+    bool wanted = level_bool(&c->delete_distance_to_go, present, false);
+    if (wanted && !e->shortcut_seen && e->store_kept && !e->program_end) ATOMIC_SET(e->shortcut_requests, e->shortcut_requests + 1);
+    e->shortcut_seen = wanted;
+}
+
+/* Channel axis of a logical axis number, -1 if it is none. */
+static int channel_axis(engine *e, uint32_t number) {
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (e->cfg.axis_id[i] == number) return i;
+    return -1;
+}
+
+/* insert_cmd (hli_reference 5.3): taken once the command before has reached the planner. */
+static void take_insert_command(engine *e, HLI_BAHN_MC_CONTROL *c, bool present) {
+    MC_CONTROL_INSERT_CMD_UNIT *u = &c->insert_cmd;
+    if (!present || !flag(&u->enable_w) || !flag(&u->command_semaphor_rw)) return;
+    if (ATOMIC_GET(e->feed.inserts) != e->insert_requests) return;
+    insert_cmd cmd = {.value = load_f64_relaxed(&u->command_w.dist_or_pos) / TENTH_UM,
+                      .mode = load_u16_relaxed(&u->command_w.rel_abs_mode),
+                      .m_function = load_u16_relaxed(&u->command_w.m_function_nr),
+                      .add = (int32_t)load_u32_relaxed((uint32_t *)&u->command_w.add_nr)};
+    uint32_t number = load_u16_relaxed(&u->command_w.axis_nr);
+    int axis = number ? channel_axis(e, number) : -1;
+    cmd.axis = axis + 1;
+    cmd.base = axis >= 0 ? e->geo.position[axis] : e->geo.dist_shift + e->geo.dist;
+    bool good = isfinite(cmd.value) && fabs(cmd.value) < 1e12 && cmd.mode <= INSERT_RELATIVE_ONCE && (!number || axis >= 0);
+    if (good && cmd.mode != INSERT_ABSOLUTE && !number && cmd.value < 0.0) good = false;
+    if (good) {
+        e->insert_request = cmd;
+        ATOMIC_SET(e->insert_requests, e->insert_requests + 1);
+    } else {
+        e->bad_commands++;
+    }
+    store_u8_release(&u->command_semaphor_rw, 0);
+}
+
 void take_commands(engine *e) {
     HLI_BAHN_MC_CONTROL *c = &e->channel->bahn_mc_control;
     bool present = flag(&e->channel->head.plc_present_w);
@@ -62,6 +103,11 @@ void take_commands(engine *e) {
     e->geo.continue_seen = go_on;
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
     __atomic_store(&e->rapid_now, &rapid, __ATOMIC_RELEASE);
+    ATOMIC_SET(e->backward_now, level_bool(&c->backward_motion, present, false) && !e->program_end);
+    ATOMIC_SET(e->simulate_now, level_bool(&c->simulate_motion, present, false));
+    if (level_bool(&c->backward_storage_off, present, false) && e->program_end) ATOMIC_SET(e->store_first, ATOMIC_GET(e->store_head));
+    take_shortcut(e, c, present);
+    take_insert_command(e, c, present);
     ATOMIC_SET(e->rt_loop_now, level_bool(&c->rt_loop_enable, present, false));
     ATOMIC_SET(e->single_now, level_bool(&c->single_block, present, false));
     ATOMIC_SET(e->m01_now, level_bool(&c->m01_stop_enable, present, false));
@@ -98,10 +144,19 @@ static uint32_t stop_conditions(engine *e) {
     if (load_u8_acquire(&e->channel->bahn_mc_control.feedhold.state_r)) bits |= 1u;
     if (e->hold_now && !bits) bits |= 2u;
     if (e->override_now <= 0) bits |= 4u;
-    if (e->geo.waiting_continue) bits |= e->geo.stands_single ? 8u : piece_at(e, e->geo.piece)->code == 1 ? 32u : 16u;
+    if (e->geo.waiting_continue) bits |= e->geo.stands_single ? 8u : piece_at(e, e->geo.piece)->inserted ? 2048u : piece_at(e, e->geo.piece)->code == 1 ? 32u : 16u;
     if (e->geo.waiting_techno) bits |= 64u;
     if (e->geo.dwelling) bits |= 256u;
     return bits;
+}
+
+static void publish_next_stop(engine *e) {
+    HLI_INSERT_CMD_STATE *s = &e->channel->bahn_mc_control.insert_cmd.state_r;
+    bool found = e->stops_done < ATOMIC_GET(e->stops_fed);
+    const inserted_stop *stop = &e->stops[e->stops_done % STOPS_MAX];
+    store_f64_relaxed(&s->distance_of_next_stop, found ? stop->dist * TENTH_UM : -1.0);
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        store_u32_relaxed((uint32_t *)&s->position_at_next_stop[i], (uint32_t)(found ? dint(stop->position[i] * TENTH_UM) : 0));
 }
 
 static void publish_bahn(engine *e) {
@@ -128,6 +183,9 @@ static void publish_bahn(engine *e) {
     store_u8_release(&b->rapid_active_r, motion && g->rapid);
     store_u8_release(&e->channel->decoder_state.program_end_r, ATOMIC_GET(e->finished) != 0);
     store_u8_release(&b->program_end_r, e->program_end != 0);
+    store_u8_release(&b->backward_active_r, motion && p->dir < 0);
+    store_u8_release(&b->delete_distance_to_go_active_r, ATOMIC_GET(e->feed.shortcuts) != e->shortcut_requests || (motion && p->shortcut));
+    publish_next_stop(e);
 }
 
 /* Entries were written first; now their count, and f_log_is_active last. */

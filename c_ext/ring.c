@@ -149,6 +149,7 @@ static void push_loop(engine *e, piece *p, const nc_block *row) {
     }
     p->mate = e->loop_begin;
     p->value = e->pushed_path - e->loop_path;
+    p->flags |= store_at(e, e->loop_begin)->flags & NC_MODULO;
     store_at(e, e->loop_begin)->mate = e->store_head;
     store_at(e, e->loop_begin)->value = p->value;
     e->in_loop = false;
@@ -174,6 +175,8 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
     if (row->type == NC_MARKER) log_marker(e, row);
     if (row->type == NC_RT_LOOP_BEGIN || row->type == NC_RT_LOOP_END) push_loop(e, p, row);
     if (row->type == NC_DISTANCE_RESET) {
+        p->mate = e->epoch_element;
+        e->epoch_element = e->element_head;
         e->push_epoch++;
         e->distance = 0.0;
         e->log.shift = 0.0;

@@ -165,14 +165,28 @@ bool gate_open(const techno_counts *done, const techno_counts *need) {
            done->slm_acked >= need->slm_acked && done->slp_acked >= need->slp_acked;
 }
 
-techno_counts techno_done(engine *e) {
+techno_counts techno_done(const techno_counts *counts) {
     techno_counts c;
-    c.std_freed = ATOMIC_GET(e->done.std_freed);
-    c.std_acked = ATOMIC_GET(e->done.std_acked);
-    c.late_freed = ATOMIC_GET(e->done.late_freed);
-    c.slm_acked = ATOMIC_GET(e->done.slm_acked);
-    c.slp_acked = ATOMIC_GET(e->done.slp_acked);
+    c.std_freed = ATOMIC_GET(counts->std_freed);
+    c.std_acked = ATOMIC_GET(counts->std_acked);
+    c.late_freed = ATOMIC_GET(counts->late_freed);
+    c.slm_acked = ATOMIC_GET(counts->slm_acked);
+    c.slp_acked = ATOMIC_GET(counts->slp_acked);
     return c;
+}
+
+static uint32_t free_std_slot(const engine *e) {
+    uint32_t i = 0;
+    while (i < STD_UNITS && e->std_slots[i].used) i++;
+    return i;
+}
+
+/* An event that cannot be run yet: a gate that is not open, a repeated function without a free unit. */
+bool techno_blocked(engine *e, const piece *p) {
+    if (p->gated && !gate_open(p->replay ? &e->done_again : &e->done, &p->need)) return true;
+    if (!(p->flags & NC_OUTPUT) || p->synch & LATE) return false;
+    if (p->replay) return free_std_slot(e) >= STD_UNITS;
+    return !store_at(e, p->origin)->put_out && e->std_slots[p->unit].used;
 }
 
 /* ------------------------------------------------------------------------------------------------ GEO */
@@ -181,14 +195,16 @@ static void count(uint64_t *counter) { ATOMIC_SET(*counter, *counter + 1); }
 static void acknowledge(engine *e, techno_slot *s) {
     if (s->acked) return;
     s->acked = true;
-    if (s->synch & SYNCH_MVS_SLM) count(&e->done.slm_acked);
-    else if (s->synch & SYNCH_MVS_SLP) count(&e->done.slp_acked);
-    else if (s->synch & WAITS) count(&e->done.std_acked);
+    techno_counts *done = s->replay ? &e->done_again : &e->done;
+    if (s->synch & SYNCH_MVS_SLM) count(&done->slm_acked);
+    else if (s->synch & SYNCH_MVS_SLP) count(&done->slp_acked);
+    else if (s->synch & WAITS) count(&done->std_acked);
 }
 
 static void release(engine *e, techno_slot *s, bool late) {
+    techno_counts *done = s->replay ? &e->done_again : &e->done;
     s->used = false;
-    count(late ? &e->done.late_freed : &e->done.std_freed);
+    count(late ? &done->late_freed : &done->std_freed);
 }
 
 static void fill_function(engine *e, TECHNO_UNIT_CH *u, const piece *p) {
@@ -220,7 +236,7 @@ static void put_out(engine *e, TECHNO_UNIT_CH *u, techno_slot *s, const piece *p
     store_u16_relaxed(&u->fkt_ctrl_r, p->type == NC_M ? 1 : p->type == NC_H ? 2 : 4);
     store_u8_release(&u->done_w, 0);
     store_u8_release(&u->please_rw, 1);
-    *s = (techno_slot){.used = true, .synch = p->synch};
+    *s = (techno_slot){.used = true, .synch = p->synch, .replay = p->replay};
 }
 
 static uint32_t free_late_slot(const engine *e) {
@@ -234,8 +250,8 @@ void techno_output(engine *e, piece *p) {
     p->put_out = true;
     bool late = p->synch & LATE;
     bool present = e->channel && load_u8_acquire(&e->channel->head.plc_present_w);
-    uint32_t index = late ? free_late_slot(e) : p->unit;
-    techno_slot here = {.used = true, .synch = p->synch}, *s = present ? (late ? &e->late_slots[index] : &e->std_slots[index]) : &here;
+    uint32_t index = late ? free_late_slot(e) : p->replay ? free_std_slot(e) : p->unit;
+    techno_slot here = {.used = true, .synch = p->synch, .replay = p->replay}, *s = present ? (late ? &e->late_slots[index] : &e->std_slots[index]) : &here;
     if (!present) {
         e->techno_unseen++;
         acknowledge(e, s);
@@ -244,11 +260,12 @@ void techno_output(engine *e, piece *p) {
     }
     e->techno_functions++;
     put_out(e, late ? &e->channel->techno_unit_late_sync[index] : &e->channel->techno_unit_std_sync[index], s, p);
+    if (!p->replay && ATOMIC_GET(e->simulate_now) && !(p->synch & SYNCH_FWD)) acknowledge(e, s);
     if (late) {
         e->late_open++;
     } else {
         e->std_open++;
-        store_u16_relaxed(&e->channel->used_units_std_sync_r, (uint16_t)(index + 1));
+        if (index >= e->std_used) store_u16_relaxed(&e->channel->used_units_std_sync_r, (uint16_t)(e->std_used = index + 1));
     }
     store_u16_relaxed(&e->channel->used_units_late_sync_r, (uint16_t)e->late_open);
 }
@@ -260,7 +277,7 @@ static void look_at(engine *e, TECHNO_UNIT_CH *u, techno_slot *s, bool late) {
     if (!fetched || ((s->synch & (WAITS | LATE)) && !s->acked)) return;
     release(e, s, late);
     if (late) e->late_open--;
-    else if (--e->std_open == 0) store_u16_relaxed(&e->channel->used_units_std_sync_r, 0);
+    else if (--e->std_open == 0) store_u16_relaxed(&e->channel->used_units_std_sync_r, (uint16_t)(e->std_used = 0));
 }
 
 static void look_at_early(engine *e) {
@@ -269,7 +286,7 @@ static void look_at_early(engine *e) {
         double rest = o->path - (e->geo.path - e->geo.path_shift);
         bool passed = ATOMIC_GET(e->store_done) > o->piece;
         if (!passed && rest > o->distance && rest > o->time * e->geo.v) return;
-        if (!passed && e->done.std_freed < o->free_before) return;
+        if (!passed && (e->done.std_freed < o->free_before || e->std_slots[store_at(e, o->piece)->unit].used)) return;
         if (!passed) techno_output(e, store_at(e, o->piece));
         ATOMIC_SET(e->early_done, e->early_done + 1);
     }

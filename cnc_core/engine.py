@@ -75,7 +75,7 @@ def _engine_config(cell: CellConfig, window: int | None, clock: int, service: in
     config.fb_storage_size = cell.channel.storage
     config.rapid_override_mode = cell.channel.rapid_override_mode
     config.channel, config.service, config.clock = channel, service, clock
-    config.rotary = sum(1 << i for i, a in enumerate(cell.axes.values()) if a.kind == "rotary")
+    config.axis_id[0 : len(names)] = [axis.id or i for i, axis in enumerate(cell.axes.values(), 1)]
     return config
 
 
