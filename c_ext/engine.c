@@ -14,12 +14,13 @@ static bool allocate(engine *e) {
     uint64_t behind = e->cfg.log_max < 65536u ? e->cfg.log_max : 65536u;
     uint64_t elements = power_of_two(2 * (behind > PIECE_RING ? behind : PIECE_RING));
     e->element_mask = elements - 1;
-    e->plan.tail_max = 4 * (e->cfg.window + 64);
+    e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
     e->elements = calloc(elements, sizeof(element));
     e->pieces = calloc(PIECE_RING, sizeof(piece));
+    e->curves = calloc(PIECE_RING, sizeof(curve));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
-    return e->elements && e->pieces && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
+    return e->elements && e->pieces && e->curves && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
 }
 
 static void attach_segment(engine *e, void *segment) {
@@ -55,6 +56,7 @@ void engine_free(engine *e) {
     for (int i = 0; i < 2; i++) free(e->plan.tails[i].phases);
     free(e->elements);
     free(e->pieces);
+    free(e->curves);
     free(e->phase_ring);
     free(e->record);
     free(e->m_synch.synch);
