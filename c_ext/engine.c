@@ -14,17 +14,18 @@ static bool allocate(engine *e) {
     uint64_t behind = e->cfg.log_max < 65536u ? e->cfg.log_max : 65536u;
     uint64_t kept = e->cfg.fb_storage_size / STORE_BYTES;
     e->store_kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
-    uint64_t stored = power_of_two(e->store_kept + STORE_AHEAD);
+    uint64_t stored = power_of_two(e->store_kept + KEPT_BEHIND + STORE_AHEAD);
     uint64_t elements = power_of_two(2 * (behind + e->store_kept > PIECE_RING ? behind + e->store_kept : PIECE_RING));
     e->element_mask = elements - 1;
     e->store_mask = stored - 1;
     e->store = calloc(stored, sizeof(piece));
-    e->plan.tail_max = 4 * (e->cfg.window + 64);
+    e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
     e->elements = calloc(elements, sizeof(element));
     e->pieces = calloc(PIECE_RING, sizeof(piece));
+    e->curves = calloc(stored, sizeof(curve));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
-    return e->elements && e->store && e->pieces && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
+    return e->elements && e->store && e->pieces && e->curves && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
 }
 
 static void attach_segment(engine *e, void *segment) {
@@ -62,6 +63,7 @@ void engine_free(engine *e) {
     free(e->elements);
     free(e->store);
     free(e->pieces);
+    free(e->curves);
     free(e->phase_ring);
     free(e->log.items);
     free(e->record);

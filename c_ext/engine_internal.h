@@ -3,6 +3,7 @@
 #define ENGINE_INTERNAL_H
 #include <pthread.h>
 #include <stdbool.h>
+#include "curve.h"
 #include "engine.h"
 #include "hli_layout.h"
 #include "hli_sync.h"
@@ -67,7 +68,9 @@ typedef struct synch_table {
     double *pre; /* m_pre_outp, 0.1 um or us */
 } synch_table;
 
-typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_EVENT } piece_kind;
+typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piece_kind;
+
+#define SPANS_MAX (CURVE_CELLS + 3)
 
 /* Constant limits over a stretch of a piece. */
 typedef struct span {
@@ -111,12 +114,12 @@ typedef struct piece {
     techno_counts need;
     uint32_t synch, unit;
     bool stop_after;
-    /* planner */
+    /* planner; not copied from the store */
     bool capped, spanned;
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
-    span spans[3];
+    span spans[SPANS_MAX];
     double need2;            /* largest speed squared at the start from which everything ahead can be met */
 } piece;
 
@@ -269,6 +272,8 @@ struct engine {
     /* The run ring: pieces in the order in which they are driven. */
     feeder feed;
     piece *pieces;
+    curve *curves;        /* of the store's pieces that are polynomials */
+    curve next_curve;     /* checked, for the row that is pushed next */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
     int finished, expect_drain, hold_start, stay;
@@ -329,12 +334,27 @@ static inline piece *store_at(engine *e, uint64_t i) { return &e->store[i & e->s
 static inline element *element_at(engine *e, uint64_t i) { return &e->elements[i & e->element_mask]; }
 static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
 
+static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
+
 /* path_eval.c */
 void piece_build(engine *e, piece *p, const nc_block *row);
 void piece_position(const engine *e, const piece *p, double s, double *q);
 void piece_tangent(const engine *e, const piece *p, double s, double *u);
 void piece_cut(const engine *e, piece *p, double u0, double u1);
 void piece_shortcut(const engine *e, piece *p, const double *q, double path, double dist);
+
+/* curve_piece.c */
+bool curve_row_check(engine *e, const nc_block *row, const double *pool, int64_t pool_n);
+void curve_piece_build(engine *e, piece *p);
+void curve_piece_position(const engine *e, const piece *p, double s, double *q);
+void curve_piece_tangent(const engine *e, const piece *p, double s, double *u);
+void curve_add_curvature(const engine *e, const piece *p, double *curvature);
+/* A stretch of a piece with the acceleration that jumps use up on it. */
+typedef struct strip {
+    double length;
+    const double *reserve;
+} strip;
+void curve_piece_spans(engine *e, piece *p, const strip *strips, int n);
 
 /* ring.c */
 bool ring_has_room(engine *e);
@@ -360,6 +380,7 @@ bool log_available(const engine *e);
 /* lookahead.c */
 void corner_caps(engine *e);
 void piece_spans(engine *e, uint64_t i);
+double reachable(const piece *p, double override);
 uint64_t window_end(engine *e);
 void backward_pass(engine *e, uint64_t end);
 bool feasible_with(engine *e, double reserve_override);

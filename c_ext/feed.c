@@ -6,6 +6,7 @@
  * stored stopping tail runs over: so a tail stays true whatever is fed anew, and every change leaves room to stop.
  */
 #include <math.h>
+#include <stddef.h>
 #include "engine_internal.h"
 
 #define FED_AHEAD 1064u /* pieces fed beyond the window: what corner limits may have to look at */
@@ -13,7 +14,8 @@
 
 /* Lowest piece of the store that is still needed: the backward store, or the beginning of the loop being driven. */
 void feed_store_floor(engine *e) {
-    uint64_t done = ATOMIC_GET(e->store_done), floor = done > e->store_kept ? done - e->store_kept : 0;
+    uint64_t done = ATOMIC_GET(e->store_done), kept = e->store_kept + KEPT_BEHIND; /* curves are looked at behind the path too */
+    uint64_t floor = done > kept ? done - kept : 0;
     if (e->feed.next < floor) floor = e->feed.next;
     if (e->feed.in_loop && e->feed.loop_begin < floor) floor = e->feed.loop_begin;
     if (floor > e->store_floor) ATOMIC_SET(e->store_floor, floor);
@@ -34,7 +36,10 @@ static void set_jump(engine *e, piece *p) {
 
 static piece *copy_next(engine *e, const piece *from) {
     piece *p = piece_at(e, e->piece_head);
-    *p = *from;
+    memcpy(p, from, offsetof(piece, capped));
+    p->capped = p->spanned = false;
+    p->corner_v = p->need2 = 0.0;
+    p->span_count = 0;
     return p;
 }
 

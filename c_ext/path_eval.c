@@ -44,12 +44,16 @@ static double speed_limit(const engine *e, const piece *p) {
 
 /* Fill the geometry of p from a motion row; p->start is set already. */
 void piece_build(engine *e, piece *p, const nc_block *row) {
-    p->kind = row->type == NC_CIRCULAR ? PIECE_ARC : PIECE_LINE;
+    p->kind = row->type == NC_CIRCULAR ? PIECE_ARC : row->type == NC_POLYNOMIAL ? PIECE_CURVE : PIECE_LINE;
     p->length = p->whole = row->length;
+    p->feed = row->flags & NC_RAPID ? 0.0 : row->feed;
     memcpy(p->end, row->end, sizeof p->end);
+    if (p->kind == PIECE_CURVE) {
+        curve_piece_build(e, p);
+        return;
+    }
     for (int i = 0; i < NC_AXES; i++) p->slope[i] = i < e->cfg.axis_count ? (p->end[i] - p->start[i]) / p->length : 0.0;
     if (p->kind == PIECE_ARC) build_arc(e, p, row);
-    p->feed = row->flags & NC_RAPID ? 0.0 : row->feed;
     p->v_hard = speed_limit(e, p);
     piece_tangent(e, p, 0.0, p->tangent_in);
     piece_tangent(e, p, p->length, p->tangent_out);
@@ -57,6 +61,10 @@ void piece_build(engine *e, piece *p, const nc_block *row) {
 
 /* Position at u of the whole piece. */
 static void whole_position(const engine *e, const piece *p, double u, double *q) {
+    if (p->kind == PIECE_CURVE) {
+        curve_piece_position(e, p, u, q);
+        return;
+    }
     for (int i = 0; i < e->cfg.axis_count; i++) q[i] = p->start[i] + p->slope[i] * u;
     if (p->kind == PIECE_ARC) {
         double angle = p->angle0 + p->sweep * (u / p->whole);
@@ -111,6 +119,10 @@ void piece_shortcut(const engine *e, piece *p, const double *q, double path, dou
 
 /* dq/ds of all axes. */
 void piece_tangent(const engine *e, const piece *p, double s, double *u) {
+    if (p->kind == PIECE_CURVE) {
+        curve_piece_tangent(e, p, s, u);
+        return;
+    }
     for (int i = 0; i < NC_AXES; i++) u[i] = i < e->cfg.axis_count ? p->dir * p->slope[i] : 0.0;
     if (p->kind == PIECE_ARC) {
         double angle = p->angle0 + p->sweep * ((p->from + p->dir * s) / p->whole);

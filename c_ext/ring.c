@@ -1,5 +1,6 @@
 /* SDA's end of the ring: prepared rows become elements (HLI facts) and pieces (axis-space geometry). */
 #include <math.h>
+#include <stddef.h>
 #include "engine_internal.h"
 
 bool ring_has_room(engine *e) {
@@ -16,7 +17,7 @@ static bool row_is_finite(const engine *e, const nc_block *r) {
            isfinite(r->length_min);
 }
 
-static bool row_is_supported(const engine *e, const nc_block *r) {
+static bool row_is_supported(engine *e, const nc_block *r, const double *pool, int64_t pool_n) {
     switch (r->type) {
     case NC_LINEAR:
         return r->length > 0 && (r->feed > 0 || (r->flags & NC_RAPID));
@@ -26,6 +27,9 @@ static bool row_is_supported(const engine *e, const nc_block *r) {
             if (e->cfg.main[i] < 0 && i != (r->plane == 17 ? 2 : r->plane == 18 ? 1 : 0)) return false;
         return r->feed > 0 || (r->flags & NC_RAPID);
     }
+    case NC_POLYNOMIAL:
+        return r->length > 0 && r->degree >= 1 && r->degree < CURVE_ORDER && r->angle > 0 &&
+               (r->feed > 0 || (r->flags & NC_RAPID)) && curve_row_check(e, r, pool, pool_n);
     case NC_DWELL:
         return r->value >= 0;
     case NC_M: case NC_H: case NC_S: case NC_T: case NC_MARKER: case NC_DISTANCE_RESET: case NC_FLUSH: case NC_EVENT:
@@ -79,7 +83,9 @@ static void push_element(engine *e, const piece *p, const nc_block *row) {
     element *el = element_at(e, e->element_head);
     HLI_CONTOUR_LOOKAHEAD_BLOCK *f = &el->facts;
     memset(el, 0, sizeof *el);
-    f->block_type = row->type == NC_CIRCULAR ? HLI_CLAH_CIRCULAR : HLI_CLAH_LINEAR;
+    f->block_type = row->type == NC_CIRCULAR     ? HLI_CLAH_CIRCULAR
+                    : row->type == NC_POLYNOMIAL ? HLI_CLAH_POLYNOMIAL
+                                                 : HLI_CLAH_LINEAR;
     f->block_number = row->n;
     f->block_count_r = row->count;
     f->start_position = e->distance;
@@ -101,7 +107,7 @@ static void push_element(engine *e, const piece *p, const nc_block *row) {
 /* The next place of the store, cleared, with what every row has. */
 piece *store_slot(engine *e, const nc_block *row) {
     piece *p = store_at(e, e->store_head);
-    memset(p, 0, sizeof *p);
+    memset(p, 0, offsetof(piece, capped));
     p->type = row->type;
     p->n = row->n;
     p->count = row->count;
@@ -196,10 +202,9 @@ static void push_row(engine *e, const nc_block *row) {
 }
 
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n) {
-    (void)pool, (void)pool_n;
     for (int64_t i = 0; i < n; i++) {
         if (!ring_has_room(e)) return i;
-        int64_t error = !row_is_finite(e, &rows[i]) ? ENGINE_NOT_FINITE : !row_is_supported(e, &rows[i]) ? ENGINE_BAD_ROW : 0;
+        int64_t error = !row_is_finite(e, &rows[i]) ? ENGINE_NOT_FINITE : !row_is_supported(e, &rows[i], pool, pool_n) ? ENGINE_BAD_ROW : 0;
         if (error) return i > 0 ? i : error;
         push_row(e, &rows[i]);
         if (e->fault) return ENGINE_NO_MEMORY;

@@ -148,10 +148,14 @@ def _block_line(value: dict[str, Any]) -> str:
         if key in ("type", "line", "n", "count", "start", "rapid"):
             continue
         if isinstance(item, dict):
-            rest.append(" ".join(f"{k}{v:.4f}" for k, v in item.items()))
+            rest.append(" ".join(f"{k}{_numbers(v)}" for k, v in item.items()))
         else:
             rest.append(f"{key} {item:.6g}" if isinstance(item, float) else f"{key} {item}")
     return head + "  " + ", ".join(rest)
+
+
+def _numbers(value: float | list[float]) -> str:
+    return f"{value:.4f}" if isinstance(value, float) else "(" + " ".join(f"{v:.6g}" for v in value) + ")"
 
 
 @app.command()
