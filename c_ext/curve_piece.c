@@ -105,6 +105,7 @@ void curve_piece_build(engine *e, piece *p) {
     curve *c = &e->curves[p->origin & e->store_mask];
     *c = e->next_curve;
     p->kind = PIECE_CURVE;
+    p->moving = c->moving;
     p->v_hard = 0.0;
     memset(c->bend, 0, sizeof c->bend);
     for (int k = 0; k < c->cells; k++) {

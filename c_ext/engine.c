@@ -50,6 +50,11 @@ engine *engine_new(const engine_config *config, void *segment) {
     e->plan.rapid = e->rapid_now = 1.0;
     e->geo.piece = UINT64_MAX;
     e->feed.dir = 1;
+    e->feed.at = -1.0;
+    e->ext_speed = e->plan.ext_speed = NEVER;
+    e->program_active = 1;
+    e->mode = 2;
+    e->mode_state = 4;
     if (segment) attach_segment(e, segment);
     return e;
 }
@@ -117,7 +122,7 @@ void engine_set_phase(engine *e, uint32_t phase) {
 
 /* Preparation is wanted when less than a good window is ahead of the planner. */
 static bool needs_blocks(engine *e) {
-    if (ATOMIC_GET(e->finished) || ATOMIC_GET(e->expect_drain)) return false;
+    if (!ATOMIC_GET(e->program_active) || ATOMIC_GET(e->finished) || ATOMIC_GET(e->expect_drain)) return false;
     uint64_t ahead = e->element_head - ATOMIC_GET(e->geo.active);
     return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->store_head - ATOMIC_GET(e->store_done) < 1024u);
 }
@@ -129,6 +134,12 @@ static bool plc_finished(const engine *e) {
 /* What preparation or the cell has to know, in order of urgency; -1 if nothing. */
 int pending_event(engine *e) {
     if (e->fault) return ENGINE_FAULT;
+    if (ATOMIC_GET(e->mode_pending)) return ENGINE_MODE_COMMAND;
+    if (ATOMIC_GET(e->plc_error_id)) return ENGINE_PLC_ERROR;
+    if (ATOMIC_GET(e->watchdog_event)) {
+        ATOMIC_SET(e->watchdog_event, 0);
+        return ENGINE_WATCHDOG;
+    }
     if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {
         ATOMIC_SET(e->expect_drain, 0);
         return ENGINE_DRAINED;
@@ -204,4 +215,6 @@ void engine_get_state(engine *e, engine_state *out) {
     out->techno_wait_cycles = e->techno_wait_cycles;
     out->waiting_techno = e->geo.waiting_techno;
     out->infeasible = e->plan.infeasible;
+    out->mode_warnings = e->mode_warnings;
+    out->errors_lost = e->errors_lost;
 }

@@ -106,6 +106,7 @@ typedef struct piece {
     int32_t code;
     uint16_t flags;
     uint8_t kind, type, axis1, axis2;
+    uint16_t moving;         /* bit per axis that moves */
     bool stop_before;        /* standstill at the start */
     bool gated;              /* standstill at the start unless `need` is met */
     bool m01;                /* M01, or the motion behind it: standstill while m01_stop_enable */
@@ -165,7 +166,9 @@ typedef struct planner {
     uint64_t phases, infeasible;
     techno_counts done, done_again; /* as the caps were computed with, like the two below */
     bool single, m01;
+    uint32_t held_axes;
     double rapid;        /* override of rapid motion */
+    double ext_speed;
 } planner;
 
 /* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
@@ -175,6 +178,7 @@ typedef struct insert_cmd {
     int32_t add;
 } insert_cmd;
 
+#define ERRORS_MAX 16u
 #define STOPS_MAX 64u /* inserted stops that are fed and not yet reached */
 typedef struct inserted_stop {
     double dist, position[NC_AXES]; /* mm as displayed */
@@ -326,6 +330,28 @@ struct engine {
     techno_slot std_slots[HLI_TU_CH_STD_SYNC_MAXIDX + 1], late_slots[HLI_TU_CH_LATE_SYNC_MAXIDX + 1];
     uint32_t std_open, late_open, std_used;
     uint64_t techno_functions, techno_unseen, techno_wait_cycles;
+    /* spindle functions: axis areas behind those of the channel's axes */
+    uint32_t spindle_synch[20];
+    techno_slot spindle_slots[ENGINE_SPINDLES][HLI_TU_AX_STD_SYNC_MAXIDX + 1];
+    uint32_t spindle_open[ENGINE_SPINDLES], spindle_used;
+    double spindle_rev;       /* SDA: rev/min */
+    int spindle_move;         /* SDA: 3, 4, 5 */
+    bool spindle_pending;     /* SDA: an S word that no M function of its block has taken */
+    nc_block spindle_row;
+    /* modes, watchdogs, errors: mode.c */
+    uint32_t mode, mode_state, mode_warnings;
+    int suppressed;
+    int stopped, mode_pending, program_active, abort_now;
+    engine_mode_command mode_command;
+    bool watch_alive, watch_missed;
+    double watch_since;
+    int watchdog_event, errors_lock;
+    engine_error errors[ERRORS_MAX];
+    uint64_t errors_head, errors_done;
+    uint32_t errors_lost, plc_error_id, plc_error_class;
+    double ext_speed;         /* external command speed mm/s, NEVER: none */
+    bool released;            /* all axes of the channel */
+    uint32_t held_axes;       /* bit per axis with ipo_mc_control.feedhold */
     uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;
 };
 
@@ -367,11 +393,17 @@ void feed(engine *e);
 void feed_store_floor(engine *e);
 bool feed_job_pending(engine *e);
 void feed_do_jobs(engine *e);
+void feed_begin_program(engine *e);
+
+/* mode.c */
+void mode_cycle(engine *e, bool present);
+void mode_publish(engine *e);
 
 /* marked_log.c */
 void log_marker(engine *e, const nc_block *row);
 void log_element(engine *e, const element *el);
 void log_program_end(engine *e);
+void log_reset(engine *e);
 void log_loop_begin(engine *e);
 void log_loop_end(engine *e, double length);
 const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
@@ -389,6 +421,7 @@ bool feasible_with(engine *e, double reserve_override);
 bool techno_has_room(const engine *e);
 bool techno_push(engine *e, const nc_block *row);
 void techno_block_end(engine *e);
+void techno_spindle_word(engine *e);
 void techno_before_motion(engine *e, const nc_block *row);
 void techno_expl_syn(engine *e, const nc_block *row);
 bool gate_open(const techno_counts *done, const techno_counts *need);
@@ -397,7 +430,7 @@ bool techno_blocked(engine *e, const piece *p);
 void techno_output(engine *e, piece *p);
 void techno_cycle(engine *e);
 static inline bool stands_before(const engine *e, const piece *p) {
-    if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single)) return true;
+    if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single) || (p->moving & e->plan.held_axes)) return true;
     return p->stop_before || (p->gated && !gate_open(p->replay ? &e->plan.done_again : &e->plan.done, &p->need));
 }
 
@@ -408,6 +441,7 @@ int planner_pump(engine *e);
 /* interp.c */
 void geo_cycle(engine *e);
 bool geo_drained(engine *e);
+void geo_begin_distance(engine *e);
 
 /* publish.c */
 void take_commands(engine *e);

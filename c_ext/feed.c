@@ -456,7 +456,9 @@ static bool wants_shortcut(engine *e) {
     return e->store_kept && ATOMIC_GET(e->shortcut_requests) != e->feed.shortcuts && e->feed.dir > 0 && !on_shortcut(e);
 }
 
-bool feed_job_pending(engine *e) { return wants_turn(e) || wants_shortcut(e); }
+static bool wants_abort(engine *e) { return ATOMIC_GET(e->abort_now) == 1; }
+
+bool feed_job_pending(engine *e) { return wants_abort(e) || wants_turn(e) || wants_shortcut(e); }
 
 /* The run ring goes on with new pieces; the one GEO stands in is left as it is. */
 static void begin_run(engine *e) {
@@ -516,6 +518,7 @@ static void feed_nothing(engine *e, uint64_t i) {
     p->kind = PIECE_EVENT;
     p->type = NC_FLUSH;
     p->length = p->whole = 0.0;
+    p->gated = p->stop_before = p->m01 = false;
     publish_run(e);
 }
 
@@ -552,7 +555,34 @@ static void shortcut(engine *e) {
     ATOMIC_SET(e->feed.shortcuts, request);
 }
 
+/* The program ends here: everything that is left is left out. */
+static void leave_out_rest(engine *e) {
+    uint64_t head = ATOMIC_GET(e->store_head);
+    begin_run(e);
+    e->feed.dir = 1;
+    e->feed.next = head;
+    e->feed.at = -1.0;
+    e->feed.frontier = head;
+    e->feed.in_loop = e->feed.displaced = false;
+    if (head > ATOMIC_GET(e->store_done)) {
+        feed_nothing(e, head - 1);
+        piece_at(e, e->piece_head - 1)->flags = 0;
+    }
+    ATOMIC_SET(e->abort_now, 2);
+}
+
+void feed_begin_program(engine *e) {
+    begin_run(e);
+    memset(&e->feed.pushed, 0, sizeof e->feed.pushed);
+    e->feed.dir = 1;
+    e->feed.next = e->feed.frontier = e->feed.program_first = e->store_head;
+    e->feed.at = -1.0;
+    e->feed.in_loop = e->feed.displaced = false;
+    ATOMIC_SET(e->withdraw, WITHDRAW_NONE);
+}
+
 void feed_do_jobs(engine *e) {
-    if (wants_turn(e)) turn(e);
+    if (wants_abort(e)) leave_out_rest(e);
+    else if (wants_turn(e)) turn(e);
     else if (wants_shortcut(e)) shortcut(e);
 }

@@ -54,6 +54,9 @@ static void run_loop_end(engine *e, const piece *p) {
     else g->saved_first = g->epoch_first, g->loop_count = 0;
 }
 
+/* A program begins: its first element begins the distance. */
+void geo_begin_distance(engine *e) { set_epoch(&e->geo, e->push_epoch, e->element_head, 0.0); }
+
 static void run_reset(geo *g, const piece *p) {
     g->dist = 0.0;
     if (p->dir > 0) set_epoch(g, g->epoch + 1, p->element, 0.0);
@@ -224,8 +227,9 @@ bool geo_drained(engine *e) {
 }
 
 static void note_end(engine *e) {
-    if (e->program_end || !ATOMIC_GET(e->finished) || !geo_drained(e)) return;
+    if (e->program_end || !ATOMIC_GET(e->finished) || !geo_drained(e) || e->feed.dir < 0) return;
     e->geo.v = 0.0;
+    ATOMIC_SET(e->program_active, 0);
     ATOMIC_SET(e->program_end, 1);
 }
 

@@ -108,6 +108,13 @@ static void keep(engine *e, const HLI_CONTOUR_LOOKAHEAD_BLOCK *entry, int action
     log->items[log->item_count++] = (loop_item){*entry, action};
 }
 
+/* Program start: the log is empty. */
+void log_reset(engine *e) {
+    log_clear(e);
+    e->log.in_loop = false;
+    e->log_dropped = e->log_ignored_areas = e->log_stray_params = e->log_on_closed = e->log_disabled = 0;
+}
+
 void log_marker(engine *e, const nc_block *row) {
     if (!log_available(e)) {
         e->log_disabled++;

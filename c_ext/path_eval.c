@@ -42,6 +42,12 @@ static double speed_limit(const engine *e, const piece *p) {
     return v;
 }
 
+static void note_moving(const engine *e, piece *p) {
+    p->moving = 0;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (fabs(p->slope[i]) > 1e-12 || (p->kind == PIECE_ARC && (i == p->axis1 || i == p->axis2))) p->moving |= (uint16_t)(1u << i);
+}
+
 /* Fill the geometry of p from a motion row; p->start is set already. */
 void piece_build(engine *e, piece *p, const nc_block *row) {
     p->kind = row->type == NC_CIRCULAR ? PIECE_ARC : row->type == NC_POLYNOMIAL ? PIECE_CURVE : PIECE_LINE;
@@ -55,6 +61,7 @@ void piece_build(engine *e, piece *p, const nc_block *row) {
     for (int i = 0; i < NC_AXES; i++) p->slope[i] = i < e->cfg.axis_count ? (p->end[i] - p->start[i]) / p->length : 0.0;
     if (p->kind == PIECE_ARC) build_arc(e, p, row);
     p->v_hard = speed_limit(e, p);
+    note_moving(e, p);
     piece_tangent(e, p, 0.0, p->tangent_in);
     piece_tangent(e, p, p->length, p->tangent_out);
 }
@@ -113,6 +120,7 @@ void piece_shortcut(const engine *e, piece *p, const double *q, double path, dou
     p->path_rate = p->length > 0 ? (path_end - path) / p->length : 0.0;
     p->dist_rate = p->length > 0 ? (dist_end - dist) / p->length : 0.0;
     p->v_hard = speed_limit(e, p);
+    note_moving(e, p);
     piece_tangent(e, p, 0.0, p->tangent_in);
     piece_tangent(e, p, p->length, p->tangent_out);
 }

@@ -13,6 +13,7 @@
 /* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
 double soft_cap(const engine *e, const piece *p) {
     if (e->plan.hold) return 0.0;
+    if (e->plan.ext_speed < NEVER) return fmin(p->v_hard, e->plan.ext_speed);
     if (p->feed > 0) return fmin(p->v_hard, p->feed * e->plan.override);
     return p->v_hard * fmin(1.0, e->plan.rapid);
 }
@@ -233,6 +234,7 @@ typedef struct conditions {
     double reserve_override;
     techno_counts done, done_again;
     bool single, m01;
+    uint32_t held_axes;
 } conditions;
 
 static uint64_t plan_under(engine *e, const conditions *c) {
@@ -241,6 +243,7 @@ static uint64_t plan_under(engine *e, const conditions *c) {
     e->plan.done_again = c->done_again;
     e->plan.single = c->single;
     e->plan.m01 = c->m01;
+    e->plan.held_axes = c->held_axes;
     e->plan.capped = e->plan.piece;
     corner_caps(e);
     uint64_t end = window_end(e);
@@ -249,16 +252,16 @@ static uint64_t plan_under(engine *e, const conditions *c) {
 }
 
 static bool same_conditions(const conditions *a, const conditions *b) {
-    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 &&
+    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 && a->held_axes == b->held_axes &&
            memcmp(&a->done, &b->done, sizeof a->done) == 0 && memcmp(&a->done_again, &b->done_again, sizeof a->done_again) == 0;
 }
 
 /* New conditions are taken over where the present state can be continued legally under them: a larger override and an
  * opened gate both make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
-    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.done_again, e->plan.single, e->plan.m01};
+    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.done_again, e->plan.single, e->plan.m01, e->plan.held_axes};
     conditions want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
-                       ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now)};
+                       ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
     if (same_conditions(&old, &want)) {
         corner_caps(e);
         uint64_t end = window_end(e);
@@ -334,6 +337,7 @@ int planner_pump(engine *e) {
     if (e->plan.piece >= e->piece_head) return 0;
     uint64_t before = e->plan.written;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
+    __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
     e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0 || feed_job_pending(e);
     uint64_t end = choose_conditions(e);

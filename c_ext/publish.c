@@ -36,8 +36,33 @@ static bool axes_released(engine *e) {
         HLI_AXIS *ax = &e->segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
         released &= level_bool(&ax->lr_mc_control.release_feedhold, present, true);
+        released &= level_bool(&ax->lr_mc_control.drive_on, present, true);
+        released &= level_bool(&ax->lr_mc_control.torque_permission, present, true);
     }
+    e->released = released;
     return released;
+}
+
+/* An axis that moves now is held: the path stands. The others that are held stop the path ahead of their next motion. */
+static bool axes_held(engine *e) {
+    uint32_t held = 0;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        HLI_AXIS *ax = &e->segment->axis[i];
+        bool present = flag(&ax->head.plc_present_w);
+        if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) held |= 1u << i;
+    }
+    ATOMIC_SET(e->held_axes, held);
+    return held && e->geo.piece != UINT64_MAX && e->piece_done <= e->geo.piece && (piece_at(e, e->geo.piece)->moving & held);
+}
+
+/* External path speed, valid while both units are enabled; true if it is negative: backward. */
+static bool take_external_speed(engine *e, HLI_BAHN_MC_CONTROL *c, bool present) {
+    bool valid = level_bool(&c->ext_command_speed_valid, present, false) && flag(&c->ext_command_speed.enable_w);
+    int32_t speed = valid ? (int32_t)load_u32_relaxed((uint32_t *)&c->ext_command_speed.command_w) : 0;
+    double value = valid ? fabs(speed / 1000.0) : NEVER;
+    store_u32_relaxed((uint32_t *)&c->ext_command_speed.state_r, (uint32_t)speed);
+    __atomic_store(&e->ext_speed, &value, __ATOMIC_RELEASE);
+    return speed < 0;
 }
 
 /* P-CHAN-00181: what rapid motion follows. */
@@ -93,7 +118,8 @@ static void take_insert_command(engine *e, HLI_BAHN_MC_CONTROL *c, bool present)
 void take_commands(engine *e) {
     HLI_BAHN_MC_CONTROL *c = &e->channel->bahn_mc_control;
     bool present = flag(&e->channel->head.plc_present_w);
-    bool hold = level_bool(&c->feedhold, present, false) | !axes_released(e);
+    mode_cycle(e, present);
+    bool hold = level_bool(&c->feedhold, present, false) | !axes_released(e) | axes_held(e) | ATOMIC_GET(e->stopped);
     bool valid = level_bool(&c->override_valid, present, false);
     double factor = level_override(e, &c->override, present, valid) / (double)OVERRIDE_FULL;
     bool rapid_valid = level_bool(&c->rapid_override_valid, present, false);
@@ -103,7 +129,8 @@ void take_commands(engine *e) {
     e->geo.continue_seen = go_on;
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
     __atomic_store(&e->rapid_now, &rapid, __ATOMIC_RELEASE);
-    ATOMIC_SET(e->backward_now, level_bool(&c->backward_motion, present, false) && !e->program_end);
+    bool external = take_external_speed(e, c, present);
+    ATOMIC_SET(e->backward_now, (level_bool(&c->backward_motion, present, false) || external) && !e->program_end);
     ATOMIC_SET(e->simulate_now, level_bool(&c->simulate_motion, present, false));
     if (level_bool(&c->backward_storage_off, present, false) && e->program_end) ATOMIC_SET(e->store_first, ATOMIC_GET(e->store_head));
     take_shortcut(e, c, present);
@@ -142,7 +169,11 @@ static uint32_t stop_conditions(engine *e) {
     uint32_t bits = 0;
     if (e->geo.v > 0) return 0;
     if (load_u8_acquire(&e->channel->bahn_mc_control.feedhold.state_r)) bits |= 1u;
-    if (e->hold_now && !bits) bits |= 2u;
+    if (ATOMIC_GET(e->held_axes)) bits |= 2u;
+    if (ATOMIC_GET(e->stopped)) bits |= 1024u;
+    if (!e->released) bits |= 4096u;
+    if (e->program_active && !e->finished && e->store_done >= ATOMIC_GET(e->store_head)) bits |= 8192u;
+    if (ATOMIC_GET(e->mode_state) == 6u) bits |= 512u;
     if (e->override_now <= 0) bits |= 4u;
     if (e->geo.waiting_continue) bits |= e->geo.stands_single ? 8u : piece_at(e, e->geo.piece)->inserted ? 2048u : piece_at(e, e->geo.piece)->code == 1 ? 32u : 16u;
     if (e->geo.waiting_techno) bits |= 64u;
@@ -170,7 +201,8 @@ static void publish_bahn(engine *e) {
     store_u32_relaxed(&b->block_count_r, g->count);
     store_u32_relaxed(&b->block_number_r, g->n);
     store_u32_relaxed(&b->command_feed_r, (uint32_t)dint(g->feed * 1000.0));
-    store_u32_relaxed(&b->active_feed_r, (uint32_t)dint(g->v * 1000.0));
+    bool external = e->ext_speed < NEVER && motion && p->dir < 0;
+    store_u32_relaxed(&b->active_feed_r, (uint32_t)dint((external ? -g->v : g->v) * 1000.0));
     store_u32_relaxed(&b->stop_condition_r, stop_conditions(e));
     store_u32_relaxed(&b->tool_nr_r, (uint32_t)g->tool);
     store_u16_relaxed(&b->override_r, (uint16_t)lrint(e->override_now * OVERRIDE_FULL));
@@ -211,6 +243,7 @@ void publish(engine *e) {
     publish_bahn(e);
     for (int i = 0; i < e->cfg.axis_count; i++) publish_axis(e, i);
     publish_lookahead(e);
+    mode_publish(e);
     seq_end(&e->side->channel_seq.word);
     publish_stats(e);
     store_u64_release(&e->side->cnc.cell_time_ns, (uint64_t)llrint((double)e->geo.cycle * e->cfg.cycle_s * 1e9));

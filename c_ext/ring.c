@@ -191,6 +191,7 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
 
 /* Functions that wait for the end of their block go ahead of the first row of the next one. */
 static void push_row(engine *e, const nc_block *row) {
+    if (e->spindle_pending && (row->count != e->spindle_row.count || row->type <= NC_POLYNOMIAL)) techno_spindle_word(e);
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
     if (row->type <= NC_POLYNOMIAL) techno_before_motion(e, row);
     if (techno_push(e, row)) return;
@@ -213,12 +214,14 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
 }
 
 void engine_finish(engine *e) {
+    techno_spindle_word(e);
     techno_block_end(e);
     log_program_end(e);
     ATOMIC_SET(e->finished, 1);
 }
 
 void engine_expect_drain(engine *e) {
+    techno_spindle_word(e);
     techno_block_end(e);
     e->drain_at = e->store_head;
     ATOMIC_SET(e->expect_drain, 1);

@@ -47,6 +47,8 @@ ERRORS: dict[int, str] = {
     90017: "tool radius greater than or equal to the contour radius",
     90031: "compensated circles do not intersect",
     90047: "the tool radius can change in a linear block only",
+    270053: "watchdog: the PLC has not shown in time that it lives",
+    270061: "mode command: target state not possible",
     # our own: program text
     900001: "unknown word",
     900002: "unknown command",
@@ -104,6 +106,10 @@ ERRORS: dict[int, str] = {
     905013: "segment not accessible",
     905014: "no answer in time",
     905015: "wrong segment name",
+    905020: "mode command: no program is selected and none is named",
+    905021: "execution mode not supported",
+    905022: "error record of the PLC",
+    905023: "the PLC has aborted the program",
 }
 
 
