@@ -96,6 +96,7 @@ ERRORS: dict[int, str] = {
     904001: "row not supported by the engine",
     904002: "row with numbers that are not finite",
     904003: "out of memory",
+    904004: "real-time loop too long: the interpolator holds it whole",
     905000: "shared memory",
     905001: "a process died",
     905002: "segment in use",
