@@ -66,6 +66,7 @@ void engine_free(engine *e) {
     for (uint32_t i = 0; i < LOG_CHUNKS; i++) free(e->log.chunk[i]);
     for (int i = 0; i < 2; i++) free(e->plan.tails[i].phases);
     free(e->elements);
+    external_free(e);
     free(e->store);
     free(e->pieces);
     free(e->curves);
