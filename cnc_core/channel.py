@@ -18,7 +18,10 @@ from .program import Program
 class LivePort:
     """The running channel as the front end sees it; positions are those at the last drain."""
 
+    answers = True
+
     def __init__(self, start: npt.NDArray[np.float64]) -> None:
+        self.interrupted = False
         self.latched = start.copy()
         self.messages: list[str] = []
 
@@ -49,7 +52,7 @@ class Preparation:
     def pump(self) -> None:
         """Push rows until the ring is full, the program waits, or it ends."""
         try:
-            while not self.done and not self.waiting and self._step():
+            while not (self.done or self.waiting or self.port.interrupted) and self._step():
                 pass
         except CncError as error:
             self._end(error)

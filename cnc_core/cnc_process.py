@@ -138,6 +138,7 @@ class CncProcess:
     # ---------------------------------------------------------------- life
     def on_signal(self, number: int, _frame: Any) -> None:
         self.stop_signal = number
+        self.preparation.port.interrupted = True
 
     def run(self) -> None:
         """Publish, wait for the PLC, drive the program, stay for the PLC's last scans."""

@@ -71,6 +71,17 @@ ERRORS: dict[int, str] = {
     906004: "no tangential arc to the compensated contour",
     906005: "circle replaced by a line at the change of the compensated side",
     906006: "G05 without selection or deselection of tool radius compensation",
+    # our own: program flow and variables
+    907001: "too many blocks without a motion: the program does not end",
+    907002: "too many subprograms in each other",
+    907010: "variable is not declared",
+    907011: "a number is expected, not a text",
+    907012: "a text is expected, not a number",
+    907013: "value does not fit the variable's type",
+    907014: "array index out of range",
+    907015: "wrong number of indices or initial values",
+    907016: "variable is read only",
+    907017: "variable is declared twice",
     # our own: RS-274 programs
     908001: "word that no function of the block uses",
     908002: "parameter is not defined",

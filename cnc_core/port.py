@@ -25,6 +25,11 @@ class Wait(Enum):
 class ChannelPort(Protocol):
     """The channel as the front end sees it."""
 
+    @property
+    def answers(self) -> bool:
+        """Waits are answered by a machine that moves; a program may wait as long as it likes."""
+        ...
+
     def position(self) -> npt.NDArray[np.float64]:
         """Command position of all channel axes, mm or degrees, latched when the last wait came true."""
         ...
@@ -36,6 +41,8 @@ class ChannelPort(Protocol):
 
 class OfflinePort:
     """A channel that does not move: waits are true at once, messages are kept."""
+
+    answers = False
 
     def __init__(self, position: npt.NDArray[np.float64]) -> None:
         self._position = np.array(position, dtype=np.float64)

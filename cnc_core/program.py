@@ -26,6 +26,7 @@ class FrontEnd(Protocol):
 
     errors: list[CncError]
     warnings: list[CncError]
+    files: list[Path]
 
     def read(self, rows: int) -> BlockBatch | Wait | None: ...
 
@@ -83,7 +84,9 @@ class Program:
     @property
     def errors(self) -> list[CncError]:
         """All errors found so far, in order of their lines."""
-        return sorted([*self.reader.errors, *self._own_errors], key=lambda e: e.place.line)
+        order = {str(path): i for i, path in enumerate(self.reader.files)}
+        found = [*self.reader.errors, *self._own_errors]
+        return sorted(found, key=lambda e: (order.get(e.place.file, len(order)), e.place.line))
 
     def read(self, rows: int = BATCH_ROWS) -> BlockBatch | Wait | None:
         """The next final rows, a wait, or None at the end.
@@ -97,13 +100,15 @@ class Program:
         except CncError as error:
             return self._behind_held(error)
         if isinstance(item, BlockBatch):
+            if not len(item):
+                return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
         if item is Wait.DRAINED or item is None:
             return self._behind_held(item)
         return item
 
-    def _place(self, _file: int, line: int) -> Place:
-        return source_place(self.path, line)
+    def _place(self, file: int, line: int) -> Place:
+        return source_place(self.reader.files[file], line)
 
     def _warn(self, warning: CncError) -> None:
         self.reader.warnings.append(warning)

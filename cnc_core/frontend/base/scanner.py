@@ -108,6 +108,12 @@ class Modal:
         """Programmed position of all channel axes, machine coordinates."""
         return np.array(list(self._modal.pos)[: self._modal.axes], dtype=np.float64)
 
+    def go_to(self, file: int, line: int, read: int = 0) -> None:
+        """What is read next stands behind ``line`` lines of ``file``; ``read`` lines count as read on the way."""
+        self._modal.file = file
+        self._modal.line = line
+        self._modal.count += read
+
     def count_lines(self, lines: int) -> None:
         """Physical lines that a parser has read."""
         self._modal.line += lines
