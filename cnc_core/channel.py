@@ -3,25 +3,44 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from . import external
 from .blocks import BlockBatch
 from .config import CellConfig
 from .engine import Engine
 from .errors import CncError
-from .port import Wait
+from .frontend.machine import External
+from .port import ExternalValue, Wait
 from .program import Program
+
+OUT_FOLDER = Path("hli-cosim-out")
 
 
 class LivePort:
-    """The running channel as the front end sees it; positions are those at the last drain."""
+    """The running channel as the front end sees it; positions and time are those at the last drain.
+
+    ``areas``: writable buffers of the external variables, "channel" and "global".  ``folder``: where files go that the
+    program writes; it is made with the first of them.
+    """
 
     answers = True
 
-    def __init__(self, start: npt.NDArray[np.float64]) -> None:
+    def __init__(
+        self,
+        start: npt.NDArray[np.float64],
+        areas: dict[str, Any] | None = None,
+        folder: Path = OUT_FOLDER,
+        skip_levels: int = 0,
+    ) -> None:
         self.interrupted = False
+        self.latched_s = 0.0
+        self.levels = skip_levels
+        self._areas = areas or {"channel": bytearray(external.AREA_BYTES), "global": bytearray(external.AREA_BYTES)}
+        self._folder = folder
         self.latched = start.copy()
         self.messages: list[str] = []
 
@@ -31,12 +50,43 @@ class LivePort:
     def message(self, text: str) -> None:
         self.messages.append(text)
 
+    def now_s(self) -> float:
+        return self.latched_s
+
+    def skip_levels(self) -> int:
+        return self.levels
+
+    def read_external(self, variable: External, element: int) -> ExternalValue:
+        return external.read(self._areas[variable.scope], variable, element)
+
+    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+        external.write(self._areas[variable.scope], variable, element, value)
+
+    def append_file(self, name: str, text: str) -> None:
+        path = self._folder / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("a", encoding="utf-8") as file:
+                file.write(text)
+        except OSError as error:
+            raise CncError(901004, f"{path}: {error.strerror}") from None
+
 
 class Preparation:
     """Pumps one program into one engine. ``error``: why it ended early; the rows ahead of the error are executed."""
 
-    def __init__(self, path: Path, cell: CellConfig, dialect: str | None, engine: Engine) -> None:
-        self.port = LivePort(cell.axis_values("start_mm"))
+    def __init__(
+        self,
+        path: Path,
+        cell: CellConfig,
+        dialect: str | None,
+        engine: Engine,
+        port: LivePort | None = None,
+        *,
+        lenient: bool = False,
+    ) -> None:
+        self.port = port or LivePort(cell.axis_values("start_mm"))
+        self._cycle_s = cell.cycle_s
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
@@ -44,7 +94,7 @@ class Preparation:
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         try:
-            self.program: Program | None = Program(path, cell, dialect, self.port)
+            self.program: Program | None = Program(path, cell, dialect, self.port, lenient=lenient)
         except CncError as error:
             self.program = None
             self._end(error)
@@ -60,6 +110,7 @@ class Preparation:
     def drained(self) -> None:
         """Everything handed out so far has been executed: go on reading."""
         state = self.engine.state
+        self.port.latched_s = int(state.cycle) * self._cycle_s
         self.port.latched = np.array(list(state.position)[: self.engine.axes])
         self.waiting = False
 

@@ -57,7 +57,8 @@ def _whole_blocks(refused: RefusedRow) -> BlockBatch:
 class Program:
     """Rows of one program file, after all stages.
 
-    ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).
+    ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
+    calls so; for ISG unknown # commands and undefined M functions are warnings.
     """
 
     def __init__(
@@ -68,12 +69,15 @@ class Program:
         port: ChannelPort | None = None,
         *,
         collect: bool = False,
+        lenient: bool = False,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine()
         self.port = port or OfflinePort(machine.start)
         self.dialect = dialect or frontend.detect(self.path)
-        self.reader: FrontEnd = frontend.create(self.dialect, self.path, machine, self.port, collect=collect)
+        self.reader: FrontEnd = frontend.create(
+            self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
+        )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
         compensation = RadiusCompensation(

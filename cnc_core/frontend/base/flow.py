@@ -115,6 +115,10 @@ class Flow:
         return known
 
     @property
+    def known_files(self) -> list[ProgramFile]:
+        return list(self._known.values())
+
+    @property
     def file(self) -> ProgramFile:
         return self.level.file
 

@@ -17,7 +17,7 @@ from cnc_core.blocks import NC_BLOCK, BlockBatch
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base import scanner
 from cnc_core.frontend.base.block_text import BlockText
-from cnc_core.frontend.base.flow import Flow, Mark, ProgramFile
+from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.source import Source
 from cnc_core.port import ChannelPort, Wait
@@ -68,6 +68,9 @@ class BlockReader(ABC):
         self._drained = False  # the wait in front of the next block has come true
         self._idle = 0
         self._breath = 0
+        self.block_now: BlockText | None = None  # being prepared or executed
+        self._lines_left = 0  # of the block that is being executed, behind its first one
+        self.mark = START  # where the block begins that is being prepared
         self._seen: set[tuple[int, str, int, int, str]] = set()
         self.flow.source  # noqa: B018  the file is opened here, so that its absence shows at once
 
@@ -175,6 +178,7 @@ class BlockReader(ABC):
     def _block(self, file: ProgramFile) -> None:
         """One block through the parser: its rows, waits or error into the queue."""
         position = file.source.position
+        self.mark = Mark(position, self.modal.line)
         block = self._take_block()
         if block is None:
             self._level_ended()
@@ -203,6 +207,8 @@ class BlockReader(ABC):
         block, modal = prepared.text, self.modal
         self.flow.source.seek(prepared.end)
         modal.count_lines(1)
+        self._lines_left = block.lines_read - 1
+        self.block_now = block
         try:
             items = prepared.run()
             if items:
@@ -210,8 +216,8 @@ class BlockReader(ABC):
         except CncError as error:
             self.flow.forget()
             self._error(error, block)
-        if block.lines_read > 1:
-            modal.count_lines(block.lines_read - 1)
+        if self._lines_left:
+            modal.count_lines(self._lines_left)
         if self.flow.asked:
             self._move()
 

@@ -88,9 +88,7 @@ class Variable:
     def place(self, indices: Sequence[Value], offset: int) -> int:
         """Where the element stands in ``values``, row by row."""
         if len(indices) != len(self.dimensions):
-            raise fail(
-                WRONG_INDICES, f"{self.name} has {len(self.dimensions)} dimensions, not {len(indices)}", offset
-            )
+            raise fail(WRONG_INDICES, f"{self.name} has {len(self.dimensions)} dimensions, not {len(indices)}", offset)
         place = 0
         for value, size in zip(indices, self.dimensions, strict=True):
             if isinstance(value, str):
@@ -113,9 +111,7 @@ class Variable:
     def fill(self, values: Sequence[Value], offset: int) -> None:
         """Initial values, row by row; what is left keeps its initial value."""
         if len(values) > len(self.values):
-            raise fail(
-                WRONG_INDICES, f"{self.name}: {len(values)} values for {len(self.values)} elements", offset
-            )
+            raise fail(WRONG_INDICES, f"{self.name}: {len(values)} values for {len(self.values)} elements", offset)
         for place, value in enumerate(values):
             self.values[place] = self.type.convert(value, self.name, offset)
 
