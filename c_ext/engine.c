@@ -119,7 +119,8 @@ static bool plc_finished(const engine *e) {
 /* What preparation or the cell has to know, in order of urgency; -1 if nothing. */
 int pending_event(engine *e) {
     if (e->fault) return ENGINE_FAULT;
-    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->piece_done) >= e->drain_at && geo_drained(e)) {
+    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->geo.cycle) >= e->drain_from &&
+        ATOMIC_GET(e->piece_done) >= e->drain_at && geo_drained(e)) {
         ATOMIC_SET(e->expect_drain, 0);
         return ENGINE_DRAINED;
     }

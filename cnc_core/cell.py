@@ -26,6 +26,7 @@ from hli import segment
 from plc_client.task import refuse_cell_start
 
 from . import recorder
+from .channel import OUT_FOLDER
 from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
@@ -208,10 +209,12 @@ class Cell:
         out: str | Path | None = None,
         record: str | Path | None = None,
         hold_start: bool = False,
+        lenient: bool = False,
     ) -> RunResult:
         """Run the program to its end.
 
-        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
+        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).  ``out``: folder for files
+        the program writes, by default ``hli-cosim-out``.  ``lenient``: as for ``Program``.
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -223,9 +226,11 @@ class Cell:
             recorder.check_target(target)
         choice = PlcChoice.of(plc, plc_args)
         segment.sweep()
-        folder = Path(out) if out else None
+        folder = Path(out) if out else OUT_FOLDER
         before = _files(folder)
-        self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, target is not None)
+        self._job = self._start(
+            program, choice, clock or self.clock, dialect, hold_start, target is not None, lenient, folder
+        )
         try:
             _supervise(self._job)
         except BaseException:
@@ -242,7 +247,15 @@ class Cell:
             self.close()
 
     def _start(
-        self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool
+        self,
+        program: Path,
+        choice: PlcChoice,
+        clock: str,
+        dialect: str | None,
+        hold: bool,
+        record: bool,
+        lenient: bool,
+        out: Path,
     ) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
@@ -257,6 +270,8 @@ class Cell:
             record=folder / "samples.f64" if record else None,
             once=True,
             hold_start=hold,
+            lenient=lenient,
+            out=out,
         )
         started = time.monotonic()
         cnc = _Child("cnc", "cnc_core.cnc_process", [options.as_json()], folder)

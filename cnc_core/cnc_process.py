@@ -24,7 +24,7 @@ from hli._sync import lib as sync
 from hli import layout, segment
 from hli.errors import HliError
 
-from .channel import Preparation
+from .channel import OUT_FOLDER, LivePort, Preparation
 from .config import CellConfig, load_config
 from .engine import Engine, Event
 from .errors import CncError, Place
@@ -61,6 +61,8 @@ class CncOptions:
     wait_plc: bool = True
     lookahead: int | None = None
     core: int = -1
+    lenient: bool = False
+    out: Path | None = None
 
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""
@@ -133,7 +135,15 @@ class CncProcess:
         self.recorder = PartWriter(options.record) if options.record else None
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
-        self.preparation = Preparation(options.file, self.cell, options.dialect, self.engine)
+        port = LivePort(
+            self.cell.axis_values("start_mm"),
+            {"channel": root.ext_var_channel[0], "global": root.ext_var_global},
+            options.out or OUT_FOLDER,
+            self.cell.skip_mask,
+        )
+        self.preparation = Preparation(
+            options.file, self.cell, options.dialect, self.engine, port, lenient=options.lenient
+        )
 
     # ---------------------------------------------------------------- life
     def on_signal(self, number: int, _frame: Any) -> None:
@@ -357,7 +367,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if args.parent is not None and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
         return 1
     given: dict[str, Any] = {
-        k: Path(v) if k in ("file", "config", "report", "record") and v else v for k, v in args.options.items()
+        k: Path(v) if k in ("file", "config", "report", "record", "out") and v else v for k, v in args.options.items()
     }
     try:
         return run_cnc(CncOptions(**given))

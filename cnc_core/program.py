@@ -73,7 +73,7 @@ class Program:
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine()
-        self.port = port or OfflinePort(machine.start)
+        self.port = port or OfflinePort(machine.start, cell.skip_mask)
         self.dialect = dialect or frontend.detect(self.path)
         self.reader: FrontEnd = frontend.create(
             self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient

@@ -151,6 +151,7 @@ class Finder:
 
     def __init__(self, context: Context, folder: Path) -> None:
         self._context, self._folder = context, folder
+        self.called: set[tuple[int, Mark]] = set()
 
     def level(self, call: Call) -> Level:
         """The program level that a call opens; CncError 907030 if there is no such subprogram."""
@@ -160,10 +161,11 @@ class Finder:
         if not call.local:
             return Level(self._file(call), START, user=data)
         file = self._context.flow.file
-        known = self._locals(file)
+        known = self.locals_of(file)
         mark = known.get(call.name.upper())
         if mark is None:
             raise fail(907030, f"the file has no local subprogram {call.name}", call.offset)
+        self.called.add((file.number, mark))
         return Level(file, mark, call.name, user=data)
 
     def _file(self, call: Call) -> ProgramFile:
@@ -179,7 +181,7 @@ class Finder:
                 return self._context.flow.file_of(other)
         raise fail(907030, f"subprogram file {call.name} not found beside the program", call.offset)
 
-    def _locals(self, file: ProgramFile) -> dict[str, Mark]:
+    def locals_of(self, file: ProgramFile) -> dict[str, Mark]:
         """Local subprograms of a file by name in capitals: places behind their %L lines."""
         known: dict[str, Mark] | None = file.places.get("locals")
         if known is None:

@@ -7,12 +7,11 @@ program level.  Loops jump to their first line, which is read again and tests.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any
 
 from cnc_core.errors import ERRORS, CncError
-from cnc_core.frontend.base.block_text import read_block
+from cnc_core.frontend.base.block_text import BlockText, read_block
 from cnc_core.frontend.base.flow import Mark
 from cnc_core.frontend.base.formula import Formula, number_of
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
@@ -21,7 +20,7 @@ from cnc_core.frontend.base.variables import Value
 from cnc_core.frontend.isg.context import Context
 from cnc_core.frontend.isg.formulas import Formulas
 from cnc_core.frontend.isg.store import Setter
-from cnc_core.frontend.isg.text import COMMENTS, CONTROL, Head, head_of
+from cnc_core.frontend.isg.text import COMMENTS, CONTROL, DOUBTFUL, Head, head_of
 
 NEST_MAX = 20
 TRUE_FROM = 0.5  # $IF, $WHILE, $UNTIL
@@ -63,6 +62,7 @@ class Found:
     head: Head
     before: Mark
     after: Mark
+    text: BlockText
 
 
 class Searcher:
@@ -70,9 +70,18 @@ class Searcher:
 
     def __init__(self, context: Context, skip_mask: Callable[[], int]) -> None:
         self._flow, self._skip_mask = context.flow, skip_mask
-        self.visit: Callable[[Any], None] | None = None  # every block on the way (check)
+        self.visit: Callable[[BlockText, Head], None] | None = None  # what is skipped is shown to it (check)
 
-    def statements(self, begin: Mark, pattern: re.Pattern[bytes] = CONTROL) -> Any:
+    def skipped(self, begin: Mark) -> Iterator[Found]:
+        """As ``statements``, of text that will not be executed now."""
+        if self.visit is None:
+            yield from self.statements(begin)
+            return
+        for found in self.statements(begin, DOUBTFUL):
+            yield found
+            self.visit(found.text, found.head)
+
+    def statements(self, begin: Mark, pattern: re.Pattern[bytes] = CONTROL) -> Iterator[Found]:
         """Blocks from ``begin`` on whose text ``pattern`` finds something in, to the end of the level."""
         source: Source = self._flow.source
         before = source.position
@@ -80,8 +89,7 @@ class Searcher:
             source.seek(begin.position)
             line, comment = begin.line, 0
             while True:
-                if self.visit is None:
-                    line += source.hop(pattern)
+                line += source.hop(pattern)
                 here = Mark(source.position, line)
                 block = read_block(source, line)
                 if block is None:
@@ -94,9 +102,7 @@ class Searcher:
                 if head.sign == "%" and here.position > self._flow.level.start.position:
                     return
                 after = Mark(source.position, line)
-                if self.visit is not None:
-                    self.visit(block)
-                yield Found(head, here, after)
+                yield Found(head, here, after, block)
                 source.seek(after.position)
         finally:
             source.seek(before)
@@ -150,9 +156,9 @@ class Control:
 
     def _find_branch(self, after: Mark, kind: str) -> Found:
         inner: list[str] = []
-        for found in self._search.statements(after):
+        for found in self._search.skipped(after):
             if not inner and kind in (_closer(found.head), _middle(found.head)):
-                return found  # type: ignore[no-any-return]
+                return found
             _nest(inner, found.head)
         raise self._unclosed(kind)
 
@@ -166,9 +172,9 @@ class Control:
         return known
 
     def _find_end(self, after: Mark, inner: list[str]) -> Found:
-        for found in self._search.statements(after):
+        for found in self._search.skipped(after):
             if len(inner) == 1 and _closer(found.head) == inner[0]:
-                return found  # type: ignore[no-any-return]
+                return found
             _nest(inner, found.head)
         raise self._unclosed(inner[0])
 

@@ -23,7 +23,7 @@ from cnc_core.frontend.isg.formulas import Formulas
 from cnc_core.frontend.isg.offsets import Offsets
 from cnc_core.frontend.isg.store import Store
 from cnc_core.frontend.isg.system import System
-from cnc_core.frontend.isg.text import PATTERN, PROGRAMS, head_of
+from cnc_core.frontend.isg.text import PATTERN, PROGRAMS, Head, head_of
 from cnc_core.frontend.isg.words import WordBlock, WordParser, Words
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
@@ -65,7 +65,10 @@ class IsgFrontEnd(BlockReader):
         self.control.line_behind = lambda: self.modal.line + self._lines_left
         self._finder = Finder(self.context, path.parent)
         self._skip_mask = port.skip_levels()
-        self._declaring = False
+        self._declaring = self._declared_ahead = False
+        self._executing = True
+        if collect:
+            self._searcher.visit = self._visit
         self._main.user = LevelData()
 
     @property
@@ -101,9 +104,33 @@ class IsgFrontEnd(BlockReader):
         try:
             run, drain = self._compile(text)
         except CncError as error:
-            self._open_frame(text)
+            if self._executing:
+                self._open_frame(text)
             raise located(error, block) from None
         return Prepared(block, run, drain)
+
+    def _visit(self, block: BlockText, head: Head) -> None:
+        """Check a block that is not executed."""
+        before = self.block_now, self._declaring
+        self._executing, self._declaring = False, self._declared_ahead
+        if head.sign == "#" and head.word in ("VAR", "ENDVAR"):
+            self._declared_ahead = head.word == "VAR"
+        try:
+            self._prepare(block)
+        except CncError as error:
+            self._error(error, block)
+        finally:
+            self.block_now, self._declaring = before
+            self._executing = True
+
+    def _check_uncalled(self) -> None:
+        """Local subprograms of the main file that nobody has called."""
+        file = self._main.file
+        for mark in self._finder.locals_of(file).values():
+            if (file.number, mark) not in self._finder.called:
+                self.flow.level.start = mark
+                for _ in self._searcher.skipped(mark):
+                    pass
 
     def _open_frame(self, text: str) -> None:
         """A wrong statement that opens others still needs its end."""
@@ -228,14 +255,20 @@ class IsgFrontEnd(BlockReader):
         """M02, M30."""
         if len(self.flow.levels) > 1:
             self._warn_at(907032, "M02 or M30 inside a subprogram ends the whole program", 0)
+        self._end()
+
+    def _end(self) -> None:
+        """The program is over."""
         self._ended = True
+        if self._collect and len(self.flow.levels) == 1:
+            self._check_uncalled()
 
     def _level_end(self) -> None:
         """M17, M29."""
         if len(self.flow.levels) > 1:
             self.flow.leave()
         else:
-            self._ended = True
+            self._end()
 
     def _call(self, call: Call, rows: list[Row]) -> None:
         try:
@@ -256,6 +289,8 @@ class IsgFrontEnd(BlockReader):
             last = PhysicalLine(0, max(1, self.modal.line), "")
             self._error(error, BlockText(str(self.flow.file.path), lines=[last]))
         super()._level_ended()
+        if self._ended:
+            self._end()
 
     def _move(self) -> None:
         """Scopes follow the program levels."""
@@ -300,9 +335,10 @@ class IsgFrontEnd(BlockReader):
 
     def _macro(self, name: str, text: str) -> Run:
         def run() -> Items:
-            self.context.macros[name] = text
-            for file in self.flow.known_files:
-                file.blocks.clear()  # they may mean something else now
+            if self.context.macros.get(name) != text:
+                self.context.macros[name] = text
+                for file in self.flow.known_files:
+                    file.blocks.clear()  # they may mean something else now
             return ()
 
         return run

@@ -26,6 +26,11 @@ HEAD = re.compile(
     re.X,
 )
 CONTROL = re.compile(rb"[$%#\\]")
+# lines that may be wrong although they are not executed
+DOUBTFUL = re.compile(
+    rb"[^NGXYZUVWABCIJKRFngxyzuvwabcijkrf0-9.+\- \t\r\n]"
+    rb"|[gG](?!0?[0-3](?![0-9])|1[789](?![0-9])|9[01](?![0-9]))"
+)
 PROGRAMS = re.compile(rb"[%#\\]")
 COMMENTS = re.compile(rb"[#\\]")
 
