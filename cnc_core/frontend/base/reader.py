@@ -233,7 +233,8 @@ class BlockReader(ABC):
         if self._idle > self.idle_blocks_max:
             error = CncError(907001, f"{ERRORS[907001]} ({self.idle_blocks_max} blocks)", self._here())
             self.errors.append(error)
-            self._queue.append(error)
+            if not self._collect:
+                self._queue.append(error)
             self._ended = True
 
     def _here(self) -> Place:
