@@ -210,11 +210,13 @@ class Cell:
         record: str | Path | None = None,
         hold_start: bool = False,
         lenient: bool = False,
+        autostart: bool = True,
     ) -> RunResult:
         """Run the program to its end.
 
         ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).  ``out``: folder for files
-        the program writes, by default ``hli-cosim-out``.  ``lenient``: as for ``Program``.
+        the program writes, by default ``hli-cosim-out``.  ``lenient``: as for ``Program``.  ``autostart=False``: the
+        program stands ready, the PLC starts it by ``mode_and_state``.
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -228,8 +230,9 @@ class Cell:
         segment.sweep()
         folder = Path(out) if out else OUT_FOLDER
         before = _files(folder)
+        options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
         self._job = self._start(
-            program, choice, clock or self.clock, dialect, hold_start, target is not None, lenient, folder
+            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart}
         )
         try:
             _supervise(self._job)
@@ -247,34 +250,23 @@ class Cell:
             self.close()
 
     def _start(
-        self,
-        program: Path,
-        choice: PlcChoice,
-        clock: str,
-        dialect: str | None,
-        hold: bool,
-        record: bool,
-        lenient: bool,
-        out: Path,
+        self, program: Path, choice: PlcChoice, clock: str, record: bool, options: dict[str, Any]
     ) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
-        options = CncOptions(
+        chosen = CncOptions(
             program,
             name,
             config=self.config_path,
-            dialect=dialect,
             clock=clock,
             service=self.service,
             report=folder / "cnc.json",
             record=folder / "samples.f64" if record else None,
             once=True,
-            hold_start=hold,
-            lenient=lenient,
-            out=out,
+            **options,
         )
         started = time.monotonic()
-        cnc = _Child("cnc", "cnc_core.cnc_process", [options.as_json()], folder)
+        cnc = _Child("cnc", "cnc_core.cnc_process", [chosen.as_json()], folder)
         arguments = ["--name", name, *choice.arguments, "--report", str(folder / "plc.json"), "--once"]
         plc = _Child("plc", "plc_client", arguments, folder)
         return _Job(cnc, plc, folder, name, started)
@@ -351,6 +343,8 @@ def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
     if plc_failed and plc_error and "died" not in plc_error:
         result.end = "error"
         result.errors.append(_plc_error(plc_error))
+    elif cnc.get("aborted_by_plc") and not plc_failed:
+        result.errors = result.errors or [CncError(905023).as_json()]
     elif not cnc or plc_failed or result.end == "aborted":
         result.end = "aborted"
         who, child = ("CNC", job.cnc) if not cnc else ("PLC", job.plc)

@@ -85,7 +85,9 @@ class Preparation:
         *,
         lenient: bool = False,
     ) -> None:
-        self.port = port or LivePort(cell.axis_values("start_mm"))
+        position = np.array(list(engine.state.position)[: engine.axes])
+        self.port = port or LivePort(position)
+        self.port.latched = position.copy()
         self._cycle_s = cell.cycle_s
         self.engine = engine
         self.error: CncError | None = None
@@ -94,7 +96,9 @@ class Preparation:
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         try:
-            self.program: Program | None = Program(path, cell, dialect, self.port, lenient=lenient)
+            self.program: Program | None = Program(
+                path, cell, dialect, self.port, lenient=lenient, start=position
+            )
         except CncError as error:
             self.program = None
             self._end(error)
@@ -133,6 +137,10 @@ class Preparation:
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")
         return True
+
+    def close(self) -> None:
+        """Nothing more is read; the rows pushed so far are executed or have been left out."""
+        self.done = True
 
     def _end(self, error: CncError | None) -> None:
         self.error = error

@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
@@ -57,6 +60,7 @@ def _whole_blocks(refused: RefusedRow) -> BlockBatch:
 class Program:
     """Rows of one program file, after all stages.
 
+    ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
     """
@@ -70,9 +74,10 @@ class Program:
         *,
         collect: bool = False,
         lenient: bool = False,
+        start: npt.NDArray[np.float64] | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
-        machine = cell.program_machine()
+        machine = cell.program_machine(start)
         self.port = port or OfflinePort(machine.start, cell.skip_mask)
         self.dialect = dialect or frontend.detect(self.path)
         self.reader: FrontEnd = frontend.create(

@@ -279,14 +279,7 @@ def test_offsets_and_mirroring_agree_with_numpy(seed, tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------ fuzz
-WORDS = (
-    "$IF 1|$ELSE|$ENDIF|$FOR P1=1,3,1|$ENDFOR|$WHILE P1<4|$ENDWHILE|$DO|$ENDDO|$BREAK|$CONTINUE|$SWITCH P1|$CASE 1|"
-    "$ENDSWITCH|$DEFAULT|$REPEAT|$UNTIL 1|$GOTO [A]|$GOTO N20|[A]|N20:|#VAR|#ENDVAR|V.L.A : SGN08 = 5|P1=P1+1|X[P1]|"
-    "LL S|L x.nc|L CYCLE [NAME=s.nc @P1=2]|%L S|%M|M17|M30|G54 X1|G92 X0|G21|D1|\"M\" = \"X5\"|\"M\"|#COMMENT BEGIN|"
-    "#COMMENT END|#IF 1|#ELSE|#ENDIF|/ X1|/2 Y1|V.P.T = \"abc\"|V.P.T = MID[V.P.T,1,2]|X V.A.ABS.Y|#MSG [\"%d\", P1]|"
-    "#FLUSH WAIT|G41 D1|G40 X0|G02 X5 I2|#DELETE V.P.T|V.E.GO = 1|G93 F2|G94|S100 M3|#ERROR [ID=5 RC=0]|#TIMER START|"
-    "X=SIZEOF[P1]|\\|X10 \\|#PSET X5|#MCS ON|#OVERRIDE [FEED_FACT=50]|G80 [1,,2]|#WAIT [ID=1]|#SIGNAL [ID=1]|@P1=3"
-).split("|")
+WORDS = ["$IF 1", "$ELSE", "$ENDIF", "$FOR P1=1,3,1", "$ENDFOR", "$WHILE P1<4", "$ENDWHILE", "$DO", "$ENDDO", "$BREAK", "$CONTINUE", "$SWITCH P1", "$CASE 1", "$ENDSWITCH", "$DEFAULT", "$REPEAT", "$UNTIL 1", "$GOTO [A]", "$GOTO N20", "[A]", "N20:", "#VAR", "#ENDVAR", "V.L.A : SGN08 = 5", "P1=P1+1", "X[P1]", "LL S", "L x.nc", "L CYCLE [NAME=s.nc @P1=2]", "%L S", "%M", "M17", "M30", "G54 X1", "G92 X0", "G21", "D1", '"M" = "X5"', '"M"', "#COMMENT BEGIN", "#COMMENT END", "#IF 1", "#ELSE", "#ENDIF", "/ X1", "/2 Y1", 'V.P.T = "abc"', "V.P.T = MID[V.P.T,1,2]", "X V.A.ABS.Y", '#MSG ["%d", P1]', "#FLUSH WAIT", "G41 D1", "G40 X0", "G02 X5 I2", "#DELETE V.P.T", "V.E.GO = 1", "G93 F2", "G94", "S100 M3", "#ERROR [ID=5 RC=0]", "#TIMER START", "X=SIZEOF[P1]", "\\", "X10 \\", "#PSET X5", "#MCS ON", "#OVERRIDE [FEED_FACT=50]", "G80 [1,,2]", "#WAIT [ID=1]", "#SIGNAL [ID=1]", "@P1=3"]
 
 
 @pytest.mark.parametrize("seed", range(60))

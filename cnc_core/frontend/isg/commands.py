@@ -15,9 +15,12 @@ from cnc_core.blocks import (
     DISTANCE_RESET,
     DWELL,
     EVENT,
+    EVENT_DIST2GO_END,
     EVENT_EXPL_SYN,
+    EVENT_STORAGE_CLEAR,
     FLUSH,
     HAS_PARAM,
+    HAS_VALUE,
     MARKER,
     MARKER_CLEAR,
     MARKER_OFF,
@@ -105,6 +108,10 @@ class CommandParser:
             (("MSG",), self._msg),
             (("FILE", "NAME"), self._file_name),
             (("FILENAME",), self._file_name),
+            (("BACKWARD", "STORAGE"), self._backward_storage),
+            (("DEL", "DIST"), self._dist2go_end),
+            (("RT", "WHILE"), self._rt_while),
+            (("RT", "ENDWHILE"), self._rt_endwhile),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
@@ -305,6 +312,52 @@ class CommandParser:
     def _expl_syn(self) -> Run:
         """Wait here for the functions of type MVS_SLP."""
         return lambda: [self._modal.row(EVENT, self._modal.n, code=EVENT_EXPL_SYN)]
+
+    def _backward_storage(self) -> Run:
+        """``#BACKWARD STORAGE CLEAR``: backward motion does not go behind this place."""
+        if not self._stream.accept_name("CLEAR"):
+            raise fail(900010, "#BACKWARD STORAGE: expected CLEAR", self._stream.current.offset)
+        return lambda: [self._modal.row(EVENT, self._modal.n, code=EVENT_STORAGE_CLEAR)]
+
+    def _dist2go_end(self) -> Run:
+        """``#DEL DIST2GO [END = mask]``: a deleted distance to go may end here if the PLC has set a bit of the mask."""
+        stream = self._stream
+        if stream.current.text != "2" or stream.following.text.upper() != "GO":
+            raise fail(900003, "#DEL is not supported", self._start)
+        stream.next()
+        stream.next()
+        stream.expect("[", 900010)
+        if not stream.accept_name("END"):
+            raise fail(900010, f"#DEL DIST2GO: expected END, found {stream.describe()}", stream.current.offset)
+        stream.expect("=", 900010)
+        at = stream.current.offset
+        mask = self._formulas.number("END", at)
+        stream.expect("]", 900010)
+
+        def run() -> Items:
+            value = mask()
+            if value != round(value) or not 0 < value < 2**32:
+                raise fail(900012, "#DEL DIST2GO: END is a mask of 32 bits, not 0", at)
+            return [
+                self._modal.row(EVENT, self._modal.n, code=EVENT_DIST2GO_END, value=value, flags=HAS_VALUE)
+            ]
+
+        return run
+
+    def _rt_while(self) -> Run:
+        """``#RT WHILE [[MODULO]]``."""
+        stream, start, loop = self._stream, self._start, self._context.loop
+        bracket = stream.accept("[")
+        modulo = stream.accept_name("MODULO") is not None
+        if bracket:
+            if not modulo:
+                raise fail(900010, f"#RT WHILE: expected MODULO, found {stream.describe()}", stream.current.offset)
+            stream.expect("]", 900010)
+        return lambda: [loop.begin(modulo, start)]
+
+    def _rt_endwhile(self) -> Run:
+        start, loop = self._start, self._context.loop
+        return lambda: [loop.end(start)]
 
     def _not_compensated(self, name: str) -> None:
         if self._modal.compensated:

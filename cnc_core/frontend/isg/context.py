@@ -16,6 +16,7 @@ from cnc_core.port import ChannelPort
 
 if TYPE_CHECKING:
     from cnc_core.frontend.isg.execute import Executor
+    from cnc_core.frontend.isg.rt_loop import RealTimeLoop
 
 Warn = Callable[[int, str, int], None]
 
@@ -40,3 +41,4 @@ class Context:
     programs: dict[str, str] = field(default_factory=dict)
     signals: dict[int, int] = field(default_factory=dict)
     executor: Executor = field(init=False)
+    loop: RealTimeLoop = field(init=False)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_block, strip_comments
 from cnc_core.frontend.base.flow import Level, Mark
@@ -21,6 +22,7 @@ from cnc_core.frontend.isg.declarations import DeclarationParser
 from cnc_core.frontend.isg.execute import Executor
 from cnc_core.frontend.isg.formulas import Formulas
 from cnc_core.frontend.isg.offsets import Offsets
+from cnc_core.frontend.isg.rt_loop import RealTimeLoop
 from cnc_core.frontend.isg.store import Store
 from cnc_core.frontend.isg.system import System
 from cnc_core.frontend.isg.text import PATTERN, PROGRAMS, Head, head_of
@@ -58,6 +60,7 @@ class IsgFrontEnd(BlockReader):
             machine, modal, port, self.flow, store, System(), Offsets(machine, modal), self._warn_at, lenient
         )
         self.context.system.context = self.context
+        self.context.loop = RealTimeLoop(modal, self._place_now)
         self.context.executor = self.executor = Executor(self.context)
         self._axes = {name.upper(): machine.axes.index(name) for name in sorted(machine.axes, key=len, reverse=True)}
         self._searcher = Searcher(self.context, lambda: self._skip_mask)
@@ -138,6 +141,11 @@ class IsgFrontEnd(BlockReader):
         if self._collect and head.sign == "$" and head.word in OPENERS and "GOTO" not in head.text.upper():
             self.flow.level.nest.append(Frame(head.word, self.mark, once=True))
 
+    def _place_now(self, offset: int) -> Place:
+        """Where in the file an offset of the present block stands."""
+        assert self.block_now is not None
+        return self.block_now.place(offset)
+
     # compiling
 
     def _compile(self, text: str) -> tuple[Run, bool]:
@@ -161,6 +169,15 @@ class IsgFrontEnd(BlockReader):
         self._label(stream)
         run = self._statement(stream, formulas, parser)
         return self._counted(run), formulas.drain or self._command_drains
+
+    def read(self, rows: int) -> BlockBatch | Wait | None:
+        item = super().read(rows)
+        error = self.context.loop.at_end() if item is None else None
+        if error is not None:
+            self.errors.append(error)
+            if not self._collect:
+                raise error
+        return item
 
     def _statement(self, stream: TokenStream, formulas: Formulas, parser: WordParser) -> Run:
         self._command_drains = False
@@ -230,7 +247,9 @@ class IsgFrontEnd(BlockReader):
 
         def counted() -> Items:
             data.statements += 1
-            return run()
+            items = run()
+            self.context.loop.check(items, self._ended)
+            return items
 
         return counted
 
