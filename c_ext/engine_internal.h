@@ -281,7 +281,7 @@ struct engine {
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
     int finished, expect_drain, hold_start, stay;
-    uint64_t drain_at;
+    uint64_t drain_at, drain_from;
     marked_log log;
     /* planner to GEO: head << 2 | tail << 1 | taken, one atomic word */
     phase *phase_ring;

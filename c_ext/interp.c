@@ -255,7 +255,7 @@ void geo_cycle(engine *e) {
     answer_withdrawal(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
     evaluate(e);
-    e->geo.cycle++;
+    ATOMIC_SET(e->geo.cycle, e->geo.cycle + 1);
     note_end(e);
     record(e);
     if (!e->segment) return;

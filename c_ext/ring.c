@@ -227,5 +227,6 @@ void engine_expect_drain(engine *e) {
     techno_spindle_word(e);
     techno_block_end(e);
     e->drain_at = e->store_head;
+    e->drain_from = ATOMIC_GET(e->geo.cycle) + 1; /* the other side gets its turn, however often a program asks */
     ATOMIC_SET(e->expect_drain, 1);
 }
