@@ -90,6 +90,14 @@ class BlockReader(ABC):
         """Plain lines mean what the scanner takes them for."""
         return True
 
+    def _may_drain(self) -> bool:
+        """The program may wait here until everything before is executed."""
+        return True
+
+    def _refuse_drain(self) -> Sequence[Row | Wait]:
+        """It may not: the error that says why."""
+        raise NotImplementedError
+
     def _level_ended(self) -> None:
         """The file of the current level has ended: back to the caller, or the program's end."""
         if len(self.flow.levels) == 1:
@@ -159,6 +167,8 @@ class BlockReader(ABC):
         file = self.flow.level.file
         if file.blocks and (prepared := file.blocks.get(file.source.position)) is not None:
             self._run(prepared)
+            if self._ended:
+                self.flow.close()
             return 0
         stop, rows = scanner.OTHER, 0
         if self._scan and self._plain():
@@ -192,17 +202,17 @@ class BlockReader(ABC):
         prepared.end = file.source.position
         if self.flow.level.repeats:
             file.keep_block(position, prepared)
-        if prepared.drain and not self._drained:
+        if prepared.drain and not self._drained and self._may_drain():
             file.source.seek(position)
         self._run(prepared)
 
     def _run(self, prepared: Prepared) -> None:
         """Execute a block, or wait first."""
-        if prepared.drain and not self._drained:
+        if prepared.drain and not self._drained and self._may_drain():
             self._queue.append(Wait.DRAINED)
             self._drained = True
             return
-        self._drained = False
+        refused, self._drained = prepared.drain and not self._drained, False
         self._breathe()
         block, modal = prepared.text, self.modal
         self.flow.source.seek(prepared.end)
@@ -210,7 +220,7 @@ class BlockReader(ABC):
         self._lines_left = block.lines_read - 1
         self.block_now = block
         try:
-            items = prepared.run()
+            items = self._refuse_drain() if refused else prepared.run()
             if items:
                 self._queue.extend(items)
         except CncError as error:

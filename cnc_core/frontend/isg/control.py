@@ -155,11 +155,12 @@ class Control:
         return known
 
     def _find_branch(self, after: Mark, kind: str) -> Found:
-        inner: list[str] = []
-        for found in self._search.skipped(after):
-            if not inner and kind in (_closer(found.head), _middle(found.head)):
+        inner: list[str] = [kind]
+        search = self._search.statements if kind == "#IF" else self._search.skipped
+        for found in search(after):
+            if len(inner) == 1 and kind in (_closer(found.head), _middle(found.head)):
                 return found
-            _nest(inner, found.head)
+            _nest(inner, found)
         raise self._unclosed(kind)
 
     def _end(self, after: Mark, kinds: list[str]) -> Found:
@@ -175,7 +176,7 @@ class Control:
         for found in self._search.skipped(after):
             if len(inner) == 1 and _closer(found.head) == inner[0]:
                 return found
-            _nest(inner, found.head)
+            _nest(inner, found)
         raise self._unclosed(inner[0])
 
     def _unclosed(self, kind: str) -> CncError:
@@ -221,7 +222,8 @@ class Control:
         token = stream.current
         word = token.text.upper() if token.kind is Kind.NAME else ""
         if word not in WORDS:
-            raise fail(900002, f"unknown control statement ${word or stream.describe()}", token.offset)
+            name = f"${word}" if word else f"$ and {stream.describe()}"
+            raise fail(900002, f"unknown control statement {name}", token.offset)
         stream.next()
         parser = _Parser(self, stream, formulas, mark, token.offset)
         run = getattr(parser, "_" + word.lower())()
@@ -241,8 +243,13 @@ class Control:
         def run() -> None:
             frame = self._push(Frame(kind, mark), offset)
             frame.taken = test()
-            if not frame.taken:
+            if frame.taken:
+                return
+            try:
                 self._flow.skip(self._branch(self._behind(), kind).before)
+            except CncError:
+                self._nest.pop()
+                raise
 
         return run
 
@@ -509,12 +516,16 @@ class Control:
             source.seek(before)
 
 
-def _nest(inner: list[str], head: Head) -> None:
-    opener, closer = _opener(head), _closer(head)
+def _nest(inner: list[str], found: Found) -> None:
+    """Follow one statement in the list of those that are open; an end that fits none of them is an error."""
+    opener, closer = _opener(found.head), _closer(found.head)
     if opener:
         inner.append(opener)
-    elif closer and inner and inner[-1] == closer:
+    elif closer and inner[-1] == closer:
         inner.pop()
+    elif closer and "#IF" not in (closer, inner[-1]):
+        place = found.text.place(found.head.text.index(found.head.sign))
+        raise CncError(907020, f"${found.head.word} does not end ${inner[-1]}, which is open", place)
 
 
 def _label_pattern(target: str | int) -> re.Pattern[bytes]:

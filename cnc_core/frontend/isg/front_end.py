@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from cnc_core.errors import CncError, Place
+from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_block, strip_comments
 from cnc_core.frontend.base.flow import Level, Mark
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
@@ -92,6 +92,12 @@ class IsgFrontEnd(BlockReader):
 
     def _plain(self) -> bool:
         return self.executor.feeds.plain and not self._declaring
+
+    def _may_drain(self) -> bool:
+        return not self.executor.compensation.choice.active
+
+    def _refuse_drain(self) -> Items:
+        raise fail(20651, f"{ERRORS[20651]}: deselect it with G40", 0)
 
     def _prepare(self, block: BlockText) -> Prepared:
         check_length(block)
