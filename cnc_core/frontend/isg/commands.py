@@ -587,6 +587,8 @@ class CommandParser:
 
     def _fgroup(self) -> Run:
         """``#FGROUP [X,Y,Z]``: the main axes, as always; others are refused."""
+        if self._stream.at_end:
+            raise fail(900010, "#FGROUP: axes are expected", self._start)
         if not self._stream.is_op("["):
             words = " ".join(["FGROUP", *self._words(9)])
             raise fail(900003, f"#{words} is not supported", self._start)
