@@ -198,7 +198,7 @@ def test_every_command_does_what_its_table_says(tmp_path, name):
         assert run.codes == [900003]
         assert re.match(r"[A-Z ]+", name)[0].strip() in run.reader.errors[0].text
     elif state == command_table.STORED:
-        assert (run.codes, run.warned) == ([], [907042])
+        assert (run.codes, run.warned[-1]) == ([], 907042)
     else:
         assert not {900002, 900003} & set(run.codes)
 

@@ -118,6 +118,16 @@ def test_lines_and_counts_of_loops_and_subprograms(tmp_path):
     assert run.rows["count"].tolist() == [5, 12, 19]
 
 
+@pytest.mark.parametrize("ending", ["", "\n"])
+def test_the_end_of_a_file_is_no_line(tmp_path, ending):
+    """With and without a last line break the parser sees the same lines, also where it alone reads them."""
+    for options in ({}, {"scan": False}):
+        assert Run("G00 X1\nX2" + ending, tmp_path, **options).reader.block_count == 2
+    (tmp_path / "sub.nc").write_text("G93 F2\nG01 X2" + ending)
+    run = Run("F600 G01 X1\nL CYCLE [NAME=sub.nc]\nX3" + ending, tmp_path, idle=100)
+    assert (run.x(), run.codes) == ([1.0, 2.0, 3.0], [])
+
+
 def test_types():
     """Whole types round halves away from zero and refuse what does not fit; texts are as long as declared."""
     byte = whole_type("UNS08", 8, signed=False)

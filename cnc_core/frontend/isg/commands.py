@@ -51,6 +51,7 @@ class CommandParser(PositionCommands, TextCommands, TimeCommands):
             if self._matches(words):
                 for _ in words:
                     stream.next()
+                self._old_name(" ".join(words), start)
                 return Command(method(), self._drain, self._behind)
         return Command(self._by_table(start))
 
@@ -107,6 +108,7 @@ class CommandParser(PositionCommands, TextCommands, TimeCommands):
             if state is not None and state != table.REFUSED:
                 for _ in range(count):
                     stream.next()
+                self._old_name(" ".join(words[:count]), offset)
                 self._rest()
                 return self._stored(" ".join(words[:count]), state, offset)
             if state is not None:
@@ -119,6 +121,10 @@ class CommandParser(PositionCommands, TextCommands, TimeCommands):
         self._rest()
         self._context.warn(907041, f"unknown command #{name} is skipped", offset)
         return list
+
+    def _old_name(self, name: str, offset: int) -> None:
+        if name in table.OLD_NAMES:
+            self._context.warn(907040, f"#{name} is an old name", offset)
 
     def _stored(self, name: str, state: str, offset: int) -> Run:
         def run() -> Items:

@@ -189,20 +189,24 @@ class IsgFrontEnd(ProgramLevels):
         if (block.words or len(commands) > 1) and not exempt:
             self._warn_at(907043, "words beside a # command: they are executed too", offset)
 
+        number = block.steps[:1] if block.words and "N" in block.offsets else [] if block.words else block.steps
+
         def run() -> Items:
-            self._set_n([] if block.words else block.steps)
+            self._set_n(number)
             items: list[Row | Wait] = []
-            for behind, command in commands:
-                if not behind:
-                    items += command.run()
-            if block.words:
-                items += self._words(block)
-            for behind, command in commands:
-                if behind:
-                    items += command.run()
-            for _, command in commands:
-                if command.behind:
-                    command.behind()
+            try:
+                for behind, command in commands:
+                    if not behind:
+                        items += command.run()
+                if block.words:
+                    items += self._words(block)
+                for behind, command in commands:
+                    if behind:
+                        items += command.run()
+            finally:
+                for _, command in commands:
+                    if command.behind:
+                        command.behind()
             return items
 
         return run

@@ -133,7 +133,9 @@ class ProgramLevels(BlockReader):
         elif len(self.flow.levels) < depth:
             self.context.store.pop()
             if left.user.saved is not None:
-                self.modal.restore(left.user.saved)
+                mode, modal = left.user.saved
+                self.context.executor.feeds.choose(mode)
+                self.modal.restore(modal)
 
     def _level_end(self) -> None:
         """M17, M29."""
