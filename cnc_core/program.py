@@ -50,9 +50,9 @@ def source_place(path: Path, line: int) -> Place:
 
 def _whole_blocks(refused: RefusedRow) -> BlockBatch:
     """The rows ahead of a refused one, without those of its own block."""
-    rows, line = refused.ahead.rows, refused.error.place.line
-    keep = len(rows)
-    while keep and rows["line"][keep - 1] == line:
+    rows, keep = refused.ahead.rows, len(refused.ahead.rows)
+    name, wanted = ("count", refused.count) if refused.count else ("line", refused.error.place.line)
+    while keep and rows[name][keep - 1] == wanted:
         keep -= 1
     return BlockBatch(rows[:keep], refused.ahead.pool)
 
@@ -86,7 +86,7 @@ class Program:
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
         compensation = RadiusCompensation(
-            machine.start, machine.main, self._place, self._warn, self._own_errors.append if collect else None
+            machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.pipeline = Pipeline([compensation, DropZeroLength(), AxisLimits(cell, self._place)])
 
@@ -146,10 +146,16 @@ class Program:
             return step()
         except RefusedRow as refused:
             if self.collect:
-                self._own_errors.append(refused.error)
+                self._collect_once(refused.error)
                 return unstaged
             self._next = refused.error
             return _whole_blocks(refused)
+
+    def _collect_once(self, error: CncError) -> None:
+        """Of a line that comes again, only the first error of a kind."""
+        key = (error.code, error.place.file, error.place.line)
+        if all((e.code, e.place.file, e.place.line) != key for e in self._own_errors):
+            self._own_errors.append(error)
 
     def batches(self) -> Iterator[BlockBatch]:
         """All rows of a program that nobody drives: stops, M functions and waits are acknowledged at once."""

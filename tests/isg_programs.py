@@ -1,4 +1,4 @@
-"""Running ISG programs in tests: a machine, program text to rows, random structured programs with their own interpreter."""
+"""Running ISG programs in tests: a machine, and program text to rows."""
 
 from __future__ import annotations
 

@@ -156,7 +156,10 @@ class Program:
             first, last, step = last, first, -step
         a, b = self._body(depth + 1, 3, subs, True)
         head = f"for v[{i}] in range({first}, {last + (1 if step > 0 else -1)}, {step}):"
-        return [f"$FOR P{i} = {first}, {last}, {step}", *a, "$ENDFOR"], [head, *(f"    {line}" for line in b or ["pass"])]
+        return [f"$FOR P{i} = {first}, {last}, {step}", *a, "$ENDFOR"], [
+            head,
+            *(f"    {line}" for line in b or ["pass"]),
+        ]
 
     def _while(self, depth, subs, loop):
         self.loops += 1
@@ -217,87 +220,124 @@ def test_control_flow_agrees_with_python(seed, tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------ offsets
+class OffsetModel:
+    """What lies between programmed and machine coordinates, in numpy; every step gives an NC line."""
+
+    lengths = {0: 0.0, 1: 20.0, 2: 7.0}
+    mirrors = {20: (1, 1), 21: (-1, 1), 22: (1, -1), 23: (-1, -1)}
+
+    def __init__(self, rng: random.Random) -> None:
+        self.rng = rng
+        self.table = np.zeros((4, 3))
+        self.table[1], self.table[2] = [100, 10, 0], [-50, 0, 5]
+        self.zero, self.g92, self.mirror = np.zeros(3), np.zeros(3), np.ones(3)
+        self.tool, self.unit, self.absolute, self.share = 0, 1.0, True, 1.0
+        self.offset, self.position = np.zeros(3), np.zeros(3)
+        self.driven: list[np.ndarray] = []
+
+    def words(self) -> dict[int, float]:
+        return {i: round(self.rng.uniform(-20, 20), 3) for i in range(3) if self.rng.random() < 0.6}
+
+    def text(self, words: dict[int, float]) -> str:
+        return " ".join(f"{'XYZ'[i]}{v}" for i, v in words.items())
+
+    def step(self) -> str:
+        makers = [self.select, self.additive, self.turn, self.length, self.dimension, self.scale, self.stored]
+        return self.rng.choice([*makers, self.move, self.move, self.move, self.move])()
+
+    def select(self) -> str:
+        number = self.rng.randint(0, 3)
+        self.zero = self.table[number].copy()
+        return f"G{53 + number}" if self.rng.random() < 0.5 else f"G159={number}"
+
+    def additive(self) -> str:
+        words = self.words()
+        for i, v in words.items():
+            self.g92[i] = v * self.unit + (0.0 if self.absolute else self.g92[i])
+        return f"G92 {self.text(words)}" if words else ""
+
+    def turn(self) -> str:
+        code = self.rng.choice(list(self.mirrors))
+        self.mirror[:2] = self.mirrors[code]
+        return f"G{code}"
+
+    def length(self) -> str:
+        self.tool = self.rng.randint(0, 2)
+        return f"D{self.tool}"
+
+    def dimension(self) -> str:
+        self.absolute = self.rng.random() < 0.7
+        return "G90" if self.absolute else "G91"
+
+    def scale(self) -> str:
+        if self.rng.random() < 0.5:
+            self.unit = self.rng.choice([1.0, 25.4])
+            return "G71" if self.unit == 1.0 else "G70"
+        self.share = self.rng.choice([1.0, 0.5])
+        return "G52" if self.share == 1.0 else "G51"
+
+    def stored(self) -> str:
+        number, axis, value = self.rng.randint(1, 3), self.rng.randint(0, 2), self.rng.randint(-30, 30)
+        self.table[number][axis] = value * self.unit
+        return f"V.G.NP[{number}].V.{'XYZ'[axis]} = {value}"
+
+    def move(self) -> str:
+        words, before = self.words(), self.position.copy()
+        total = self.zero + self.g92 + np.array([0.0, 0.0, self.lengths[self.tool]])
+        for i, v in words.items():
+            value = v * self.unit * self.mirror[i] * (self.share if i == 0 else 1.0)
+            if self.absolute:
+                self.offset[i] = total[i]
+            self.position[i] = value + (self.offset[i] if self.absolute else self.position[i])
+        if np.linalg.norm(self.position - before) >= 1e-9:
+            self.driven.append(self.position.copy())
+        return self.text(words)
+
+
 @pytest.mark.parametrize("seed", range(30))
 def test_offsets_and_mirroring_agree_with_numpy(seed, tmp_path):
     """Zero offsets, G92, tool lengths, mirroring, inch, diameter: each axis takes them at its next absolute word."""
-    rng = random.Random(seed)
-    table = np.zeros((7, 3))
-    table[1], table[2] = [100, 10, 0], [-50, 0, 5]
-    lengths = {0: 0.0, 1: 20.0, 2: 7.0}
-    zero, g92, mirror = np.zeros(3), np.zeros(3), np.ones(3)
-    tool, unit, absolute, share = 0, 1.0, True, 1.0
-    offset, position = np.zeros(3), np.zeros(3)
-    lines, wanted = ["G00"], []
-    for _ in range(80):
-        kind = rng.random()
-        values = {i: round(rng.uniform(-20, 20), 3) for i in range(3) if rng.random() < 0.6}
-        words = " ".join(f"{'XYZ'[i]}{v}" for i, v in values.items())
-        if kind < 0.12:
-            number = rng.randint(0, 3)
-            lines.append(f"G{53 + number}" if rng.random() < 0.5 else f"G159={number}")
-            zero = table[number].copy()
-        elif kind < 0.2 and values:
-            lines.append(f"G92 {words}")
-            for i, v in values.items():
-                g92[i] = v * unit + (0.0 if absolute else g92[i])
-        elif kind < 0.27:
-            code, x, y = rng.choice([(20, 1, 1), (21, -1, 1), (22, 1, -1), (23, -1, -1)])
-            lines.append(f"G{code}")
-            mirror[:2] = x, y
-        elif kind < 0.33:
-            tool = rng.randint(0, 2)
-            lines.append(f"D{tool}")
-        elif kind < 0.38:
-            absolute = rng.random() < 0.7
-            lines.append("G90" if absolute else "G91")
-        elif kind < 0.42:
-            unit = rng.choice([1.0, 25.4])
-            lines.append("G71" if unit == 1.0 else "G70")
-        elif kind < 0.46:
-            share = rng.choice([1.0, 0.5])
-            lines.append("G52" if share == 1.0 else "G51")
-        elif kind < 0.5:
-            number, axis, value = rng.randint(1, 3), rng.randint(0, 2), rng.randint(-30, 30)
-            lines.append(f"V.G.NP[{number}].V.{'XYZ'[axis]} = {value}")
-            table[number][axis] = value * unit
-        elif values:
-            lines.append(words)
-            total = zero + g92 + np.array([0.0, 0.0, lengths[tool]])
-            before = position.copy()
-            for i, v in values.items():
-                value = v * unit * mirror[i] * (share if i == 0 else 1.0)
-                if absolute:
-                    offset[i] = total[i]
-                    position[i] = value + offset[i]
-                else:
-                    position[i] += value
-            if np.linalg.norm(position - before) >= 1e-9:
-                wanted.append(position.copy())
-    run = Run("\n".join(lines), tmp_path)
+    model = OffsetModel(random.Random(seed))
+    run = Run("\n".join(["G00", *(model.step() for _ in range(80))]), tmp_path)
     assert not run.codes
-    assert run.ends[:, :3] == pytest.approx(np.array(wanted).reshape(-1, 3), abs=1e-9)
+    assert run.ends[:, :3] == pytest.approx(np.array(model.driven).reshape(-1, 3), abs=1e-9)
 
 
 # ------------------------------------------------------------------------------------------------ fuzz
-WORDS = ["$IF 1", "$ELSE", "$ENDIF", "$FOR P1=1,3,1", "$ENDFOR", "$WHILE P1<4", "$ENDWHILE", "$DO", "$ENDDO", "$BREAK", "$CONTINUE", "$SWITCH P1", "$CASE 1", "$ENDSWITCH", "$DEFAULT", "$REPEAT", "$UNTIL 1", "$GOTO [A]", "$GOTO N20", "[A]", "N20:", "#VAR", "#ENDVAR", "V.L.A : SGN08 = 5", "P1=P1+1", "X[P1]", "LL S", "L x.nc", "L CYCLE [NAME=s.nc @P1=2]", "%L S", "%M", "M17", "M30", "G54 X1", "G92 X0", "G21", "D1", '"M" = "X5"', '"M"', "#COMMENT BEGIN", "#COMMENT END", "#IF 1", "#ELSE", "#ENDIF", "/ X1", "/2 Y1", 'V.P.T = "abc"', "V.P.T = MID[V.P.T,1,2]", "X V.A.ABS.Y", '#MSG ["%d", P1]', "#FLUSH WAIT", "G41 D1", "G40 X0", "G02 X5 I2", "#DELETE V.P.T", "V.E.GO = 1", "G93 F2", "G94", "S100 M3", "#ERROR [ID=5 RC=0]", "#TIMER START", "X=SIZEOF[P1]", "\\", "X10 \\", "#PSET X5", "#MCS ON", "#OVERRIDE [FEED_FACT=50]", "G80 [1,,2]", "#WAIT [ID=1]", "#SIGNAL [ID=1]", "@P1=3"]
+WORDS = (
+    """
+$IF 1|$ELSE|$ENDIF|$FOR P1=1,3,1|$ENDFOR|$WHILE P1<4|$ENDWHILE|$DO|$ENDDO|$BREAK|$CONTINUE|$SWITCH P1|$CASE 1
+$ENDSWITCH|$DEFAULT|$REPEAT|$UNTIL 1|$GOTO [A]|$GOTO N20|[A]|N20:|#VAR|#ENDVAR|V.L.A : SGN08 = 5|P1=P1+1|X[P1]
+LL S|L x.nc|L CYCLE [NAME=s.nc @P1=2]|%L S|%M|M17|M30|G54 X1|G92 X0|G21|D1|"M" = "X5"|"M"|#COMMENT BEGIN
+#COMMENT END|#IF 1|#ELSE|#ENDIF|/ X1|/2 Y1|V.P.T = "abc"|V.P.T = MID[V.P.T,1,2]|X V.A.ABS.Y|#MSG ["%d", P1]
+#FLUSH WAIT|G41 D1|G40 X0|G02 X5 I2|#DELETE V.P.T|V.E.GO = 1|G93 F2|G94|S100 M3|#ERROR [ID=5 RC=0]|#TIMER START
+X=SIZEOF[P1]|\\|X10 \\|#PSET X5|#MCS ON|#OVERRIDE [FEED_FACT=50]|G80 [1,,2]|#WAIT [ID=1]|#SIGNAL [ID=1]|@P1=3
+""".strip()
+    .replace("\n", "|")
+    .split("|")
+)
+LETTERS = '[]()"=,;:$#%/\\ .-+*NGXPVL019\t\0é'
 
 
-@pytest.mark.parametrize("seed", range(60))
-def test_mutated_programs_never_fail_otherwise_than_by_number(seed, tmp_path):
-    """Statements in any order, with characters lost and doubled: errors with places, no traceback, an end."""
-    rng = random.Random(seed)
-    lines = [rng.choice(WORDS) for _ in range(rng.randint(5, 60))]
-    text = list("\n".join(["G01 F1000 P1=1", *lines]))
+def mutated(rng: random.Random) -> str:
+    """Statements in any order, with characters lost, put in and doubled."""
+    text = list("\n".join(["G01 F1000 P1=1", *(rng.choice(WORDS) for _ in range(rng.randint(5, 60)))]))
     for _ in range(rng.randint(0, 12)):
         place = rng.randrange(len(text))
         action = rng.random()
         if action < 0.4:
             del text[place]
         elif action < 0.7:
-            text.insert(place, rng.choice("[]()\"=,;:$#%/\\ .-+*NGXPVL019\t\0é"))
+            text.insert(place, rng.choice(LETTERS))
         else:
             text[place : place + 1] = text[place : place + rng.randint(1, 8)] * 2
-    run = Run("".join(text), tmp_path, idle=3000, lenient=bool(seed % 2))
+    return "".join(text)
+
+
+@pytest.mark.parametrize("seed", range(50))
+def test_mutated_programs_never_fail_otherwise_than_by_number(seed, tmp_path):
+    """Whatever stands in a program: errors with places, no traceback, an end."""
+    run = Run(mutated(random.Random(seed)), tmp_path, idle=3000, lenient=bool(seed % 2))
     for error in run.reader.errors:
         assert error.place.line >= 1
         assert error.place.column >= 1

@@ -25,6 +25,8 @@ from cnc_core.port import ChannelPort, Wait
 Item = Row | Wait | CncError
 LEVELS_MAX = 21  # the main program and 20 subprograms in each other
 BREATH_BLOCKS = 100_000  # blocks without a row before ``read`` returns, empty-handed
+WAIT_BLOCKS = 1000  # what a wait counts for where nobody answers
+WARNINGS_MAX = 1000  # of one number
 IDLE_BLOCKS_MAX = 5_000_000  # blocks without a row (and, where somebody answers, without a wait): error 907001
 
 
@@ -71,6 +73,7 @@ class BlockReader(ABC):
         self.block_now: BlockText | None = None  # being prepared or executed
         self._lines_left = 0  # of the block that is being executed, behind its first one
         self.mark = START  # where the block begins that is being prepared
+        self._shown: dict[int, int] = {}
         self._seen: set[tuple[int, str, int, int, str]] = set()
         self.flow.source  # noqa: B018  the file is opened here, so that its absence shows at once
 
@@ -89,6 +92,14 @@ class BlockReader(ABC):
     def _plain(self) -> bool:
         """Plain lines mean what the scanner takes them for."""
         return True
+
+    def _may_drain(self) -> bool:
+        """The program may wait here until everything before is executed."""
+        return True
+
+    def _refuse_drain(self) -> Sequence[Row | Wait]:
+        """It may not: the error that says why."""
+        raise NotImplementedError
 
     def _level_ended(self) -> None:
         """The file of the current level has ended: back to the caller, or the program's end."""
@@ -129,8 +140,7 @@ class BlockReader(ABC):
             raise self._queue[0]
         wait = self._queue.popleft()
         assert isinstance(wait, Wait)
-        if self._port.answers:
-            self._idle = 0
+        self._idle = 0 if self._port.answers else self._idle + WAIT_BLOCKS
         return wait
 
     def close(self) -> None:
@@ -159,6 +169,8 @@ class BlockReader(ABC):
         file = self.flow.level.file
         if file.blocks and (prepared := file.blocks.get(file.source.position)) is not None:
             self._run(prepared)
+            if self._ended:
+                self.flow.close()
             return 0
         stop, rows = scanner.OTHER, 0
         if self._scan and self._plain():
@@ -192,17 +204,17 @@ class BlockReader(ABC):
         prepared.end = file.source.position
         if self.flow.level.repeats:
             file.keep_block(position, prepared)
-        if prepared.drain and not self._drained:
+        if prepared.drain and not self._drained and self._may_drain():
             file.source.seek(position)
         self._run(prepared)
 
     def _run(self, prepared: Prepared) -> None:
         """Execute a block, or wait first."""
-        if prepared.drain and not self._drained:
+        if prepared.drain and not self._drained and self._may_drain():
             self._queue.append(Wait.DRAINED)
             self._drained = True
             return
-        self._drained = False
+        refused, self._drained = prepared.drain and not self._drained, False
         self._breathe()
         block, modal = prepared.text, self.modal
         self.flow.source.seek(prepared.end)
@@ -210,7 +222,7 @@ class BlockReader(ABC):
         self._lines_left = block.lines_read - 1
         self.block_now = block
         try:
-            items = prepared.run()
+            items = self._refuse_drain() if refused else prepared.run()
             if items:
                 self._queue.extend(items)
         except CncError as error:
@@ -257,8 +269,12 @@ class BlockReader(ABC):
     def _warn(self, code: int, text: str, place: Place) -> None:
         """A warning; of a block that comes again, only once."""
         key = (code, place.file, place.line, place.column, text)
-        if key in self._seen:
+        shown = self._shown.get(code, 0)
+        if shown > WARNINGS_MAX or key in self._seen:
             return
+        self._shown[code] = shown + 1
+        if shown == WARNINGS_MAX:
+            text = f"{text} (further warnings of this number are not shown)"
         self._seen.add(key)
         warning = CncError(code, text, place)
         self.warnings.append(warning)

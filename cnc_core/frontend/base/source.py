@@ -109,6 +109,8 @@ class Source:
         if self.exhausted:
             return None
         end = self._line_end()
+        if self.exhausted:
+            return None  # the file ended with a line break, which shows only now
         raw = self.buffer[self.offset : end if end >= 0 else len(self.buffer)]
         self.offset += len(raw) + (1 if end >= 0 else 0)
         if end < 0 and not self.final:

@@ -157,7 +157,7 @@ class Finder:
         """The program level that a call opens; CncError 907030 if there is no such subprogram."""
         data = LevelData(call.local, arguments=call.arguments)
         if call.arguments is not None:
-            data.saved = self._context.modal.saved()
+            data.saved = (self._context.executor.feeds.mode, self._context.modal.saved())
         if not call.local:
             return Level(self._file(call), START, user=data)
         file = self._context.flow.file

@@ -47,4 +47,5 @@ TABLE: dict[str, str] = (
     | dict.fromkeys(_names(_STORED), STORED)
     | dict.fromkeys(_names(_REFUSED), REFUSED)
 )
+OLD_NAMES = frozenset({"FILENAME", "VECTORVEL", "VECTORACC", "RTCP OFF"}) | {n for n in TABLE if n.startswith("SET ")}
 LONGEST = max(len(name.split()) for name in TABLE)

@@ -1,4 +1,4 @@
-"""Control statements: $IF, $SWITCH, loops, $GOTO, and the old #IF.
+"""Control statements executed: $IF, $SWITCH, loops, $GOTO, and the old #IF.
 
 A statement that sends the program elsewhere asks ``Flow`` for it.  Every open statement has a ``Frame`` in its
 program level.  Loops jump to their first line, which is read again and tests.
@@ -6,135 +6,33 @@ program level.  Loops jump to their first line, which is read again and tests.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 
 from cnc_core.errors import ERRORS, CncError
-from cnc_core.frontend.base.block_text import BlockText, read_block
+from cnc_core.frontend.base.block_text import read_block
 from cnc_core.frontend.base.flow import Mark
-from cnc_core.frontend.base.formula import Formula, number_of
-from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
-from cnc_core.frontend.base.source import Source
+from cnc_core.frontend.base.formula import Formula
+from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.variables import Value
 from cnc_core.frontend.isg.context import Context
-from cnc_core.frontend.isg.formulas import Formulas
+from cnc_core.frontend.isg.search import (
+    LOOPS,
+    Found,
+    Frame,
+    Searcher,
+    closer_of,
+    comment_depth,
+    follow,
+    label_pattern,
+    middle_of,
+    opener_of,
+)
 from cnc_core.frontend.isg.store import Setter
-from cnc_core.frontend.isg.text import COMMENTS, CONTROL, DOUBTFUL, Head, head_of
+from cnc_core.frontend.isg.text import COMMENTS, head_of
 
 NEST_MAX = 20
-TRUE_FROM = 0.5  # $IF, $WHILE, $UNTIL
 CASE_TOLERANCE = 0.001
-OPENERS = {"IF": "IF", "SWITCH": "SWITCH", "FOR": "FOR", "WHILE": "WHILE", "DO": "DO", "REPEAT": "REPEAT"}
-CLOSERS = {
-    "ENDIF": "IF", "ENDSWITCH": "SWITCH", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDDO": "DO", "UNTIL": "REPEAT"
-}  # fmt: skip
-MIDDLES = {"ELSEIF": "IF", "IFELSE": "IF", "ELSE": "IF", "CASE": "SWITCH", "DEFAULT": "SWITCH"}
-OLD_OPENERS, OLD_CLOSERS, OLD_MIDDLES = {"IF": "#IF"}, {"ENDIF": "#IF"}, {"ELSE": "#IF"}
-LOOPS = ("FOR", "WHILE", "DO", "REPEAT")
-WORDS = frozenset({*OPENERS, *CLOSERS, *MIDDLES, "BREAK", "CONTINUE", "GOTO"})
-
 Run = Callable[[], None]
-
-
-@dataclass
-class Frame:
-    """An open control statement.  ``head``: place of its first line.
-
-    ``taken``: a branch of it has been chosen.  ``last``: its $ELSE or $DEFAULT has been passed.
-    """
-
-    kind: str
-    head: Mark
-    taken: bool = True
-    last: bool = False
-    value: Value = 0.0
-    default: Mark | None = None
-    end: float = 0.0
-    step: float = 1.0
-    once: bool = False  # its statement was wrong: the loop ends at its end
-
-
-@dataclass(frozen=True)
-class Found:
-    """A statement found by a search: where it begins and ends."""
-
-    head: Head
-    before: Mark
-    after: Mark
-    text: BlockText
-
-
-class Searcher:
-    """Looks through the text of the current program level without executing it."""
-
-    def __init__(self, context: Context, skip_mask: Callable[[], int]) -> None:
-        self._flow, self._skip_mask = context.flow, skip_mask
-        self.visit: Callable[[BlockText, Head], None] | None = None  # what is skipped is shown to it (check)
-
-    def skipped(self, begin: Mark) -> Iterator[Found]:
-        """As ``statements``, of text that will not be executed now."""
-        if self.visit is None:
-            yield from self.statements(begin)
-            return
-        for found in self.statements(begin, DOUBTFUL):
-            yield found
-            self.visit(found.text, found.head)
-
-    def statements(self, begin: Mark, pattern: re.Pattern[bytes] = CONTROL) -> Iterator[Found]:
-        """Blocks from ``begin`` on whose text ``pattern`` finds something in, to the end of the level."""
-        source: Source = self._flow.source
-        before = source.position
-        try:
-            source.seek(begin.position)
-            line, comment = begin.line, 0
-            while True:
-                line += source.hop(pattern)
-                here = Mark(source.position, line)
-                block = read_block(source, line)
-                if block is None:
-                    return
-                line += block.lines_read
-                head = head_of(block.text)
-                comment = _comment_depth(head, comment)
-                if comment or (head.skip >= 0 and self._skipped(head.skip)):
-                    continue
-                if head.sign == "%" and here.position > self._flow.level.start.position:
-                    return
-                after = Mark(source.position, line)
-                yield Found(head, here, after, block)
-                source.seek(after.position)
-        finally:
-            source.seek(before)
-
-    def _skipped(self, level: int) -> bool:
-        return bool(self._skip_mask() >> (level - 1) & 1) if level else False
-
-
-def _comment_depth(head: Head, depth: int) -> int:
-    if head.sign == "#" and head.word == "COMMENT":
-        return depth + 1 if head.next == "BEGIN" else max(0, depth - 1)
-    return depth
-
-
-def _opener(head: Head) -> str | None:
-    if head.sign == "#":
-        return OLD_OPENERS.get(head.word)
-    if head.sign != "$" or (head.word == "IF" and "$" in head.text[head.text.index("$") + 1 :]):
-        return None  # $IF .. $GOTO closes itself
-    return OPENERS.get(head.word)
-
-
-def _closer(head: Head) -> str | None:
-    if head.sign == "#":
-        return OLD_CLOSERS.get(head.word)
-    return CLOSERS.get(head.word) if head.sign == "$" else None
-
-
-def _middle(head: Head) -> str | None:
-    if head.sign == "#":
-        return OLD_MIDDLES.get(head.word)
-    return MIDDLES.get(head.word) if head.sign == "$" else None
 
 
 class Control:
@@ -155,11 +53,12 @@ class Control:
         return known
 
     def _find_branch(self, after: Mark, kind: str) -> Found:
-        inner: list[str] = []
-        for found in self._search.skipped(after):
-            if not inner and kind in (_closer(found.head), _middle(found.head)):
+        inner: list[str] = [kind]
+        search = self._search.statements if kind == "#IF" else self._search.skipped
+        for found in search(after):
+            if len(inner) == 1 and kind in (closer_of(found.head), middle_of(found.head)):
                 return found
-            _nest(inner, found.head)
+            follow(inner, found)
         raise self._unclosed(kind)
 
     def _end(self, after: Mark, kinds: list[str]) -> Found:
@@ -173,9 +72,9 @@ class Control:
 
     def _find_end(self, after: Mark, inner: list[str]) -> Found:
         for found in self._search.skipped(after):
-            if len(inner) == 1 and _closer(found.head) == inner[0]:
+            if len(inner) == 1 and closer_of(found.head) == inner[0]:
                 return found
-            _nest(inner, found.head)
+            follow(inner, found)
         raise self._unclosed(inner[0])
 
     def _unclosed(self, kind: str) -> CncError:
@@ -214,35 +113,19 @@ class Control:
             self._nest.clear()
             raise self._unclosed(kind)
 
-    # parsing
-
-    def parse(self, stream: TokenStream, formulas: Formulas, mark: Mark) -> Run:
-        """The statement at the stream, which stands behind ``$``; ``mark``: where its block begins."""
-        token = stream.current
-        word = token.text.upper() if token.kind is Kind.NAME else ""
-        if word not in WORDS:
-            raise fail(900002, f"unknown control statement ${word or stream.describe()}", token.offset)
-        stream.next()
-        parser = _Parser(self, stream, formulas, mark, token.offset)
-        run = getattr(parser, "_" + word.lower())()
-        if not stream.at_end:
-            raise fail(900010, f"unexpected {stream.current.text!r} behind ${word}", stream.current.offset)
-        return run  # type: ignore[no-any-return]
-
-    def old(self, word: str, stream: TokenStream, formulas: Formulas, mark: Mark, offset: int) -> Run:
-        """#IF, #ELSE, #ENDIF."""
-        if word == "IF":
-            return self.if_(_truth(formulas, offset), mark, offset, "#IF")
-        return self.else_("#IF", offset) if word == "ELSE" else self.endif("#IF", offset)
-
     # statements
 
     def if_(self, test: Callable[[], bool], mark: Mark, offset: int, kind: str = "IF") -> Run:
         def run() -> None:
             frame = self._push(Frame(kind, mark), offset)
             frame.taken = test()
-            if not frame.taken:
+            if frame.taken:
+                return
+            try:
                 self._flow.skip(self._branch(self._behind(), kind).before)
+            except CncError:
+                self._nest.pop()
+                raise
 
         return run
 
@@ -464,13 +347,13 @@ class Control:
         self, target: str | int, begin: Mark, nest: list[tuple[str, Mark]], most: int
     ) -> list[tuple[Mark, list[tuple[str, Mark]]]]:
         found: list[tuple[Mark, list[tuple[str, Mark]]]] = []
-        for statement in self._search.statements(begin, _label_pattern(target)):
+        for statement in self._search.statements(begin, label_pattern(target)):
             head = statement.head
             if (head.n == target) if isinstance(target, int) else (head.label == target):
                 found.append((statement.before, list(nest)))
                 if len(found) >= most:
                     break
-            opener, closer = _opener(head), _closer(head)
+            opener, closer = opener_of(head), closer_of(head)
             if opener:
                 nest.append((opener, statement.before))
             elif closer and nest and nest[-1][0] == closer:
@@ -502,25 +385,11 @@ class Control:
                 if block is None:
                     raise fail(20569, "#COMMENT BEGIN without #COMMENT END", offset)
                 line += block.lines_read
-                depth = _comment_depth(head_of(block.text), depth)
+                depth = comment_depth(head_of(block.text), depth)
                 if depth == 0:
                     return Mark(source.position, line)
         finally:
             source.seek(before)
-
-
-def _nest(inner: list[str], head: Head) -> None:
-    opener, closer = _opener(head), _closer(head)
-    if opener:
-        inner.append(opener)
-    elif closer and inner and inner[-1] == closer:
-        inner.pop()
-
-
-def _label_pattern(target: str | int) -> re.Pattern[bytes]:
-    if isinstance(target, int):
-        return re.compile(rb"[$%#\\]|[nN][ \t]*=?[ \t]*0*" + str(target).encode() + rb"(?![0-9])")
-    return re.compile(rb"[$%#\\]|\[[ \t]*" + re.escape(target.encode()) + rb"[ \t]*\]", re.I)
 
 
 def _same(a: Value, b: Value) -> bool:
@@ -533,134 +402,3 @@ def _number(value: Value, offset: int) -> float:
     if isinstance(value, str):
         raise fail(907011, ERRORS[907011], offset)
     return value
-
-
-def _truth(formulas: Formulas, offset: int) -> Callable[[], bool]:
-    value = formulas.expression()
-
-    def test() -> bool:
-        found = value()
-        if isinstance(found, str):
-            raise fail(907011, f"condition: {ERRORS[907011]}", offset)
-        return abs(found) >= TRUE_FROM
-
-    return test
-
-
-class _Parser:
-    """One statement: its operands, then the run that ``Control`` makes of them."""
-
-    def __init__(self, control: Control, stream: TokenStream, formulas: Formulas, mark: Mark, offset: int) -> None:
-        self._control, self._stream, self._formulas = control, stream, formulas
-        self._mark, self._offset = mark, offset
-
-    def _test(self) -> Callable[[], bool]:
-        return _truth(self._formulas, self._offset)
-
-    def _if(self) -> Run:
-        test = self._test()
-        if not self._stream.is_op("$"):
-            return self._control.if_(test, self._mark, self._offset)
-        self._stream.next()
-        if not self._stream.accept_name("GOTO"):
-            raise fail(900010, "only $GOTO may follow a condition", self._stream.current.offset)
-        return self._goto(test)
-
-    def _elseif(self) -> Run:
-        return self._control.elseif(self._test(), self._offset)
-
-    _ifelse = _elseif
-
-    def _else(self) -> Run:
-        return self._control.else_("IF", self._offset)
-
-    def _endif(self) -> Run:
-        return self._control.endif("IF", self._offset)
-
-    def _switch(self) -> Run:
-        """``$SWITCH e`` or ``$SWITCH P1=e``, which assigns first."""
-        stream, formulas = self._stream, self._formulas
-        if not formulas.is_variable():
-            return self._control.switch(formulas.expression(), self._mark, self._offset)
-        start = stream.place
-        target = formulas.reference()
-        if not stream.accept("="):
-            stream.go_to(start)
-            return self._control.switch(formulas.expression(), self._mark, self._offset)
-        value, store = formulas.expression(), target.store
-        assert store is not None
-
-        def assigned() -> Value:
-            found = value()
-            store(found)
-            return found
-
-        return self._control.switch(assigned, self._mark, self._offset)
-
-    def _case(self) -> Run:
-        return self._control.case(self._formulas.expression(), self._offset)
-
-    def _default(self) -> Run:
-        return self._control.default(self._offset)
-
-    def _endswitch(self) -> Run:
-        return self._control.endswitch(self._offset)
-
-    def _for(self) -> Run:
-        stream, formulas = self._stream, self._formulas
-        if not formulas.is_variable():
-            raise fail(900010, f"$FOR: expected a variable, found {stream.describe()}", stream.current.offset)
-        target = formulas.reference()
-        stream.expect("=", 900010)
-        bounds = [formulas.number("$FOR", self._offset)]
-        while stream.accept(","):
-            bounds.append(formulas.number("$FOR", self._offset))
-        if len(bounds) == 2:
-            bounds.append(lambda: 1.0)
-        if len(bounds) != 3:
-            raise fail(900010, "$FOR takes a first value, a last value and a step", self._offset)
-        assert target.store is not None
-        return self._control.for_(target.load, target.store, bounds, self._mark, self._offset)
-
-    def _while(self) -> Run:
-        return self._control.while_(self._test(), self._mark, self._offset)
-
-    def _do(self) -> Run:
-        return self._control.loop("DO", self._mark, self._offset)
-
-    def _repeat(self) -> Run:
-        return self._control.loop("REPEAT", self._mark, self._offset)
-
-    def _endfor(self) -> Run:
-        return self._control.endloop("FOR", "$ENDFOR", self._offset)
-
-    def _endwhile(self) -> Run:
-        return self._control.endloop("WHILE", "$ENDWHILE", self._offset)
-
-    def _enddo(self) -> Run:
-        return self._control.endloop("DO", "$ENDDO", self._offset)
-
-    def _until(self) -> Run:
-        return self._control.until(self._test(), self._offset)
-
-    def _break(self) -> Run:
-        return self._control.break_(self._offset)
-
-    def _continue(self) -> Run:
-        return self._control.continue_(self._offset)
-
-    def _goto(self, test: Callable[[], bool] | None = None) -> Run:
-        stream, offset = self._stream, self._stream.current.offset
-        if stream.is_op("["):
-            end = stream.text.find("]", offset)
-            if end < 0:
-                raise fail(900013, "bracket is not closed", offset)
-            label = stream.text[offset + 1 : end].strip().upper()
-            stream.skip_to(end + 1)
-            return self._control.goto(None, label, test, offset)
-        if stream.current.kind is Kind.NAME and stream.current.text[0] in "nN":
-            stream.take_letters(1)
-            number = number_of(self._formulas.expression(), "N", offset)
-            stream.accept(":")
-            return self._control.goto(number, "", test, offset)
-        raise fail(900010, f"$GOTO: expected N or [label], found {stream.describe()}", offset)

@@ -49,6 +49,8 @@ class Executor:
         words = block.evaluate()
         if block.simple and self.feeds.plain and not self.compensation.choice.active:
             return self._plain_motion(words) if block.words else []
+        self.program_end = self.level_end = False
+        self.calls = []
         if words.is_dwell:
             return [self._dwell(words)]
         self._check(words)

@@ -2,41 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 from cnc_core.blocks import BlockBatch
-from cnc_core.errors import CncError, Place
-from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_block, strip_comments
-from cnc_core.frontend.base.flow import Level, Mark
+from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.frontend.base.block_text import BlockText, check_length, read_block, strip_comments
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
-from cnc_core.frontend.base.reader import BlockReader, Prepared, located
+from cnc_core.frontend.base.reader import Prepared, located
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.variables import Scope
 from cnc_core.frontend.isg import macros
-from cnc_core.frontend.isg.calls import Call, Finder, LevelData, local_name
+from cnc_core.frontend.isg.calls import Finder, LevelData
 from cnc_core.frontend.isg.commands import Command, CommandParser
 from cnc_core.frontend.isg.context import Context
-from cnc_core.frontend.isg.control import OPENERS, Control, Frame, Searcher
+from cnc_core.frontend.isg.control import Control
+from cnc_core.frontend.isg.control_parser import parse, parse_old
 from cnc_core.frontend.isg.declarations import DeclarationParser
 from cnc_core.frontend.isg.execute import Executor
 from cnc_core.frontend.isg.formulas import Formulas
 from cnc_core.frontend.isg.offsets import Offsets
+from cnc_core.frontend.isg.program_levels import Items, ProgramLevels, Run
 from cnc_core.frontend.isg.rt_loop import RealTimeLoop
+from cnc_core.frontend.isg.search import OPENERS, Frame, Searcher
 from cnc_core.frontend.isg.store import Store
 from cnc_core.frontend.isg.system import System
-from cnc_core.frontend.isg.text import PATTERN, PROGRAMS, Head, head_of
+from cnc_core.frontend.isg.text import PATTERN, Head, head_of
 from cnc_core.frontend.isg.words import WordBlock, WordParser, Words
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
-NAME_CHARACTERS = 83
 SKIP_LEVELS = 10
-Items = Sequence[Row | Wait]
-Run = Callable[[], Items]
 
 
-class IsgFrontEnd(BlockReader):
+class IsgFrontEnd(ProgramLevels):
     """Resumable reader of one program.
 
     ``lenient``: unknown # commands and undefined M functions are warnings.  ``static``: V.S variables that survive.
@@ -74,20 +73,6 @@ class IsgFrontEnd(BlockReader):
             self._searcher.visit = self._visit
         self._main.user = LevelData()
 
-    @property
-    def program_name(self) -> str | None:
-        """Of the main program, if it has one."""
-        return self._main.name or None
-
-    @property
-    def _main(self) -> Level:
-        return self.flow.levels[0]
-
-    @property
-    def _data(self) -> LevelData:
-        data: LevelData = self.flow.level.user
-        return data
-
     # reading
 
     def _take_block(self) -> BlockText | None:
@@ -95,6 +80,12 @@ class IsgFrontEnd(BlockReader):
 
     def _plain(self) -> bool:
         return self.executor.feeds.plain and not self._declaring
+
+    def _may_drain(self) -> bool:
+        return not self.executor.compensation.choice.active
+
+    def _refuse_drain(self) -> Items:
+        raise fail(20651, f"{ERRORS[20651]}: deselect it with G40", 0)
 
     def _prepare(self, block: BlockText) -> Prepared:
         check_length(block)
@@ -125,15 +116,6 @@ class IsgFrontEnd(BlockReader):
         finally:
             self.block_now, self._declaring = before
             self._executing = True
-
-    def _check_uncalled(self) -> None:
-        """Local subprograms of the main file that nobody has called."""
-        file = self._main.file
-        for mark in self._finder.locals_of(file).values():
-            if (file.number, mark) not in self._finder.called:
-                self.flow.level.start = mark
-                for _ in self._searcher.skipped(mark):
-                    pass
 
     def _open_frame(self, text: str) -> None:
         """A wrong statement that opens others still needs its end."""
@@ -184,7 +166,7 @@ class IsgFrontEnd(BlockReader):
         block = parser.block
         if stream.is_op("$"):
             stream.next()
-            control, steps = self.control.parse(stream, formulas, self.mark), block.steps
+            control, steps = parse(self.control, stream, formulas, self.mark), block.steps
 
             def run_control() -> Items:
                 self._set_n(steps)
@@ -224,20 +206,24 @@ class IsgFrontEnd(BlockReader):
         if (block.words or len(commands) > 1) and not exempt:
             self._warn_at(907043, "words beside a # command: they are executed too", offset)
 
+        number = block.steps[:1] if block.words and "N" in block.offsets else [] if block.words else block.steps
+
         def run() -> Items:
-            self._set_n([] if block.words else block.steps)
+            self._set_n(number)
             items: list[Row | Wait] = []
-            for behind, command in commands:
-                if not behind:
-                    items += command.run()
-            if block.words:
-                items += self._words(block)
-            for behind, command in commands:
-                if behind:
-                    items += command.run()
-            for _, command in commands:
-                if command.behind:
-                    command.behind()
+            try:
+                for behind, command in commands:
+                    if not behind:
+                        items += command.run()
+                if block.words:
+                    items += self._words(block)
+                for behind, command in commands:
+                    if behind:
+                        items += command.run()
+            finally:
+                for _, command in commands:
+                    if command.behind:
+                        command.behind()
             return items
 
         return run
@@ -267,62 +253,6 @@ class IsgFrontEnd(BlockReader):
             executor.calls = []
             self._call(call, rows)
         return rows
-
-    # program ends and calls
-
-    def _program_end(self) -> None:
-        """M02, M30."""
-        if len(self.flow.levels) > 1:
-            self._warn_at(907032, "M02 or M30 inside a subprogram ends the whole program", 0)
-        self._end()
-
-    def _end(self) -> None:
-        """The program is over."""
-        self._ended = True
-        if self._collect and len(self.flow.levels) == 1:
-            self._check_uncalled()
-
-    def _level_end(self) -> None:
-        """M17, M29."""
-        if len(self.flow.levels) > 1:
-            self.flow.leave()
-        else:
-            self._end()
-
-    def _call(self, call: Call, rows: list[Row]) -> None:
-        try:
-            self.flow.call(self._finder.level(call))
-        except CncError as error:
-            self._queue.extend(rows)
-            error.place.column = error.place.column or call.offset
-            raise
-
-    def _level_ended(self) -> None:
-        """The end of the file, or of its part."""
-        try:
-            self.control.check_closed()
-            if self._declaring:
-                self._declaring = False
-                raise fail(907021, "#VAR without #ENDVAR", 0)
-        except CncError as error:
-            last = PhysicalLine(0, max(1, self.modal.line), "")
-            self._error(error, BlockText(str(self.flow.file.path), lines=[last]))
-        super()._level_ended()
-        if self._ended:
-            self._end()
-
-    def _move(self) -> None:
-        """Scopes follow the program levels."""
-        depth, left = len(self.flow.levels), self.flow.level
-        super()._move()
-        if len(self.flow.levels) > depth:
-            data = self._data
-            data.programmed = self.modal.programmed
-            self.context.store.push(data.arguments)
-        elif len(self.flow.levels) < depth:
-            self.context.store.pop()
-            if left.user.saved is not None:
-                self.modal.restore(left.user.saved)
 
     # parts of blocks
 
@@ -381,11 +311,7 @@ class IsgFrontEnd(BlockReader):
         if word == "COMMENT":
             return self._comment(stream, follow, offset)
         if word in ("IF", "ELSE", "ENDIF"):
-            stream.next()
-            old = self.control.old(word, stream, formulas, self.mark, offset)
-            if not stream.at_end:
-                raise fail(900010, f"unexpected {stream.current.text!r} behind #{word}", stream.current.offset)
-            return _of(old)
+            return _of(parse_old(self.control, stream, formulas, self.mark))
         return None
 
     def _var(self, stream: TokenStream, word: str, offset: int) -> Run:
@@ -412,75 +338,6 @@ class IsgFrontEnd(BlockReader):
         if follow == "END":
             raise fail(20569, "#COMMENT END without #COMMENT BEGIN", offset)
         return _of(self.control.comment(offset))
-
-    # % lines
-
-    def _program_line(self, stream: TokenStream) -> Run:
-        """``%NAME`` opens the main program of a file, ``%L NAME`` a local subprogram; any other ends the level."""
-        offset, mark = stream.next().offset, self.mark
-        name = stream.text[offset + 1 :].strip()
-
-        def run() -> Items:
-            data, local = self._data, local_name(stream.text)
-            if data.local or data.named or (local is None and self._began()):
-                return self._next_program(name, local, offset)
-            if local is not None:
-                if self._began():
-                    return self._next_program(name, local, offset)
-                self._skip_local(name)
-                return ()
-            if len(name) > NAME_CHARACTERS:
-                raise fail(900012, f"program name longer than {NAME_CHARACTERS} characters", offset)
-            data.named = True
-            self.flow.level.start = mark
-            self.flow.level.name = name
-            return ()
-
-        return run
-
-    def _began(self) -> bool:
-        """A command stands before: the text up to here is a program without a name."""
-        data = self._data
-        return bool(data.statements or self.modal.programmed > data.programmed)
-
-    def _next_program(self, name: str, local: str | None, offset: int) -> Items:
-        """The level ends at a later % line."""
-        data = self._data
-        if local is None and not data.local:
-            if not data.named:
-                raise fail(900017, f"%{name}: a command stands before the first program definition", offset)
-            if self.context.lenient:
-                self._warn_at(907040, f"%{name} inside the program is taken as a comment", offset)
-                return ()
-            self._warn_at(900020, f"the main program ends at %{name}", offset)
-        try:
-            self.control.check_closed()
-        finally:
-            self._level_end()
-        return ()
-
-    def _skip_local(self, name: str) -> None:
-        """A local subprogram in front of the main program: on to the next % line."""
-        source, line = self._source, self.modal.line + self._lines_left
-        before = source.position
-        while True:
-            line += source.hop(PROGRAMS)
-            mark = Mark(source.position, line)
-            block = read_block(source, line)
-            if block is None:
-                source.seek(before)
-                raise fail(907033, f"%{name} is the last program of the file, and there is no main program", 0)
-            line += block.lines_read
-            if head_of(block.text).sign == "%":
-                source.seek(before)
-                self.flow.skip(mark)
-                return
-
-    # messages
-
-    def _warn_at(self, code: int, text: str, offset: int) -> None:
-        block = self.block_now
-        self._warn(code, text, block.place(offset) if block is not None else Place(str(self.flow.file.path)))
 
 
 def _nothing() -> Items:
