@@ -6,7 +6,7 @@
 #include <string.h>
 #include "engine_internal.h"
 
-#define EXTERNAL_WRITES 256u
+#define EXTERNAL_WRITES 4096u
 #define WRITE_BYTES 160u
 
 typedef struct external_write {

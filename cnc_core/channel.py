@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,9 @@ OUT_FOLDER = Path("hli-cosim-out")
 class LivePort:
     """The running channel as the front end sees it; positions and time are those at the last drain.
 
-    ``areas``: writable buffers of the external variables, "channel" and "global".  ``folder``: where files go that the
-    program writes; it is made with the first of them.
+    ``areas``: writable buffers of the external variables, "channel" and "global", as they were latched.
+    ``put_out``: where a write (area, byte, data) goes besides.
+    ``folder``: where files go that the program writes; it is made with the first.
     """
 
     answers = True
@@ -35,7 +37,9 @@ class LivePort:
         areas: dict[str, Any] | None = None,
         folder: Path = OUT_FOLDER,
         skip_levels: int = 0,
+        put_out: Callable[[int, int, bytes], None] | None = None,
     ) -> None:
+        self._put_out = put_out
         self.interrupted = False
         self.latched_s = 0.0
         self.levels = skip_levels
@@ -60,7 +64,12 @@ class LivePort:
         return external.read(self._areas[variable.scope], variable, element)
 
     def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
-        external.write(self._areas[variable.scope], variable, element, value)
+        area = self._areas[variable.scope]
+        external.write(area, variable, element, value)
+        if self._put_out:
+            begin = external.place(variable, element)
+            data = bytes(area[begin : begin + variable.blocks_per_element * external.BLOCK_BYTES])
+            self._put_out(0 if variable.scope == "channel" else 1, begin, data)
 
     def append_file(self, name: str, text: str) -> None:
         path = self._folder / name

@@ -252,12 +252,13 @@ class CncProcess:
         self.engine.set_error(0)
         self.engine.set_program_name(path.name)
         self.engine.suppress_functions(bool(self._execution_mode() & NO_FUNCTIONS))
-        root = self.segment.root
+        sizes = self.cell.external_bytes
         port = LivePort(
             self.cell.axis_values("start_mm"),
-            {"channel": root.ext_var_channel[0], "global": root.ext_var_global},
+            {scope: self.engine.external(area, sizes[scope]) for area, scope in enumerate(("channel", "global"))},
             self.options.out or OUT_FOLDER,
             self._skip_levels() | self.cell.skip_mask,
+            self.engine.write_external,
         )
         self.preparation = Preparation(
             path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient

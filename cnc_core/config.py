@@ -264,6 +264,14 @@ class CellConfig(_Table):
         return found
 
     @property
+    def external_bytes(self) -> dict[str, int]:
+        """Bytes of the external-variable areas that are in use, by scope."""
+        out = {"channel": 0, "global": 0}
+        for variable in self.externals.values():
+            out[variable.scope] = max(out[variable.scope], (variable.number - 1 + variable.blocks) * 24)
+        return out
+
+    @property
     def skip_mask(self) -> int:
         """Bit 0 is block skip level 1."""
         return sum(1 << (level - 1) for level in set(self.channel.skip_levels))

@@ -181,6 +181,18 @@ class Engine:
         """Clear pending technology units."""
         lib.engine_reset_channel(self._handle)
 
+    def external(self, area: int, size: int) -> Any:
+        """Buffer of ``size`` bytes: external variables (area 0: channel, 1: global) as the last cycle latched them."""
+        pointer = lib.engine_external(self._handle, area, size)
+        if pointer == ffi.NULL:
+            raise MemoryError("external variables")
+        return ffi.buffer(pointer, size)
+
+    def write_external(self, area: int, offset: int, data: bytes) -> None:
+        """Bytes for the external variables that the next cycle puts out. CncError if it keeps no more of them."""
+        if lib.engine_write_external(self._handle, area, offset, data, len(data)) != 1:
+            raise CncError(904005)
+
     def set_program_name(self, name: str) -> None:
         """``prog_name_r``, from the next cycle on."""
         lib.engine_set_program_name(self._handle, name.encode("latin-1", "replace")[:259])
