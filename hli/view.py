@@ -18,13 +18,16 @@ import difflib
 import math
 from collections.abc import Iterator
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import layout
 from ._sync import ffi, lib
 from .segment import Segment
+
+if TYPE_CHECKING:
+    from .symbol import Symbol
 
 FLAG_NAMES = frozenset({"please_rw", "done_w"})
 BLOCK_DTYPE = np.dtype(layout.HLI_CONTOUR_LOOKAHEAD_BLOCK)
@@ -301,6 +304,15 @@ class Areas:
         self.gpVECh = _configured(root.ext_var_channel, self.gNrCh)
         self.gpVEGlobal: Any = root.ext_var_global
         self.sidecar: Any = root.sidecar
+
+    def symbol(self, path: str) -> Symbol:
+        """The variable behind a TwinCAT-style path: ``symbol("HLI_Global_Variables.gpCh[0]^....").value``.
+
+        Raises SymbolError (a ValueError) that says where the path stops.
+        """
+        from .symbol import resolve  # noqa: PLC0415 (symbols are built on views)
+
+        return resolve(self, path)
 
 
 def _configured(views: ViewArray, count: int) -> tuple[Any, ...]:
