@@ -102,6 +102,12 @@ class PlcChoice:
             raise CncError(901001, "PLC program not found", Place(text))
         return cls(("--file", str(Path(text).resolve())))
 
+    def online(self, watch: Sequence[str], force: dict[str, Any]) -> PlcChoice:
+        """The same PLC with a watch list and forced symbols."""
+        more = [part for path in watch for part in ("--watch", path)]
+        more += [part for path, value in force.items() for part in ("--force", f"{path}={value}")]
+        return PlcChoice((*self.arguments, *more))
+
     @classmethod
     def _of_class(cls, plc: type) -> PlcChoice:
         if "<locals>" in plc.__qualname__:
@@ -208,10 +214,13 @@ class Cell:
         out: str | Path | None = None,
         record: str | Path | None = None,
         hold_start: bool = False,
+        watch: Sequence[str] = (),
+        force: dict[str, Any] | None = None,
     ) -> RunResult:
         """Run the program to its end.
 
-        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
+        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).  ``watch``: symbols of the
+        HLI or of a task, recorded at every scan (``result.plc["watch"]``); ``force``: symbols held at a value.
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -221,7 +230,7 @@ class Cell:
             raise CncError(901001, "file not found", Place(str(program)))
         if target:
             recorder.check_target(target)
-        choice = PlcChoice.of(plc, plc_args)
+        choice = PlcChoice.of(plc, plc_args).online(watch, force or {})
         segment.sweep()
         folder = Path(out) if out else None
         before = _files(folder)

@@ -202,6 +202,14 @@ def plan(
 
 
 # ------------------------------------------------------------------------------------------------ co-simulation
+Watched = Annotated[
+    list[str] | None, typer.Option("--watch", metavar="SYMBOL", help="record this symbol at every scan; repeatable")
+]
+Forced = Annotated[
+    list[str] | None, typer.Option("--force", metavar="SYMBOL=VALUE", help="hold this symbol at a value; repeatable")
+]
+
+
 @app.command()
 def run(
     file: File,
@@ -214,6 +222,8 @@ def run(
     ] = None,
     out_dir: Annotated[Path, typer.Option("--out", help="folder for files the program writes")] = Path("hli-cosim-out"),
     record: Annotated[Path | None, typer.Option(help="record every cycle to this .npz, .csv or .parquet")] = None,
+    watch: Watched = None,
+    force: Forced = None,
     config: Config = None,
     dialect: Dialect = None,
     as_json: Json = False,
@@ -222,13 +232,16 @@ def run(
 
     Example: hli-cosim run part.nc --plc my_plc.py --record part.npz
     """
+    from plc_client.online import parse_force  # noqa: PLC0415
+
     from .cell import Cell  # noqa: PLC0415
 
     _one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
     if service:
         _one_of("--service", service, ("cyclic", "immediate"))
     with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
-        result = cell.run(file, plc, dialect=dialect, out=out_dir, record=record)
+        symbols = dict(parse_force(text) for text in force or [])
+        result = cell.run(file, plc, dialect=dialect, out=out_dir, record=record, watch=watch or (), force=symbols)
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")
     _say_run_errors(result)
@@ -412,8 +425,11 @@ def cnc(
 def plc(
     file: Annotated[Path, typer.Argument(help="Python file with @task classes")],
     name: Annotated[str, typer.Option(help="name of the shared-memory segment")] = "hli-cosim",
+    report: Annotated[Path | None, typer.Option(help="write statistics and watch list here at the end (JSON)")] = None,
+    watch: Watched = None,
+    force: Forced = None,
 ) -> None:
-    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back.
+    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back; SIGHUP restarts the PLC.
 
     Example: hli-cosim plc my_plc.py --name my-cell
     """
@@ -422,7 +438,10 @@ def plc(
     if not file.is_file():
         raise CncError(901001, "file not found", Place(str(file)))
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
-    raise typer.Exit(plc_main(["--name", name, "--file", str(file)]))
+    arguments = ["--name", name, "--file", str(file), *(("--report", str(report)) if report else ())]
+    arguments += [part for path in watch or [] for part in ("--watch", path)]
+    arguments += [part for text in force or [] for part in ("--force", text)]
+    raise typer.Exit(plc_main(arguments))
 
 
 # ------------------------------------------------------------------------------------------------ tools

@@ -2,8 +2,8 @@
 
 In lockstep the CNC stands while the PLC scans; in freerun and realtime it runs on, and a task that reads
 ``dist_prog_start`` twice would see two values.  With an image all tasks of one scan see the same state, the same in
-every clock: ``bahn_state``, ``decoder_state`` and ``contour_lookahead.state`` of the channels (channel 0 consistent under the
-seqlock), ``lr_state`` of the axes.  Control units, semaphores and technology units stay the memory itself.
+every clock: ``bahn_state``, ``decoder_state`` and ``contour_lookahead.state`` of the channels (channel 0 consistent
+under the seqlock), ``lr_state`` of the axes.  Control units, semaphores, technology units stay the memory itself.
 """
 
 from __future__ import annotations

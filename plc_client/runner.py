@@ -65,13 +65,14 @@ class PlcRunner:
     """
 
     def __init__(
-        self, hli: Hli, tasks: Tasks, cnc: MockCnc | None = None, close: Callable[[], None] | None = None
+        self, hli: Hli, tasks: Tasks, cnc: MockCnc | None = None, close: Callable[[], dict[str, Any]] | None = None
     ) -> None:
         if hli.cnc.clock != layout.HLI_CLOCK_LOCKSTEP:
             raise PlcError("a PlcRunner needs a CNC in lockstep")
         self.hli = hli
         self.cnc = cnc
         self._close = close
+        self.cnc_report: dict[str, Any] = {}  # of a CNC process, after close()
         self._pacer = _MockPacer(hli, cnc) if cnc is not None else CyclePacer(hli)
         programs = [Program.of(cls) for cls in task_classes(tasks)]
         self._guard = Guard()
@@ -98,7 +99,7 @@ class PlcRunner:
         if self.cnc is not None:
             self.cnc.close()
         if self._close is not None:
-            self._close()
+            self.cnc_report = self._close()
 
     def __enter__(self) -> PlcRunner:
         return self

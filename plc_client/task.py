@@ -127,7 +127,7 @@ def _import(path: Path) -> ModuleType:
         sys.path.append(folder)  # behind everything installed: neighbours can be imported, nothing is shadowed
     try:
         with loading(path):
-            spec.loader.exec_module(module)
+            exec(compile(path.read_bytes(), str(path), "exec"), vars(module))  # never an older compiled file
     except CellStartRefused:
         pass  # the file runs its own cell further down: its classes stand above, and that cell is this one
     except (Exception, SystemExit) as error:
