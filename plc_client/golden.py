@@ -80,6 +80,6 @@ def check(path: Path, columns: Columns, tolerance: float | Mapping[str, float] =
     if update:
         write(path, columns)
     elif not path.is_file():
-        raise GoldenMismatchError(f"{path}: no golden file; run pytest with --golden-update to write it, then look at it")
+        raise GoldenMismatchError(f"{path}: no golden file; write it with pytest --golden-update and look at it")
     else:
         compare(path, columns, tolerance)

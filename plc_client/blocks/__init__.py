@@ -10,6 +10,7 @@ from .commands import (
     InsertStop,
     SingleBlock,
 )
+from .contour_ahead import AheadState, ContourAhead
 from .contour_lookahead import ContourLookahead, LookaheadState
 from .distance import DistanceCam, DistanceTrigger, PathEstimate, SwitchState
 from .feed_control import FeedControl
@@ -48,11 +49,13 @@ __all__ = [
     "RELATIVE_ONCE",
     "AbortProgram",
     "AcknowledgeAll",
+    "AheadState",
     "AutoContinue",
     "AxisControl",
     "CncErrorRecord",
     "CncWatchdog",
     "ContinueMachining",
+    "ContourAhead",
     "ContourLookahead",
     "DeleteDistanceToGo",
     "DistanceCam",

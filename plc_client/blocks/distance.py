@@ -53,6 +53,19 @@ class PathEstimate:
         return self.distance + v * seconds + a * t * (seconds - 0.5 * t)
 
 
+class _Reach:
+    """An extrapolated distance that falls back only by more than the hysteresis (a tool that brakes for a corner)."""
+
+    def __init__(self, hysteresis: float) -> None:
+        self._hysteresis = hysteresis
+        self._value = -math.inf
+
+    def __call__(self, value: float) -> float:
+        if value >= self._value or value < self._value - self._hysteresis:
+            self._value = value
+        return self._value
+
+
 class SwitchState(Enum):
     """States of a distance switch (docs/plc.md draws them)."""
 
@@ -67,17 +80,21 @@ class DistanceTrigger(FunctionBlock):
     ``lead_s``: how long the switched device takes (dead time).  ``scan_s``: interval of the task; half of it is
     added, so that the effect lies around the place instead of behind it.  ``time_to_go``: seconds from this scan to the
     moment at which the command has to be given; with an output that takes a time (oversampling, time stamp) hand
-    it over in the scan in which it becomes smaller than the interval.  ``q`` falls again when the path runs back.
+    it over in the scan in which it becomes smaller than the interval.  ``q`` falls again when the path runs back, or
+    when the tool stands in front of the place after all; ``hysteresis`` (0.1 um): by how much it must expect less.
 
     >>> valve = DistanceTrigger(ch, scan_s=0.001)                          # doctest: +SKIP
     >>> open_valve = valve(distance=200_000.0, lead_s=0.040)               # doctest: +SKIP
     """
 
-    def __init__(self, ch: Any, scan_s: float = 0.001, estimate: PathEstimate | None = None) -> None:
+    def __init__(
+        self, ch: Any, scan_s: float = 0.001, estimate: PathEstimate | None = None, hysteresis: float = 0.0
+    ) -> None:
         super().__init__()
         self.path = estimate or PathEstimate(ch)
         self._own = estimate is None
         self._scan_s = scan_s
+        self._reach = _Reach(hysteresis)
         self.state = SwitchState.OFF
         self.q = False
         self.time_to_go = float("inf")
@@ -86,7 +103,7 @@ class DistanceTrigger(FunctionBlock):
         """One scan; returns ``q``."""
         if self._own:
             self.path()
-        passed = enable and self.path.at(lead_s + 0.5 * self._scan_s) >= distance
+        passed = enable and self._reach(self.path.at(lead_s + 0.5 * self._scan_s)) >= distance
         self.state = (SwitchState.PASSED if passed else SwitchState.BEFORE) if enable else SwitchState.OFF
         self.q = self.done = passed
         self.busy = enable and not passed
@@ -103,13 +120,17 @@ class DistanceCam(FunctionBlock):
 
     ``on_lead_s`` and ``off_lead_s``: how long the device takes to open and to close.  The tracks may change at any time
     (from look-ahead data); ``q`` follows them in both directions of the path.  Output ``track``: index or -1.
+    ``hysteresis`` as for ``DistanceTrigger``.
     """
 
-    def __init__(self, ch: Any, scan_s: float = 0.001, estimate: PathEstimate | None = None) -> None:
+    def __init__(
+        self, ch: Any, scan_s: float = 0.001, estimate: PathEstimate | None = None, hysteresis: float = 0.0
+    ) -> None:
         super().__init__()
         self.path = estimate or PathEstimate(ch)
         self._own = estimate is None
         self._scan_s = scan_s
+        self._reach = (_Reach(hysteresis), _Reach(hysteresis))
         self.state = SwitchState.OFF
         self.q = False
         self.track = -1
@@ -124,7 +145,8 @@ class DistanceCam(FunctionBlock):
         """One scan; returns ``q``."""
         if self._own:
             self.path()
-        begin, end = (self.path.at(lead + 0.5 * self._scan_s) for lead in (on_lead_s, off_lead_s))
+        leads = zip(self._reach, (on_lead_s, off_lead_s), strict=True)
+        begin, end = (reach(self.path.at(lead + 0.5 * self._scan_s)) for reach, lead in leads)
         self.track = next((i for i, (a, b) in enumerate(tracks) if begin >= a and end < b), -1) if enable else -1
         self.q = self.done = self.track >= 0
         self.busy = enable and not self.q
