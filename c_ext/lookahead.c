@@ -56,7 +56,8 @@ static bool next_motion(engine *e, uint64_t *i, uint64_t head) {
     return true;
 }
 
-static void add_curvature(const piece *p, load *l) {
+static void add_curvature(const engine *e, const piece *p, load *l) {
+    if (p->kind == PIECE_CURVE) curve_add_curvature(e, p, l->curvature);
     if (p->kind != PIECE_ARC) return;
     l->curvature[p->axis1] = fmax(l->curvature[p->axis1], p->curvature);
     l->curvature[p->axis2] = fmax(l->curvature[p->axis2], p->curvature);
@@ -71,12 +72,12 @@ static void step_left(engine *e, walk *w, load *l) {
         return;
     }
     w->d += piece_at(e, w->i)->length;
-    add_curvature(piece_at(e, w->i), l);
+    add_curvature(e, piece_at(e, w->i), l);
 }
 
 static void step_right(engine *e, walk *w, load *l, uint64_t head, bool finished) {
     double d = w->d + piece_at(e, w->i)->length;
-    add_curvature(piece_at(e, w->i), l);
+    add_curvature(e, piece_at(e, w->i), l);
     if (piece_at(e, w->i)->stop_after) {
         w->known = w->d = NEVER;
         return;
@@ -108,22 +109,24 @@ static double load_speed(const engine *e, const load *l) {
     return v;
 }
 
-static double reachable(const piece *p, double override) {
+/* Fastest that p is driven at an override. */
+double reachable(const piece *p, double override) {
     return p->feed > 0 ? fmin(p->v_hard, p->feed * override) : p->v_hard;
 }
 
 static void set_reserve(engine *e, piece *p, const load *l, double v) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
-        double r = (l->sum[a] * v - l->moment[a]) / e->cfg.cycle_s + l->curvature[a] * v * v;
-        p->reserve[a] = l->sum[a] < 1e-13 || r < NEGLIGIBLE * e->cfg.a_max[a] ? 0.0 : r;
+        double jumps = (l->sum[a] * v - l->moment[a]) / e->cfg.cycle_s;
+        bool negligible = l->sum[a] < 1e-13 || jumps < NEGLIGIBLE * e->cfg.a_max[a];
+        p->reserve[a] = negligible ? 0.0 : jumps + l->curvature[a] * v * v;
     }
 }
 
 /* Take in neighbours until `v` does not reach the next one. `solve`: find v, else only load at the given v.
  * Returns false if corners that matter are not known yet. */
 static bool gather(engine *e, uint64_t i, bool solve, double *v, load *l) {
-    uint64_t head = ATOMIC_GET(e->piece_head);
-    bool finished = ATOMIC_GET(e->finished);
+    uint64_t head = e->piece_head;
+    bool finished = e->feed.final;
     double dt = e->cfg.cycle_s, limit = *v;
     memset(l, 0, sizeof *l);
     add_corner(e, piece_at(e, i), 0.0, l);
@@ -175,7 +178,7 @@ static bool cap_corner(engine *e, uint64_t i) {
 
 /* Finish the corner limits of all pieces up to the end of what is known. */
 void corner_caps(engine *e) {
-    uint64_t head = ATOMIC_GET(e->piece_head);
+    uint64_t head = e->piece_head;
     if (e->plan.capped < e->plan.piece) e->plan.capped = e->plan.piece;
     while (e->plan.capped < head) {
         piece *p = piece_at(e, e->plan.capped);
@@ -207,11 +210,16 @@ static void limit_span(const engine *e, const piece *p, const double *reserve, s
     s->v_hard = fmin(s->v_hard, sqrt(ARC_NORMAL * room / p->curvature));
 }
 
+static bool moves(const engine *e, const piece *p, int i) {
+    if (p->kind == PIECE_CURVE) return curve_of(e, p)->moving >> i & 1;
+    return p->kind == PIECE_ARC || fabs(p->slope[i]) > 1e-12;
+}
+
 static double zone(const engine *e, const piece *corner, const piece *p) {
     if (!has_reserve(e, corner->reserve)) return 0.0;
     double dt = e->cfg.cycle_s, a = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++)
-        if (fabs(p->slope[i]) > 1e-12 || p->kind == PIECE_ARC) a = fmin(a, e->cfg.a_max[i]);
+        if (moves(e, p, i)) a = fmin(a, e->cfg.a_max[i]);
     return (corner->corner_v + 2.0 * a * dt) * dt;
 }
 
@@ -222,20 +230,19 @@ void piece_spans(engine *e, uint64_t i) {
     uint64_t n = i;
     const piece *next = p->stop_after || !next_motion(e, &n, e->plan.capped) ? NULL : piece_at(e, n);
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0;
+    double both[NC_AXES];
+    for (int a = 0; a < NC_AXES; a++) both[a] = fmax(p->reserve[a], next ? next->reserve[a] : 0.0);
+    const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
+    const strip whole = {p->length, both};
+    bool apart = first + last <= 0.9 * p->length;
+    const strip *strips = apart ? parts : &whole;
+    int n_strips = apart ? 3 : 1;
     p->span_count = 0;
-    if (first + last > 0.9 * p->length) {
-        double both[NC_AXES];
-        for (int a = 0; a < NC_AXES; a++) both[a] = fmax(p->reserve[a], next ? next->reserve[a] : 0.0);
-        p->spans[p->span_count].length = p->length;
-        limit_span(e, p, both, &p->spans[p->span_count++]);
-    } else {
-        const double lengths[3] = {first, p->length - first - last, last};
-        const double *reserves[3] = {p->reserve, none, next ? next->reserve : none};
-        for (int k = 0; k < 3; k++) {
-            if (lengths[k] <= 0) continue;
-            p->spans[p->span_count].length = lengths[k];
-            limit_span(e, p, reserves[k], &p->spans[p->span_count++]);
-        }
+    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, strips, n_strips);
+    for (int k = 0; k < n_strips && p->kind != PIECE_CURVE; k++) {
+        if (strips[k].length <= 0) continue;
+        p->spans[p->span_count].length = strips[k].length;
+        limit_span(e, p, strips[k].reserve, &p->spans[p->span_count++]);
     }
     p->spanned = next != NULL || p->stop_after;
 }

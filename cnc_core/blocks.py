@@ -36,8 +36,8 @@ TYPE_NAMES: dict[int, str] = {
     EVENT: "event",
     COMPENSATION: "compensation",
 }
-RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED = 1, 2, 4, 8, 16, 32, 64
-EVENT_EXPL_SYN = 2
+RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
 PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}
@@ -103,8 +103,15 @@ def motion_planes(plane: int) -> tuple[int, int, int]:
 class Block:
     """Readable view of one row; ``start`` is the end of the motion before it."""
 
-    def __init__(self, row: Any, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]) -> None:
-        self.row, self.start, self.axes, self.main = row, start, axes, main
+    def __init__(
+        self,
+        row: Any,
+        start: npt.NDArray[np.float64],
+        axes: Sequence[str],
+        main: Sequence[int],
+        pool: npt.NDArray[np.float64] | None = None,
+    ) -> None:
+        self.row, self.start, self.axes, self.main, self.pool = row, start, axes, main, pool
 
     def _named(self, values: npt.NDArray[np.float64]) -> dict[str, float]:
         return {name: float(values[i]) for i, name in enumerate(self.axes)}
@@ -131,6 +138,12 @@ class Block:
             "angle": float(row["angle"]),
         }
 
+    def _polynomial(self) -> dict[str, Any]:
+        order, first = int(self.row["degree"]) + 1, int(self.row["pool"])
+        pool = np.empty(0) if self.pool is None else self.pool
+        coef = {a: pool[first + i * order : first + (i + 1) * order].tolist() for i, a in enumerate(self.axes)}
+        return self._motion() | {"s": float(self.row["angle"]), "coeff": coef}
+
     def as_json(self) -> dict[str, Any]:
         """The contract's JSON object of this row."""
         row, kind = self.row, int(self.row["type"])
@@ -144,6 +157,8 @@ class Block:
             out |= self._motion()
         elif kind == CIRCULAR:
             out |= self._circular()
+        elif kind == POLYNOMIAL:
+            out |= self._polynomial()
         elif kind == DWELL:
             out["seconds"] = float(row["value"])
         elif kind == MARKER:
@@ -164,6 +179,6 @@ def blocks(
 ) -> Iterator[Block]:
     """One ``Block`` a row; ``start`` (axes,) is the position before the batch and is advanced in place."""
     for row in batch.rows:
-        yield Block(row, start.copy(), axes, main)
+        yield Block(row, start.copy(), axes, main, batch.pool)
         if row["type"] <= POLYNOMIAL:
             start[:] = row["end"][: len(start)]

@@ -214,13 +214,15 @@ class Cell:
         out: str | Path | None = None,
         record: str | Path | None = None,
         hold_start: bool = False,
+        autostart: bool = True,
         watch: Sequence[str] = (),
         force: dict[str, Any] | None = None,
     ) -> RunResult:
         """Run the program to its end.
 
-        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).  ``watch``: symbols of the
-        HLI or of a task, recorded at every scan (``result.plc["watch"]``); ``force``: symbols held at a value.
+        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).  ``autostart=False``: the
+        program stands ready, the PLC starts it by ``mode_and_state``.  ``watch``: symbols of the HLI or of a task,
+        recorded at every scan (``result.plc["watch"]``); ``force``: symbols held at a value.
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -234,7 +236,7 @@ class Cell:
         segment.sweep()
         folder = Path(out) if out else None
         before = _files(folder)
-        self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, target is not None)
+        self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, bool(target), autostart)
         try:
             _supervise(self._job)
         except BaseException:
@@ -251,7 +253,14 @@ class Cell:
             self.close()
 
     def _start(
-        self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool
+        self,
+        program: Path,
+        choice: PlcChoice,
+        clock: str,
+        dialect: str | None,
+        hold: bool,
+        record: bool,
+        autostart: bool,
     ) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
@@ -266,6 +275,7 @@ class Cell:
             record=folder / "samples.f64" if record else None,
             once=True,
             hold_start=hold,
+            autostart=autostart,
         )
         started = time.monotonic()
         cnc = _Child("cnc", "cnc_core.cnc_process", [options.as_json()], folder)
@@ -345,6 +355,8 @@ def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
     if plc_failed and plc_error and "died" not in plc_error:
         result.end = "error"
         result.errors.append(_plc_error(plc_error))
+    elif cnc.get("aborted_by_plc") and not plc_failed:
+        result.errors = result.errors or [CncError(905023).as_json()]
     elif not cnc or plc_failed or result.end == "aborted":
         result.end = "aborted"
         who, child = ("CNC", job.cnc) if not cnc else ("PLC", job.plc)

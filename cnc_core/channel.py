@@ -18,12 +18,17 @@ from .program import Program
 class LivePort:
     """The running channel as the front end sees it; positions are those at the last drain."""
 
-    def __init__(self, start: npt.NDArray[np.float64]) -> None:
+    def __init__(self, start: npt.NDArray[np.float64], skip_levels: int = 0) -> None:
         self.latched = start.copy()
+        self._skip_levels = skip_levels
         self.messages: list[str] = []
 
     def position(self) -> npt.NDArray[np.float64]:
         return self.latched.copy()
+
+    def skip_levels(self) -> int:
+        """Bit n - 1: blocks of skip level n are left out (program_block_ignore, as it was at program start)."""
+        return self._skip_levels
 
     def message(self, text: str) -> None:
         self.messages.append(text)
@@ -32,8 +37,11 @@ class LivePort:
 class Preparation:
     """Pumps one program into one engine. ``error``: why it ended early; the rows ahead of the error are executed."""
 
-    def __init__(self, path: Path, cell: CellConfig, dialect: str | None, engine: Engine) -> None:
-        self.port = LivePort(cell.axis_values("start_mm"))
+    def __init__(
+        self, path: Path, cell: CellConfig, dialect: str | None, engine: Engine, skip_levels: int = 0
+    ) -> None:
+        position = np.array(list(engine.state.position)[: engine.axes])
+        self.port = LivePort(position, skip_levels)
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
@@ -41,7 +49,7 @@ class Preparation:
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         try:
-            self.program: Program | None = Program(path, cell, dialect, self.port)
+            self.program: Program | None = Program(path, cell, dialect, self.port, start=position)
         except CncError as error:
             self.program = None
             self._end(error)
@@ -79,6 +87,10 @@ class Preparation:
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")
         return True
+
+    def close(self) -> None:
+        """Nothing more is read; the rows pushed so far are executed or have been left out."""
+        self.done = True
 
     def _end(self, error: CncError | None) -> None:
         self.error = error

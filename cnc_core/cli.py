@@ -148,10 +148,14 @@ def _block_line(value: dict[str, Any]) -> str:
         if key in ("type", "line", "n", "count", "start", "rapid"):
             continue
         if isinstance(item, dict):
-            rest.append(" ".join(f"{k}{v:.4f}" for k, v in item.items()))
+            rest.append(" ".join(f"{k}{_numbers(v)}" for k, v in item.items()))
         else:
             rest.append(f"{key} {item:.6g}" if isinstance(item, float) else f"{key} {item}")
     return head + "  " + ", ".join(rest)
+
+
+def _numbers(value: float | list[float]) -> str:
+    return f"{value:.4f}" if isinstance(value, float) else "(" + " ".join(f"{v:.6g}" for v in value) + ")"
 
 
 @app.command()
@@ -224,6 +228,9 @@ def run(
     record: Annotated[Path | None, typer.Option(help="record every cycle to this .npz, .csv or .parquet")] = None,
     watch: Watched = None,
     force: Forced = None,
+    autostart: Annotated[
+        bool, typer.Option("--autostart/--no-autostart", help="start the program, or leave that to the PLC")
+    ] = True,
     config: Config = None,
     dialect: Dialect = None,
     as_json: Json = False,
@@ -241,7 +248,9 @@ def run(
         _one_of("--service", service, ("cyclic", "immediate"))
     with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
         symbols = dict(parse_force(text) for text in force or [])
-        result = cell.run(file, plc, dialect=dialect, out=out_dir, record=record, watch=watch or (), force=symbols)
+        result = cell.run(
+            file, plc, dialect=dialect, out=out_dir, record=record, autostart=autostart, watch=watch or (), force=symbols
+        )
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")
     _say_run_errors(result)
@@ -404,6 +413,9 @@ def cnc(
     wait: Annotated[
         bool, typer.Option("--wait/--no-wait", help="start the program when a PLC has attached, or at once")
     ] = True,
+    autostart: Annotated[
+        bool, typer.Option("--autostart/--no-autostart", help="start the program, or leave that to the PLC")
+    ] = True,
     config: Config = None,
     dialect: Dialect = None,
 ) -> None:
@@ -416,7 +428,9 @@ def cnc(
     _one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
     if service:
         _one_of("--service", service, ("cyclic", "immediate"))
-    options = CncOptions(file, name, config=config, dialect=dialect, clock=clock, service=service, wait_plc=wait)
+    options = CncOptions(
+        file, name, config=config, dialect=dialect, clock=clock, service=service, wait_plc=wait, autostart=autostart
+    )
     err.print(f"CNC on segment {name!r}, {clock}; " + ("waiting for a PLC" if wait else "running") + "; Ctrl-C ends it")
     raise typer.Exit(run_cnc(options))
 

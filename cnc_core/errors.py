@@ -37,12 +37,18 @@ ERRORS: dict[int, str] = {
     20752: "G04: time out of range",
     20794: "G12 and G13 in one block",
     20927: "expression nested too deeply",
+    22073: "only motion blocks and look-ahead markers may stand in a real-time loop",
+    22158: "real-time loop during tool radius compensation",
+    22181: "#RT ENDWHILE without #RT WHILE; real-time loops do not nest",
+    50991: "a real-time loop has to end where it begins",
     21024: "I, J, K and R together",
     90008: "selection of tool radius compensation needs a linear block",
     90011: "too many blocks without motion in the plane during tool radius compensation",
     90017: "tool radius greater than or equal to the contour radius",
     90031: "compensated circles do not intersect",
     90047: "the tool radius can change in a linear block only",
+    270053: "watchdog: the PLC has not shown in time that it lives",
+    270061: "mode command: target state not possible",
     # our own: program text
     900001: "unknown word",
     900002: "unknown command",
@@ -64,6 +70,7 @@ ERRORS: dict[int, str] = {
     900018: "G04 stands alone in its block",
     900019: "spindle speed missing",
     900020: "program ends at a later % line",
+    900021: "real-time loop too long",
     # our own: tool radius compensation
     906001: "contour damage: nothing is left of the compensated element",
     906002: "deselection of tool radius compensation needs a linear block",
@@ -99,6 +106,10 @@ ERRORS: dict[int, str] = {
     905013: "segment not accessible",
     905014: "no answer in time",
     905015: "wrong segment name",
+    905020: "mode command: no program is selected and none is named",
+    905021: "execution mode not supported",
+    905022: "error record of the PLC",
+    905023: "the PLC has aborted the program",
 }
 
 

@@ -79,7 +79,7 @@ def plan_program(
     cell = program.cell
     engine = Engine(cell, window=window, record_rows=RECORD_ROWS)
     check, kept = TrajectoryCheck(cell), []
-    feeder = Feeder(program, engine, lambda batch: check.table.add(batch.rows))
+    feeder = Feeder(program, engine, lambda batch: check.table.add(batch.rows, batch.pool))
     try:
         while True:
             event = engine.run(RECORD_ROWS)

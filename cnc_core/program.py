@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
@@ -56,6 +59,7 @@ def _whole_blocks(refused: RefusedRow) -> BlockBatch:
 class Program:
     """Rows of one program file, after all stages.
 
+    ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).
     """
 
@@ -67,9 +71,10 @@ class Program:
         port: ChannelPort | None = None,
         *,
         collect: bool = False,
+        start: npt.NDArray[np.float64] | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
-        machine = cell.program_machine()
+        machine = cell.program_machine(start)
         self.port = port or OfflinePort(machine.start)
         self.dialect = dialect or frontend.detect(self.path)
         self.reader: FrontEnd = frontend.create(self.dialect, self.path, machine, self.port, collect=collect)

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .blocks import CIRCULAR, POLYNOMIAL, RAPID, motion_planes
 from .config import CellConfig
 from .engine import Samples
+from .geometry.polynomial import ORDER, coefficients, distance, normalised
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -25,10 +26,12 @@ class ElementTable:
         self.first = 0
         self.rows: npt.NDArray[Any] | None = None
         self.starts: FloatArray = np.empty((0, self.axes))
+        self.curves: FloatArray = np.empty((0, self.axes, ORDER))  # of the polynomials among the rows, over 0..1
+        self.curve_of: npt.NDArray[np.int64] = np.empty(0, np.int64)  # element -> row of ``curves``, -1 if none
         self.position = cell.axis_values("start_mm")
 
-    def add(self, rows: npt.NDArray[Any]) -> None:
-        """Append the motion rows of a batch."""
+    def add(self, rows: npt.NDArray[Any], pool: FloatArray | None = None) -> None:
+        """Append the motion rows of a batch; ``pool`` holds the coefficients of its polynomials."""
         motion = rows[rows["type"] <= POLYNOMIAL]
         if not len(motion):
             return
@@ -37,12 +40,24 @@ class ElementTable:
         self.rows = motion.copy() if self.rows is None else np.concatenate([self.rows, motion])
         self.starts = np.vstack([self.starts, starts])
         self.position = ends[-1].copy()
+        self._add_curves(motion, pool)
+
+    def _add_curves(self, motion: npt.NDArray[Any], pool: FloatArray | None) -> None:
+        is_curve = motion["type"] == POLYNOMIAL
+        number = np.where(is_curve, len(self.curves) + np.cumsum(is_curve) - 1, -1)
+        self.curve_of = np.concatenate([self.curve_of, number])
+        if is_curve.any() and pool is not None:
+            new = normalised(coefficients(motion[is_curve], pool, self.axes), motion["angle"][is_curve])
+            self.curves = np.concatenate([self.curves, new])
 
     def drop_before(self, element: int) -> None:
         """Forget elements below this number."""
         n = element - self.first
         if n > 0 and self.rows is not None:
             self.rows, self.starts, self.first = self.rows[n:], self.starts[n:], element
+            gone = int((self.curve_of[:n] >= 0).sum())
+            self.curve_of, self.curves = self.curve_of[n:], self.curves[gone:]
+            self.curve_of[self.curve_of >= 0] -= gone
 
     def feed(self, element: npt.NDArray[np.int64]) -> FloatArray:
         """Programmed feed, infinite for rapid, mm/s."""
@@ -62,6 +77,9 @@ class ElementTable:
             arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
             if arcs.any():
                 out[arcs] = self._arc_distance(rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane)
+        curves = rows["type"] == POLYNOMIAL
+        if curves.any():
+            out[curves] = distance(self.curves[self.curve_of[index[curves]]], pos[curves])
         return out
 
     def _arc_distance(

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import LINEAR, NC_BLOCK, BlockBatch
+from cnc_core.blocks import LINEAR, NC_BLOCK, POLYNOMIAL, BlockBatch
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine, Event
 
@@ -26,6 +26,18 @@ def line_rows(points: FloatArray, feed: float) -> npt.NDArray[Any]:
     return rows
 
 
+def curve_rows(coef: FloatArray, ends: FloatArray, lengths: FloatArray, feed: float) -> tuple[Any, FloatArray]:
+    """(rows, pool) of polynomials: coef (n, axes, order) ascending over 0..ends[i], of the given lengths in mm."""
+    n, axes, order = coef.shape
+    rows = np.zeros(n, NC_BLOCK)
+    powers = ends[:, None] ** np.arange(order)
+    rows["end"][:, :axes] = (coef * powers[:, None, :]).sum(axis=2)
+    rows["length"] = rows["length_min"] = lengths
+    rows["angle"], rows["feed"], rows["type"], rows["degree"] = ends, feed, POLYNOMIAL, order - 1
+    rows["pool"], rows["line"] = np.arange(n) * axes * order, np.arange(n) + 1
+    return rows, coef.ravel()
+
+
 def drive(
     rows: npt.NDArray[Any],
     cell: CellConfig,
@@ -33,15 +45,20 @@ def drive(
     step: int = 1_000_000,
     each_step: Callable[[int, Engine], None] = lambda _k, _e: None,
     limit: int = 3_000_000,
+    pool: FloatArray | None = None,
 ) -> tuple[FloatArray, Any]:
-    """(positions at the cycle (n, axes), final engine state); ``each_step`` is called every ``step`` cycles."""
+    """(positions at the cycle (n, axes), final engine state); ``each_step`` is called every ``step`` cycles.
+
+    ``pool``: coefficients of the polynomials among the rows.
+    """
+    coefficients = np.empty(0) if pool is None else pool
     engine = Engine(cell, window=window, record_rows=65536)
     first, parts, k, finished = 0, [], 0, False
     while True:
         event = engine.run(step)
         if event is Event.NEED_BLOCKS:
             if first < len(rows):
-                first += engine.push(BlockBatch(rows[first : first + 20_000]))
+                first += engine.push(BlockBatch(rows[first : first + 20_000], coefficients))
             elif not finished:
                 engine.finish()
                 finished = True

@@ -16,6 +16,7 @@ import numpy.typing as npt
 
 from ..blocks import POLYNOMIAL, BlockBatch
 from ..errors import CncError
+from .polynomial import joined
 
 
 class RefusedRow(Exception):  # noqa: N818 - it is the row that is refused, the error is inside
@@ -76,14 +77,13 @@ class Pipeline:
 
     def drain(self) -> BlockBatch:
         """What the stages hold, each one's rest pushed through those behind it."""
-        rows = []
+        parts = []
         for i, stage in enumerate(self.stages):
             try:
-                rows.append(self._from(i + 1, stage.drain).rows)
+                parts.append(self._from(i + 1, stage.drain))
             except RefusedRow as refused:
-                ahead = np.concatenate([*rows, refused.ahead.rows])
-                raise RefusedRow(refused.error, BlockBatch(ahead)) from None
-        return BlockBatch(np.concatenate(rows)) if rows else BlockBatch.empty()
+                raise RefusedRow(refused.error, joined([*parts, refused.ahead])) from None
+        return joined(parts)
 
     def _from(self, first: int, source: Callable[[], BlockBatch]) -> BlockBatch:
         """Rows through the stages from ``first`` on. Of several refused rows the one ahead of the others counts."""

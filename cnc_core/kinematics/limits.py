@@ -11,6 +11,7 @@ import numpy.typing as npt
 from ..blocks import CIRCULAR, POLYNOMIAL, BlockBatch, motion_planes
 from ..config import CellConfig
 from ..errors import CncError, Place
+from ..geometry.polynomial import bernstein, coefficients, extremes, normalised
 from ..geometry.stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]
@@ -49,7 +50,7 @@ class AxisLimits:
         if not len(moving):
             return batch
         rows = batch.rows[moving]
-        low, high = self._reach(rows)
+        low, high = self._reach(rows, batch.pool)
         tolerance = 1e-9
         beyond = (low < self.low - tolerance) | (high > self.high + tolerance)
         if beyond.any():
@@ -58,7 +59,7 @@ class AxisLimits:
             raise RefusedRow(self._error(rows[row], axis, value), BlockBatch(batch.rows[: moving[row]], batch.pool))
         return batch
 
-    def _reach(self, rows: npt.NDArray[Any]) -> tuple[FloatArray, FloatArray]:
+    def _reach(self, rows: npt.NDArray[Any], pool: FloatArray) -> tuple[FloatArray, FloatArray]:
         """(low, high), each (n, axes), of the motions; their last end becomes the position."""
         ends = rows["end"][:, : len(self.names)]
         starts = np.vstack([self.last, ends[:-1]])
@@ -69,7 +70,19 @@ class AxisLimits:
                 first, second, _ = motion_planes(plane)
                 at = (arcs[:, None], np.array([self.main[first], self.main[second]]))
                 low[at], high[at] = arc_extremes(rows[arcs], starts[arcs], self.main)
+        curves = np.flatnonzero(rows["type"] == POLYNOMIAL)
+        if len(curves):
+            low[curves], high[curves] = self._polynomial_reach(rows[curves], pool)
         self.last = ends[-1].copy()
+        return low, high
+
+    def _polynomial_reach(self, rows: npt.NDArray[Any], pool: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Bounds from the control points; exact extremes where those leave the range."""
+        coef = normalised(coefficients(rows, pool, len(self.names)), rows["angle"])
+        points = bernstein(coef)
+        low, high = points.min(axis=2), points.max(axis=2)
+        for i in np.flatnonzero(((low < self.low) | (high > self.high)).any(axis=1)):
+            low[i], high[i] = extremes(coef[i])
         return low, high
 
     def _error(self, row: Any, axis: int, value: float) -> CncError:

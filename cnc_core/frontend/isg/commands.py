@@ -8,9 +8,12 @@ from collections.abc import Callable
 from cnc_core.blocks import (
     DISTANCE_RESET,
     EVENT,
+    EVENT_DIST2GO_END,
     EVENT_EXPL_SYN,
+    EVENT_STORAGE_CLEAR,
     FLUSH,
     HAS_PARAM,
+    HAS_VALUE,
     MARKER,
     MARKER_CLEAR,
     MARKER_OFF,
@@ -68,6 +71,8 @@ class CommandParser:
             (("DISTANCE", "PROGRAM"), self._distance),
             (("FLUSH",), self._flush),
             (("EXPL", "SYN"), self._expl_syn),
+            (("BACKWARD", "STORAGE"), self._backward_storage),
+            (("DEL", "DIST2GO"), self._dist2go_end),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
@@ -120,6 +125,26 @@ class CommandParser:
     def _expl_syn(self) -> Items:
         """Wait here for the functions of type MVS_SLP."""
         return [self._modal.row(EVENT, self._n, code=EVENT_EXPL_SYN)]
+
+    def _backward_storage(self) -> Items:
+        """``#BACKWARD STORAGE CLEAR``: backward motion does not go behind this place."""
+        if not self._stream.accept_name("CLEAR"):
+            raise fail(900010, "#BACKWARD STORAGE: expected CLEAR", self._stream.current.offset)
+        return [self._modal.row(EVENT, self._n, code=EVENT_STORAGE_CLEAR)]
+
+    def _dist2go_end(self) -> Items:
+        """``#DEL DIST2GO [END = mask]``: a deleted distance to go may end here if the PLC has set a bit of the mask."""
+        stream = self._stream
+        stream.expect("[", 900010)
+        if not stream.accept_name("END"):
+            raise fail(900010, f"#DEL DIST2GO: expected END, found {stream.describe()}", stream.current.offset)
+        stream.expect("=", 900010)
+        at = stream.current.offset
+        mask = self._expressions.expression()
+        if mask != round(mask) or not 0 < mask < 2**32:
+            raise fail(900012, "#DEL DIST2GO: END is a mask of 32 bits, not 0", at)
+        stream.expect("]", 900010)
+        return [self._modal.row(EVENT, self._n, code=EVENT_DIST2GO_END, value=mask, flags=HAS_VALUE)]
 
     def _not_compensated(self, name: str) -> None:
         if self._modal.compensated:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from cnc_core.blocks import BlockBatch
 from cnc_core.frontend.base.block_text import BlockText, check_length, read_block, strip_comments
 from cnc_core.frontend.base.expression import NoVariables, VariableSource
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
@@ -11,6 +12,7 @@ from cnc_core.frontend.base.reader import BlockReader
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.isg.commands import CommandParser
 from cnc_core.frontend.isg.execute import Executor
+from cnc_core.frontend.isg.rt_loop import RealTimeLoop
 from cnc_core.frontend.isg.words import WordParser
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
@@ -30,6 +32,7 @@ class IsgFrontEnd(BlockReader):
         self._axes = {name.upper(): machine.axes.index(name) for name in sorted(machine.axes, key=len, reverse=True)}
         self._variables: VariableSource = NoVariables()
         self._statements = 0
+        self._loop = RealTimeLoop(self.modal)
 
     def _take_block(self) -> BlockText | None:
         return read_block(self._source, self.modal.line)
@@ -46,10 +49,26 @@ class IsgFrontEnd(BlockReader):
         parser = WordParser(stream, self._axes, self._variables)
         parser.n_number()
         if stream.accept("#"):
-            return CommandParser(stream, self.modal, self._variables, parser.words.motion.n).execute()
-        rows = self.executor.execute(parser.parse())
-        self._ended = self._ended or self.executor.ended
-        return [*rows]
+            items = self._command(stream, block, parser.words.motion.n)
+        else:
+            items = [*self.executor.execute(parser.parse())]
+            self._ended = self._ended or self.executor.ended
+        self._loop.check(items, self.executor.ended)
+        return items
+
+    def _command(self, stream: TokenStream, block: BlockText, n: int) -> list[Row | Wait]:
+        if stream.is_name("RT"):
+            return self._loop.command(stream, n, block.place(stream.current.offset))
+        return CommandParser(stream, self.modal, self._variables, n).execute()
+
+    def read(self, rows: int) -> BlockBatch | Wait | None:
+        item = super().read(rows)
+        error = self._loop.at_end() if item is None else None
+        if error is not None:
+            self.errors.append(error)
+            if not self._collect:
+                raise error
+        return item
 
     def _program_line(self, stream: TokenStream, block: BlockText) -> None:
         """``%NAME`` opens the main program; a later one ends it."""

@@ -1,0 +1,178 @@
+/* A polynomial as a piece of the engine: checks, evaluation, limits.
+ *
+ * Limits hold on stretches where they are constant. On a stretch, per axis, with m1 >= |q'| and m2 >= |q''| (derivatives
+ * by arc length), two sufficient conditions for |q' a + q'' v^2| <= A are known:
+ *     m1 a + m2 v^2 <= A                 any axis
+ *     a^2 + (kappa v^2)^2 <= A^2         axes the length is measured over: there q' and q'' are orthogonal, |q'| = 1
+ * The speed is bounded so that m2 v^2 takes NORMAL of A; what the speed that occurs leaves over is for the tangent.
+ */
+#include <math.h>
+#include "engine_internal.h"
+
+#define USABLE 0.98         /* share of the acceleration limit that is planned with, as in lookahead.c */
+#define NORMAL 0.8          /* share of it for the normal direction */
+#define LENGTH_MISS 1e-6    /* mm by which the row's length and start may differ from its coefficients' */
+#define BOUND_POINTS 5      /* per cell */
+
+static uint16_t main_mask(const engine *e) {
+    uint16_t mask = 0;
+    for (int i = 0; i < 3; i++)
+        if (e->cfg.main[i] >= 0) mask |= (uint16_t)(1u << e->cfg.main[i]);
+    return mask;
+}
+
+static bool meets(const engine *e, const curve *c, double w, const double *q) {
+    double at[NC_AXES];
+    curve_position(c, w, at);
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (!(fabs(at[i] - q[i]) <= LENGTH_MISS)) return false;
+    return true;
+}
+
+/* The row's coefficients, checked and kept for the piece that is pushed next. */
+bool curve_row_check(engine *e, const nc_block *row, const double *pool, int64_t pool_n) {
+    int64_t n = (int64_t)e->cfg.axis_count * (row->degree + 1);
+    curve *c = &e->next_curve;
+    if (!pool || row->pool + n > pool_n) return false;
+    for (int64_t k = 0; k < n; k++)
+        if (!isfinite(pool[row->pool + k])) return false;
+    if (!curve_build(c, pool + row->pool, e->cfg.axis_count, row->degree, row->angle, main_mask(e))) return false;
+    double miss = fabs(curve_length(c) - row->length);
+    return miss <= LENGTH_MISS + 1e-9 * row->length && meets(e, c, 0.0, e->last_end) && meets(e, c, 1.0, row->end);
+}
+
+/* Bounds of the derivatives over one cell. */
+typedef struct cell_bounds {
+    double d1[NC_AXES], d2[NC_AXES], kappa;
+} cell_bounds;
+
+/* Largest magnitude of a smooth function from its samples: a peak between them adds up to an eighth of the second difference. */
+static double bound(const double *f) {
+    double most = 0.0, bend = 0.0;
+    for (int k = 0; k < BOUND_POINTS; k++) most = fmax(most, fabs(f[k]));
+    for (int k = 1; k + 1 < BOUND_POINTS; k++) bend = fmax(bend, fabs(f[k - 1] - 2.0 * f[k] + f[k + 1]));
+    return most + 0.15 * bend;
+}
+
+static cell_bounds bound_cell(const curve *c, int cell) {
+    double d1[NC_AXES][BOUND_POINTS], d2[NC_AXES][BOUND_POINTS], kappa[BOUND_POINTS] = {0};
+    cell_bounds b = {0};
+    for (int k = 0; k < BOUND_POINTS; k++) {
+        curve_point p;
+        curve_at(c, c->w[cell] + (c->w[cell + 1] - c->w[cell]) * k / (BOUND_POINTS - 1), &p);
+        for (int i = 0; i < c->axes; i++) {
+            d1[i][k] = p.d1[i];
+            d2[i][k] = p.d2[i];
+            if (c->metric >> i & 1) kappa[k] += p.d2[i] * p.d2[i];
+        }
+        kappa[k] = sqrt(kappa[k]);
+    }
+    for (int i = 0; i < c->axes; i++) {
+        b.d1[i] = bound(d1[i]);
+        b.d2[i] = bound(d2[i]);
+    }
+    b.kappa = bound(kappa);
+    return b;
+}
+
+static double speed_bound(const engine *e, const cell_bounds *b, const double *reserve) {
+    double v2 = NEVER;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double room = USABLE * e->cfg.a_max[i] - reserve[i];
+        if (b->d1[i] > 1e-12) v2 = fmin(v2, pow(e->cfg.v_max[i] / b->d1[i], 2));
+        if (b->d2[i] > 1e-12) v2 = fmin(v2, NORMAL * room / b->d2[i]);
+    }
+    return sqrt(v2);
+}
+
+/* Acceleration left along the path on every axis at speeds up to v. */
+static double accel_bound(const engine *e, const curve *c, const cell_bounds *b, const double *reserve, double v) {
+    double accel = NEVER;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        if (b->d1[i] <= 1e-12) continue;
+        double room = USABLE * e->cfg.a_max[i] - reserve[i], normal = b->kappa * v * v;
+        double a = (room - b->d2[i] * v * v) / b->d1[i];
+        if (c->metric >> i & 1 && normal < room) a = fmax(a, sqrt(room * room - normal * normal));
+        accel = fmin(accel, a);
+    }
+    return accel;
+}
+
+static const double no_reserve[NC_AXES];
+
+/* Fill p from the coefficients kept by curve_row_check; length, end and feed are set. */
+void curve_piece_build(engine *e, piece *p) {
+    curve *c = &e->curves[p->origin & e->store_mask];
+    *c = e->next_curve;
+    p->kind = PIECE_CURVE;
+    p->moving = c->moving;
+    p->v_hard = 0.0;
+    memset(c->bend, 0, sizeof c->bend);
+    for (int k = 0; k < c->cells; k++) {
+        cell_bounds b = bound_cell(c, k);
+        p->v_hard = fmax(p->v_hard, speed_bound(e, &b, no_reserve));
+        for (int i = 0; i < c->axes; i++) c->bend[i] = fmax(c->bend[i], b.d2[i]);
+    }
+    curve_piece_tangent(e, p, 0.0, p->tangent_in);
+    curve_piece_tangent(e, p, p->length, p->tangent_out);
+}
+
+/* Parameter at u of the whole piece. */
+static double parameter_at(const engine *e, const piece *p, double u, const curve **c) {
+    *c = curve_of(e, p);
+    return curve_parameter(*c, u * (curve_length(*c) / p->whole));
+}
+
+/* Position at u of the whole piece. */
+void curve_piece_position(const engine *e, const piece *p, double u, double *q) {
+    const curve *c;
+    double w = parameter_at(e, p, u, &c);
+    curve_position(c, w, q);
+}
+
+void curve_piece_tangent(const engine *e, const piece *p, double s, double *u) {
+    const curve *c;
+    double w = parameter_at(e, p, p->from + p->dir * s, &c);
+    memset(u, 0, sizeof(double) * NC_AXES);
+    curve_tangent(c, w, u);
+    for (int i = 0; i < c->axes; i++) u[i] *= p->dir;
+}
+
+/* Largest |q''| per axis over the piece, taken into `curvature`. */
+void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
+    const curve *c = curve_of(e, p);
+    for (int i = 0; i < c->axes; i++) curvature[i] = fmax(curvature[i], c->bend[i]);
+}
+
+static void add_span(engine *e, piece *p, const cell_bounds *b, const double *reserve, double length) {
+    span *s = &p->spans[p->span_count++];
+    s->length = length;
+    s->v_hard = speed_bound(e, b, reserve);
+    double feed = reachable(p, e->plan.reserve_override);
+    s->accel = accel_bound(e, curve_of(e, p), b, reserve, fmin(s->v_hard, feed));
+}
+
+/* Where a cell ends, in mm of the piece as it is driven. */
+static double cell_ahead(const curve *c, const piece *p, int cell, double scale) {
+    return p->dir > 0 ? c->s[cell + 1] * scale - p->from : p->from - c->s[cell] * scale;
+}
+
+/* Spans of p: its cells, cut where the strips (zones of jumps) begin and end. */
+void curve_piece_spans(engine *e, piece *p, const strip *strips, int n) {
+    const curve *c = curve_of(e, p);
+    double scale = p->whole / curve_length(c), at = 0.0;
+    int cell = p->dir > 0 ? 0 : c->cells - 1, last = p->dir > 0 ? c->cells - 1 : 0;
+    while (cell != last && cell_ahead(c, p, cell, scale) <= 0.0) cell += p->dir;
+    cell_bounds b = bound_cell(c, cell);
+    for (int k = 0; k < n; k++) {
+        double end = k + 1 == n ? p->length : at + strips[k].length;
+        while (at < end) {
+            double cell_end = cell == last ? p->length : cell_ahead(c, p, cell, scale);
+            double to = fmin(end, cell_end);
+            if (to > at) add_span(e, p, &b, strips[k].reserve, to - at);
+            at = to;
+            if (to < cell_end || cell == last) continue;
+            b = bound_cell(c, cell += p->dir);
+        }
+    }
+}
