@@ -249,8 +249,9 @@ def run(
     with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
         symbols = dict(parse_force(text) for text in force or [])
         result = cell.run(
-            file, plc, dialect=dialect, out=out_dir, record=record, autostart=autostart, watch=watch or (), force=symbols
-        )
+            file, plc, dialect=dialect, out=out_dir, record=record, autostart=autostart,
+            watch=watch or (), force=symbols,
+        )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")
     _say_run_errors(result)

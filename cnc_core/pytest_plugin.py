@@ -47,15 +47,16 @@ class PlcFactory:
         script: Sequence[Step] | None = None,
         config: str | Path | None = None,
         dialect: str | None = None,
+        autostart: bool = True,
         **mock: Any,
     ) -> PlcRunner:
         """A fresh runner: ``setup()`` done, no scan yet."""
         if (program is None) == (script is None):
             raise ValueError("plc(): give either an NC program or script=[...] for the mock CNC")
         if program is not None:
-            runner = start_plc(program, tasks, config=config, dialect=dialect)
+            runner = start_plc(program, tasks, config=config, dialect=dialect, autostart=autostart)
         else:
-            runner = PlcRunner.on_mock(tasks, script or (), **mock)
+            runner = PlcRunner.on_mock(tasks, script or (), auto_start=autostart, **mock)
         self._runners.append(runner)
         return runner
 

@@ -31,12 +31,14 @@ _RETRY_S = 0.01
 class _Machine:
     """The CNC process with its folder and segment."""
 
-    def __init__(self, program: Path, config: Path | None, dialect: str | None, service: str | None) -> None:
+    def __init__(
+        self, program: Path, config: Path | None, dialect: str | None, service: str | None, autostart: bool
+    ) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         self.name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         options = CncOptions(
             program, self.name, config=config, dialect=dialect, service=service,
-            report=self.folder / "cnc.json", once=True,
+            report=self.folder / "cnc.json", once=True, autostart=autostart,
         )  # fmt: skip
         self.child = _Child("cnc", "cnc_core.cnc_process", [options.as_json()], self.folder)
 
@@ -70,17 +72,19 @@ def start_plc(
     config: str | Path | None = None,
     dialect: str | None = None,
     service: str | None = None,
+    autostart: bool = True,
 ) -> PlcRunner:
     """A ``PlcRunner`` beside the real CNC in a process of its own, in lockstep: nothing runs until ``step()``.
 
     ``tasks``: task classes (they may be local to a function) or files.  ``close()`` ends the CNC; its report is then
-    in ``cnc_report``.  CncError: no such file, the CNC did not start.
+    in ``cnc_report``.  ``autostart`` FALSE: the program stands ready, the PLC starts it.
+    CncError: no such file, the CNC did not start.
     """
     refuse_cell_start()
     program = Path(program).resolve()
     if not program.is_file():
         raise CncError(901001, "file not found", Place(str(program)))
-    machine = _Machine(program, Path(config).resolve() if config is not None else None, dialect, service)
+    machine = _Machine(program, Path(config).resolve() if config is not None else None, dialect, service, autostart)
     try:
         hli = machine.connect()
         try:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import re
 import uuid
 from typing import Any
 
@@ -45,13 +46,9 @@ ST_RENAMED = {"date": "error_date"}
 """Members whose names are reserved words of IEC 61131-3."""
 ST_CONSTANTS = {
     "HLI_INTF_M_FKT": 1, "HLI_INTF_H_FKT": 2, "HLI_INTF_SPINDEL": 3, "HLI_INTF_TOOL": 4,
-    "HLI_IMCM_STANDBY_MODE": 1, "HLI_IMCM_AUTOMATIC_MODE": 2, "HLI_IMCM_MDI_MODE": 3,
-    "HLI_IMCM_MANUAL_MODE": 4, "HLI_IMCM_REFERENCE_MODE": 5,
-    "HLI_IMCM_PROCESS_DESELECTED": 1, "HLI_IMCM_PROCESS_SELECTED": 2, "HLI_IMCM_PROCESS_READY": 3,
-    "HLI_IMCM_PROCESS_ACTIVE": 4, "HLI_IMCM_PROCESS_HOLD": 5, "HLI_IMCM_PROCESS_ERROR": 6,
     "HLI_AXIS_READY": 1, "HLI_AXIS_ACTIVE": 3, "HLI_AXIS_HOLD": 5, "HLI_AXIS_ERROR": 7,
 }  # fmt: skip
-"""Values a PLC program compares members with (hli_reference 4.2, 5.4, 6.2)."""
+"""Values a PLC program compares members with (hli_reference 4.2, 6.2); modes and states stand in the layout."""
 
 
 def layout_hash() -> bytes:
@@ -107,8 +104,8 @@ def _public(cls: type[ctypes.Structure]) -> bool:
 
 
 def _st_constants() -> dict[str, int]:
-    layout_own = {n: v for n, v in layout.CONSTANTS.items() if n.endswith(("_MAXIDX", "_LAENGE")) or "_CLAH_" in n}
-    return layout_own | ST_CONSTANTS
+    public = re.compile("HLI_(.*_(MAXIDX|LAENGE)|(CLAH|IMCM)_.*)")
+    return {name: value for name, value in layout.CONSTANTS.items() if public.fullmatch(name)} | ST_CONSTANTS
 
 
 def _st_structure(cls: Any) -> str:

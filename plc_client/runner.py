@@ -21,7 +21,6 @@ from hli.symbol import Symbol
 from .client import Hli, connect
 from .guard import Guard
 from .mock import MockCnc, Step
-from .online import Forces, Watch
 from .pace import CyclePacer
 from .program import Program, task_statistics
 from .scan import Scanner
@@ -76,7 +75,7 @@ class PlcRunner:
         self._pacer = _MockPacer(hli, cnc) if cnc is not None else CyclePacer(hli)
         programs = [Program.of(cls) for cls in task_classes(tasks)]
         self._guard = Guard()
-        self._scanner = Scanner(hli, programs, self._pacer, watch=Watch(), forces=Forces(), guard=self._guard)
+        self._scanner = Scanner(hli, programs, self._pacer, guard=self._guard, may_finish=False)
         self.tasks: dict[str, Program] = {p.name.rpartition(".")[2]: p for p in programs}
         self._scanner.start()
 

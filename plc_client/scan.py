@@ -51,8 +51,10 @@ class Scanner:
         watch: Watch | None = None,
         forces: Forces | None = None,
         guard: Guard | None = None,
+        may_finish: bool = True,
     ) -> None:
         self._hli = hli
+        self._may_finish = may_finish
         self.programs = sorted(programs, key=lambda p: p.spec.priority)
         self._pacer = pacer or pacer_of(hli)
         self._on_wall = hli.cnc.clock == layout.HLI_CLOCK_REALTIME
@@ -169,7 +171,7 @@ class Scanner:
             self._end_seen = ended
             for program in self.programs:
                 program.scans_after_end = 0
-        if not ended or self._plc.finished:
+        if not (ended and self._may_finish) or self._plc.finished:
             return
         if all(p.scans_after_end >= SCANS_AFTER_END for p in self.programs) and self._all_finished():
             self._hli.finish()
