@@ -218,7 +218,8 @@ Forced = Annotated[
 def run(
     file: File,
     plc: Annotated[
-        str | None, typer.Option(help="PLC program (Python file with @task classes); default: acknowledges everything")
+        str | None,
+        typer.Option(help="PLC program (Python file with @task classes), or none; default: acknowledges everything"),
     ] = None,
     clock: Annotated[str, typer.Option(help="lockstep, freerun or realtime")] = "lockstep",
     service: Annotated[

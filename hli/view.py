@@ -83,6 +83,7 @@ class View:
 
     __slots__ = ("__weakref__", "_c", "_parent", "_subs")
     _names: tuple[str, ...] = ()
+    _known: frozenset[str] = frozenset()  # the same for a quick look
 
     def __init__(self, structure: Any, parent: View | None = None) -> None:
         object.__setattr__(self, "_c", structure)
@@ -101,7 +102,7 @@ class View:
         raise AttributeError(self._unknown(name))
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name in self._names:
+        if name in self._known:
             object.__setattr__(self, name, value)
         else:
             raise AttributeError(self._unknown(name))
@@ -263,7 +264,7 @@ def view_class(structure: type[ctypes.Structure]) -> type[View]:
         members["__getitem__"] = lambda self, index: self.value[index]
         members["__setitem__"] = lambda self, index, value: self.value.__setitem__(index, value)
     names = tuple(name for name in members if not name.startswith(("__", "fill_", "as_array")))
-    return type(structure.__name__, (View,), {**members, "_names": names})
+    return type(structure.__name__, (View,), {**members, "_names": names, "_known": frozenset(names)})
 
 
 def _aliases(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:

@@ -18,6 +18,7 @@ from hli.errors import HliTimeout
 from hli.handshake import OK, word_pointer
 from hli.view import view_class
 
+_load, _snapshot, _move = lib.hs_load_u32, lib.hs_snapshot, ffi.memmove
 _TRIES = 1000
 _ROUNDS = 1000
 
@@ -33,9 +34,6 @@ class _Copy:
 
     def structure(self, cls: type[ctypes.Structure], offset: int = 0) -> ctypes.Structure:
         return cls.from_buffer(self.bytes, offset)
-
-    def plain(self) -> None:
-        ffi.memmove(self.target, self.source, self.size)
 
 
 class InputImage:
@@ -81,14 +79,20 @@ class InputImage:
     def latch(self) -> None:
         """Copy everything once; channel 0's copies belong to one cycle.  HliTimeout: the CNC died while it wrote."""
         for _ in range(_ROUNDS):
-            before = lib.hs_load_u32(self._seq)
-            good = [lib.hs_snapshot(self._seq, c.source, c.target, c.size, _TRIES) == OK for c in self._locked]
-            if all(good) and lib.hs_load_u32(self._seq) == before:
+            if self._one_cycle():
                 break
         else:
             raise HliTimeout("input image: no undisturbed copy of the channel's state")
         for copy in self._plain:
-            copy.plain()
+            _move(copy.target, copy.source, copy.size)
+
+    def _one_cycle(self) -> bool:
+        """Copy what the seqlock covers; False if the CNC wrote meanwhile."""
+        before = _load(self._seq)
+        for copy in self._locked:
+            if _snapshot(self._seq, copy.source, copy.target, copy.size, _TRIES) != OK:
+                return False
+        return bool(_load(self._seq) == before)
 
     def close(self) -> None:
         """The connection's status views read the memory again."""

@@ -67,6 +67,7 @@ class Scanner:
         self._end_seen = False
         self._next_check_ns = 0
         self._latched_ns = 0
+        self._live_ns = lambda: self._latched_ns
         self._counters: Any = hli.plc._c  # the structure itself: twice a scan, nothing to check
         self._plc = hli.plc
         self._image = InputImage(hli)
@@ -153,8 +154,8 @@ class Scanner:
 
     # -- steps of one scan
     def _latch(self) -> None:
-        latched = self._latched_ns = self._hli.cell_time_ns
-        clock.set_source(lambda: latched)
+        self._latched_ns = self._hli.cell_time_ns
+        clock.set_source(self._live_ns)
         self._image.latch()
 
     def _cyclic(self, program: Program) -> None:
@@ -166,7 +167,7 @@ class Scanner:
 
     def _tell_finished(self) -> None:
         """The PLC's wish to end: the program has ended, each task had its scans since and says it is finished."""
-        ended = self._bahn_state.program_end_r or self._hli.phase == layout.HLI_PHASE_ENDED
+        ended = self._bahn_state._c.program_end_r or self._hli.phase == layout.HLI_PHASE_ENDED
         if ended != self._end_seen:
             self._end_seen = ended
             for program in self.programs:

@@ -156,4 +156,4 @@ class ExecuteBlock(FunctionBlock):
 
 def present(area: Any) -> bool:
     """Whether the control units of a channel or axis are alive."""
-    return bool(area.head.plc_present_w)
+    return bool(area._c.head.plc_present_w)

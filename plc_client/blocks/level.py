@@ -19,8 +19,11 @@ class LevelState(Enum):
 
 def command(unit: Any, value: Any) -> None:
     """Command a level unit: the value before the enable, so that no old value ever acts."""
-    unit.command_w = value
-    unit.enable_w = True
+    memory = unit._c  # reading the structure itself is quick; writing goes through the checks of the view
+    if memory.command_w != value or type(memory.command_w) is not type(value):
+        unit.command_w = value
+    if not memory.enable_w:
+        unit.enable_w = True
 
 
 class LevelUnit(FunctionBlock):
@@ -42,7 +45,8 @@ class LevelUnit(FunctionBlock):
     def __call__(self, enable: bool, value: Any) -> Any:
         """One scan; returns what the CNC uses.  A value the unit cannot hold is error 1 and changes nothing."""
         self.error_id = self._command(value) if enable else self._release()
-        self.value, self.request = self.unit.state_r, self.unit.request_r
+        memory = self.unit._c
+        self.value, self.request = memory.state_r, memory.request_r
         self.state = self._state_now(enable)
         self.done, self.busy = self.state is LevelState.EFFECTIVE, self.state is LevelState.COMMANDED
         self.error = self.state is LevelState.ERROR
@@ -70,7 +74,7 @@ class LevelUnit(FunctionBlock):
             return LevelState.ERROR
         if not enable:
             return LevelState.RELEASED
-        return LevelState.EFFECTIVE if self.value == self.unit.command_w else LevelState.COMMANDED
+        return LevelState.EFFECTIVE if self.value == self.unit._c.command_w else LevelState.COMMANDED
 
 
 def _area_of(unit: Any) -> Any:

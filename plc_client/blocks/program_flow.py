@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from hli._sync import ffi, lib
@@ -85,11 +85,26 @@ class TechnoArray:
         return TechnoFunction(KINDS.get(code, "?"), number, payload, self.area_name, self.late)
 
 
-def techno_arrays(hli: Any) -> list[TechnoArray]:
-    """All technology arrays of the configured areas, axes first."""
-    areas = [(area, f"gpAx[{i}]") for i, area in enumerate(hli.gpAx) if area is not None]
-    areas += [(area, f"gpCh[{i}]") for i, area in enumerate(hli.gpCh) if area is not None]
-    return [TechnoArray(area, name, late) for area, name in areas for late in (False, True)]
+class TechnoArea:
+    """Both arrays of a channel or axis; they lie side by side, so that one look finds out that nothing is there."""
+
+    def __init__(self, area: View, name: str) -> None:
+        self._arrays = [TechnoArray(area, name, late) for late in (False, True)]
+        std, late = area.techno_unit_std_sync, area.techno_unit_late_sync
+        self._first, self._count = std[0]._pointer(), len(std) + len(late)
+        assert late[0]._address - std[0]._address == len(std) * ctypes.sizeof(layout.TECHNO_UNIT_CH)
+
+    def fetch_all(self) -> Iterable[tuple[TechnoArray, int, TechnoFunction]]:
+        """Every function that is offered, std array first."""
+        if lib.hs_techno_next(self._first, self._count, 0) < 0:
+            return ()
+        return ((array, *found) for array in self._arrays for found in array.fetch_all())
+
+
+def techno_areas(hli: Any) -> list[TechnoArea]:
+    """The configured areas, axes first."""
+    areas = [TechnoArea(area, f"gpAx[{i}]") for i, area in enumerate(hli.gpAx) if area is not None]
+    return areas + [TechnoArea(area, f"gpCh[{i}]") for i, area in enumerate(hli.gpCh) if area is not None]
 
 
 class AcknowledgeAll:
@@ -99,14 +114,14 @@ class AcknowledgeAll:
     """
 
     def __init__(self, hli: Any, on_function: Callable[[TechnoFunction], None] | None = None) -> None:
-        self._arrays = techno_arrays(hli)
+        self._areas = techno_areas(hli)
         self._on_function = on_function
 
     def __call__(self) -> list[TechnoFunction]:
         """One scan."""
-        functions = []
-        for array in self._arrays:
-            for index, function in array.fetch_all():
+        functions: list[TechnoFunction] = []
+        for area in self._areas:
+            for array, index, function in area.fetch_all():
                 if self._on_function is not None:
                     self._on_function(function)
                 functions.append(function)

@@ -6,7 +6,7 @@ from enum import Enum
 from typing import Any
 
 from .base import FunctionBlock
-from .program_flow import TechnoArray, TechnoFunction, techno_arrays
+from .program_flow import TechnoArray, TechnoFunction, techno_areas
 
 
 class TechnoState(Enum):
@@ -69,7 +69,7 @@ class TechnoServer:
     """
 
     def __init__(self, hli: Any) -> None:
-        self._arrays = techno_arrays(hli)
+        self._areas = techno_areas(hli)
         self._blocks: dict[tuple[str, int | None], TechnoBlock] = {}
 
     def on(self, kind: str, number: int | None = None) -> TechnoBlock:
@@ -86,8 +86,8 @@ class TechnoServer:
         fetched = []
         for block in self._blocks.values():
             block.rising = False
-        for array in self._arrays:
-            for index, function in array.fetch_all():
+        for area in self._areas:
+            for array, index, function in area.fetch_all():
                 fetched.append(function)
                 registered = self._find(function)
                 if registered is None:

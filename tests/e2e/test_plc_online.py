@@ -157,3 +157,20 @@ def test_hangup_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> No
     assert json.loads(report.read_text())["tasks"]["T"]["restarts"] == 1
     end(cnc)
     hli.sweep()
+
+
+def test_run_without_any_plc(program: Write) -> None:
+    """No second process: same path, functions count as acknowledged."""
+    path = program(PART)
+    with Cell() as cell:
+        alone, beside = cell.run(path, "none"), cell.run(path)
+    assert (alone.end, alone.plc) == ("completed", {})
+    assert abs(alone.cycles - beside.cycles) <= 30  # the scans behind the end
+
+
+def test_stop_that_nobody_continues_ends_a_run_without_plc(program: Write) -> None:
+    """Not a hang but an error with its number."""
+    with Cell() as cell:
+        result = cell.run(program("N10 G01 X1 F6000\nM0\nN20 X2\nM30\n"), "none")
+    assert result.end == "error"
+    assert result.errors[0]["code"] == 905024
