@@ -52,7 +52,7 @@ engine *engine_new(const engine_config *config, void *segment) {
     e->feed.dir = 1;
     e->feed.at = -1.0;
     e->ext_speed = e->plan.ext_speed = NEVER;
-    e->program_active = 1;
+    e->program_active = e->units_cleared = 1;
     e->mode = 2;
     e->mode_state = 4;
     if (segment) attach_segment(e, segment);

@@ -89,6 +89,7 @@ typedef struct engine_state {
 /* HLI_PROC_TRANS_TO_MODE_STATE as the PLC wrote it; `parameter` ends with NUL. */
 typedef struct engine_mode_command {
     uint32_t from_mode, from_state, to_mode, to_state;
+    uint32_t state; /* the state in which it came */
     char parameter[300];
 } engine_mode_command;
 
@@ -118,6 +119,9 @@ void engine_stand_by(engine *e);
 /* Brake, leave out the rest, report ENGINE_PROGRAM_END. No row may be pushed after it. */
 void engine_abort(engine *e);
 void engine_reset_channel(engine *e);
+/* prog_name_r, and error_id_r with error_r (0: none); published by the next cycle. */
+void engine_set_program_name(engine *e, const char *name);
+void engine_set_error(engine *e, uint32_t id);
 /* Technology functions are not put out but count as acknowledged (execution mode 0x2000). */
 void engine_suppress_functions(engine *e, int suppressed);
 void engine_set_mode(engine *e, uint32_t mode, uint32_t state);

@@ -340,7 +340,9 @@ struct engine {
     nc_block spindle_row;
     /* modes, watchdogs, errors: mode.c */
     uint32_t mode, mode_state, mode_warnings;
-    int suppressed;
+    int suppressed, units_cleared, name_changed;
+    uint32_t error_id;
+    char program_name[260];
     int stopped, mode_pending, program_active, abort_now;
     engine_mode_command mode_command;
     bool watch_alive, watch_missed;
@@ -429,6 +431,7 @@ techno_counts techno_done(const techno_counts *counts);
 bool techno_blocked(engine *e, const piece *p);
 void techno_output(engine *e, piece *p);
 void techno_cycle(engine *e);
+void techno_clear_units(engine *e);
 static inline bool stands_before(const engine *e, const piece *p) {
     if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single) || (p->moving & e->plan.held_axes)) return true;
     return p->stop_before || (p->gated && !gate_open(p->replay ? &e->plan.done_again : &e->plan.done, &p->need));

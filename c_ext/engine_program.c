@@ -17,7 +17,13 @@ static void clear_units(engine *e) {
     e->std_open = e->late_open = e->std_used = 0;
     memset(e->spindle_open, 0, sizeof e->spindle_open);
     e->spindle_used = 0;
-    if (!e->channel) return;
+    ATOMIC_SET(e->units_cleared, 0);
+}
+
+/* The PLC's side of it, in the cycle. */
+void techno_clear_units(engine *e) {
+    if (ATOMIC_GET(e->units_cleared)) return;
+    ATOMIC_SET(e->units_cleared, 1);
     for (uint32_t i = 0; i <= HLI_TU_CH_STD_SYNC_MAXIDX; i++) store_u8_release(&e->channel->techno_unit_std_sync[i].please_rw, 0);
     for (uint32_t i = 0; i <= HLI_TU_CH_LATE_SYNC_MAXIDX; i++) store_u8_release(&e->channel->techno_unit_late_sync[i].please_rw, 0);
     store_u16_relaxed(&e->channel->used_units_std_sync_r, 0);
@@ -30,6 +36,14 @@ static void clear_units(engine *e) {
 }
 
 void engine_suppress_functions(engine *e, int suppressed) { ATOMIC_SET(e->suppressed, suppressed); }
+
+void engine_set_program_name(engine *e, const char *name) {
+    memset(e->program_name, 0, sizeof e->program_name);
+    memcpy(e->program_name, name, strnlen(name, sizeof e->program_name - 1));
+    ATOMIC_SET(e->name_changed, 1);
+}
+
+void engine_set_error(engine *e, uint32_t id) { ATOMIC_SET(e->error_id, id); }
 
 /* Pending technology units and edges go; level units, enable_w and what the PLC has written stay (hli_reference 1.4). */
 void engine_reset_channel(engine *e) { clear_units(e); }

@@ -182,6 +182,7 @@ static void advance(engine *e, double dt) {
             e->techno_wait_cycles++;
             return;
         }
+        if (is_motion(p) && g->v <= 0.0 && g->t <= 0.0 && (p->moving & e->held_axes)) return; /* a held axis would begin to move */
         double rest = g->now.time - g->t;
         if (rest > dt) {
             g->t += dt;

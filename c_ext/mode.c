@@ -12,16 +12,27 @@
 #define READY 3u
 #define ACTIVE 4u
 #define HOLD 5u
+#define SELECTING 7u
+#define DESELECTING 8u
+#define PREPARING 9u
+#define STARTING 11u
 #define STOPPING 13u
 #define RESET 15u
 #define WATCHDOG_DEFAULT_US 1000000u
 #define ERROR_TO_STATE 270061u
 #define ERROR_WATCHDOG 270053u
 
+static void publish_state(engine *e) {
+    HLI_IMCM_MODE_STATE *s = &e->channel->channel_mc_control.mode_and_state.state_r;
+    store_u32_relaxed(&s->mode, ATOMIC_GET(e->mode));
+    store_u32_relaxed(&s->state, ATOMIC_GET(e->mode_state));
+}
+
 void engine_set_mode(engine *e, uint32_t mode, uint32_t state) {
     ATOMIC_SET(e->mode, mode);
     ATOMIC_SET(e->mode_state, state);
     if (state != HOLD && state != STOPPING) ATOMIC_SET(e->stopped, 0);
+    if (e->channel && e->geo.cycle == 0) publish_state(e); /* later on the cycle does: a lockstep PLC may be scanning now */
 }
 
 uint32_t engine_mode_state(engine *e) { return ATOMIC_GET(e->mode_state); }
@@ -175,6 +186,12 @@ static bool stop_or_resume(engine *e, const engine_mode_command *c) {
     return false;
 }
 
+/* Transient state while the cell carries the command out. */
+static uint32_t on_the_way(uint32_t target) {
+    static const uint32_t transient[] = {RESET, DESELECTING, SELECTING, PREPARING, STARTING, STOPPING};
+    return transient[target > HOLD ? 0 : target];
+}
+
 static void take_command(engine *e, MC_CONTROL_MCM_MODE_STATE_UNIT *u) {
     engine_mode_command c;
     if (ATOMIC_GET(e->mode_pending)) return; /* one at a time */
@@ -186,6 +203,8 @@ static void take_command(engine *e, MC_CONTROL_MCM_MODE_STATE_UNIT *u) {
     }
     if ((c.from_mode && c.from_mode != ATOMIC_GET(e->mode)) || (c.from_state && c.from_state != ATOMIC_GET(e->mode_state))) e->mode_warnings++;
     if (stop_or_resume(e, &c)) return;
+    c.state = ATOMIC_GET(e->mode_state);
+    ATOMIC_SET(e->mode_state, on_the_way(c.to_state)); /* so that nobody takes the old state for the command's outcome */
     e->mode_command = c;
     ATOMIC_SET(e->mode_pending, 1);
 }
@@ -201,8 +220,6 @@ void mode_cycle(engine *e, bool present) {
 }
 
 void mode_publish(engine *e) {
-    HLI_IMCM_MODE_STATE *s = &e->channel->channel_mc_control.mode_and_state.state_r;
-    store_u32_relaxed(&s->mode, ATOMIC_GET(e->mode));
-    store_u32_relaxed(&s->state, ATOMIC_GET(e->mode_state));
+    publish_state(e);
     publish_errors(e);
 }

@@ -215,6 +215,12 @@ static void publish_bahn(engine *e) {
     store_u8_release(&b->rapid_active_r, motion && g->rapid);
     store_u8_release(&e->channel->decoder_state.program_end_r, ATOMIC_GET(e->finished) != 0);
     store_u8_release(&b->program_end_r, e->program_end != 0);
+    store_u32_relaxed(&b->error_id_r, ATOMIC_GET(e->error_id));
+    store_u8_release(&b->error_r, ATOMIC_GET(e->error_id) != 0);
+    if (ATOMIC_GET(e->name_changed)) {
+        ATOMIC_SET(e->name_changed, 0);
+        memcpy(b->prog_name_r, e->program_name, sizeof e->program_name);
+    }
     store_u8_release(&b->backward_active_r, motion && p->dir < 0);
     store_u8_release(&b->delete_distance_to_go_active_r, ATOMIC_GET(e->feed.shortcuts) != e->shortcut_requests || (motion && p->shortcut));
     publish_next_stop(e);

@@ -73,11 +73,6 @@ class CncOptions:
         return json.dumps({k: str(v) if isinstance(v, Path) else v for k, v in asdict(self).items()})
 
 
-def program_name(name: str) -> bytes:
-    """As ``prog_name_r`` holds it."""
-    return name.encode("latin-1", "replace")[:259]
-
-
 def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program: str) -> None:
     """Constant members of the areas: versions, sizes, numbers, names, the sidecar's identity."""
     for version in (root.platform.nc_config.hli_version_r, root.platform.nc_config.nc_kernel_version_r):
@@ -86,7 +81,7 @@ def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program
     channel.head.version_r.zeichen = KERNEL_VERSION
     channel.head.sizeof_interface_r = ctypes.sizeof(layout.HLI_CHANNEL)
     channel.head.channel_nr = 1
-    channel.bahn_state.prog_name_r = program_name(program)
+    channel.bahn_state.prog_name_r = program.encode("latin-1", "replace")[:259]
     channel.bahn_state.file_offset_r = -1
     channel.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
     for i, (name, axis) in enumerate(cell.axes.items()):
@@ -250,8 +245,8 @@ class CncProcess:
         self._collect_program()
         self.engine.begin_program()
         self.end, self.ended_at = "aborted", 0.0
-        self.channel.bahn_state.error_r, self.channel.bahn_state.error_id_r = False, 0
-        self.channel.bahn_state.prog_name_r = program_name(path.name)
+        self.engine.set_error(0)
+        self.engine.set_program_name(path.name)
         self.engine.suppress_functions(bool(self._execution_mode() & NO_FUNCTIONS))
         dialect = self.options.dialect
         self.preparation = Preparation(path, self.cell, dialect, self.engine, self._skip_levels())
@@ -380,11 +375,9 @@ class CncProcess:
         elif error:
             self.engine.post_error(error)
         self.end = "error" if error else "aborted" if self.modes.aborted else "completed"
-        if error:
-            self.channel.bahn_state.error_id_r = error.code
-            self.channel.bahn_state.error_r = True
-            if not self.options.once:
-                print(error, file=sys.stderr, flush=True)
+        self.engine.set_error(error.code if error else 0)
+        if error and not self.options.once:
+            print(error, file=sys.stderr, flush=True)
         self.engine.set_phase(layout.HLI_PHASE_ENDED)
         self.modes.program_ended(error)
 

@@ -57,6 +57,7 @@ class ModeCommand:
     to_mode: int
     to_state: int
     parameter: str
+    state: int  # in which it came
 
 
 @dataclass(frozen=True)
@@ -179,6 +180,14 @@ class Engine:
         """Clear pending technology units."""
         lib.engine_reset_channel(self._handle)
 
+    def set_program_name(self, name: str) -> None:
+        """``prog_name_r``, from the next cycle on."""
+        lib.engine_set_program_name(self._handle, name.encode("latin-1", "replace")[:259])
+
+    def set_error(self, code: int) -> None:
+        """``error_id_r`` and ``error_r``, from the next cycle on; 0: no error."""
+        lib.engine_set_error(self._handle, code)
+
     def suppress_functions(self, suppressed: bool) -> None:
         """Count technology functions as acknowledged instead of putting them out (execution mode 0x2000)."""
         lib.engine_suppress_functions(self._handle, int(suppressed))
@@ -198,7 +207,7 @@ class Engine:
         if not lib.engine_take_mode_command(self._handle, out):
             return None
         parameter = ffi.string(out.parameter).decode("latin-1").strip()
-        return ModeCommand(out.from_mode, out.from_state, out.to_mode, out.to_state, parameter)
+        return ModeCommand(out.from_mode, out.from_state, out.to_mode, out.to_state, parameter, out.state)
 
     def post_error(self, error: CncError, n: int = 0) -> None:
         """Send an error record to the PLC (MC_ERROR)."""

@@ -63,16 +63,8 @@ class ModeControl:
         self.mode, self.program = AUTOMATIC, None  # type: int, Path | None
         self._then: ModeCommand | None = None
         self.aborted = False
+        self.running = False  # a program is active, held, or on its way to its end
         self._set(SELECTED)
-
-    @property
-    def state(self) -> int:
-        return self._engine.mode_state
-
-    @property
-    def running(self) -> bool:
-        """A program is active, held, or on its way to its end."""
-        return self.state in (ACTIVE, HOLD, layout.HLI_IMCM_PROCESS_STOPPING, ABORTING)
 
     def select(self, program: Path) -> None:
         """The program of the command line stands ready."""
@@ -82,20 +74,21 @@ class ModeControl:
     def start(self) -> None:
         """Start what is selected."""
         assert self.program is not None
-        self.aborted = False
+        self.aborted, self.running = False, True
         self._set(ACTIVE)
         self._channel.start_program(self.program)
 
     def handle(self, command: ModeCommand) -> None:
         """Carry out a command; what cannot be done is reported and changes nothing."""
-        if self.running and (command.to_mode != self.mode or command.to_state != ACTIVE):
-            if command.to_state == HOLD or self._then is not None:
-                self._refuse(command)
-                return
+        if not self.running:
+            self._carry_out(command)
+        elif command.to_mode == self.mode and command.to_state == ACTIVE:
+            self._engine.set_mode(self.mode, command.state)  # it is active
+        elif command.to_state == HOLD or self._then is not None:
+            self._refuse(command)
+        else:
             self._then = command
             self.abort()
-        elif not self.running:
-            self._carry_out(command)
 
     def abort(self) -> None:
         """Brake and end the program."""
@@ -105,6 +98,7 @@ class ModeControl:
 
     def program_ended(self, error: CncError | None) -> None:
         """The program's end has been reached: on its own, by an error or by an abort."""
+        self.running = False
         if self._state_after == SELECTED:
             self.program = None
         self._set(ERROR if error else self._state_after if self.program or self._state_after == SELECTED else SELECTED)
@@ -119,7 +113,7 @@ class ModeControl:
             self._change_mode(command.to_mode)
             self.program = None
             self._set(SELECTED)
-        elif target == HOLD or self.state == ERROR:
+        elif target == HOLD or self._state == ERROR:
             self._refuse(command)
         elif target in (DESELECTED, SELECTED):
             self._change_mode(command.to_mode)
@@ -138,6 +132,7 @@ class ModeControl:
             self.program = self._program(command.parameter)
         except CncError as error:
             self._report(error)
+            self._set(self._state)
             return
         self._set(READY)
         if command.to_state == ACTIVE:
@@ -163,7 +158,9 @@ class ModeControl:
             self._set(SELECTED)
 
     def _set(self, state: int) -> None:
+        self._state = state
         self._engine.set_mode(self.mode, state)
 
     def _refuse(self, command: ModeCommand) -> None:
-        self._report(CncError(270061, f"{ERRORS[270061]}: {command.to_state} from {self.state}"))
+        self._engine.set_mode(self.mode, command.state)
+        self._report(CncError(270061, f"{ERRORS[270061]}: {command.to_state} from {command.state}"))

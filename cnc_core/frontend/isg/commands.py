@@ -72,7 +72,7 @@ class CommandParser:
             (("FLUSH",), self._flush),
             (("EXPL", "SYN"), self._expl_syn),
             (("BACKWARD", "STORAGE"), self._backward_storage),
-            (("DEL", "DIST2GO"), self._dist2go_end),
+            (("DEL", "DIST"), self._dist2go_end),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
@@ -135,6 +135,9 @@ class CommandParser:
     def _dist2go_end(self) -> Items:
         """``#DEL DIST2GO [END = mask]``: a deleted distance to go may end here if the PLC has set a bit of the mask."""
         stream = self._stream
+        if stream.current.text != "2" or stream.following.text.upper() != "GO":
+            raise self._refusal(self._start)
+        stream.next(), stream.next()
         stream.expect("[", 900010)
         if not stream.accept_name("END"):
             raise fail(900010, f"#DEL DIST2GO: expected END, found {stream.describe()}", stream.current.offset)

@@ -78,10 +78,13 @@ class RealTimeLoop:
 
     def check(self, items: Sequence[Row | Wait], ended: bool) -> None:
         """Refuse what may not stand inside a loop; ``items`` are those of the block just read."""
-        if self._open is None:
+        opened = self._open
+        if opened is None:
             return
+        if ended:
+            self._open = None
         if ended or any(not _allowed(item) for item in items):
-            raise CncError(22073, f"{ERRORS[22073]} (loop of line {self._open.place.line})")
+            raise CncError(22073, f"{ERRORS[22073]} (loop of line {opened.place.line})")
 
     def at_end(self) -> CncError | None:
         """The error of a program that ends inside a loop."""
