@@ -445,7 +445,7 @@ def plc(
     watch: Watched = None,
     force: Forced = None,
 ) -> None:
-    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back; SIGHUP restarts the PLC.
+    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back; SIGUSR1 restarts the PLC.
 
     Example: hli-cosim plc my_plc.py --name my-cell
     """

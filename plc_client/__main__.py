@@ -45,7 +45,7 @@ class Process:
         self.programs = _programs(self._args)
 
     def on_restart(self, _number: int, _frame: Any) -> None:
-        """SIGHUP: PLC restart before the next scan, with the file read anew; the CNC runs on."""
+        """SIGUSR1: PLC restart before the next scan, with the file read anew; the CNC runs on."""
         if self._scanner is not None:
             self._scanner.request_restart()
 
@@ -132,14 +132,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         process.load()
         signal.signal(signal.SIGTERM, process.on_signal)
         signal.signal(signal.SIGINT, process.on_signal)
-        signal.signal(signal.SIGHUP, process.on_restart)
+        signal.signal(signal.SIGUSR1, process.on_restart)
         process.run()
         interrupted = process.signal == signal.SIGINT
     except (PlcError, HliError, ValueError, OSError) as problem:
         error = str(problem)
     except KeyboardInterrupt:
         interrupted = process.signal != signal.SIGTERM
-    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
         signal.signal(number, signal.SIG_IGN)  # what is left takes no time and ends by itself
     error = _write_report(args.report, process, error)
     if error:

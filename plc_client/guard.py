@@ -24,31 +24,33 @@ class TaskOverrun(BaseException):
 class Guard:
     """Watches the calls of one thread between ``begin(limit_s)`` and ``end()``.
 
+    Time is counted by the watching thread itself, so a process that was suspended is not blamed for it.
     ``last_resort(text)``: what to do when the code does not react (the PLC process writes its report and exits).
     """
 
     def __init__(self, last_resort: Callable[[str], None] | None = None) -> None:
         self._last_resort = last_resort
-        self._deadline = 0.0  # 0: nothing to watch
-        self._raised = 0.0
+        self._limit_s = 0.0  # 0: nothing to watch
+        self._call = 0  # which call: a new one has all its time again
         self._thread: threading.Thread | None = None
         self._stop = threading.Event()
         self._target = threading.get_ident()
 
     def begin(self, limit_s: float) -> None:
         """A call begins; ``limit_s`` 0: not watched."""
+        self._call += 1
         watched = limit_s > 0.0 and sys.gettrace() is None  # somebody debugs: standing still is no fault
-        self._deadline = time.monotonic() + limit_s if watched else 0.0
+        self._limit_s = limit_s if watched else 0.0
         if self._thread is None and watched:
             self._start()
 
     def end(self) -> None:
         """The call has returned."""
-        self._deadline = 0.0
+        self._limit_s = 0.0
 
     def close(self) -> None:
         """End the thread."""
-        self._deadline = 0.0
+        self._limit_s = 0.0
         self._stop.set()
         if self._thread is not None:
             self._thread.join()
@@ -61,17 +63,22 @@ class Guard:
         self._thread.start()
 
     def _watch(self) -> None:
+        call, used_s, raised_s, before = -1, 0.0, 0.0, time.monotonic()
         while not self._stop.wait(POLL_S):
-            deadline, now = self._deadline, time.monotonic()
-            if not deadline or now < deadline:
-                self._raised = 0.0
-            elif not self._raised:
-                self._raise(now)
-            elif now - self._raised > LAST_RESORT_S:
-                if self._last_resort is not None:
-                    self._last_resort("a task hangs in a call that cannot be interrupted, or swallows its watchdog")
-                self._raise(now)
+            now = time.monotonic()
+            step_s, before = min(now - before, 2.0 * POLL_S), now
+            if self._call != call or not self._limit_s:
+                call, used_s, raised_s = self._call, 0.0, 0.0
+                continue
+            used_s += step_s
+            if used_s < self._limit_s:
+                continue
+            if raised_s > LAST_RESORT_S and self._last_resort is not None:
+                self._last_resort("a task hangs in a call that cannot be interrupted, or swallows its watchdog")
+            if raised_s == 0.0 or raised_s > LAST_RESORT_S:
+                raised_s = 0.0
+                self._raise()
+            raised_s += step_s
 
-    def _raise(self, now: float) -> None:
-        self._raised = now
+    def _raise(self) -> None:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._target), ctypes.py_object(TaskOverrun))

@@ -11,6 +11,7 @@ from enum import IntEnum
 from typing import Any
 from weakref import WeakValueDictionary
 
+from .. import clock
 from .base import ACTIVE_STATES, ERROR_CNC, ERROR_INPUT, ERROR_NOT_PRESENT, TIMEOUT_S, ExecuteBlock, State, present
 
 ERROR_TRANSITION = 270061
@@ -53,13 +54,23 @@ _TARGETS = frozenset({1, 2, 3, 4, 5, 15})
 _RESTING = frozenset({ProcessState.DESELECTED, ProcessState.SELECTED, ProcessState.READY})
 
 
+_SILENT_NS = 500_000_000
+
+
 class _Turn:
-    """Which block's command is in a unit; a block that is no longer called gives its turn up with its life."""
+    """Which block's command is in a unit; a block that is not called for half a second has lost its turn."""
 
     _all: WeakValueDictionary[int, _Turn] = WeakValueDictionary()
 
     def __init__(self) -> None:
         self.holder: ModeControl | None = None
+        self.called_ns = 0
+
+    def free_for(self, block: ModeControl) -> bool:
+        holder = self.holder
+        if holder is None or holder is block or holder.state not in ACTIVE_STATES:
+            return True
+        return clock.now_ns() - self.called_ns > _SILENT_NS
 
     @classmethod
     def of(cls, unit: Any) -> _Turn:
@@ -105,6 +116,8 @@ class ModeControl(ExecuteBlock):
         if self.state not in ACTIVE_STATES:
             self._target, self._origin, self._parameter = (to_mode, to_state), (from_mode, from_state), parameter
         self._look()
+        if self._turn.holder is self:
+            self._turn.called_ns = clock.now_ns()
         return self._run(execute)
 
     def _look(self) -> None:
@@ -123,12 +136,9 @@ class ModeControl(ExecuteBlock):
         return 0 if present(self._ch) else ERROR_NOT_PRESENT
 
     def _may_send(self) -> bool:
-        holder = self._turn.holder
-        if holder is not None and holder is not self and holder.state in ACTIVE_STATES:
+        if self._unit.command_semaphor_rw or not self._turn.free_for(self):
             return False
-        if self._unit.command_semaphor_rw:
-            return False
-        self._turn.holder = self
+        self._turn.holder, self._turn.called_ns = self, clock.now_ns()
         return True
 
     def _send(self) -> None:

@@ -125,8 +125,8 @@ def test_runaway_task_ends_the_run_with_an_error(program: Write) -> None:
     assert result.errors[0]["line"] in (7, 8)
 
 
-def test_hangup_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> None:
-    """SIGHUP: the file is read anew, setup() runs, the CNC's cycles go on."""
+def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> None:
+    """SIGUSR1: the file is read anew, setup() runs, the CNC's cycles go on."""
     code = """
         from plc_client import task
         @task()
@@ -147,7 +147,7 @@ def test_hangup_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> No
             pass
         cycle, identity = reader.cycle, reader.plc.generation
         file.write_text(textwrap.dedent(code.format(version=2)))
-        process.send_signal(signal.SIGHUP)
+        process.send_signal(signal.SIGUSR1)
         while reader.gpVECh[0][0] < 2:
             pass
         assert (reader.gpVECh[0][1], reader.plc.generation) == (2, identity)

@@ -183,3 +183,17 @@ def test_mdi_text_goes_in_the_parameter(cnc: MockCnc, hli: Hli) -> None:
     """Mode 3 with the blocks' text."""
     until_done(cnc, RunMdi(hli.gpCh[0]), "G01 X10 F1000")
     assert (cnc.mode.mode, cnc.mode.parameter) == (Mode.MDI, "G01 X10 F1000")
+
+
+def test_block_that_is_no_longer_called_loses_its_turn(cnc: MockCnc, hli: Hli) -> None:
+    """A start that was given once and forgotten does not lock the others out."""
+    forgotten, stop = StartProgram(hli.gpCh[0], timeout_s=60.0), StopProgram(hli.gpCh[0])
+    forgotten(True, "part.nc")
+    cnc._script = [line(1000)]
+    waited = 0
+    while not stop(True):
+        waited += stop.state is State.WAIT_FREE
+        cnc.cycle()
+        assert not stop.error
+    assert waited >= 500
+    assert cnc.mode.state is ProcessState.HOLD
