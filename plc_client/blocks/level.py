@@ -30,7 +30,7 @@ class LevelUnit(FunctionBlock):
     """One level unit: ``LevelUnit(ch.bahn_mc_control.feedhold)(enable=True, value=True)`` once per scan.
 
     Outputs: ``value`` (what the CNC uses, ``state_r``), ``request`` (what the operator asks for, ``request_r``),
-    ``done`` (the CNC uses the command), ``busy`` (not yet).  ``enable`` FALSE gives the unit back to the operator.
+    ``done`` (the CNC uses the command), ``busy`` (not yet), ``enabled`` (by this block).  ``enable`` FALSE gives the unit back to the operator.
     """
 
     def __init__(self, unit: Any) -> None:
@@ -40,7 +40,7 @@ class LevelUnit(FunctionBlock):
         self.state = LevelState.RELEASED
         self.value: Any = unit.state_r
         self.request: Any = unit.request_r
-        self._enabled = False
+        self.enabled = False
 
     def __call__(self, enable: bool, value: Any) -> Any:
         """One scan; returns what the CNC uses.  A value the unit cannot hold is error 1 and changes nothing."""
@@ -57,12 +57,12 @@ class LevelUnit(FunctionBlock):
             command(self.unit, value)
         except (OverflowError, TypeError):
             return ERROR_INPUT
-        self._enabled = True
+        self.enabled = True
         return 0 if present(self._area) else ERROR_NOT_PRESENT
 
     def _release(self) -> int:
-        if self._enabled:  # only once: the unit may be another block's by now
-            self.unit.enable_w = self._enabled = False
+        if self.enabled:  # only once: the unit may be another block's by now
+            self.unit.enable_w = self.enabled = False
         return 0
 
     def release(self) -> None:
@@ -94,9 +94,13 @@ class _Levels(FunctionBlock):
         self.state = LevelState.RELEASED
 
     def _run(self, enable: bool, **values: Any) -> None:
+        levels = []
         for name, level in self._levels.items():
-            level(enable and values[name] is not None, values[name] if values[name] is not None else 0)
-        levels = [level for name, level in self._levels.items() if values[name] is not None]
+            value = values[name]
+            if value is not None:
+                levels.append(level)
+            if value is not None or level.enabled:
+                level(enable and value is not None, value)
         failed = next((level for level in levels if level.error), None)
         self.error, self.error_id = failed is not None, failed.error_id if failed else 0
         self.done = bool(levels) and all(level.done for level in levels)
@@ -164,8 +168,8 @@ class Override(_Levels):
             override=_tenths(path), override_valid=None if path is None else True,
             rapid=_tenths(rapid), rapid_valid=None if rapid is None else True,
         )  # fmt: skip
-        self.path = self._levels["override"].value / 10.0
-        self.rapid = self._levels["rapid"].value / 10.0
+        self.path = self._levels["override"].unit._c.state_r / 10.0
+        self.rapid = self._levels["rapid"].unit._c.state_r / 10.0
         self.effective = self._status.override_r / 10.0
 
 

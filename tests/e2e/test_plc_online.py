@@ -13,12 +13,12 @@ from typing import Any
 import pytest
 from fake_cnc import unique_name
 from plc_same import SameEverywhere
-from processes import end, start_cnc, start_plc
+from processes import end, leftovers, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
 
 import hli
 from cnc_core import Cell
 from plc_client import connect
-from plc_client.golden import GoldenMismatchError, compare
+from plc_client.golden import GoldenMismatchError, check, compare
 from plc_client.mock import arc, line
 
 Write = Callable[..., Path]
@@ -29,6 +29,14 @@ N40 X0
 M30
 """
 DISTANCE = "HLI_Global_Variables.gpCh[0]^.bahn_state.dist_prog_start"
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = 30.0) -> None:
+    """Until it is true; an error after a long time instead of a hang."""
+    end_s = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end_s
+        time.sleep(0.005)
 
 
 def test_stepping_the_real_cnc_to_cycle_time_distance(plc: Any, program: Write) -> None:
@@ -91,9 +99,9 @@ def test_wrong_symbol_ends_the_run_with_its_name(program: Write) -> None:
     assert "a variable of task SameEverywhere is needed" in json.dumps(result.errors)
 
 
-def test_golden_run_is_compared_with_tolerance(plc: Any, program: Write, golden: Any) -> None:
+def test_golden_run_is_compared_with_tolerance(plc: Any, golden: Any) -> None:
     """The kept run fits; a small change is seen with its place, and passes within a larger tolerance."""
-    runner = plc(SameEverywhere, program(PART))
+    runner = plc(SameEverywhere, script=[line(30), arc(10, 1.5707963), line(30), line(40)])
     runner.watch("SameEverywhere.percent", DISTANCE)
     runner.run_to_cycle(400)
     columns = {name: values[::20] for name, values in runner.trace().items()}
@@ -102,6 +110,21 @@ def test_golden_run_is_compared_with_tolerance(plc: Any, program: Write, golden:
     with pytest.raises(GoldenMismatchError, match=r"row 13 \(t = 0.26 s\)"):
         compare(golden.path("same_everywhere"), columns, tolerance=1.0)
     compare(golden.path("same_everywhere"), columns, tolerance={DISTANCE: 10.0, "t": 1e-6})
+
+
+def test_two_runs_beside_the_real_cnc_are_bit_identical(plc: Any, program: Write, tmp_path: Path) -> None:
+    """What a golden run relies on."""
+    traces = []
+    for _ in range(2):
+        runner = plc(SameEverywhere, program(PART))
+        runner.watch("SameEverywhere.percent", DISTANCE)
+        runner.run_to_cycle(300)
+        traces.append(runner.trace())
+        runner.close()
+    check(tmp_path / "first.csv", traces[0], update=True)
+    for name in traces[0]:
+        assert (traces[0][name] == traces[1][name]).all(), name
+    compare(tmp_path / "first.csv", traces[1], tolerance=1e-4)
 
 
 def test_runaway_task_ends_the_run_with_an_error(program: Write) -> None:
@@ -125,6 +148,7 @@ def test_runaway_task_ends_the_run_with_an_error(program: Write) -> None:
     assert result.errors[0]["line"] in (7, 8)
 
 
+@pytest.mark.usefixtures("leftovers")
 def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> None:
     """SIGUSR1: the file is read anew, setup() runs, the CNC's cycles go on."""
     code = """
@@ -143,13 +167,11 @@ def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> No
     cnc = start_cnc(name, lengths=[1e9])
     process = start_plc(name, "--file", str(file), "--report", str(report))
     with connect(name, role="reader", wait_s=10.0) as reader:
-        while reader.plc.scans < 5:
-            pass
+        wait_for(lambda: reader.plc.scans >= 5)
         cycle, identity = reader.cycle, reader.plc.generation
         file.write_text(textwrap.dedent(code.format(version=2)))
         process.send_signal(signal.SIGUSR1)
-        while reader.gpVECh[0][0] < 2:
-            pass
+        wait_for(lambda: reader.gpVECh[0][0] >= 2)
         assert (reader.gpVECh[0][1], reader.plc.generation) == (2, identity)
         assert reader.cycle >= cycle
     process.send_signal(signal.SIGTERM)
