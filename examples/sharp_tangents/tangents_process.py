@@ -53,7 +53,7 @@ def overshoot(samples):
         near = slice(k, k + 120)
         contour = path[k - 400 : k + 600]
         away[i] = np.linalg.norm(at[near][:, None] - contour[None], axis=2).min(axis=1).max()
-        passing[i] = velocity[k] @ before / np.linalg.norm(before)
+        passing[i] = max(velocity[k] @ before / np.linalg.norm(before), 0.0)
     return away, passing, at
 
 

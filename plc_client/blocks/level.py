@@ -30,7 +30,8 @@ class LevelUnit(FunctionBlock):
     """One level unit: ``LevelUnit(ch.bahn_mc_control.feedhold)(enable=True, value=True)`` once per scan.
 
     Outputs: ``value`` (what the CNC uses, ``state_r``), ``request`` (what the operator asks for, ``request_r``),
-    ``done`` (the CNC uses the command), ``busy`` (not yet), ``enabled`` (by this block).  ``enable`` FALSE gives the unit back to the operator.
+    ``done`` (the CNC uses the command), ``busy`` (not yet), ``enabled`` (by this block).
+    ``enable`` FALSE gives the unit back to the operator.
     """
 
     def __init__(self, unit: Any) -> None:
