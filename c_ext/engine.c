@@ -66,6 +66,7 @@ void engine_free(engine *e) {
     for (uint32_t i = 0; i < LOG_CHUNKS; i++) free(e->log.chunk[i]);
     for (int i = 0; i < 2; i++) free(e->plan.tails[i].phases);
     free(e->elements);
+    external_free(e);
     free(e->store);
     free(e->pieces);
     free(e->curves);
@@ -140,7 +141,8 @@ int pending_event(engine *e) {
         ATOMIC_SET(e->watchdog_event, 0);
         return ENGINE_WATCHDOG;
     }
-    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {
+    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->geo.cycle) >= e->drain_from &&
+        ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {
         ATOMIC_SET(e->expect_drain, 0);
         return ENGINE_DRAINED;
     }

@@ -30,6 +30,7 @@
 #define ENGINE_BAD_ROW -904001
 #define ENGINE_NOT_FINITE -904002
 #define ENGINE_NO_MEMORY -904003
+#define ENGINE_LOOP_TOO_LONG -904004
 
 /* interpolator functions that act here (P-CHAN-00650) */
 #define ENGINE_FCT_CONTOUR_LAH 1
@@ -130,6 +131,11 @@ uint32_t engine_mode_state(engine *e);
 int engine_take_mode_command(engine *e, engine_mode_command *out);
 void engine_post_error(engine *e, const engine_error *error);
 int engine_take_plc_error(engine *e, uint32_t *id, uint32_t *reaction_class);
+
+/* External variables, area 0 of the channel, 1 global: the copy that each cycle latches (`bytes` from the start of the area),
+ * NULL on no memory; and a write that the next cycle puts out: 1, 0 if the queue is full, -1 if it is no place. */
+uint8_t *engine_external(engine *e, uint32_t area, uint32_t bytes);
+int engine_write_external(engine *e, uint32_t area, uint32_t offset, const uint8_t *data, uint32_t length);
 
 /* Take rows in order; returns how many were taken (fewer when the ring is full), or a negative error for the first row. */
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n);

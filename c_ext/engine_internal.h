@@ -281,7 +281,7 @@ struct engine {
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
     int finished, expect_drain, hold_start, stay;
-    uint64_t drain_at;
+    uint64_t drain_at, drain_from;
     marked_log log;
     /* planner to GEO: head << 2 | tail << 1 | taken, one atomic word */
     phase *phase_ring;
@@ -340,6 +340,7 @@ struct engine {
     nc_block spindle_row;
     /* modes, watchdogs, errors: mode.c */
     uint32_t mode, mode_state, mode_warnings;
+    struct external_vars *external;
     int suppressed, units_cleared, name_changed;
     uint32_t error_id;
     char program_name[260];
@@ -396,6 +397,10 @@ void feed_store_floor(engine *e);
 bool feed_job_pending(engine *e);
 void feed_do_jobs(engine *e);
 void feed_begin_program(engine *e);
+
+/* external.c */
+void external_cycle(engine *e);
+void external_free(engine *e);
 
 /* mode.c */
 void mode_cycle(engine *e, bool present);

@@ -250,11 +250,12 @@ static void answer_withdrawal(engine *e) {
 
 void geo_cycle(engine *e) {
     if (e->segment) take_commands(e);
+    external_cycle(e);
     techno_cycle(e);
     answer_withdrawal(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
     evaluate(e);
-    e->geo.cycle++;
+    ATOMIC_SET(e->geo.cycle, e->geo.cycle + 1);
     note_end(e);
     record(e);
     if (!e->segment) return;

@@ -43,12 +43,19 @@ static bool axes_released(engine *e) {
     return released;
 }
 
+/* Override of an axis: acts on independent axes and spindles, of which there are none that move; shown all the same. */
+static void show_axis_override(engine *e, HLI_AXIS *ax, bool present) {
+    bool valid = level_bool(&ax->ipo_mc_control.override_valid, present, false);
+    (void)level_override(e, &ax->ipo_mc_control.override, present, valid);
+}
+
 /* An axis that moves now is held: the path stands. The others that are held stop the path ahead of their next motion. */
 static bool axes_held(engine *e) {
     uint32_t held = 0;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         HLI_AXIS *ax = &e->segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
+        show_axis_override(e, ax, present);
         if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) held |= 1u << i;
     }
     ATOMIC_SET(e->held_axes, held);
@@ -215,6 +222,8 @@ static void publish_bahn(engine *e) {
     store_u8_release(&b->rapid_active_r, motion && g->rapid);
     store_u8_release(&e->channel->decoder_state.program_end_r, ATOMIC_GET(e->finished) != 0);
     store_u8_release(&b->program_end_r, e->program_end != 0);
+    store_u8_release(&b->wait_error_removal_r, ATOMIC_GET(e->mode_state) == 6u);
+    store_u8_release(&e->channel->decoder_state.wait_after_error_r, ATOMIC_GET(e->mode_state) == 6u);
     store_u32_relaxed(&b->error_id_r, ATOMIC_GET(e->error_id));
     store_u8_release(&b->error_r, ATOMIC_GET(e->error_id) != 0);
     if (ATOMIC_GET(e->name_changed)) {

@@ -3,6 +3,8 @@
 #include <stddef.h>
 #include "engine_internal.h"
 
+#define LOOP_PIECES_MAX (STORE_AHEAD / 2) /* a real-time loop is held whole in the store */
+
 bool ring_has_room(engine *e) {
     if (e->store_head + 4 * BEHIND_MAX >= ATOMIC_GET(e->store_floor) + e->store_mask) return false;
     if (!techno_has_room(e)) return false;
@@ -206,6 +208,7 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
     for (int64_t i = 0; i < n; i++) {
         if (!ring_has_room(e)) return i;
         int64_t error = !row_is_finite(e, &rows[i]) ? ENGINE_NOT_FINITE : !row_is_supported(e, &rows[i], pool, pool_n) ? ENGINE_BAD_ROW : 0;
+        if (!error && e->in_loop && e->store_head - e->loop_begin > LOOP_PIECES_MAX) error = ENGINE_LOOP_TOO_LONG;
         if (error) return i > 0 ? i : error;
         push_row(e, &rows[i]);
         if (e->fault) return ENGINE_NO_MEMORY;
@@ -224,5 +227,6 @@ void engine_expect_drain(engine *e) {
     techno_spindle_word(e);
     techno_block_end(e);
     e->drain_at = e->store_head;
+    e->drain_from = ATOMIC_GET(e->geo.cycle) + 1; /* the other side gets its turn, however often a program asks */
     ATOMIC_SET(e->expect_drain, 1);
 }

@@ -27,6 +27,7 @@ from hli.errors import HliError
 from plc_client.task import refuse_cell_start
 
 from . import recorder
+from .channel import OUT_FOLDER
 from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
@@ -226,17 +227,19 @@ class Cell:
         out: str | Path | None = None,
         record: str | Path | None = None,
         hold_start: bool = False,
+        lenient: bool = False,
         autostart: bool = True,
         watch: Sequence[str] = (),
         force: dict[str, Any] | None = None,
     ) -> RunResult:
         """Run the program to its end.
 
-        ``plc``: a file, a task class, ``builtin:NAME``, None (acknowledges everything), or
-        ``"none"``: no PLC process at all, in virtual time; functions count as acknowledged, a stop that waits for
-        "continue" ends the run with an error.  ``autostart=False``: the
-        program stands ready, the PLC starts it by ``mode_and_state``.  ``watch``: symbols of the HLI or of a task,
-        recorded at every scan (``result.plc["watch"]``); ``force``: symbols held at a value.
+        ``plc``: a file, a task class, ``builtin:NAME``, None (acknowledges everything), or ``"none"``: no PLC process
+        at all, in virtual time; functions count as acknowledged, a stop that waits for "continue" ends the run with an
+        error.  ``out``: folder for files the program writes, by default ``hli-cosim-out``.  ``lenient``: as for
+        ``Program``.  ``autostart=False``: the program stands ready, the PLC starts it by ``mode_and_state``.
+        ``watch``: symbols of the HLI or of a task, recorded at every scan (``result.plc["watch"]``); ``force``:
+        symbols held at a value.
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -248,9 +251,12 @@ class Cell:
             recorder.check_target(target)
         choice = PlcChoice.of(plc, plc_args).online(watch, force or {})
         segment.sweep()
-        folder = Path(out) if out else None
+        folder = Path(out) if out else OUT_FOLDER
         before = _files(folder)
-        self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, bool(target), autostart)
+        options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
+        self._job = self._start(
+            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart}
+        )
         try:
             _supervise(self._job)
         except BaseException:
@@ -267,34 +273,25 @@ class Cell:
             self.close()
 
     def _start(
-        self,
-        program: Path,
-        choice: PlcChoice,
-        clock: str,
-        dialect: str | None,
-        hold: bool,
-        record: bool,
-        autostart: bool,
+        self, program: Path, choice: PlcChoice, clock: str, record: bool, options: dict[str, Any]
     ) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         alone = not choice.arguments
-        options = CncOptions(
+        chosen = CncOptions(
             program,
             name,
             config=self.config_path,
-            dialect=dialect,
             clock="freerun" if alone and clock == "lockstep" else clock,  # the same cycles, and nobody to wait for
             wait_plc=not alone,
             service=self.service,
             report=folder / "cnc.json",
             record=folder / "samples.f64" if record else None,
             once=True,
-            hold_start=hold,
-            autostart=autostart,
+            **options,
         )
         started = time.monotonic()
-        cnc = _Child("cnc", "cnc_core.cnc_process", [options.as_json()], folder)
+        cnc = _Child("cnc", "cnc_core.cnc_process", [chosen.as_json()], folder)
         arguments = ["--name", name, *choice.arguments, "--report", str(folder / "plc.json"), "--once"]
         plc = None if alone else _Child("plc", "plc_client", arguments, folder)
         return _Job(cnc, plc, folder, name, started)

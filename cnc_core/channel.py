@@ -3,45 +3,92 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from . import external
 from .blocks import BlockBatch
 from .config import CellConfig
 from .engine import Engine
 from .errors import CncError
-from .port import Wait
+from .frontend.machine import External
+from .port import ExternalValue, Wait
 from .program import Program
+
+OUT_FOLDER = Path("hli-cosim-out")
 
 
 class LivePort:
-    """The running channel as the front end sees it; positions are those at the last drain."""
+    """The running channel as the front end sees it; positions and time are those at the last drain.
 
-    def __init__(self, start: npt.NDArray[np.float64], skip_levels: int = 0) -> None:
+    ``areas``: writable buffers of the external variables, "channel" and "global".  ``folder``: where files go that the
+    program writes; it is made with the first of them.
+    """
+
+    answers = True
+
+    def __init__(
+        self,
+        start: npt.NDArray[np.float64],
+        areas: dict[str, Any] | None = None,
+        folder: Path = OUT_FOLDER,
+        skip_levels: int = 0,
+    ) -> None:
+        self.interrupted = False
+        self.latched_s = 0.0
+        self.levels = skip_levels
+        self._areas = areas or {"channel": bytearray(external.AREA_BYTES), "global": bytearray(external.AREA_BYTES)}
+        self._folder = folder
         self.latched = start.copy()
-        self._skip_levels = skip_levels
         self.messages: list[str] = []
 
     def position(self) -> npt.NDArray[np.float64]:
         return self.latched.copy()
 
-    def skip_levels(self) -> int:
-        """Bit n - 1: blocks of skip level n are left out (program_block_ignore, as it was at program start)."""
-        return self._skip_levels
-
     def message(self, text: str) -> None:
         self.messages.append(text)
+
+    def now_s(self) -> float:
+        return self.latched_s
+
+    def skip_levels(self) -> int:
+        return self.levels
+
+    def read_external(self, variable: External, element: int) -> ExternalValue:
+        return external.read(self._areas[variable.scope], variable, element)
+
+    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+        external.write(self._areas[variable.scope], variable, element, value)
+
+    def append_file(self, name: str, text: str) -> None:
+        path = self._folder / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("a", encoding="utf-8") as file:
+                file.write(text)
+        except OSError as error:
+            raise CncError(901004, f"{path}: {error.strerror}") from None
 
 
 class Preparation:
     """Pumps one program into one engine. ``error``: why it ended early; the rows ahead of the error are executed."""
 
     def __init__(
-        self, path: Path, cell: CellConfig, dialect: str | None, engine: Engine, skip_levels: int = 0
+        self,
+        path: Path,
+        cell: CellConfig,
+        dialect: str | None,
+        engine: Engine,
+        port: LivePort | None = None,
+        *,
+        lenient: bool = False,
     ) -> None:
         position = np.array(list(engine.state.position)[: engine.axes])
-        self.port = LivePort(position, skip_levels)
+        self.port = port or LivePort(position)
+        self.port.latched = position.copy()
+        self._cycle_s = cell.cycle_s
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
@@ -49,7 +96,9 @@ class Preparation:
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         try:
-            self.program: Program | None = Program(path, cell, dialect, self.port, start=position)
+            self.program: Program | None = Program(
+                path, cell, dialect, self.port, lenient=lenient, start=position
+            )
         except CncError as error:
             self.program = None
             self._end(error)
@@ -57,7 +106,7 @@ class Preparation:
     def pump(self) -> None:
         """Push rows until the ring is full, the program waits, or it ends."""
         try:
-            while not self.done and not self.waiting and self._step():
+            while not (self.done or self.waiting or self.port.interrupted) and self._step():
                 pass
         except CncError as error:
             self._end(error)
@@ -65,6 +114,7 @@ class Preparation:
     def drained(self) -> None:
         """Everything handed out so far has been executed: go on reading."""
         state = self.engine.state
+        self.port.latched_s = int(state.cycle) * self._cycle_s
         self.port.latched = np.array(list(state.position)[: self.engine.axes])
         self.waiting = False
 

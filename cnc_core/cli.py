@@ -40,6 +40,9 @@ DIALECT_HELP = "isg, iso, isons or osai; default: by content and file extension"
 File = Annotated[Path, typer.Argument(help="NC program")]
 Config = Annotated[Path | None, typer.Option("--config", help="cell.toml; default: the built-in machine X Y Z")]
 Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
+Lenient = Annotated[
+    bool, typer.Option("--lenient", help="isg: unknown # commands and undefined M functions are warnings")
+]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
@@ -78,11 +81,13 @@ def load(config: Path | None) -> Any:
     return cell
 
 
-def open_program(file: Path, config: Path | None, dialect: str | None, *, collect: bool = False) -> Any:
+def open_program(
+    file: Path, config: Path | None, dialect: str | None, *, collect: bool = False, lenient: bool = False
+) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
 
-    program = Program(file, load(config), dialect, collect=collect)
+    program = Program(file, load(config), dialect, collect=collect, lenient=lenient)
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
@@ -95,7 +100,9 @@ def say_warnings(program: Any) -> None:
 
 # ------------------------------------------------------------------------------------------------ programs
 @app.command()
-def check(file: File, config: Config = None, dialect: Dialect = None, as_json: Json = False) -> None:
+def check(
+    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+) -> None:
     """Parse and execute a program without motion and report all its errors.
 
     Example: hli-cosim check part.nc --json
@@ -103,7 +110,7 @@ def check(file: File, config: Config = None, dialect: Dialect = None, as_json: J
     count, errors = 0, []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(file, config, dialect, collect=True)
+            program = open_program(file, config, dialect, collect=True, lenient=lenient)
             count = sum(map(len, program.batches()))
         errors = program.errors
         say_warnings(program)
@@ -120,14 +127,16 @@ def check(file: File, config: Config = None, dialect: Dialect = None, as_json: J
 
 
 @app.command()
-def blocks(file: File, config: Config = None, dialect: Dialect = None, as_json: Json = False) -> None:
+def blocks(
+    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
 
     Example: hli-cosim blocks part.nc --json
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect)
+    program = open_program(file, config, dialect, lenient=lenient)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -172,6 +181,7 @@ def plan(
     picture: Annotated[Path | None, typer.Option(help="draw path, speed and acceleration to this .png")] = None,
     config: Config = None,
     dialect: Dialect = None,
+    lenient: Lenient = False,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -185,7 +195,7 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect)
+    program = open_program(file, config, dialect, lenient=lenient)
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)
@@ -234,6 +244,7 @@ def run(
     ] = True,
     config: Config = None,
     dialect: Dialect = None,
+    lenient: Lenient = False,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
@@ -250,7 +261,7 @@ def run(
     with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
         symbols = dict(parse_force(text) for text in force or [])
         result = cell.run(
-            file, plc, dialect=dialect, out=out_dir, record=record, autostart=autostart,
+            file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
             watch=watch or (), force=symbols,
         )  # fmt: skip
     if dialect is None and result.dialect:

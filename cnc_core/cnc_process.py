@@ -25,7 +25,7 @@ from hli._sync import lib as sync
 from hli import layout, segment
 from hli.errors import HliError
 
-from .channel import Preparation
+from .channel import OUT_FOLDER, LivePort, Preparation
 from .config import CellConfig, load_config
 from .engine import Engine, Event
 from .errors import CncError, Place
@@ -66,6 +66,8 @@ class CncOptions:
     wait_plc: bool = True
     lookahead: int | None = None
     core: int = -1
+    lenient: bool = False
+    out: Path | None = None
     autostart: bool = True
 
     def as_json(self) -> str:
@@ -159,6 +161,8 @@ class CncProcess:
     # ---------------------------------------------------------------- life
     def on_signal(self, number: int, _frame: Any) -> None:
         self.stop_signal = number
+        if self.preparation:
+            self.preparation.port.interrupted = True
 
     def run(self) -> None:
         """Publish, wait for the PLC, drive the program, stay for the PLC's last scans."""
@@ -248,8 +252,16 @@ class CncProcess:
         self.engine.set_error(0)
         self.engine.set_program_name(path.name)
         self.engine.suppress_functions(bool(self._execution_mode() & NO_FUNCTIONS))
-        dialect = self.options.dialect
-        self.preparation = Preparation(path, self.cell, dialect, self.engine, self._skip_levels())
+        root = self.segment.root
+        port = LivePort(
+            self.cell.axis_values("start_mm"),
+            {"channel": root.ext_var_channel[0], "global": root.ext_var_global},
+            self.options.out or OUT_FOLDER,
+            self._skip_levels() | self.cell.skip_mask,
+        )
+        self.preparation = Preparation(
+            path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient
+        )
         self.preparation.pump()
         self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_RUNNING)
         if self.options.clock == "realtime" and not self.options.hold_start:
@@ -484,7 +496,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if args.parent is not None and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
         return 1
     given: dict[str, Any] = {
-        k: Path(v) if k in ("file", "config", "report", "record") and v else v for k, v in args.options.items()
+        k: Path(v) if k in ("file", "config", "report", "record", "out") and v else v for k, v in args.options.items()
     }
     try:
         return run_cnc(CncOptions(**given))

@@ -17,8 +17,9 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from .blocks import NC_AXES
 from .errors import ConfigError, Place
-from .frontend.machine import ProgramMachine, Tool
+from .frontend.machine import External, ProgramMachine, Tool
 
+EXTERNAL_BLOCKS = 1000  # 24-byte blocks of one area of external variables
 MIN_FB_STORAGE = 65536  # P-STUP-00033: smaller values other than 0 are raised to it, with a warning
 LOOKAHEAD_BLOCKS = {  # low, standard, high by build generation
     "2.11.28+": {"LOW": 30, "STANDARD": 120, "HIGH": 190},
@@ -112,6 +113,20 @@ class ToolConfig(_Table):
     length_mm: Finite = 0.0
 
 
+class ExternalConfig(_Table):
+    """A variable ``V.E.<name>`` that the program shares with the PLC, in 24-byte blocks.
+
+    ``block``: the first one, counted from 1; by default the next free one of its scope, in the order of the file.
+    """
+
+    type: Literal["BOOLEAN", "SGN08", "UNS08", "SGN16", "UNS16", "SGN32", "UNS32", "REAL64", "STRING"] = "REAL64"
+    scope: Literal["channel", "global"] = "channel"
+    block: Annotated[int, Field(ge=1, le=1000)] | None = None
+    size: Annotated[int, Field(ge=1, le=1000)] | None = None
+    characters: Annotated[int, Field(ge=1, le=126)] = 23
+    synchronised: bool = True
+
+
 SPINDLE_SYNCH = Literal["NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS"]
 
 
@@ -147,6 +162,17 @@ class ChannelConfig(_Table):
     h_synch: dict[str, SynchName] = Field(default_factory=dict)
     tool_synch: SynchName = "NO_SYNCH"
     m_pre_outp: dict[str, NotNegative] = Field(default_factory=dict)
+    g_programs: dict[str, str] = Field(default_factory=dict)
+    m6_program: str = ""
+    skip_levels: list[Annotated[int, Field(ge=1, le=10)]] = Field(default_factory=list)
+
+    @field_validator("g_programs")
+    @classmethod
+    def _user_codes(cls, value: dict[str, str]) -> dict[str, str]:
+        for key in value:
+            if not (key.isdigit() and key == str(int(key)) and (80 <= int(key) <= 89 or 800 <= int(key) <= 839)):
+                raise ValueError(f"{key!r} is none of the G functions 80..89, 800..839")
+        return value
     state_after_program: Literal["SELECTED", "READY"] = "SELECTED"
 
     @field_validator("m_synch", "h_synch", "m_pre_outp")
@@ -200,6 +226,47 @@ class CellConfig(_Table):
     axes: dict[str, AxisConfig] = Field(default_factory=_default_axes)
     channel: ChannelConfig = Field(default_factory=ChannelConfig)
     tools: dict[str, ToolConfig] = Field(default_factory=dict)
+    external: dict[str, ExternalConfig] = Field(default_factory=dict)
+    zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _offset_names(self) -> CellConfig:
+        for key, values in self.zero_offsets.items():
+            if not key.isdigit() or not 1 <= int(key) <= 96 or key != str(int(key)):
+                raise ValueError(f"zero offset {key!r} is not a number 1..96 (1 is G54)")
+            for axis in values:
+                if axis not in self.axes:
+                    raise ValueError(f"zero offset {key}: the machine has no axis {axis!r}")
+        return self
+
+    @model_validator(mode="after")
+    def _external_places(self) -> CellConfig:
+        taken: dict[tuple[str, int], str] = {}
+        for variable in self.externals.values():
+            for block in range(variable.number, variable.number + variable.blocks):
+                if block > EXTERNAL_BLOCKS:
+                    raise ValueError(f"external {variable.name}: beyond the {EXTERNAL_BLOCKS} blocks of the area")
+                other = taken.setdefault((variable.scope, block), variable.name)
+                if other != variable.name:
+                    raise ValueError(f"external {variable.name}: block {block} belongs to {other} already")
+        return self
+
+    @property
+    def externals(self) -> dict[str, External]:
+        """Variables shared with the PLC by name in capitals, every one with its place."""
+        found: dict[str, External] = {}
+        free = {"channel": 1, "global": 1}
+        for name, c in self.external.items():
+            number = c.block or free[c.scope]
+            made = External(name.upper(), c.type, number, c.size, c.scope, c.synchronised, c.characters)
+            free[c.scope] = max(free[c.scope], number + made.blocks)
+            found[name.upper()] = made
+        return found
+
+    @property
+    def skip_mask(self) -> int:
+        """Bit 0 is block skip level 1."""
+        return sum(1 << (level - 1) for level in set(self.channel.skip_levels))
     spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
 
     @model_validator(mode="after")
@@ -260,6 +327,12 @@ class CellConfig(_Table):
             start=self.axis_values("start_mm") if start is None else start.copy(),
             tools={int(k): Tool(t.radius_mm, t.length_mm) for k, t in self.tools.items()},
             m_functions=self.m_functions,
+            externals=self.externals,
+            zero_offsets={int(k): v for k, v in self.zero_offsets.items()},
+            g_programs={int(k): v for k, v in self.channel.g_programs.items()},
+            m6_program=self.channel.m6_program,
+            velocity=self.axis_values("v_max_mm_s"),
+            limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
         )
 
     def warnings(self) -> list[str]:
@@ -274,7 +347,12 @@ class CellConfig(_Table):
 
 
 def _known_keys(path: tuple[Any, ...]) -> list[str]:
-    tables: dict[str, type[_Table]] = {"axes": AxisConfig, "tools": ToolConfig, "spindles": SpindleConfig}
+    tables: dict[str, type[_Table]] = {
+        "axes": AxisConfig,
+        "tools": ToolConfig,
+        "external": ExternalConfig,
+        "spindles": SpindleConfig,
+    }
     if len(path) == 1:
         return list(CellConfig.model_fields)
     model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from . import _engine
 from .blocks import NC_AXES, NC_BLOCK, BlockBatch
 from .config import CellConfig, synch_value
-from .errors import CncError
+from .errors import ERRORS, CncError
 
 _module: Any = _engine
 ffi, lib = _module.ffi, _module.lib
@@ -157,7 +157,8 @@ class Engine:
         pool = ffi.cast("double *", batch.pool.ctypes.data) if len(batch.pool) else ffi.NULL
         taken = int(lib.engine_push(self._handle, pointer, len(rows), pool, len(batch.pool)))
         if taken < 0:
-            raise CncError(-taken, f"line {int(rows[0]['line'])}: the engine refuses this row ({int(rows[0]['type'])})")
+            number, line = -taken, int(rows[0]["line"])
+            raise CncError(number, f"line {line}: {ERRORS[number]} (row of type {int(rows[0]['type'])})")
         return taken
 
     def finish(self) -> None:

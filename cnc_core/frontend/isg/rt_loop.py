@@ -7,7 +7,7 @@ inside, the loop has to end where it begins, loops do not nest (look-ahead speci
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,56 +15,40 @@ import numpy.typing as npt
 
 from cnc_core.blocks import MARKER, MARKER_CLEAR, MODULO, POLYNOMIAL, RT_LOOP_BEGIN, RT_LOOP_END
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.frontend.base.lexer import TokenStream, fail
+from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.port import Wait
 
 CLOSED_WITHIN_MM = 1e-6
-BLOCKS_MAX = 8000  # the interpolator holds the whole loop
 
 
 @dataclass(frozen=True)
 class _Open:
     position: npt.NDArray[np.float64]
     place: Place
-    line: int
 
 
 class RealTimeLoop:
-    """The loop that is open at the present place of the program, if there is one."""
+    """The loop that is open at the present place of the program, if there is one.
 
-    def __init__(self, modal: Modal) -> None:
-        self._modal = modal
+    ``place``: where in the file an offset of the present block stands.
+    """
+
+    def __init__(self, modal: Modal, place: Callable[[int], Place]) -> None:
+        self._modal, self._place = modal, place
         self._open: _Open | None = None
 
-    def command(self, stream: TokenStream, n: int, place: Place) -> list[Row | Wait]:
-        """The row of ``RT WHILE`` or ``RT ENDWHILE``; the stream stands behind ``#`` at ``RT``. CncError if wrong."""
-        offset = stream.next().offset
-        if self._modal.compensated:
-            raise fail(22158, ERRORS[22158], offset)
-        if stream.accept_name("WHILE"):
-            row = self._begin(stream, n, offset, place)
-        elif stream.accept_name("ENDWHILE"):
-            row = self._end(n, offset)
-        else:
-            raise fail(900003, "#RT: only WHILE and ENDWHILE are supported", offset)
-        if not stream.at_end:
-            raise fail(900010, f"unexpected {stream.current.text!r} behind the command", stream.current.offset)
-        return [row]
-
-    def _begin(self, stream: TokenStream, n: int, offset: int, place: Place) -> Row:
+    def begin(self, modulo: bool, offset: int) -> Row:
+        """``#RT WHILE``."""
+        self._not_compensated(offset)
         if self._open is not None:
             raise fail(22181, f"#RT WHILE inside the real-time loop of line {self._open.place.line}", offset)
-        bracket = stream.accept("[")
-        modulo = stream.accept_name("MODULO")
-        if bracket:
-            if not modulo:
-                raise fail(900010, f"#RT WHILE: expected MODULO, found {stream.describe()}", stream.current.offset)
-            stream.expect("]", 900010)
-        self._open = _Open(self._modal.position, place, self._modal.line)
-        return self._modal.row(RT_LOOP_BEGIN, n, flags=MODULO if modulo else 0)
+        self._open = _Open(self._modal.position, self._place(offset))
+        return self._modal.row(RT_LOOP_BEGIN, self._modal.n, flags=MODULO if modulo else 0)
 
-    def _end(self, n: int, offset: int) -> Row:
+    def end(self, offset: int) -> Row:
+        """``#RT ENDWHILE``."""
+        self._not_compensated(offset)
         opened, self._open = self._open, None
         if opened is None:
             raise fail(22181, ERRORS[22181], offset)
@@ -72,9 +56,7 @@ class RealTimeLoop:
         if away > CLOSED_WITHIN_MM:
             text = f"the real-time loop of line {opened.place.line} ends {away:g} mm from where it begins"
             raise fail(50991, text, offset)
-        if self._modal.line - opened.line > BLOCKS_MAX:
-            raise fail(900021, f"{ERRORS[900021]}: more than {BLOCKS_MAX} lines", offset)
-        return self._modal.row(RT_LOOP_END, n)
+        return self._modal.row(RT_LOOP_END, self._modal.n)
 
     def check(self, items: Sequence[Row | Wait], ended: bool) -> None:
         """Refuse what may not stand inside a loop; ``items`` are those of the block just read."""
@@ -92,6 +74,10 @@ class RealTimeLoop:
             return None
         opened, self._open = self._open, None
         return CncError(22181, "the real-time loop is not closed by #RT ENDWHILE", opened.place)
+
+    def _not_compensated(self, offset: int) -> None:
+        if self._modal.compensated:
+            raise fail(22158, ERRORS[22158], offset)
 
 
 def _allowed(item: Row | Wait) -> bool:
