@@ -216,11 +216,20 @@ def plan(
 
 
 # ------------------------------------------------------------------------------------------------ co-simulation
+Watched = Annotated[
+    list[str] | None, typer.Option("--watch", metavar="SYMBOL", help="record this symbol at every scan; repeatable")
+]
+Forced = Annotated[
+    list[str] | None, typer.Option("--force", metavar="SYMBOL=VALUE", help="hold this symbol at a value; repeatable")
+]
+
+
 @app.command()
 def run(
     file: File,
     plc: Annotated[
-        str | None, typer.Option(help="PLC program (Python file with @task classes); default: acknowledges everything")
+        str | None,
+        typer.Option(help="PLC program (Python file with @task classes), or none; default: acknowledges everything"),
     ] = None,
     clock: Annotated[str, typer.Option(help="lockstep, freerun or realtime")] = "lockstep",
     service: Annotated[
@@ -228,6 +237,8 @@ def run(
     ] = None,
     out_dir: Annotated[Path, typer.Option("--out", help="folder for files the program writes")] = Path("hli-cosim-out"),
     record: Annotated[Path | None, typer.Option(help="record every cycle to this .npz, .csv or .parquet")] = None,
+    watch: Watched = None,
+    force: Forced = None,
     autostart: Annotated[
         bool, typer.Option("--autostart/--no-autostart", help="start the program, or leave that to the PLC")
     ] = True,
@@ -240,15 +251,19 @@ def run(
 
     Example: hli-cosim run part.nc --plc my_plc.py --record part.npz
     """
+    from plc_client.online import parse_force  # noqa: PLC0415
+
     from .cell import Cell  # noqa: PLC0415
 
     _one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
     if service:
         _one_of("--service", service, ("cyclic", "immediate"))
     with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
+        symbols = dict(parse_force(text) for text in force or [])
         result = cell.run(
-            file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart
-        )
+            file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
+            watch=watch or (), force=symbols,
+        )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")
     _say_run_errors(result)
@@ -437,8 +452,11 @@ def cnc(
 def plc(
     file: Annotated[Path, typer.Argument(help="Python file with @task classes")],
     name: Annotated[str, typer.Option(help="name of the shared-memory segment")] = "hli-cosim",
+    report: Annotated[Path | None, typer.Option(help="write statistics and watch list here at the end (JSON)")] = None,
+    watch: Watched = None,
+    force: Forced = None,
 ) -> None:
-    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back.
+    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back; SIGUSR1 restarts the PLC.
 
     Example: hli-cosim plc my_plc.py --name my-cell
     """
@@ -447,7 +465,10 @@ def plc(
     if not file.is_file():
         raise CncError(901001, "file not found", Place(str(file)))
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
-    raise typer.Exit(plc_main(["--name", name, "--file", str(file)]))
+    arguments = ["--name", name, "--file", str(file), *(("--report", str(report)) if report else ())]
+    arguments += [part for path in watch or [] for part in ("--watch", path)]
+    arguments += [part for text in force or [] for part in ("--force", text)]
+    raise typer.Exit(plc_main(arguments))
 
 
 # ------------------------------------------------------------------------------------------------ tools
@@ -456,6 +477,9 @@ def types(
     st: Annotated[bool, typer.Option("--st", help="IEC 61131-3 Structured Text")] = False,
     c: Annotated[bool, typer.Option("--c", help="C header")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="JSON")] = False,
+    twincat: Annotated[
+        Path | None, typer.Option(help="with --st: write .TcDUT and .TcGVL files of a TwinCAT 3 project to this folder")
+    ] = None,
 ) -> None:
     """Print the HLI layout for PLC compilers, C programs and tools.
 
@@ -465,6 +489,13 @@ def types(
 
     if st + c + as_json != 1:
         raise typer.BadParameter("give one of --st, --c, --json")
+    if twincat is not None:
+        if not st:
+            raise typer.BadParameter("--twincat goes with --st")
+        twincat.mkdir(parents=True, exist_ok=True)
+        for name, text in export.twincat_files().items():
+            (twincat / name).write_text(text, encoding="utf-8")
+        return
     sys.stdout.write(
         export.st_types() if st else export.c_header() if c else json.dumps(export.json_layout(), indent=1) + "\n"
     )
