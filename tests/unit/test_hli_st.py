@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 import subprocess
 import sys
@@ -41,7 +42,12 @@ TWINCAT = ("HLI_CHANNEL.TcDUT", "HLI_Global_Variables.TcGVL", "HLI_Global_Consta
 
 @pytest.fixture(scope="module")
 def blark(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What blark makes of the text, of three TwinCAT files and of a broken text; one process, its start is slow."""
+    """What blark makes of the text, of three TwinCAT files and of a broken text; one process, its start is slow.
+
+    It stands under another licence than the project: used where it is installed, required nowhere.
+    """
+    if importlib.util.find_spec("blark") is None:
+        pytest.skip("blark is not installed")
     folder = tmp_path_factory.mktemp("st")
     files = {"HLI.st": export.st_types(), "bad.st": export.st_types().replace("END_STRUCT", "END_STRUCTURE", 1)}
     files |= {name: export.twincat_files()[name] for name in TWINCAT}
