@@ -1,0 +1,111 @@
+/* The checker: what the planner hands out is recomputed here, from the path as it was pushed and in plain units.
+ *
+ * It integrates the accelerations again, evaluates the true limits of every axis at both ends and in the middle of each
+ * interval, and looks for minima of speed inside.  Nothing of the planner's rows is used.
+ */
+#include <math.h>
+#include "jerk_internal.h"
+
+typedef struct motion {
+    double v, a, c; /* speed, acceleration, its slope over the path; or path jerk / v */
+} motion;
+
+/* Largest ratio of an axis value to its limit at derivatives d1, d2, d3. */
+static double ratio_at(const jerk_planner *p, const double *d1, const double *d2, const double *d3, motion m, double share) {
+    double worst = 0.0, v2 = m.v * m.v;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double v = fabs(d1[a]) * m.v / p->cfg.v_max[a];
+        double acc = fabs(d1[a] * m.a + d2[a] * v2) / p->cfg.a_max[a];
+        double jerk = m.v * fabs(d3[a] * v2 + 3.0 * d2[a] * m.a + d1[a] * m.c) / (p->cfg.j_max[a] * share);
+        double most = fmax(v, fmax(acc, jerk));
+        if (!(most <= worst)) worst = most;
+        if (!isfinite(acc) || !isfinite(jerk) || !isfinite(v)) return INFINITY;
+    }
+    return worst;
+}
+
+static void middle(const jerk_interval *q, int axes, double *d1, double *d2, double *d3) {
+    double h = q->length;
+    for (int a = 0; a < axes; a++) {
+        d1[a] = 0.5 * (q->d1[0][a] + q->d1[1][a]) + 0.125 * h * (q->d2[0][a] - q->d2[1][a]);
+        d2[a] = 0.5 * (q->d2[0][a] + q->d2[1][a]) + 0.125 * h * (q->d3[0][a] - q->d3[1][a]);
+        d3[a] = 0.5 * (q->d3[0][a] + q->d3[1][a]);
+    }
+}
+
+/* Three motions at start, middle and end of an interval. */
+static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = fmin(1.0, s->share + 0.01);
+    middle(s->q, p->cfg.axes, d1, d2, d3);
+    double worst = ratio_at(p, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
+    worst = fmax(worst, ratio_at(p, d1, d2, d3, m[1], share));
+    return fmax(worst, ratio_at(p, s->q->d1[1], s->q->d2[1], s->q->d3[1], m[2], share));
+}
+
+/* Constant path jerk over the interval h with the speed v at the moving end; `sign` -1: it ends at rest. */
+static double rest_ratio(const jerk_planner *p, const segment *s, double v, double sign) {
+    double t = 3.0 * s->h / v, j = 2.0 * v / (t * t);
+    double tm = t * cbrt(0.5), vm = 0.5 * j * tm * tm;
+    motion at = {v, sign * j * t, j / v}, mid = {vm, sign * j * tm, j / vm}, rest = {0.0, 0.0, 0.0};
+    double worst = sign > 0 ? ratio_of(p, s, (motion[3]){rest, mid, at}) : ratio_of(p, s, (motion[3]){at, mid, rest});
+    for (int a = 0; a < p->cfg.axes; a++)
+        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (p->cfg.j_max[a] * fmin(1.0, s->share + 0.01)));
+    return worst;
+}
+
+static motion motion_of(double x, double u, double c) { return (motion){sqrt(x), u, c}; }
+
+/* Largest speed over its cap: the feed or what was allowed on the way down to it. */
+static double feed_ratio(const jerk_planner *p, const grid *g, int k, double x0, double x1, double top_x) {
+    double f2 = p->scale * p->scale, cap = fmin(g->seg[k].soft, g->seg[k].cap) * f2;
+    double most = k == 0 ? fmax(x1, fmin(top_x, x1)) : fmax(top_x, fmax(x0, x1));
+    return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK : INFINITY;
+}
+
+/* One interval with free input; x, u advance. */
+static double free_ratio(const jerk_planner *p, const grid *g, int k, double *x, double *u, double c) {
+    const segment *s = &g->seg[k];
+    double h = s->h, x0 = *x, u0 = *u;
+    double x1 = x0 + 2.0 * h * u0 + h * h * c, u1 = u0 + h * c;
+    double xm = x0 + h * u0 + 0.25 * h * h * c, um = u0 + 0.5 * h * c, top_x = fmax(x0, x1), low = fmin(x0, x1);
+    if (u0 * u1 < 0.0) {
+        double turn = x0 - u0 * u0 / c; /* u = 0 inside */
+        top_x = fmax(top_x, turn);
+        low = fmin(low, turn);
+    }
+    *x = x1;
+    *u = u1;
+    if (!(low > 0.0) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
+    motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
+    return fmax(ratio_of(p, s, m), feed_ratio(p, g, k, x0, x1, top_x));
+}
+
+/* Largest ratio of anything to its limit over the plan (infinite: no plan at all).  On the way x and u of the problem
+ * are replaced by what the inputs integrate to. */
+double plan_check(const jerk_planner *p, const grid *g, problem *b) {
+    double f2 = p->scale * p->scale, worst = 0.0, x = b->x0 * f2, u = b->u0 * f2;
+    int last = g->n - 1, k = 0;
+    if (g->n < (g->rest_start ? 3 : 2)) return INFINITY;
+    if (g->rest_start) {
+        u = b->u[1] * f2;
+        x = 1.5 * g->seg[0].h * u;
+        if (!(x > 0.0)) return INFINITY;
+        worst = fmax(rest_ratio(p, &g->seg[0], sqrt(x), 1.0), feed_ratio(p, g, 0, 0.0, x, x));
+        b->x[0] = b->u[0] = b->c[0] = 0.0;
+        k = 1;
+    }
+    for (; k < last; k++) {
+        b->x[k] = x / f2;
+        b->u[k] = u / f2;
+        double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
+        if (!(ratio <= worst)) worst = ratio;
+        if (!isfinite(worst)) return INFINITY;
+    }
+    double meet = 1.5 * g->seg[last].h * -u;
+    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x + 1e-12)) return INFINITY;
+    b->x[last] = x / f2;
+    b->u[last] = u / f2;
+    b->x[g->n] = b->u[g->n] = b->c[last] = 0.0;
+    worst = fmax(worst, feed_ratio(p, g, last, x, 0.0, x));
+    return fmax(worst, rest_ratio(p, &g->seg[last], sqrt(x), -1.0));
+}

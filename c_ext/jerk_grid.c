@@ -1,0 +1,176 @@
+/* The planner's grid: pushed intervals, subdivided where they are long or near a standstill, with their caps. */
+#include <math.h>
+#include <string.h>
+#include "jerk_internal.h"
+
+#define GRADING 0.25     /* growth of the spacing with the distance from a standstill */
+#define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
+#define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
+#define SMALL_JUMP 1e-3  /* jumps below this share of the limit at the present cap need no reserve */
+
+/* Largest path jerk (scaled) over the rest interval s: at distance d from the standstill x ~ d^(4/3), and every axis
+ * jerk is jerk * |q' +- 9 d q'' + 4.5 d^2 q'''| (minus where the interval ends at rest). */
+static double rest_jerk(const jerk_planner *p, const segment *s, int at_end) {
+    jerk_interval half;
+    double most = 0.0, h = s->h, sign = at_end ? -1.0 : 1.0;
+    interval_part(s->q, 0.0, 0.5 * h, p->cfg.axes, &half);
+    for (int a = 0; a < p->cfg.axes; a++) {
+        const jerk_interval *q = s->q;
+        int far = !at_end;
+        double near = q->d1[at_end][a], d = 0.5 * h;
+        double mid = half.d1[1][a] + sign * 9.0 * d * half.d2[1][a] + 4.5 * d * d * half.d3[1][a];
+        double end = q->d1[far][a] + sign * 9.0 * h * q->d2[far][a] + 4.5 * h * h * q->d3[far][a];
+        double value = fmax(fabs(near), fmax(fabs(mid), fabs(end)));
+        most = fmax(most, value / (s->share * JERK_USABLE * p->cfg.j_max[a]));
+    }
+    return most > 0.0 ? 1.0 / (most * p->scale * p->scale * p->scale) : 1e30;
+}
+
+static double velocity_cap(const jerk_planner *p, const jerk_interval *q) {
+    double v = q->v_hard > 0 ? q->v_hard : 1e30;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double h = q->length, mid = 0.5 * (q->d1[0][a] + q->d1[1][a]) + 0.125 * h * (q->d2[0][a] - q->d2[1][a]);
+        double most = fmax(fabs(mid), fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a])));
+        if (most * v > p->cfg.v_max[a]) v = p->cfg.v_max[a] / most;
+    }
+    v = fmin(v * VEL_USABLE, 10.0 * p->scale) / p->scale;
+    return v * v;
+}
+
+/* Where the path bends so little that no row bounds it, the tangent terms still do; a cap keeps x bounded. */
+void segment_limits(const jerk_planner *p, segment *s) {
+    const jerk_interval *q = s->q;
+    double factor = q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor;
+    double feed = q->feed > 0 ? q->feed * factor * VEL_USABLE / p->scale : 1e15;
+    s->h = q->length;
+    s->share = 1.0;
+    s->cap = velocity_cap(p, q);
+    s->soft = fmin(s->cap, feed * feed);
+}
+
+/* Jumps of q' and q'' at the knot between two segments: cap on x there, and the share of jerk they take. */
+static void jump_cap(const jerk_planner *p, grid *g, int k) {
+    segment *left = &g->seg[k - 1], *right = &g->seg[k];
+    double cap = g->knot_cap[k], dt = p->cfg.cycle_s, f = p->scale, used = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double room = JUMP_SHARE * p->cfg.j_max[a] * dt;
+        double bend = STEP_SEEN * f * f * fabs(right->q->d2[0][a] - left->q->d2[1][a]);
+        double corner = f / dt * fabs(right->q->d1[0][a] - left->q->d1[1][a]);
+        if (bend * cap > room) cap = room / bend;
+        if (corner * sqrt(cap) > room) cap = room / corner * (room / corner);
+    }
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double jumps = STEP_SEEN * f * f * fabs(right->q->d2[0][a] - left->q->d2[1][a]) * cap +
+                       f / dt * fabs(right->q->d1[0][a] - left->q->d1[1][a]) * sqrt(cap);
+        used = fmax(used, jumps / (p->cfg.j_max[a] * dt));
+    }
+    g->knot_cap[k] = cap;
+    if (used < SMALL_JUMP) return;
+    double reach = 1.5 * dt * sqrt(cap) * f;
+    double share = fmax(1.0 - used, 1.0 - 2.0 * JUMP_SHARE * 0.75);
+    for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) g->seg[i].share = fmin(g->seg[i].share, share);
+    for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) g->seg[i].share = fmin(g->seg[i].share, share);
+}
+
+void knot_caps(const jerk_planner *p, grid *g) {
+    g->from_start[0] = 0.0;
+    for (int k = 0; k <= g->n; k++) {
+        double left = k > 0 ? g->seg[k - 1].cap : 1e30, right = k < g->n ? g->seg[k].cap : 1e30;
+        g->knot_cap[k] = fmin(left, right);
+        if (k < g->n) g->from_start[k + 1] = g->from_start[k] + g->seg[k].h;
+    }
+    for (int k = 1; k < g->n; k++) jump_cap(p, g, k);
+    for (int k = 0; k < g->n; k++) {
+        g->seg[k].jerk_up = k == 0 ? rest_jerk(p, &g->seg[k], 0) : 0.0;
+        g->seg[k].jerk_down = k == g->n - 1 ? rest_jerk(p, &g->seg[k], 1) : 0.0;
+    }
+}
+
+static bool add_segment(const jerk_planner *p, grid *g, const jerk_interval *q, bool last) {
+    if (g->n >= g->max) return false;
+    segment *s = &g->seg[g->n++];
+    s->q = q;
+    s->last = last;
+    segment_limits(p, s);
+    return true;
+}
+
+typedef struct extent {
+    uint64_t end;      /* ring index behind the window */
+    double length;
+    bool stands;       /* ends where the axes must stand, or where the path is known to end */
+} extent;
+
+/* How far the window reaches: by blocks, by knots, to a stand or to the end of what was pushed. */
+static extent window_extent(const jerk_planner *p) {
+    extent e = {p->head, 0.0, false};
+    double knots = 0.0;
+    int blocks = 0;
+    while (e.end != p->tail) {
+        const jerk_interval *q = ring_at(p, e.end++);
+        e.length += q->length;
+        knots += ceil(q->length / p->spacing);
+        blocks += (int)q->blocks;
+        if (q->flags & JERK_STAND) {
+            e.stands = true;
+            return e;
+        }
+        if (knots >= p->cfg.window_knots || blocks >= p->cfg.window_blocks) return e;
+    }
+    e.stands = p->finished;
+    return e;
+}
+
+/* Length of the next planner interval, `d0` behind a standstill and `d1` ahead of one. */
+static double step_at(const jerk_planner *p, double d0, double d1, double finest) {
+    double behind = finest + GRADING * d0, ahead = (finest + GRADING * d1) / (1.0 + GRADING);
+    return fmin(p->spacing, fmin(behind, fmax(finest, ahead)));
+}
+
+static bool add_part(const jerk_planner *p, grid *g, const jerk_interval *q, double from, double to) {
+    if (from <= 0.0 && to >= q->length) return add_segment(p, g, q, true);
+    if (g->n >= g->max) return false;
+    jerk_interval *part = &g->parts[g->used++];
+    interval_part(q, from, to, p->cfg.axes, part);
+    return add_segment(p, g, part, to >= q->length);
+}
+
+/* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
+static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
+    double at = 0.0, finest = fmin(p->rest_length / 60.0, e->length / 24.0);
+    g->n = g->used = 0;
+    g->rest_start = p->at_rest;
+    g->stands = e->stands;
+    for (uint64_t i = p->head; i != e->end && to - at > 1e-9; i++) {
+        const jerk_interval *q = ring_at(p, i);
+        double len = to - at > q->length - 1e-9 ? q->length : to - at;
+        for (double done = 0.0; done < len;) {
+            double left = len - done, d0 = p->at_rest ? at + done : 1e30;
+            double d1 = e->stands ? e->length - at - done : 1e30;
+            double parts = ceil(left / step_at(p, d0, d1, finest) - 1e-6);
+            double next = parts <= 1.0 ? len : done + left / parts;
+            if (!add_part(p, g, q, done, next)) return false;
+            done = next;
+        }
+        at += len;
+    }
+    return true;
+}
+
+/* The window of the next plan. */
+void grid_window(jerk_planner *p, grid *g) {
+    extent e = window_extent(p);
+    if (!grid_fill(p, g, &e, 1e30)) g->stands = false;
+    knot_caps(p, g);
+}
+
+/* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
+bool grid_to(jerk_planner *p, grid *g, double distance) {
+    extent e = {p->head, 0.0, true};
+    while (e.end != p->tail && e.length < distance) e.length += ring_at(p, e.end++)->length;
+    if (e.length < distance - 1e-9) return false;
+    e.length = distance;
+    bool fits = grid_fill(p, g, &e, distance);
+    knot_caps(p, g);
+    return fits;
+}

@@ -1,0 +1,157 @@
+/* Inside of the jerk-limited planner: path ring, planner grid, solver work, plan.
+ *
+ * Scaled quantities: x = v^2/F^2, u = a/F^2, c = (du/ds)/F^2, with F the speed scale of the machine; lengths stay mm.
+ */
+#ifndef JERK_INTERNAL_H
+#define JERK_INTERNAL_H
+#include <stdbool.h>
+#include "jerk_planner.h"
+
+#define LANES 4
+typedef double vec __attribute__((vector_size(32)));
+typedef long long ivec __attribute__((vector_size(32)));
+
+#define GRADED_EXTRA 96       /* room beyond window_knots for the finer grid near rests */
+#define ACC_USABLE 0.995      /* share of the limits that is planned with */
+#define JERK_USABLE 0.99
+#define VEL_USABLE 0.9999
+#define CHECK_SLACK 1.002     /* the checker's bound, over the machine's limits */
+#define FEED_SLACK 1.002      /* of speed over the cap */
+
+/* One interval of the planner's grid: a part of a pushed interval. */
+typedef struct segment {
+    const jerk_interval *q;   /* derivatives over this part */
+    double h;
+    double cap;               /* hard cap on x (scaled), both ends */
+    double soft;              /* cap by feed and override; may lie below the present speed */
+    double share;             /* of the jerk limit that is left for the continuous motion */
+    double jerk_up, jerk_down; /* path jerk (scaled) allowed when it starts, ends at rest */
+    bool last;                /* the pushed interval ends with it */
+} segment;
+
+typedef struct grid {
+    segment *seg;             /* n */
+    jerk_interval *parts;     /* storage of subdivided intervals */
+    double *knot_cap;         /* n + 1: hard caps including jumps of derivatives */
+    double *from_start;       /* n + 1: distance from the start, mm */
+    int n, used, max;
+    bool rest_start, stands;  /* starts at rest; ends at a stand or at the end of the path */
+} grid;
+
+typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5 (jerks) */
+    vec b[3], s[2], l[2], is[2], r[2], ds[2], dl[2];
+} two_sided;
+
+typedef struct one_sided { /* b z <= bound */
+    vec b[3], bound, s, l, is, r, ds, dl;
+} one_sided;
+
+enum { ROW_CAP, ROW_FLOOR, ROW_MID_FLOOR, ONE_SIDED_ROWS };
+
+/* Stage cost of the Newton step; nine arrays of `stride` doubles. */
+typedef struct stage_cost {
+    double *xx, *xu, *uu, *xc, *uc, *cc;
+} stage_cost;
+
+typedef struct stage_grad {
+    double *x, *u, *c;
+} stage_grad;
+
+typedef struct riccati {
+    double *kx, *ku, *ir, *sx, *su, *d;
+} riccati;
+
+typedef struct problem {
+    int n, first, blocks, axes, acc_sets; /* intervals; first stage with rows; blocks of LANES stages */
+    bool rest_start;
+    double *h, *x, *u, *c;                /* stages */
+    double *dx, *du, *dc;
+    double *guess;                        /* knots: x the floors refer to */
+    double *weight;                       /* objective: minus the gradient by x */
+    double *on;                           /* 1 where a stage has jerk rows */
+    two_sided *jerk, *acc;                /* [block][rows] */
+    one_sided *one;
+    stage_cost cost;
+    stage_grad grad, corr, cent;          /* affine gradient; corrector and centring parts */
+    riccati ric;
+    double x0, u0;
+    double terminal;                      /* 1.5 h of the last interval */
+    int iterations;
+    double gap;
+} problem;
+
+/* An accepted plan: from `next` on it is the stored tail, and it ends at rest. */
+typedef struct plan {
+    double *h, *x, *u, *c;                /* x, u at the n + 1 knots */
+    double *offset;
+    uint64_t *tag;
+    bool *last;
+    int n, next;                          /* next: first segment not handed out */
+    int since;                            /* handed out since it was planned */
+    bool rest_start, stands;              /* starts at rest; ends where the axes must stand */
+    uint64_t end;                         /* ring index of the first interval that it does not finish */
+    double length;                        /* mm from `next` to the end */
+} plan;
+
+struct jerk_planner {
+    jerk_config cfg;
+    double scale;                         /* F */
+    double rest_length;                   /* mm from rest to full acceleration with the smallest limits */
+    double spacing;
+    jerk_interval *ring;
+    uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
+    bool finished, hold, changed, at_rest;
+    double feed_factor, rapid_factor;
+    int capacity;                         /* segments a grid can hold */
+    double x, u;                          /* scaled state at the head */
+    grid grid;
+    problem prob;
+    plan plan;
+    double *scratch;                      /* capacity + LANES */
+    int retry;                            /* segments to hand out before a failed plan is tried again */
+    bool stuck;                           /* no plan from rest: wait for a change */
+    uint64_t stuck_tail;
+    jerk_stats stats;
+    void *arena;
+};
+
+static inline const jerk_interval *ring_at(const jerk_planner *p, uint64_t i) { return &p->ring[i & p->mask]; }
+
+/* jerk_knots.c */
+void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out);
+void ring_consume(jerk_planner *p, double length, bool whole);
+
+/* jerk_grid.c */
+void grid_window(jerk_planner *p, grid *g);
+bool grid_to(jerk_planner *p, grid *g, double distance);
+void segment_limits(const jerk_planner *p, segment *s);
+void knot_caps(const jerk_planner *p, grid *g);
+
+/* jerk_rows.c */
+void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0);
+void bound_rows(jerk_planner *p, const grid *g);
+
+/* jerk_guess.c */
+bool guess_window(jerk_planner *p, const grid *g, bool warm);
+bool guess_stop(jerk_planner *p, const grid *g);
+
+/* jerk_riccati.c */
+bool riccati_factor(problem *b);
+void riccati_solve(problem *b, const stage_grad *g);
+
+/* jerk_ipm.c */
+bool ipm_solve(problem *b, int max_iterations);
+
+/* jerk_check.c */
+double plan_check(const jerk_planner *p, const grid *g, problem *b);
+
+/* jerk_plan.c */
+void plan_accept(jerk_planner *p, const grid *g);
+void plan_window(jerk_planner *p);
+
+/* jerk_hold.c */
+void plan_stop(jerk_planner *p);
+
+/* jerk_law.c */
+void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double scale);
+#endif
