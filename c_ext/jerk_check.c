@@ -35,7 +35,7 @@ static void middle(const jerk_interval *q, int axes, double *d1, double *d2, dou
 
 /* Three motions at start, middle and end of an interval. */
 static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
-    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = fmin(1.0, s->share + 0.01);
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->share / *s->tight;
     middle(s->q, p->cfg.axes, d1, d2, d3);
     double worst = ratio_at(p, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
     worst = fmax(worst, ratio_at(p, d1, d2, d3, m[1], share));
@@ -49,7 +49,7 @@ static double rest_ratio(const jerk_planner *p, const segment *s, double v, doub
     motion at = {v, sign * j * t, j / v}, mid = {vm, sign * j * tm, j / vm}, rest = {0.0, 0.0, 0.0};
     double worst = sign > 0 ? ratio_of(p, s, (motion[3]){rest, mid, at}) : ratio_of(p, s, (motion[3]){at, mid, rest});
     for (int a = 0; a < p->cfg.axes; a++)
-        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (p->cfg.j_max[a] * fmin(1.0, s->share + 0.01)));
+        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (p->cfg.j_max[a] * s->share / *s->tight));
     return worst;
 }
 
@@ -82,7 +82,7 @@ static double free_ratio(const jerk_planner *p, const grid *g, int k, double *x,
 
 /* Largest ratio of anything to its limit over the plan (infinite: no plan at all).  On the way x and u of the problem
  * are replaced by what the inputs integrate to. */
-double plan_check(const jerk_planner *p, const grid *g, problem *b) {
+double plan_check(const jerk_planner *p, grid *g, problem *b) {
     double f2 = p->scale * p->scale, worst = 0.0, x = b->x0 * f2, u = b->u0 * f2;
     int last = g->n - 1, k = 0;
     if (g->n < (g->rest_start ? 3 : 2)) return INFINITY;
@@ -98,6 +98,7 @@ double plan_check(const jerk_planner *p, const grid *g, problem *b) {
         b->x[k] = x / f2;
         b->u[k] = u / f2;
         double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
+        g->seg[k].excess = ratio > CHECK_SLACK ? ratio : 0.0;
         if (!(ratio <= worst)) worst = ratio;
         if (!isfinite(worst)) return INFINITY;
     }

@@ -4,6 +4,7 @@
 #include "jerk_internal.h"
 
 #define GRADING 0.25     /* growth of the spacing with the distance from a standstill */
+#define MAX_TURN 0.07    /* rad in one planner interval */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
 #define SMALL_JUMP 1e-3  /* jumps below this share of the limit at the present cap need no reserve */
@@ -43,7 +44,7 @@ void segment_limits(const jerk_planner *p, segment *s) {
     double factor = q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor;
     double feed = q->feed > 0 ? q->feed * factor * VEL_USABLE / p->scale : 1e15;
     s->h = q->length;
-    s->share = 1.0;
+    s->share = *s->tight;
     s->cap = velocity_cap(p, q);
     s->soft = fmin(s->cap, feed * feed);
 }
@@ -56,8 +57,8 @@ static void jump_cap(const jerk_planner *p, grid *g, int k) {
         double room = JUMP_SHARE * p->cfg.j_max[a] * dt;
         double bend = STEP_SEEN * f * f * fabs(right->q->d2[0][a] - left->q->d2[1][a]);
         double corner = f / dt * fabs(right->q->d1[0][a] - left->q->d1[1][a]);
-        if (bend * cap > room) cap = room / bend;
-        if (corner * sqrt(cap) > room) cap = room / corner * (room / corner);
+        double v = 2.0 * room / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
+        cap = fmin(cap, v * v); /* bend x + corner sqrt(x) <= room */
     }
     for (int a = 0; a < p->cfg.axes; a++) {
         double jumps = STEP_SEEN * f * f * fabs(right->q->d2[0][a] - left->q->d2[1][a]) * cap +
@@ -67,7 +68,7 @@ static void jump_cap(const jerk_planner *p, grid *g, int k) {
     g->knot_cap[k] = cap;
     if (used < SMALL_JUMP) return;
     double reach = 1.5 * dt * sqrt(cap) * f;
-    double share = fmax(1.0 - used, 1.0 - 2.0 * JUMP_SHARE * 0.75);
+    double share = fmax(1.0 - used, 0.25);
     for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) g->seg[i].share = fmin(g->seg[i].share, share);
     for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) g->seg[i].share = fmin(g->seg[i].share, share);
 }
@@ -86,11 +87,12 @@ void knot_caps(const jerk_planner *p, grid *g) {
     }
 }
 
-static bool add_segment(const jerk_planner *p, grid *g, const jerk_interval *q, bool last) {
+static bool add_segment(const jerk_planner *p, grid *g, const jerk_interval *q, uint64_t i, bool last) {
     if (g->n >= g->max) return false;
     segment *s = &g->seg[g->n++];
     s->q = q;
     s->last = last;
+    s->tight = &p->tight[i & p->mask];
     segment_limits(p, s);
     return true;
 }
@@ -127,12 +129,23 @@ static double step_at(const jerk_planner *p, double d0, double d1, double finest
     return fmin(p->spacing, fmin(behind, fmax(finest, ahead)));
 }
 
-static bool add_part(const jerk_planner *p, grid *g, const jerk_interval *q, double from, double to) {
-    if (from <= 0.0 && to >= q->length) return add_segment(p, g, q, true);
+/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. */
+static double turn_length(const jerk_planner *p, const jerk_interval *q) {
+    double start = 0.0, end = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        start += q->d2[0][a] * q->d2[0][a];
+        end += q->d2[1][a] * q->d2[1][a];
+    }
+    return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
+}
+
+static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, double to) {
+    const jerk_interval *q = ring_at(p, i);
+    if (from <= 0.0 && to >= q->length) return add_segment(p, g, q, i, true);
     if (g->n >= g->max) return false;
     jerk_interval *part = &g->parts[g->used++];
     interval_part(q, from, to, p->cfg.axes, part);
-    return add_segment(p, g, part, to >= q->length);
+    return add_segment(p, g, part, i, to >= q->length);
 }
 
 /* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
@@ -144,12 +157,13 @@ static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
     for (uint64_t i = p->head; i != e->end && to - at > 1e-9; i++) {
         const jerk_interval *q = ring_at(p, i);
         double len = to - at > q->length - 1e-9 ? q->length : to - at;
+        double turn = turn_length(p, q);
         for (double done = 0.0; done < len;) {
             double left = len - done, d0 = p->at_rest ? at + done : 1e30;
             double d1 = e->stands ? e->length - at - done : 1e30;
-            double parts = ceil(left / step_at(p, d0, d1, finest) - 1e-6);
+            double parts = ceil(left / fmin(turn, step_at(p, d0, d1, finest)) - 1e-6);
             double next = parts <= 1.0 ? len : done + left / parts;
-            if (!add_part(p, g, q, done, next)) return false;
+            if (!add_part(p, g, i, done, next)) return false;
             done = next;
         }
         at += len;

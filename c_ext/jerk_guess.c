@@ -136,6 +136,15 @@ bool guess_window(jerk_planner *p, const grid *g, bool warm) {
     return project(p, g, STIFFNESS);
 }
 
+/* From a profile over the same grid. */
+bool guess_from(jerk_planner *p, const grid *g, const double *x) {
+    problem *b = &p->prob;
+    for (int k = 0; k <= g->n; k++) b->guess[k] = fmax(1e-14, x[k]);
+    b->guess[g->n] = 0.0;
+    bound_rows(p, g);
+    return project(p, g, 0.2 * STIFFNESS);
+}
+
 /* A stop from the present state over the whole grid. */
 bool guess_stop(jerk_planner *p, const grid *g) {
     problem *b = &p->prob;

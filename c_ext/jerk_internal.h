@@ -15,7 +15,7 @@ typedef long long ivec __attribute__((vector_size(32)));
 #define ACC_USABLE 0.995      /* share of the limits that is planned with */
 #define JERK_USABLE 0.99
 #define VEL_USABLE 0.9999
-#define CHECK_SLACK 1.002     /* the checker's bound, over the machine's limits */
+#define CHECK_SLACK 1.01      /* the checker's bound, over the machine's limits */
 #define FEED_SLACK 1.002      /* of speed over the cap */
 
 /* One interval of the planner's grid: a part of a pushed interval. */
@@ -24,6 +24,8 @@ typedef struct segment {
     double h;
     double cap;               /* hard cap on x (scaled), both ends */
     double soft;              /* cap by feed and override; may lie below the present speed */
+    double *tight;            /* the ring interval's share of the jerk limit, lowered where a check failed */
+    double excess;            /* ratio of the last check where it was too large, else 0 */
     double share;             /* of the jerk limit that is left for the continuous motion */
     double jerk_up, jerk_down; /* path jerk (scaled) allowed when it starts, ends at rest */
     bool last;                /* the pushed interval ends with it */
@@ -99,6 +101,7 @@ struct jerk_planner {
     double rest_length;                   /* mm from rest to full acceleration with the smallest limits */
     double spacing;
     jerk_interval *ring;
+    double *tight;                        /* as `ring` */
     uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
     bool finished, hold, changed, at_rest;
     double feed_factor, rapid_factor;
@@ -133,6 +136,7 @@ void bound_rows(jerk_planner *p, const grid *g);
 
 /* jerk_guess.c */
 bool guess_window(jerk_planner *p, const grid *g, bool warm);
+bool guess_from(jerk_planner *p, const grid *g, const double *x);
 bool guess_stop(jerk_planner *p, const grid *g);
 
 /* jerk_riccati.c */
@@ -143,7 +147,7 @@ void riccati_solve(problem *b, const stage_grad *g);
 bool ipm_solve(problem *b, int max_iterations);
 
 /* jerk_check.c */
-double plan_check(const jerk_planner *p, const grid *g, problem *b);
+double plan_check(const jerk_planner *p, grid *g, problem *b);
 
 /* jerk_plan.c */
 void plan_accept(jerk_planner *p, const grid *g);

@@ -9,11 +9,19 @@
 #pragma GCC diagnostic ignored "-Wpsabi" /* vectors are passed between static functions only */
 #endif
 #include <math.h>
+#ifdef JERK_DEBUG
+#include <stdio.h>
+#include <stdlib.h>
+#endif
 #include "jerk_internal.h"
 
 #define TO_BOUNDARY 0.995
-#define START_MU 3e-3        /* times the objective, over the number of rows: barrier of the first iterate */
-#define START_SLACK 0.03
+#ifndef START_MU
+#define START_MU 0.3         /* times the objective, over the number of rows: barrier of the first iterate */
+#endif
+#ifndef START_SLACK
+#define START_SLACK 0.1
+#endif
 #define GAP 3e-4             /* of the objective */
 #define ROWS_MET 1e-6
 
@@ -367,7 +375,7 @@ static double step_length(vec most) {
 bool ipm_solve(problem *b, int max_iterations) {
     int rows = b->blocks * LANES * (2 * (2 + b->acc_sets) * b->axes + ONE_SIDED_ROWS);
     double missed = 1.0, dual = 1.0;
-    start(b, START_MU / rows * 10.0);
+    start(b, START_MU / rows);
     for (b->iterations = 0; b->iterations < max_iterations; b->iterations++) {
         gather(b);
         if (!riccati_factor(b)) return false;
@@ -387,6 +395,9 @@ bool ipm_solve(problem *b, int max_iterations) {
         ad = step_length(o.pl);
         if (!isfinite(ap + ad)) return false;
         move(b, ap, ad);
+#ifdef JERK_DEBUG
+        if (getenv("IPM")) fprintf(stderr, "  %2d gap %.3e ap %.3f ad %.3f sigma %.2e missed %.1e dual %.1e\n", b->iterations, gap, ap, ad, sigma, missed, dual);
+#endif
         missed *= 1.0 - ap;
         dual *= 1.0 - ad;
     }

@@ -19,6 +19,7 @@ int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n) {
         int64_t error = !finite_interval(q, p->cfg.axes) ? JERK_NOT_FINITE : !(q->length > 1e-9) ? JERK_BAD_LENGTH : 0;
         if (error) return i > 0 ? i : error;
         p->ring[p->tail & p->mask] = *q;
+        p->tight[p->tail & p->mask] = 1.0;
         p->tail++;
         p->finished = false;
     }

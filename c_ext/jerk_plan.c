@@ -1,10 +1,17 @@
 /* Planning the window: guess, solve, check, and only then take the place of the stored tail. */
 #include <math.h>
 #include <string.h>
+#ifdef JERK_DEBUG
+#include <stdio.h>
+#endif
 #include "jerk_internal.h"
 
 #define MAX_ITERATIONS 40
 #define SLOWER 1.002     /* a plan this much slower than the tail over the tail's way is not taken */
+#define TIGHTENINGS 3
+#define TIGHTEN_UP_TO 1.3
+#define TIGHTEST 0.5
+#define AIM 1.003        /* ratio that a tightened interval should come to */
 #define FALLBACK_SCALE 0.7
 #define FALLBACK_TRIES 40
 
@@ -46,8 +53,7 @@ static double time_over(const double *h, const double *x, int from, int n, doubl
 
 static bool slower_than_tail(const jerk_planner *p, const grid *g) {
     const plan *pl = &p->plan;
-    double length = 0.0, fresh[1];
-    (void)fresh;
+    double length = 0.0;
     for (int k = pl->next; k < pl->n; k++) length += pl->h[k];
     if (length <= 0.0 || g->from_start[g->n] < length - 1e-9) return false;
     double t_new = 0.0, at = 0.0;
@@ -59,21 +65,18 @@ static bool slower_than_tail(const jerk_planner *p, const grid *g) {
     return t_new > SLOWER * time_over(pl->h, pl->x, pl->next, pl->n, 1e30);
 }
 
-static bool check(jerk_planner *p, const grid *g) {
+static double check(jerk_planner *p, grid *g) {
     double worst = plan_check(p, g, &p->prob);
-    if (worst <= CHECK_SLACK) {
-        p->stats.worst_ratio = fmax(p->stats.worst_ratio, worst);
-        return true;
-    }
-    return false;
+    if (worst <= CHECK_SLACK) p->stats.worst_ratio = fmax(p->stats.worst_ratio, worst);
+    return worst;
 }
 
 /* From rest to rest any profile, slowed down, becomes legal: accelerations fall with the square of the speed. */
-static bool slow_fallback(jerk_planner *p, const grid *g) {
+static bool slow_fallback(jerk_planner *p, grid *g) {
     problem *b = &p->prob;
     if (!g->rest_start || !guess_window(p, g, false)) return false;
     for (int i = 0; i < FALLBACK_TRIES; i++) {
-        if (check(p, g)) return true;
+        if (check(p, g) <= CHECK_SLACK) return true;
         for (int k = 0; k <= g->n; k++) {
             b->x[k] *= FALLBACK_SCALE;
             b->u[k] *= FALLBACK_SCALE;
@@ -83,16 +86,44 @@ static bool slow_fallback(jerk_planner *p, const grid *g) {
     return false;
 }
 
-/* Solve over the grid; true if a legal plan stands in the problem. */
-bool solve_window(jerk_planner *p, const grid *g, bool warm) {
+/* Between its ends an interval may exceed a limit by a few percent: less of the jerk is planned with there, from now on. */
+static bool tighten(grid *g, double worst) {
+    if (!(worst < TIGHTEN_UP_TO)) return false;
+    for (int k = 0; k < g->n; k++) {
+        segment *s = &g->seg[k];
+        if (s->excess <= 0.0) continue;
+        double factor = fmax(TIGHTEST, *s->tight * AIM / s->excess) / *s->tight;
+        *s->tight *= factor;
+        s->share *= factor;
+    }
+    return true;
+}
+
+static bool solve_from_guess(jerk_planner *p) {
     p->stats.solves++;
-    problem_from_grid(p, g, p->x, p->u);
-    if (!guess_window(p, g, warm)) return false;
     bool solved = ipm_solve(&p->prob, MAX_ITERATIONS);
     p->stats.iterations += (uint64_t)p->prob.iterations;
-    if (!solved) p->stats.failed++;
-    if (check(p, g)) return true;
-    p->stats.refused += solved;
+    p->stats.failed += !solved;
+    return solved;
+}
+
+/* Solve over the grid; true if a legal plan stands in the problem. */
+static bool solve_window(jerk_planner *p, grid *g, bool warm) {
+    problem_from_grid(p, g, p->x, p->u);
+    if (!guess_window(p, g, warm)) return false;
+    for (int i = 0; i < TIGHTENINGS; i++) {
+        bool solved = solve_from_guess(p);
+        double worst = check(p, g);
+#ifdef JERK_DEBUG
+        fprintf(stderr, "solve n %d rest %d it %d solved %d gap %.2e worst %.5f x0 %.4f u0 %.4f\n", g->n, g->rest_start, p->prob.iterations, solved, p->prob.gap, worst, p->x, p->u);
+#endif
+        if (worst <= CHECK_SLACK) return true;
+        p->stats.refused += solved;
+        if (!tighten(g, worst)) return false;
+        memcpy(p->scratch, p->prob.x, sizeof(double) * (size_t)(g->n + 1));
+        problem_from_grid(p, g, p->x, p->u);
+        if (!guess_from(p, g, p->scratch)) return false;
+    }
     return false;
 }
 

@@ -34,6 +34,7 @@ static double *doubles(arena *m, size_t n) { return take(m, sizeof(double) * n);
 static void lay_out(jerk_planner *p, arena *m) {
     size_t n = (size_t)p->capacity, stages = n + 2 * LANES, blocks = stages / LANES + 1, axes = (size_t)p->cfg.axes;
     p->ring = take(m, sizeof *p->ring * (size_t)(p->mask + 1));
+    p->tight = doubles(m, (size_t)(p->mask + 1));
     p->grid.seg = take(m, sizeof(segment) * n);
     p->grid.parts = take(m, sizeof(jerk_interval) * n);
     p->grid.knot_cap = doubles(m, n + 1);
