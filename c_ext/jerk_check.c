@@ -24,12 +24,15 @@ static double ratio_at(const jerk_planner *p, const double *d1, const double *d2
     return worst;
 }
 
+/* The derivatives in the middle, of the polynomial of degree 5 for q' that meets q', q'', q''' at both ends. */
 static void middle(const jerk_interval *q, int axes, double *d1, double *d2, double *d3) {
     double h = q->length;
     for (int a = 0; a < axes; a++) {
-        d1[a] = 0.5 * (q->d1[0][a] + q->d1[1][a]) + 0.125 * h * (q->d2[0][a] - q->d2[1][a]);
-        d2[a] = 0.5 * (q->d2[0][a] + q->d2[1][a]) + 0.125 * h * (q->d3[0][a] - q->d3[1][a]);
-        d3[a] = 0.5 * (q->d3[0][a] + q->d3[1][a]);
+        double step = q->d1[1][a] - q->d1[0][a], sum2 = q->d2[0][a] + q->d2[1][a], step2 = q->d2[1][a] - q->d2[0][a];
+        double sum3 = q->d3[0][a] + q->d3[1][a], step3 = q->d3[1][a] - q->d3[0][a];
+        d1[a] = q->d1[0][a] + 0.5 * step - 5.0 / 32.0 * h * step2 + h * h / 64.0 * sum3;
+        d2[a] = 15.0 / 8.0 * step / h - 7.0 / 16.0 * sum2 + h / 32.0 * step3;
+        d3[a] = 1.5 * step2 / h - 0.25 * sum3;
     }
 }
 

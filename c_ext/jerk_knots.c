@@ -28,13 +28,14 @@ int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n) {
 
 void jerk_finish(jerk_planner *p, int finished) { p->finished = finished != 0; }
 
-/* q' by the cubic through both ends with the slopes q''; q'' likewise with the slopes q'''. */
-static void hermite(const jerk_interval *in, double t, int a, double *d1, double *d2, double *d3) {
-    double h = in->length, t2 = t * t, t3 = t2 * t;
-    double h00 = 2 * t3 - 3 * t2 + 1, h10 = t3 - 2 * t2 + t, h01 = 1 - h00, h11 = t3 - t2;
-    *d1 = h00 * in->d1[0][a] + h10 * h * in->d2[0][a] + h01 * in->d1[1][a] + h11 * h * in->d2[1][a];
-    *d2 = h00 * in->d2[0][a] + h10 * h * in->d3[0][a] + h01 * in->d2[1][a] + h11 * h * in->d3[1][a];
-    *d3 = in->d3[0][a] + t * (in->d3[1][a] - in->d3[0][a]);
+/* q', q'', q''' inside an interval: the polynomial of degree 5 for q' that meets all three at both ends. */
+static void inside(const jerk_interval *in, double t, int a, double *d1, double *d2, double *d3) {
+    double h = in->length, p = in->d1[0][a], v = h * in->d2[0][a], w = 0.5 * h * h * in->d3[0][a];
+    double dp = in->d1[1][a] - p - v - w, dv = h * in->d2[1][a] - v - 2.0 * w, dw = 0.5 * (h * h * in->d3[1][a] - 2.0 * w);
+    double c3 = 10.0 * dp - 4.0 * dv + dw, c4 = -15.0 * dp + 7.0 * dv - 2.0 * dw, c5 = 6.0 * dp - 3.0 * dv + dw;
+    *d1 = p + t * (v + t * (w + t * (c3 + t * (c4 + t * c5))));
+    *d2 = (v + t * (2.0 * w + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)))) / h;
+    *d3 = (2.0 * w + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5))) / (h * h);
 }
 
 /* The part of an interval between two lengths of it. */
@@ -42,8 +43,8 @@ void interval_part(const jerk_interval *in, double from, double to, int axes, je
     bool whole_start = from <= 0.0, whole_end = to >= in->length;
     jerk_interval part = *in;
     for (int a = 0; a < axes; a++) {
-        if (!whole_start) hermite(in, from / in->length, a, &part.d1[0][a], &part.d2[0][a], &part.d3[0][a]);
-        if (!whole_end) hermite(in, to / in->length, a, &part.d1[1][a], &part.d2[1][a], &part.d3[1][a]);
+        if (!whole_start) inside(in, from / in->length, a, &part.d1[0][a], &part.d2[0][a], &part.d3[0][a]);
+        if (!whole_end) inside(in, to / in->length, a, &part.d1[1][a], &part.d2[1][a], &part.d3[1][a]);
     }
     part.length = to - from;
     part.offset = in->offset + from;
