@@ -34,7 +34,7 @@ static bool try_stop(jerk_planner *p, double distance) {
     if (!(worst <= CHECK_SLACK)) return false;
     p->stats.worst_ratio = fmax(p->stats.worst_ratio, worst);
     g->stands = false;
-    plan_accept(p, g);
+    plan_accept(p, g, true);
     return true;
 }
 

@@ -70,6 +70,8 @@ typedef struct problem {
     double *dx, *du, *dc;
     double *guess;                        /* knots: x the floors refer to */
     double *weight;                       /* objective: minus the gradient by x */
+    double *root[2];                      /* scale of the jerk rows at both ends */
+    double *calm;                         /* quadratic cost of c */
     double *on;                           /* 1 where a stage has jerk rows */
     two_sided *jerk, *acc;                /* [block][rows] */
     one_sided *one;
@@ -79,6 +81,7 @@ typedef struct problem {
     double x0, u0;
     double terminal;                      /* 1.5 h of the last interval */
     int iterations;
+    bool solved;
     double gap;
 } problem;
 
@@ -90,6 +93,7 @@ typedef struct plan {
     bool *last;
     int n, next;                          /* next: first segment not handed out */
     int since;                            /* handed out since it was planned */
+    bool final;                           /* converged: it need not be planned again */
     bool rest_start, stands;              /* starts at rest; ends where the axes must stand */
     uint64_t end;                         /* ring index of the first interval that it does not finish */
     double length;                        /* mm from `next` to the end */
@@ -150,7 +154,7 @@ bool ipm_solve(problem *b, int max_iterations);
 double plan_check(const jerk_planner *p, grid *g, problem *b);
 
 /* jerk_plan.c */
-void plan_accept(jerk_planner *p, const grid *g);
+void plan_accept(jerk_planner *p, const grid *g, bool final);
 void plan_window(jerk_planner *p);
 
 /* jerk_hold.c */

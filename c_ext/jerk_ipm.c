@@ -15,6 +15,9 @@
 #endif
 #include "jerk_internal.h"
 
+#ifndef LOWEST
+#define LOWEST 0.6            /* share of the guess at which tangents are taken at the least */
+#endif
 #define TO_BOUNDARY 0.995
 #ifndef START_MU
 #define START_MU 0.3         /* times the objective, over the number of rows: barrier of the first iterate */
@@ -35,12 +38,19 @@ static inline vec vmax(vec a, vec b) {
 static double top(vec v) { return fmax(fmax(v[0], v[1]), fmax(v[2], v[3])); }
 static double sum(vec v) { return (v[0] + v[1]) + (v[2] + v[3]); }
 
-/* What the rows of one block of stages share. */
+/* What the rows of one block of stages share.  At either end the jerk rows read root (b z) + half x_t <= bound, with
+ * the tangent of root x^(-1/2) at the present x_t. */
 typedef struct block {
     vec h, hh, x, u, c;
-    vec x1;                 /* x at the end of the stages */
-    vec root[2], half[2];   /* sqrt(x) and 0.5 / x at both ends of the stages with jerk rows */
+    vec x1;                           /* x at the end of the stages */
+    vec root[2], half[2], bound[2];
 } block;
+
+static vec root_of(vec x) {
+    vec out;
+    for (int l = 0; l < LANES; l++) out[l] = sqrt(x[l]);
+    return out;
+}
 
 static block block_at(const problem *b, int i) {
     int k = i * LANES;
@@ -51,15 +61,25 @@ static block block_at(const problem *b, int i) {
     o.u = load(b->u + k);
     o.c = load(b->c + k);
     o.x1 = o.x + 2.0 * o.h * o.u + o.hh * o.c;
-    vec on = load(b->on + k), off = 1.0 - on, low = 0.25 * 0.04 * load(b->guess + k);
-    vec x0 = vmax(o.x, low) * on + off, x1 = vmax(o.x1, low) * on + off;
-    for (int l = 0; l < LANES; l++) {
-        o.root[0][l] = sqrt(x0[l]);
-        o.root[1][l] = sqrt(x1[l]);
+    vec on = load(b->on + k), off = 1.0 - on, low = LOWEST * load(b->guess + k);
+    vec x[2] = {vmax(o.x, low) * on + off, vmax(o.x1, low) * on + off};
+    for (int e = 0; e < 2; e++) {
+        vec t = 1.0 / root_of(x[e]);
+        o.root[e] = load(b->root[e] + k);
+        o.half[e] = 0.5 * on * o.root[e] * t / x[e];
+        o.bound[e] = 1.5 * o.root[e] * t;
     }
-    o.half[0] = 0.5 * on / x0;
-    o.half[1] = 0.5 * on / x1;
     return o;
+}
+
+/* Scale of the jerk rows: sqrt(x) of the guess. */
+static void set_scale(problem *b) {
+    for (int k = 0; k < b->blocks * LANES; k++) {
+        b->root[0][k] = b->root[1][k] = 1.0;
+        if (b->on[k] == 0.0) continue;
+        b->root[0][k] = sqrt(fmax(b->guess[k], b->x[k]));
+        b->root[1][k] = sqrt(fmax(b->guess[k + 1], b->x[k + 1]));
+    }
 }
 
 /* Linear forms of a jerk row pair: q = root * (b . z), m = half * x_t. */
@@ -88,10 +108,9 @@ static inline vec side(vec value, vec bound, vec s, vec l, vec *is, vec *r, vec 
 }
 
 static void gather_jerk(const problem *b, int i, const block *k, sums *s) {
-    const vec bound = set1(1.5);
     for (int e = 0; e < 2; e++) {
         two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
-        vec m = k->half[e] * (e ? k->x1 : k->x), wm = {0}, px = {0}, pu = {0}, pc = {0}, tm = {0}, root = k->root[e];
+        vec m = k->half[e] * (e ? k->x1 : k->x), bound = k->bound[e], wm = {0}, px = {0}, pu = {0}, pc = {0}, tm = {0}, root = k->root[e];
         for (int a = 0; a < b->axes; a++, row++) {
             vec q = root * (row->b[0] * k->x + row->b[1] * k->u + row->b[2] * k->c), t1, t2;
             vec w1 = side(m + q, bound, row->s[0], row->l[0], &row->is[0], &row->r[0], &t1);
@@ -167,10 +186,10 @@ static void gather(problem *b) {
         store(b->cost.uu + k, s.uu);
         store(b->cost.xc + k, s.xc);
         store(b->cost.uc + k, s.uc);
-        store(b->cost.cc + k, s.cc + 1e-12);
+        store(b->cost.cc + k, s.cc + load(b->calm + k) + 1e-14);
         store(b->grad.x + k, s.x - load(b->weight + k));
         store(b->grad.u + k, s.u);
-        store(b->grad.c + k, s.c);
+        store(b->grad.c + k, s.c + load(b->calm + k) * bl.c);
     }
 }
 
@@ -350,8 +369,8 @@ static void start(problem *b, double mu) {
             vec m = k.half[e] * (e ? k.x1 : k.x);
             for (int a = 0; a < b->axes; a++, row++) {
                 vec q = k.root[e] * (row->b[0] * k.x + row->b[1] * k.u + row->b[2] * k.c);
-                start_side(m + q, set1(1.5), mu, &row->s[0], &row->l[0]);
-                start_side(m - q, set1(1.5), mu, &row->s[1], &row->l[1]);
+                start_side(m + q, k.bound[e], mu, &row->s[0], &row->l[0]);
+                start_side(m - q, k.bound[e], mu, &row->s[1], &row->l[1]);
             }
         }
         two_sided *row = &b->acc[i * b->acc_sets * b->axes];
@@ -375,6 +394,7 @@ static double step_length(vec most) {
 bool ipm_solve(problem *b, int max_iterations) {
     int rows = b->blocks * LANES * (2 * (2 + b->acc_sets) * b->axes + ONE_SIDED_ROWS);
     double missed = 1.0, dual = 1.0;
+    set_scale(b);
     start(b, START_MU / rows);
     for (b->iterations = 0; b->iterations < max_iterations; b->iterations++) {
         gather(b);

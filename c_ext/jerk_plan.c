@@ -3,6 +3,7 @@
 #include <string.h>
 #ifdef JERK_DEBUG
 #include <stdio.h>
+#include <stdlib.h>
 #endif
 #include "jerk_internal.h"
 
@@ -16,7 +17,7 @@
 #define FALLBACK_TRIES 40
 
 /* The checked problem becomes the plan. */
-void plan_accept(jerk_planner *p, const grid *g) {
+void plan_accept(jerk_planner *p, const grid *g, bool final) {
     plan *pl = &p->plan;
     problem *b = &p->prob;
     size_t bytes = sizeof(double) * (size_t)(g->n + 1);
@@ -35,6 +36,7 @@ void plan_accept(jerk_planner *p, const grid *g) {
     pl->n = g->n;
     pl->next = pl->since = 0;
     pl->rest_start = g->rest_start;
+    pl->final = final;
     pl->stands = g->stands;
     pl->end = end;
     pl->length = g->from_start[g->n];
@@ -101,7 +103,7 @@ static bool tighten(grid *g, double worst) {
 
 static bool solve_from_guess(jerk_planner *p) {
     p->stats.solves++;
-    bool solved = ipm_solve(&p->prob, MAX_ITERATIONS);
+    bool solved = p->prob.solved = ipm_solve(&p->prob, MAX_ITERATIONS);
     p->stats.iterations += (uint64_t)p->prob.iterations;
     p->stats.failed += !solved;
     return solved;
@@ -111,11 +113,19 @@ static bool solve_from_guess(jerk_planner *p) {
 static bool solve_window(jerk_planner *p, grid *g, bool warm) {
     problem_from_grid(p, g, p->x, p->u);
     if (!guess_window(p, g, warm)) return false;
+#ifdef JERK_DEBUG
+    double *gx = malloc(sizeof(double) * 2 * (size_t)(g->n + 1));
+    memcpy(gx, p->prob.guess, sizeof(double) * (size_t)(g->n + 1));
+    memcpy(gx + g->n + 1, p->prob.x, sizeof(double) * (size_t)(g->n + 1));
+#endif
     for (int i = 0; i < TIGHTENINGS; i++) {
         bool solved = solve_from_guess(p);
         double worst = check(p, g);
 #ifdef JERK_DEBUG
         fprintf(stderr, "solve n %d rest %d it %d solved %d gap %.2e worst %.5f x0 %.4f u0 %.4f\n", g->n, g->rest_start, p->prob.iterations, solved, p->prob.gap, worst, p->x, p->u);
+#endif
+#ifdef JERK_DEBUG
+        if (getenv("DUMP")) for (int k = 0; k <= g->n; k++) fprintf(stderr, "D %d s %.3f guess %.4f proj %.4f x %.4f u %.4f\n", k, g->from_start[k], gx[k], gx[g->n + 1 + k], p->prob.x[k], p->prob.u[k]);
 #endif
         if (worst <= CHECK_SLACK) return true;
         p->stats.refused += solved;
@@ -144,7 +154,7 @@ static void allow_tail(jerk_planner *p, grid *g) {
 }
 
 static bool above_soft(const jerk_planner *p, const grid *g) {
-    return !g->rest_start && g->n > 1 && p->x > fmin(g->seg[0].soft, g->seg[1].soft);
+    return !g->rest_start && g->n > 1 && p->x > 1.003 * fmin(g->seg[0].soft, g->seg[1].soft);
 }
 
 /* A new plan over the window, if it is legal and not slower than the stored tail; else the tail stays. */
@@ -157,16 +167,16 @@ void plan_window(jerk_planner *p) {
     p->retry = 1 + g->n / 10;
     if (!above && solve_window(p, g, true)) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
-        else plan_accept(p, g);
+        else plan_accept(p, g, p->prob.solved);
         return;
     }
     if (g->rest_start) {
-        if (slow_fallback(p, g)) plan_accept(p, g);
+        if (slow_fallback(p, g)) plan_accept(p, g, false);
         return;
     }
     if (changed) plan_stop(p); /* the fastest way down */
     if (!changed && !above) return;
     grid_window(p, g);
     allow_tail(p, g);
-    if (solve_window(p, g, true)) plan_accept(p, g);
+    if (solve_window(p, g, true)) plan_accept(p, g, p->prob.solved);
 }

@@ -40,7 +40,7 @@ static void lay_out(jerk_planner *p, arena *m) {
     p->grid.knot_cap = doubles(m, n + 1);
     p->grid.from_start = doubles(m, n + 1);
     problem *b = &p->prob;
-    double **stage[] = {&b->h, &b->x, &b->u, &b->c, &b->dx, &b->du, &b->dc, &b->guess, &b->weight, &b->on,
+    double **stage[] = {&b->h, &b->x, &b->u, &b->c, &b->dx, &b->du, &b->dc, &b->guess, &b->weight, &b->root[0], &b->root[1], &b->calm, &b->on,
                         &b->cost.xx, &b->cost.xu, &b->cost.uu, &b->cost.xc, &b->cost.uc, &b->cost.cc,
                         &b->grad.x, &b->grad.u, &b->grad.c, &b->corr.x, &b->corr.u, &b->corr.c,
                         &b->cent.x, &b->cent.u, &b->cent.c,
@@ -121,7 +121,9 @@ static bool worth_planning(const jerk_planner *p) {
     const plan *pl = &p->plan;
     if (p->changed) return true;
     if (pl->next >= pl->n) return p->head != p->tail;
-    if (p->hold || pl->stands || !more_path(p) || pl->since < p->retry) return false;
+    if (p->hold || pl->since < p->retry) return false;
+    if (!pl->final) return true;
+    if (pl->stands || !more_path(p)) return false;
     return pl->since >= p->cfg.refresh * pl->n;
 }
 

@@ -3,7 +3,10 @@
 #include <string.h>
 #include "jerk_internal.h"
 
-#define FLOOR 0.04 /* share of the guess below which x may not fall */
+#define CALM 1e-3  /* cost of full path jerk over gain of speed: settles what the rows leave open */
+#ifndef FLOOR
+#define FLOOR 0.2 /* share of the guess below which x may not fall */
+#endif
 
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) { return (double *)v + k % LANES; }
@@ -20,7 +23,7 @@ static void clear_rows(problem *b) {
     memset(b->one, 0, sizeof *b->one * (size_t)(b->blocks * ONE_SIDED_ROWS));
     for (int i = 0; i < b->blocks * ONE_SIDED_ROWS; i++) b->one[i].bound = (vec){1.0, 1.0, 1.0, 1.0};
     for (int k = 0; k < b->blocks * LANES; k++) {
-        b->on[k] = b->weight[k] = 0.0;
+        b->on[k] = b->weight[k] = b->calm[k] = 0.0;
         b->h[k] = 1.0;
         b->guess[k] = 1.0;
         b->x[k] = 1.0;
@@ -119,6 +122,11 @@ void bound_rows(jerk_planner *p, const grid *g) {
         b->weight[k] = 0.5 * (g->seg[k - 1].h + g->seg[k].h) / sum;
         one_row(b, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 1.0);
         one_row(b, ROW_FLOOR, k, -1.0 / xf, 0.0, 0.0, -FLOOR);
+    }
+    for (int k = b->first; k <= g->n - 2; k++) {
+        double most = 0.0;
+        for (int a = 0; a < b->axes; a++) most = fmax(most, fabs(*lane(&jerk_row(b, k, 0, a)->b[2], k)));
+        b->calm[k] = CALM * b->h[k] / sum * most * most * b->guess[k] * b->guess[k + 1];
     }
     for (int k = b->first; k <= g->n - 2; k++) {
         double h = b->h[k], xf = fmin(b->guess[k], b->guess[k + 1]);
