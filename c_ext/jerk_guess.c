@@ -8,16 +8,15 @@
 #define EASY_BEND 0.6
 #define STIFFNESS 0.05   /* weight of jerk against the distance from the profile */
 
+/* What curvature alone allows on a segment. */
 static double curve_cap(const jerk_planner *p, const segment *s) {
-    double f = p->scale, cap = 1e30;
-    for (int e = 0; e < 2; e++)
-        for (int a = 0; a < p->cfg.axes; a++) {
-            double d2 = fabs(s->q->d2[e][a]) * f * f, d3 = fabs(s->q->d3[e][a]) * f * f * f;
-            cap = fmin(cap, EASY_BEND * p->cfg.a_max[a] / fmax(d2, 1e-30));
-            double v = cbrt(EASY_BEND * s->share * p->cfg.j_max[a] / fmax(d3, 1e-30));
-            cap = fmin(cap, v * v);
-        }
-    return cap;
+    double f = p->scale, bend = 0.0, twist = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        bend = fmax(bend, fmax(fabs(s->q->d2[0][a]), fabs(s->q->d2[1][a])) / p->cfg.a_max[a]);
+        twist = fmax(twist, fmax(fabs(s->q->d3[0][a]), fabs(s->q->d3[1][a])) / p->cfg.j_max[a]);
+    }
+    double v = cbrt(EASY_BEND * s->share / fmax(1e-30, twist * f * f * f));
+    return fmin(EASY_BEND / fmax(1e-30, bend * f * f), v * v);
 }
 
 static void path_limits(const jerk_planner *p, const segment *s, double *acc, double *jerk) {
@@ -37,11 +36,13 @@ static double from_rest(double d, double jerk) { return 0.25 * jerk * jerk * pow
 static void slow_profile(jerk_planner *p, const grid *g, double *x) {
     int n = g->n;
     double whole = g->from_start[n], x0 = g->rest_start ? 0.0 : p->x;
+    double curve = curve_cap(p, &g->seg[0]);
     for (int k = 1; k < n; k++) {
-        double acc, jerk, soft = fmin(g->seg[k - 1].soft, g->seg[k].soft);
+        double acc, jerk, before = curve, soft = fmin(g->seg[k - 1].soft, g->seg[k].soft);
         path_limits(p, &g->seg[k], &acc, &jerk);
         double cap = EASY_SPEED * fmin(soft, g->knot_cap[k]);
-        cap = fmin(cap, fmin(curve_cap(p, &g->seg[k - 1]), curve_cap(p, &g->seg[k])));
+        curve = curve_cap(p, &g->seg[k]);
+        cap = fmin(cap, fmin(before, curve));
         if (g->from_start[k] > whole - p->rest_length * 2.0) cap = fmin(cap, from_rest(whole - g->from_start[k], EASY_JERK * jerk));
         if (g->rest_start && g->from_start[k] < p->rest_length * 2.0) cap = fmin(cap, from_rest(g->from_start[k], EASY_JERK * jerk));
         x[k] = cap;

@@ -40,6 +40,14 @@ typedef struct grid {
     bool rest_start, stands;  /* starts at rest; ends at a stand or at the end of the path */
 } grid;
 
+/* What the rows of LANES stages share.  At either end the jerk rows read root (b z) + half x_t <= bound, with the
+ * tangent of root x^(-1/2) at the present x_t. */
+typedef struct block {
+    vec h, hh, x, u, c;
+    vec x1;                           /* x at the end of the stages */
+    vec root[2], half[2], bound[2];
+} block;
+
 typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5 (jerks) */
     vec b[3], s[2], l[2], is[2], r[2], ds[2], dl[2];
 } two_sided;
@@ -73,6 +81,7 @@ typedef struct problem {
     double *root[2];                      /* scale of the jerk rows at both ends */
     double *calm;                         /* quadratic cost of c */
     double *on;                           /* 1 where a stage has jerk rows */
+    block *block;                         /* of the present iterate */
     two_sided *jerk, *acc;                /* [block][rows] */
     one_sided *one;
     stage_cost cost;
@@ -147,7 +156,12 @@ bool guess_stop(jerk_planner *p, const grid *g);
 bool riccati_factor(problem *b);
 void riccati_solve(problem *b, const stage_grad *g);
 
-/* jerk_ipm.c */
+/* jerk_ipm.c, jerk_ipm_avx2.c */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define JERK_AVX2
+bool ipm_solve_avx2(problem *b, int max_iterations);
+#endif
+bool ipm_solve_base(problem *b, int max_iterations);
 bool ipm_solve(problem *b, int max_iterations);
 
 /* jerk_check.c */

@@ -46,6 +46,7 @@ static void lay_out(jerk_planner *p, arena *m) {
                         &b->cent.x, &b->cent.u, &b->cent.c,
                         &b->ric.kx, &b->ric.ku, &b->ric.ir, &b->ric.sx, &b->ric.su, &b->ric.d};
     for (size_t i = 0; i < sizeof stage / sizeof *stage; i++) *stage[i] = doubles(m, stages);
+    b->block = take(m, sizeof(block) * blocks);
     b->jerk = take(m, sizeof(two_sided) * blocks * 2 * axes);
     b->acc = take(m, sizeof(two_sided) * blocks * 2 * axes);
     b->one = take(m, sizeof(one_sided) * blocks * ONE_SIDED_ROWS);

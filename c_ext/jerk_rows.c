@@ -4,9 +4,7 @@
 #include "jerk_internal.h"
 
 #define CALM 1e-3  /* cost of full path jerk over gain of speed: settles what the rows leave open */
-#ifndef FLOOR
 #define FLOOR 0.2 /* share of the guess below which x may not fall */
-#endif
 
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) { return (double *)v + k % LANES; }
