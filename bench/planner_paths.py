@@ -89,4 +89,14 @@ def random_spline(seed: int, points: int = 40, axes: int = 3, spacing: float = 0
     spline = make_interp_spline(np.arange(points), walk, k=5)
     length = float(np.linalg.norm(np.diff(walk, axis=0), axis=1).sum())
     t = np.linspace(0, points - 1, max(40, int(length / spacing)))
-    return by_length(lambda at, order: np.asarray(spline(at, nu=order)), t)
+
+    def curve(at: FloatArray, order: int) -> FloatArray:
+        return np.asarray(spline(at, nu=order))
+
+    for _ in range(12):
+        path = by_length(curve, t)
+        wide = np.linalg.norm(np.diff(path.d1, axis=0), axis=1) > 0.1
+        if not wide.any():
+            break
+        t = np.sort(np.concatenate([t, (0.5 * (t[1:] + t[:-1]))[wide]]))
+    return path

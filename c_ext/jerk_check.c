@@ -38,7 +38,7 @@ static void middle(const jerk_interval *q, int axes, double *d1, double *d2, dou
 
 /* Three motions at start, middle and end of an interval. */
 static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
-    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->share / *s->tight;
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->jump;
     middle(s->q, p->cfg.axes, d1, d2, d3);
     double worst = ratio_at(p, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
     worst = fmax(worst, ratio_at(p, d1, d2, d3, m[1], share));
@@ -52,7 +52,7 @@ static double rest_ratio(const jerk_planner *p, const segment *s, double v, doub
     motion at = {v, sign * j * t, j / v}, mid = {vm, sign * j * tm, j / vm}, rest = {0.0, 0.0, 0.0};
     double worst = sign > 0 ? ratio_of(p, s, (motion[3]){rest, mid, at}) : ratio_of(p, s, (motion[3]){at, mid, rest});
     for (int a = 0; a < p->cfg.axes; a++)
-        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (p->cfg.j_max[a] * s->share / *s->tight));
+        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (p->cfg.j_max[a] * s->jump));
     return worst;
 }
 

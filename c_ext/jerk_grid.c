@@ -7,6 +7,7 @@
 #define MAX_TURN 0.07    /* rad in one planner interval */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
+#define LEAST_SHARE 0.25 /* of the jerk limit that the continuous motion keeps */
 #define SMALL_JUMP 1e-3  /* jumps below this share of the limit at the present cap need no reserve */
 
 /* Largest path jerk (scaled) over the rest interval s: at distance d from the standstill x ~ d^(4/3), and every axis
@@ -44,33 +45,56 @@ void segment_limits(const jerk_planner *p, segment *s) {
     double factor = q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor;
     double feed = q->feed > 0 ? q->feed * factor * VEL_USABLE / p->scale : 1e15;
     s->h = q->length;
-    s->share = *s->tight;
+    s->jump = s->share = 1.0;
     s->cap = velocity_cap(p, q);
     s->soft = fmin(s->cap, feed * feed);
 }
 
-/* Jumps of q' and q'' at the knot between two segments: cap on x there, and the share of jerk they take. */
-static void jump_cap(const jerk_planner *p, grid *g, int k) {
-    segment *left = &g->seg[k - 1], *right = &g->seg[k];
-    double cap = g->knot_cap[k], dt = p->cfg.cycle_s, f = p->scale, used = 0.0;
+/* Share of the jerk limit that jumps of q' and q'' take when they are passed with x. */
+static double jump_used(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double x) {
+    double dt = p->cfg.cycle_s, f = p->scale, used = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double bend = STEP_SEEN * f * f * fabs(right->d2[0][a] - left->d2[1][a]);
+        double corner = f / dt * fabs(right->d1[0][a] - left->d1[1][a]);
+        used = fmax(used, (bend * x + corner * sqrt(x)) / (p->cfg.j_max[a] * dt));
+    }
+    return used;
+}
+
+/* Largest x <= cap at which the jumps take no more than their share. */
+static double jump_cap(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double cap) {
+    double dt = p->cfg.cycle_s, f = p->scale;
     for (int a = 0; a < p->cfg.axes; a++) {
         double room = JUMP_SHARE * p->cfg.j_max[a] * dt;
-        double bend = STEP_SEEN * f * f * fabs(right->q->d2[0][a] - left->q->d2[1][a]);
-        double corner = f / dt * fabs(right->q->d1[0][a] - left->q->d1[1][a]);
+        double bend = STEP_SEEN * f * f * fabs(right->d2[0][a] - left->d2[1][a]);
+        double corner = f / dt * fabs(right->d1[0][a] - left->d1[1][a]);
         double v = 2.0 * room / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
         cap = fmin(cap, v * v); /* bend x + corner sqrt(x) <= room */
     }
-    for (int a = 0; a < p->cfg.axes; a++) {
-        double jumps = STEP_SEEN * f * f * fabs(right->q->d2[0][a] - left->q->d2[1][a]) * cap +
-                       f / dt * fabs(right->q->d1[0][a] - left->q->d1[1][a]) * sqrt(cap);
-        used = fmax(used, jumps / (p->cfg.j_max[a] * dt));
-    }
-    g->knot_cap[k] = cap;
+    return cap;
+}
+
+/* A jump shows in samples up to one and a half cycles away. */
+static double jump_reach(const jerk_planner *p, double x) { return 1.5 * p->cfg.cycle_s * sqrt(x) * p->scale + 1e-9; }
+
+/* The jump between two intervals that is passed at the head: it still shows in what comes next. */
+void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right) {
+    double used = jump_used(p, left, right, p->x);
     if (used < SMALL_JUMP) return;
-    double reach = 1.5 * dt * sqrt(cap) * f;
-    double share = fmax(1.0 - used, 0.25);
-    for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) g->seg[i].share = fmin(g->seg[i].share, share);
-    for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) g->seg[i].share = fmin(g->seg[i].share, share);
+    p->behind_share = fmax(1.0 - used, LEAST_SHARE);
+    p->behind_mm = jump_reach(p, p->x);
+}
+
+/* Cap at knot k, and what is left of the jerk limit around it. */
+static void knot_jump(const jerk_planner *p, grid *g, int k) {
+    const jerk_interval *left = g->seg[k - 1].q, *right = g->seg[k].q;
+    if (!g->seg[k - 1].last) return;
+    g->knot_cap[k] = jump_cap(p, left, right, g->knot_cap[k]);
+    double used = jump_used(p, left, right, g->knot_cap[k]);
+    if (used < SMALL_JUMP) return;
+    double reach = jump_reach(p, g->knot_cap[k]), share = fmax(1.0 - used, LEAST_SHARE);
+    for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) g->seg[i].jump = fmin(g->seg[i].jump, share);
+    for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) g->seg[i].jump = fmin(g->seg[i].jump, share);
 }
 
 void knot_caps(const jerk_planner *p, grid *g) {
@@ -80,7 +104,11 @@ void knot_caps(const jerk_planner *p, grid *g) {
         g->knot_cap[k] = fmin(left, right);
         if (k < g->n) g->from_start[k + 1] = g->from_start[k] + g->seg[k].h;
     }
-    for (int k = 1; k < g->n; k++) jump_cap(p, g, k);
+    for (int k = 1; k < g->n; k++) knot_jump(p, g, k);
+    for (int k = 0; k < g->n; k++) {
+        if (g->from_start[k] < p->behind_mm) g->seg[k].jump = fmin(g->seg[k].jump, p->behind_share);
+        g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;
+    }
     for (int k = 0; k < g->n; k++) {
         g->seg[k].jerk_up = k == 0 ? rest_jerk(p, &g->seg[k], 0) : 0.0;
         g->seg[k].jerk_down = k == g->n - 1 ? rest_jerk(p, &g->seg[k], 1) : 0.0;

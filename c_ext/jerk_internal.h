@@ -26,7 +26,8 @@ typedef struct segment {
     double soft;              /* cap by feed and override; may lie below the present speed */
     double *tight;            /* the ring interval's share of the jerk limit, lowered where a check failed */
     double excess;            /* ratio of the last check where it was too large, else 0 */
-    double share;             /* of the jerk limit that is left for the continuous motion */
+    double jump;              /* share of the jerk limit that jumps of derivatives nearby leave */
+    double share;             /* share that is planned with: jump * tight */
     double jerk_up, jerk_down; /* path jerk (scaled) allowed when it starts, ends at rest */
     bool last;                /* the pushed interval ends with it */
 } segment;
@@ -119,6 +120,7 @@ struct jerk_planner {
     bool finished, hold, changed, at_rest;
     double feed_factor, rapid_factor;
     int capacity;                         /* segments a grid can hold */
+    double behind_mm, behind_share;       /* reach of a jump behind the head, and what it leaves */
     double x, u;                          /* scaled state at the head */
     grid grid;
     problem prob;
@@ -141,6 +143,7 @@ void ring_consume(jerk_planner *p, double length, bool whole);
 void grid_window(jerk_planner *p, grid *g);
 bool grid_to(jerk_planner *p, grid *g, double distance);
 void segment_limits(const jerk_planner *p, segment *s);
+void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right);
 void knot_caps(const jerk_planner *p, grid *g);
 
 /* jerk_rows.c */

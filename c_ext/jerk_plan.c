@@ -94,10 +94,10 @@ static bool tighten(grid *g, double worst) {
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
         if (s->excess <= 0.0) continue;
-        double factor = fmax(TIGHTEST, *s->tight * AIM / s->excess) / *s->tight;
-        *s->tight *= factor;
-        s->share *= factor;
+        double share = s->share / s->jump * AIM / s->excess;
+        *s->tight = fmin(*s->tight, fmax(TIGHTEST, share));
     }
+    for (int k = 0; k < g->n; k++) g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;
     return true;
 }
 

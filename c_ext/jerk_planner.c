@@ -166,10 +166,12 @@ static void hand_out(jerk_planner *p) {
     plan *pl = &p->plan;
     int k = pl->next++;
     pl->since++;
-    ring_consume(p, pl->h[k], pl->last[k]);
     p->at_rest = pl->next == pl->n;
     p->x = p->at_rest ? 0.0 : pl->x[k + 1];
     p->u = p->at_rest ? 0.0 : pl->u[k + 1];
+    p->behind_mm = p->at_rest ? 0.0 : fmax(0.0, p->behind_mm - pl->h[k]);
+    if (pl->last[k] && !p->at_rest) jump_passed(p, ring_at(p, p->head), ring_at(p, p->head + 1));
+    ring_consume(p, pl->h[k], pl->last[k]);
     p->stats.segments++;
 }
 
