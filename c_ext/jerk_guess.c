@@ -6,6 +6,7 @@
 #define EASY_JERK 0.5
 #define EASY_SPEED 0.9
 #define EASY_BEND 0.6
+#define TINY 1e-14
 #define STIFFNESS 0.05   /* weight of jerk against the distance from the profile */
 
 /* What curvature alone allows on a segment. */
@@ -32,35 +33,60 @@ static void path_limits(const jerk_planner *p, const segment *s, double *acc, do
 /* x at distance d from a standstill under constant path jerk. */
 static double from_rest(double d, double jerk) { return 0.25 * jerk * jerk * pow(6.0 * d / jerk, 4.0 / 3.0); }
 
+/* One pass over the caps, leaving every minimum with limited jerk and acceleration: upwards with `step` 1, else back. */
+static void ramp(const jerk_planner *p, const grid *g, double *x, int from, int to, int step, double u) {
+    for (int k = from; k != to; k += step) {
+        const segment *s = &g->seg[step > 0 ? k : k - 1];
+        double acc, jerk;
+        path_limits(p, s, &acc, &jerk);
+        double h = s->h, rise = EASY_JERK * jerk / sqrt(fmax(x[k], 1e-12));
+        double next = fmin(EASY_ACC * acc, u + h * rise), reach = x[k] + h * (u + next);
+        if (reach < x[k + step]) {
+            x[k + step] = fmax(reach, 0.25 * x[k]);
+            u = next;
+        } else {
+            u = fmin(next, (x[k + step] - x[k]) / h - u);
+            u = fmin(u, (x[k + step] - x[k]) / (2.0 * h));
+        }
+    }
+}
+
+/* Caps of feed, machine and curvature, less a margin. */
+static void easy_caps(const jerk_planner *p, const grid *g, double *x) {
+    double curve = curve_cap(p, &g->seg[0]);
+    for (int k = 1; k < g->n; k++) {
+        double before = curve, soft = fmin(g->seg[k - 1].soft, g->seg[k].soft);
+        curve = curve_cap(p, &g->seg[k]);
+        x[k] = fmin(EASY_SPEED * fmin(soft, g->knot_cap[k]), fmin(before, curve));
+    }
+}
+
+/* End of a rest interval under half of the jerk: x and u there. */
+static double rest_end(const jerk_planner *p, const segment *s, double *u) {
+    double acc, jerk, h = s->h;
+    path_limits(p, s, &acc, &jerk);
+    double x = from_rest(h, EASY_JERK * jerk);
+    *u = x / (1.5 * h);
+    return x;
+}
+
 /* A slow profile that needs about half of every limit. */
 static void slow_profile(jerk_planner *p, const grid *g, double *x) {
     int n = g->n;
-    double whole = g->from_start[n], x0 = g->rest_start ? 0.0 : p->x;
-    double curve = curve_cap(p, &g->seg[0]);
-    for (int k = 1; k < n; k++) {
-        double acc, jerk, before = curve, soft = fmin(g->seg[k - 1].soft, g->seg[k].soft);
-        path_limits(p, &g->seg[k], &acc, &jerk);
-        double cap = EASY_SPEED * fmin(soft, g->knot_cap[k]);
-        curve = curve_cap(p, &g->seg[k]);
-        cap = fmin(cap, fmin(before, curve));
-        if (g->from_start[k] > whole - p->rest_length * 2.0) cap = fmin(cap, from_rest(whole - g->from_start[k], EASY_JERK * jerk));
-        if (g->rest_start && g->from_start[k] < p->rest_length * 2.0) cap = fmin(cap, from_rest(g->from_start[k], EASY_JERK * jerk));
-        x[k] = cap;
-    }
-    x[0] = x0;
+    double u = p->u;
+    x[0] = g->rest_start ? 0.0 : p->x;
     x[n] = 0.0;
-    for (int k = n - 1; k >= 1; k--) {
-        double acc, jerk;
-        path_limits(p, &g->seg[k], &acc, &jerk);
-        if (k < n - 1) x[k] = fmin(x[k], x[k + 1] + 2.0 * EASY_ACC * acc * g->seg[k].h);
-    }
-    for (int k = 1; k < n; k++) {
+    easy_caps(p, g, x);
+    if (g->rest_start) x[1] = fmin(x[1], rest_end(p, &g->seg[0], &u));
+    ramp(p, g, x, g->rest_start ? 1 : 0, n - 1, 1, u);
+    x[n - 1] = fmin(x[n - 1], rest_end(p, &g->seg[n - 1], &u));
+    ramp(p, g, x, n - 1, 1, -1, u);
+    for (int k = 1; k < n && !g->rest_start; k++) { /* from above the caps: down with the full acceleration */
         double acc, jerk;
         path_limits(p, &g->seg[k - 1], &acc, &jerk);
-        if (k > 1 || !g->rest_start) x[k] = fmin(x[k], x[k - 1] + 2.0 * EASY_ACC * acc * g->seg[k - 1].h);
-        if (!g->rest_start) x[k] = fmax(x[k], x[k - 1] - 2.0 * acc * g->seg[k - 1].h);
-        x[k] = fmax(x[k], 1e-14);
+        x[k] = fmax(x[k], x[k - 1] - 2.0 * acc * g->seg[k - 1].h);
     }
+    for (int k = 1; k < n; k++) x[k] = fmax(x[k], TINY);
 }
 
 /* x of the plan at a distance ahead of what was handed out; negative behind its end. */
@@ -88,7 +114,7 @@ static bool project(jerk_planner *p, const grid *g, double stiffness) {
         b->cost.xx[k] = b->cost.xu[k] = b->cost.uu[k] = b->cost.xc[k] = b->cost.uc[k] = b->cost.cc[k] = 0.0;
     for (int k = 0; k < b->blocks * LANES; k++) b->grad.x[k] = b->grad.u[k] = b->grad.c[k] = 0.0;
     for (int k = b->first; k < b->n; k++) {
-        double acc, jerk, xk = fmax(b->guess[k], 1e-14);
+        double acc, jerk, xk = fmax(b->guess[k], TINY);
         path_limits(p, &g->seg[k], &acc, &jerk);
         b->cost.xx[k] = 1.0 / (xk * xk);
         b->cost.uu[k] = stiffness / (acc * acc);
@@ -125,7 +151,7 @@ static bool project(jerk_planner *p, const grid *g, double stiffness) {
 }
 
 /* Present plan where it reaches, slow profile behind it. */
-bool guess_window(jerk_planner *p, const grid *g, bool warm) {
+bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink) {
     problem *b = &p->prob;
     slow_profile(p, g, b->guess);
     if (warm && p->plan.next < p->plan.n) {
@@ -133,6 +159,27 @@ bool guess_window(jerk_planner *p, const grid *g, bool warm) {
         for (int k = 1; k < g->n; k++)
             if (p->scratch[k] > b->guess[k]) b->guess[k] = fmin(p->scratch[k], fmax(b->guess[k], fmin(g->seg[k - 1].soft, g->seg[k].soft)));
     }
+    for (int k = 1; k < g->n; k++) b->guess[k] *= shrink;
+    bound_rows(p, g);
+    return project(p, g, STIFFNESS);
+}
+
+/* A smooth bump from rest to rest, below all caps, for the fallback. */
+bool guess_bump(jerk_planner *p, const grid *g) {
+    problem *b = &p->prob;
+    double cap = 1e30, jerk = 1e30;
+    easy_caps(p, g, b->guess);
+    for (int k = 0; k < g->n; k++) {
+        double acc, j;
+        path_limits(p, &g->seg[k], &acc, &j);
+        jerk = fmin(jerk, j);
+        if (k > 0) cap = fmin(cap, b->guess[k]);
+    }
+    for (int k = 1; k < g->n; k++) {
+        double up = from_rest(g->from_start[k], EASY_JERK * jerk), down = from_rest(g->from_start[g->n] - g->from_start[k], EASY_JERK * jerk);
+        b->guess[k] = 1.0 / (1.0 / up + 1.0 / down + 1.0 / cap);
+    }
+    b->guess[0] = b->guess[g->n] = 0.0;
     bound_rows(p, g);
     return project(p, g, STIFFNESS);
 }
@@ -140,7 +187,7 @@ bool guess_window(jerk_planner *p, const grid *g, bool warm) {
 /* From a profile over the same grid. */
 bool guess_from(jerk_planner *p, const grid *g, const double *x) {
     problem *b = &p->prob;
-    for (int k = 0; k <= g->n; k++) b->guess[k] = fmax(1e-14, x[k]);
+    for (int k = 0; k <= g->n; k++) b->guess[k] = fmax(TINY, x[k]);
     b->guess[g->n] = 0.0;
     bound_rows(p, g);
     return project(p, g, 0.2 * STIFFNESS);
@@ -153,7 +200,7 @@ bool guess_stop(jerk_planner *p, const grid *g) {
     b->guess[0] = p->x;
     for (int k = 1; k < g->n; k++) {
         double t = g->from_start[k] / d;
-        b->guess[k] = fmax(1e-14, p->x * pow(1.0 - t, 4.0 / 3.0) * (1.0 + beta * t));
+        b->guess[k] = fmax(TINY, p->x * pow(1.0 - t, 4.0 / 3.0) * (1.0 + beta * t));
     }
     b->guess[g->n] = 0.0;
     bound_rows(p, g);

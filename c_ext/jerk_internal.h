@@ -151,7 +151,8 @@ void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0);
 void bound_rows(jerk_planner *p, const grid *g);
 
 /* jerk_guess.c */
-bool guess_window(jerk_planner *p, const grid *g, bool warm);
+bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink);
+bool guess_bump(jerk_planner *p, const grid *g);
 bool guess_from(jerk_planner *p, const grid *g, const double *x);
 bool guess_stop(jerk_planner *p, const grid *g);
 

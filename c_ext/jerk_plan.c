@@ -14,6 +14,8 @@
 #define TIGHTEST 0.5
 #define AIM 1.003        /* ratio that a tightened interval should come to */
 #define FALLBACK_SCALE 0.7
+#define FALLBACK_LENGTHS 6
+#define SHRINK 0.25      /* of the guess, at the second try from rest */
 #define FALLBACK_TRIES 40
 
 /* The checked problem becomes the plan. */
@@ -74,9 +76,10 @@ static double check(jerk_planner *p, grid *g) {
 }
 
 /* From rest to rest any profile, slowed down, becomes legal: accelerations fall with the square of the speed. */
-static bool slow_fallback(jerk_planner *p, grid *g) {
+static bool slow_bump(jerk_planner *p, grid *g) {
     problem *b = &p->prob;
-    if (!g->rest_start || !guess_window(p, g, false)) return false;
+    problem_from_grid(p, g, 0.0, 0.0);
+    if (!guess_bump(p, g)) return false;
     for (int i = 0; i < FALLBACK_TRIES; i++) {
         if (check(p, g) <= CHECK_SLACK) return true;
         for (int k = 0; k <= g->n; k++) {
@@ -84,6 +87,20 @@ static bool slow_fallback(jerk_planner *p, grid *g) {
             b->u[k] *= FALLBACK_SCALE;
             b->c[k] *= FALLBACK_SCALE;
         }
+    }
+    return false;
+}
+
+/* The solver has failed at a standstill: a slow move, over less and less of the window. */
+static bool slow_fallback(jerk_planner *p, grid *g) {
+    double length = g->from_start[g->n];
+    bool stands = g->stands;
+    for (int i = 0; i < FALLBACK_LENGTHS; i++) {
+        if (grid_to(p, g, length) && g->n >= 3 && slow_bump(p, g)) {
+            g->stands = stands && i == 0;
+            return true;
+        }
+        length *= 0.25;
     }
     return false;
 }
@@ -110,9 +127,9 @@ static bool solve_from_guess(jerk_planner *p) {
 }
 
 /* Solve over the grid; true if a legal plan stands in the problem. */
-static bool solve_window(jerk_planner *p, grid *g, bool warm) {
+static bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
     problem_from_grid(p, g, p->x, p->u);
-    if (!guess_window(p, g, warm)) return false;
+    if (!guess_window(p, g, warm, shrink)) return false;
 #ifdef JERK_DEBUG
     double *gx = malloc(sizeof(double) * 2 * (size_t)(g->n + 1));
     memcpy(gx, p->prob.guess, sizeof(double) * (size_t)(g->n + 1));
@@ -165,18 +182,18 @@ void plan_window(jerk_planner *p) {
     bool changed = p->changed, above = above_soft(p, g);
     p->changed = false;
     p->retry = 1 + g->n / 10;
-    if (!above && solve_window(p, g, true)) {
+    if (!above && solve_window(p, g, true, 1.0)) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
         else plan_accept(p, g, p->prob.solved);
         return;
     }
     if (g->rest_start) {
-        if (slow_fallback(p, g)) plan_accept(p, g, false);
+        if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) plan_accept(p, g, false);
         return;
     }
     if (changed) plan_stop(p); /* the fastest way down */
     if (!changed && !above) return;
     grid_window(p, g);
     allow_tail(p, g);
-    if (solve_window(p, g, true)) plan_accept(p, g, p->prob.solved);
+    if (solve_window(p, g, true, 1.0)) plan_accept(p, g, p->prob.solved);
 }
