@@ -4,7 +4,12 @@
  * interval, and looks for minima of speed inside.  Nothing of the planner's rows is used.
  */
 #include <math.h>
+#ifdef JERK_DEBUG
+#include <stdio.h>
+#endif
 #include "jerk_internal.h"
+
+#define LEAST_DIP 1e-4 /* smallest x inside an interval, over the largest */
 
 typedef struct motion {
     double v, a, c; /* speed, acceleration, its slope over the path; or path jerk / v */
@@ -78,9 +83,18 @@ static double free_ratio(const jerk_planner *p, const grid *g, int k, double *x,
     }
     *x = x1;
     *u = u1;
-    if (!(low > 0.0) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
+#ifdef JERK_DEBUG
+    if (!(low > LEAST_DIP * top_x)) fprintf(stderr, "   low k %d/%d h %.5f x0 %.4g x1 %.4g u0 %.4g u1 %.4g low %.3g share %.3f cap %.4g\n", k, g->n, h, x0, x1, u0, u1, low, s->share, g->knot_cap[k + 1]);
+#endif
+    if (!(low > LEAST_DIP * top_x) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
     motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
     return fmax(ratio_of(p, s, m), feed_ratio(p, g, k, x0, x1, top_x));
+}
+
+/* The input that meets the rest interval exactly: what the way there has gathered in rounding ends here. */
+static double last_input(const grid *g, double x, double u) {
+    double h = g->seg[g->n - 2].h, t = 1.5 * g->seg[g->n - 1].h;
+    return -(x + (2.0 * h + t) * u) / (h * (h + t));
 }
 
 /* Largest ratio of anything to its limit over the plan (infinite: no plan at all).  On the way x and u of the problem
@@ -100,13 +114,14 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
     for (; k < last; k++) {
         b->x[k] = x / f2;
         b->u[k] = u / f2;
+        if (k == last - 1) b->c[k] = last_input(g, x, u) / f2;
         double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
         g->seg[k].excess = ratio > CHECK_SLACK ? ratio : 0.0;
         if (!(ratio <= worst)) worst = ratio;
         if (!isfinite(worst)) return INFINITY;
     }
     double meet = 1.5 * g->seg[last].h * -u;
-    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x + 1e-12)) return INFINITY;
+    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) return INFINITY;
     b->x[last] = x / f2;
     b->u[last] = u / f2;
     b->x[g->n] = b->u[g->n] = b->c[last] = 0.0;

@@ -7,6 +7,7 @@
 #define MAX_TURN 0.07    /* rad in one planner interval */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
+#define SLOW 0.5         /* grid step over the length in which jerk changes a low speed */
 #define LEAST_SHARE 0.25 /* of the jerk limit that the continuous motion keeps */
 #define SMALL_JUMP 1e-3  /* jumps below this share of the limit at the present cap need no reserve */
 
@@ -151,10 +152,42 @@ static extent window_extent(const jerk_planner *p) {
     return e;
 }
 
-/* Length of the next planner interval, `d0` behind a standstill and `d1` ahead of one. */
-static double step_at(const jerk_planner *p, double d0, double d1, double finest) {
-    double behind = finest + GRADING * d0, ahead = (finest + GRADING * d1) / (1.0 + GRADING);
-    return fmin(p->spacing, fmin(behind, fmax(finest, ahead)));
+/* Length over which the speed v can change much under the path jerk at q: the grid must resolve it. */
+static double slow_length(const jerk_planner *p, const jerk_interval *q, double v, double finest) {
+    double jerk = 1e30;
+    for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, p->cfg.j_max[a] / fmax(1e-9, fabs(q->d1[0][a])));
+    return fmin(p->spacing, fmax(finest, SLOW * v * sqrt(v / jerk)));
+}
+
+static double feed_speed(const jerk_planner *p, const jerk_interval *q) {
+    segment s = {.q = q};
+    segment_limits(p, &s);
+    return s.soft;
+}
+
+/* Step at the knot between two pushed intervals: fine where it must be passed slowly or the feed changes. */
+static double knot_step(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double finest) {
+    double before = feed_speed(p, left), after = feed_speed(p, right), open = fmin(before, after);
+    double cap = jump_cap(p, left, right, open);
+    if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) return p->spacing;
+    return slow_length(p, right, p->scale * sqrt(cap), finest);
+}
+
+/* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
+static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands) {
+    double *step = g->step;
+    double finest = g->finest;
+    step[0] = p->at_rest ? finest : slow_length(p, ring_at(p, p->head), p->scale * sqrt(p->x), finest);
+    step[n] = stands ? finest : p->spacing;
+    for (int i = 1; i < n; i++) step[i] = knot_step(p, ring_at(p, p->head + i - 1), ring_at(p, p->head + i), finest);
+    for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, p->head + i - 1)->length);
+    for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, p->head + i)->length);
+}
+
+/* Length of the next planner interval, `d0` behind a knot with the step s0 and `d1` ahead of one with s1. */
+static double step_at(const jerk_planner *p, double d0, double s0, double d1, double s1) {
+    double behind = s0 + GRADING * d0, ahead = fmax(s1, (s1 + GRADING * d1) / (1.0 + GRADING));
+    return fmin(p->spacing, fmin(behind, ahead));
 }
 
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. */
@@ -176,24 +209,32 @@ static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, do
     return add_segment(p, g, part, i, to >= q->length);
 }
 
+/* Lay the grid over one pushed interval, or the first `len` mm of it. */
+static bool fill_interval(jerk_planner *p, grid *g, int i, double len) {
+    const jerk_interval *q = ring_at(p, p->head + (uint64_t)i);
+    double turn = turn_length(p, q);
+    for (double done = 0.0; done < len;) {
+        double left = len - done, step = fmin(turn, step_at(p, done, g->step[i], left, g->step[i + 1]));
+        double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? len : done + left / parts;
+        if (!add_part(p, g, p->head + (uint64_t)i, done, next)) return false;
+        done = next;
+    }
+    return true;
+}
+
 /* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
 static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
-    double at = 0.0, finest = fmin(p->rest_length / 60.0, e->length / 24.0);
+    int n = (int)(e->end - p->head);
     g->n = g->used = 0;
     g->rest_start = p->at_rest;
     g->stands = e->stands;
-    for (uint64_t i = p->head; i != e->end && to - at > 1e-9; i++) {
-        const jerk_interval *q = ring_at(p, i);
-        double len = to - at > q->length - 1e-9 ? q->length : to - at;
-        double turn = turn_length(p, q);
-        for (double done = 0.0; done < len;) {
-            double left = len - done, d0 = p->at_rest ? at + done : 1e30;
-            double d1 = e->stands ? e->length - at - done : 1e30;
-            double parts = ceil(left / fmin(turn, step_at(p, d0, d1, finest)) - 1e-6);
-            double next = parts <= 1.0 ? len : done + left / parts;
-            if (!add_part(p, g, i, done, next)) return false;
-            done = next;
-        }
+    g->finest = fmin(p->rest_length / 60.0, e->length / 24.0);
+    if (n > g->max) return false;
+    knot_steps(p, g, n, e->stands);
+    double at = 0.0;
+    for (int i = 0; i < n && to - at > 1e-9; i++) {
+        double whole = ring_at(p, p->head + (uint64_t)i)->length, len = to - at > whole - 1e-9 ? whole : to - at;
+        if (!fill_interval(p, g, i, len)) return false;
         at += len;
     }
     return true;

@@ -45,8 +45,7 @@ static void ramp(const jerk_planner *p, const grid *g, double *x, int from, int 
             x[k + step] = fmax(reach, 0.25 * x[k]);
             u = next;
         } else {
-            u = fmin(next, (x[k + step] - x[k]) / h - u);
-            u = fmin(u, (x[k + step] - x[k]) / (2.0 * h));
+            u = fmax(0.0, fmin(next, 0.5 * (x[k + step] - x[k]) / h)); /* falling caps are the other pass's matter */
         }
     }
 }
@@ -78,7 +77,7 @@ static void slow_profile(jerk_planner *p, const grid *g, double *x) {
     x[n] = 0.0;
     easy_caps(p, g, x);
     if (g->rest_start) x[1] = fmin(x[1], rest_end(p, &g->seg[0], &u));
-    ramp(p, g, x, g->rest_start ? 1 : 0, n - 1, 1, u);
+    ramp(p, g, x, g->rest_start ? 1 : 0, n - 1, 1, fmax(0.0, u));
     x[n - 1] = fmin(x[n - 1], rest_end(p, &g->seg[n - 1], &u));
     ramp(p, g, x, n - 1, 1, -1, u);
     for (int k = 1; k < n && !g->rest_start; k++) { /* from above the caps: down with the full acceleration */

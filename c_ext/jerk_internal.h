@@ -37,6 +37,8 @@ typedef struct grid {
     jerk_interval *parts;     /* storage of subdivided intervals */
     double *knot_cap;         /* n + 1: hard caps including jumps of derivatives */
     double *from_start;       /* n + 1: distance from the start, mm */
+    double *step;             /* grid step at the knots of the pushed intervals */
+    double finest;            /* step at a standstill */
     int n, used, max;
     bool rest_start, stands;  /* starts at rest; ends at a stand or at the end of the path */
 } grid;
@@ -57,7 +59,7 @@ typedef struct one_sided { /* b z <= bound */
     vec b[3], bound, s, l, is, r, ds, dl;
 } one_sided;
 
-enum { ROW_CAP, ROW_FLOOR, ROW_MID_FLOOR, ONE_SIDED_ROWS };
+enum { ROW_CAP, ROW_FLOOR, ROW_MID_FLOOR, ROW_MID_CAP, ONE_SIDED_ROWS };
 
 /* Stage cost of the Newton step; nine arrays of `stride` doubles. */
 typedef struct stage_cost {

@@ -30,18 +30,20 @@ void jerk_at(const jerk_law *law, double t, jerk_state *out) {
     out->s = law->s0 + d + j * t * t / 6.0;
 }
 
-/* Time to cover h; the speed is positive all over the interval, so Newton's iteration converges. */
+/* Time to cover h: Newton's iteration, kept inside a bracket; the speed is positive all over the interval. */
 static double duration(const jerk_law *law, double h, double v1) {
     jerk_law at_zero = *law;
     at_zero.s0 = 0.0;
-    double t = 2.0 * h / (law->v0 + v1);
-    for (int i = 0; i < 20; i++) {
+    double t = 2.0 * h / (law->v0 + v1), low = 0.0, high = INFINITY;
+    for (int i = 0; i < 60; i++) {
         jerk_state at;
         jerk_at(&at_zero, t, &at);
-        double step = (h - at.s) / fmax(at.v, 1e-9 * (law->v0 + v1));
-        step = fmax(-0.5 * t, fmin(t, step));
-        t += step;
-        if (fabs(step) <= 1e-14 * t) break;
+        if (at.s >= h) high = t;
+        else low = t;
+        double next = t + (h - at.s) / at.v;
+        if (!(next > low && next < high)) next = isfinite(high) ? 0.5 * (low + high) : 2.0 * t;
+        if (fabs(next - t) <= 1e-14 * t) return next;
+        t = next;
     }
     return t;
 }

@@ -9,6 +9,7 @@
 
 #define MAX_ITERATIONS 40
 #define SLOWER 1.002     /* a plan this much slower than the tail over the tail's way is not taken */
+#define CREEPS 0.1       /* share of the guess below which an unfinished solution creeps */
 #define TIGHTENINGS 3
 #define TIGHTEN_UP_TO 1.3
 #define TIGHTEST 0.5
@@ -67,6 +68,13 @@ static bool slower_than_tail(const jerk_planner *p, const grid *g) {
         at += h;
     }
     return t_new > SLOWER * time_over(pl->h, pl->x, pl->next, pl->n, 1e30);
+}
+
+/* A solver that was stopped on its way may leave a plan that is legal and creeps. */
+static bool creeps(const jerk_planner *p, const grid *g) {
+    for (int k = 1; k < g->n; k++)
+        if (p->prob.x[k] < CREEPS * p->prob.guess[k]) return true;
+    return false;
 }
 
 static double check(jerk_planner *p, grid *g) {
@@ -137,7 +145,7 @@ static bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
 #endif
     for (int i = 0; i < TIGHTENINGS; i++) {
         bool solved = solve_from_guess(p);
-        double worst = check(p, g);
+        double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
 #ifdef JERK_DEBUG
         fprintf(stderr, "solve n %d rest %d it %d solved %d gap %.2e worst %.5f x0 %.4f u0 %.4f\n", g->n, g->rest_start, p->prob.iterations, solved, p->prob.gap, worst, p->x, p->u);
 #endif

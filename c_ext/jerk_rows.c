@@ -129,5 +129,7 @@ void bound_rows(jerk_planner *p, const grid *g) {
     for (int k = b->first; k <= g->n - 2; k++) {
         double h = b->h[k], xf = fmin(b->guess[k], b->guess[k + 1]);
         one_row(b, ROW_MID_FLOOR, k, -1.0 / xf, -h / xf, -0.25 * h * h / xf, -0.5 * FLOOR);
+        double cap = fmin(g->seg[k].soft, g->seg[k].cap);
+        one_row(b, ROW_MID_CAP, k, 1.0 / cap, h / cap, 0.25 * h * h / cap, 1.0);
     }
 }
