@@ -4,9 +4,6 @@
  * interval, and looks for minima of speed inside.  Nothing of the planner's rows is used.
  */
 #include <math.h>
-#ifdef JERK_DEBUG
-#include <stdio.h>
-#endif
 #include "jerk_internal.h"
 
 #define LEAST_DIP 1e-4 /* smallest x inside an interval, over the largest */
@@ -71,8 +68,8 @@ static double feed_ratio(const jerk_planner *p, const grid *g, int k, double x0,
 }
 
 /* One interval with free input; x, u advance. */
-static double free_ratio(const jerk_planner *p, const grid *g, int k, double *x, double *u, double c) {
-    const segment *s = &g->seg[k];
+static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, double *u, double c) {
+    segment *s = &g->seg[k];
     double h = s->h, x0 = *x, u0 = *u;
     double x1 = x0 + 2.0 * h * u0 + h * h * c, u1 = u0 + h * c;
     double xm = x0 + h * u0 + 0.25 * h * h * c, um = u0 + 0.5 * h * c, top_x = fmax(x0, x1), low = fmin(x0, x1);
@@ -83,12 +80,12 @@ static double free_ratio(const jerk_planner *p, const grid *g, int k, double *x,
     }
     *x = x1;
     *u = u1;
-#ifdef JERK_DEBUG
-    if (!(low > LEAST_DIP * top_x)) fprintf(stderr, "   low k %d/%d h %.5f x0 %.4g x1 %.4g u0 %.4g u1 %.4g low %.3g share %.3f cap %.4g\n", k, g->n, h, x0, x1, u0, u1, low, s->share, g->knot_cap[k + 1]);
-#endif
     if (!(low > LEAST_DIP * top_x) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
     motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
-    return fmax(ratio_of(p, s, m), feed_ratio(p, g, k, x0, x1, top_x));
+    double limits = ratio_of(p, s, m), feed = feed_ratio(p, g, k, x0, x1, top_x);
+    s->excess = limits > CHECK_SLACK ? limits : 0.0;
+    s->fast = feed > CHECK_SLACK ? feed : 0.0;
+    return fmax(limits, feed);
 }
 
 /* The input that meets the rest interval exactly: what the way there has gathered in rounding ends here. */
@@ -116,7 +113,6 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
         b->u[k] = u / f2;
         if (k == last - 1) b->c[k] = last_input(g, x, u) / f2;
         double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
-        g->seg[k].excess = ratio > CHECK_SLACK ? ratio : 0.0;
         if (!(ratio <= worst)) worst = ratio;
         if (!isfinite(worst)) return INFINITY;
     }

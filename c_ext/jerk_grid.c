@@ -8,6 +8,8 @@
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
 #define SLOW 0.5         /* grid step over the length in which jerk changes a low speed */
+#define SLOW_FEED 1.0    /* the same for a low feed: of the speed that counts */
+#define SLOW_TAIL 0.6    /* and at the end of the window, where the plan comes to rest */
 #define LEAST_SHARE 0.25 /* of the jerk limit that the continuous motion keeps */
 #define SMALL_JUMP 1e-3  /* jumps below this share of the limit at the present cap need no reserve */
 
@@ -47,6 +49,7 @@ void segment_limits(const jerk_planner *p, segment *s) {
     double feed = q->feed > 0 ? q->feed * factor * VEL_USABLE / p->scale : 1e15;
     s->h = q->length;
     s->jump = s->share = 1.0;
+    s->excess = s->fast = 0.0;
     s->cap = velocity_cap(p, q);
     s->soft = fmin(s->cap, feed * feed);
 }
@@ -159,7 +162,8 @@ static double slow_length(const jerk_planner *p, const jerk_interval *q, double 
     return fmin(p->spacing, fmax(finest, SLOW * v * sqrt(v / jerk)));
 }
 
-static double feed_speed(const jerk_planner *p, const jerk_interval *q) {
+/* Cap on x (scaled) over an interval by feed and machine. */
+static double feed_cap(const jerk_planner *p, const jerk_interval *q) {
     segment s = {.q = q};
     segment_limits(p, &s);
     return s.soft;
@@ -167,7 +171,7 @@ static double feed_speed(const jerk_planner *p, const jerk_interval *q) {
 
 /* Step at the knot between two pushed intervals: fine where it must be passed slowly or the feed changes. */
 static double knot_step(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double finest) {
-    double before = feed_speed(p, left), after = feed_speed(p, right), open = fmin(before, after);
+    double before = feed_cap(p, left), after = feed_cap(p, right), open = fmin(before, after);
     double cap = jump_cap(p, left, right, open);
     if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) return p->spacing;
     return slow_length(p, right, p->scale * sqrt(cap), finest);
@@ -178,7 +182,8 @@ static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands) {
     double *step = g->step;
     double finest = g->finest;
     step[0] = p->at_rest ? finest : slow_length(p, ring_at(p, p->head), p->scale * sqrt(p->x), finest);
-    step[n] = stands ? finest : p->spacing;
+    const jerk_interval *q = ring_at(p, p->head + (uint64_t)n - 1);
+    step[n] = stands ? finest : slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_TAIL, finest);
     for (int i = 1; i < n; i++) step[i] = knot_step(p, ring_at(p, p->head + i - 1), ring_at(p, p->head + i), finest);
     for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, p->head + i - 1)->length);
     for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, p->head + i)->length);
@@ -212,7 +217,7 @@ static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, do
 /* Lay the grid over one pushed interval, or the first `len` mm of it. */
 static bool fill_interval(jerk_planner *p, grid *g, int i, double len) {
     const jerk_interval *q = ring_at(p, p->head + (uint64_t)i);
-    double turn = turn_length(p, q);
+    double turn = fmin(turn_length(p, q), slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED, g->finest));
     for (double done = 0.0; done < len;) {
         double left = len - done, step = fmin(turn, step_at(p, done, g->step[i], left, g->step[i + 1]));
         double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? len : done + left / parts;

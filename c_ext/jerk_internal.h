@@ -16,7 +16,7 @@ typedef long long ivec __attribute__((vector_size(32)));
 #define JERK_USABLE 0.99
 #define VEL_USABLE 0.9999
 #define CHECK_SLACK 1.01      /* the checker's bound, over the machine's limits */
-#define FEED_SLACK 1.002      /* of speed over the cap */
+#define FEED_SLACK 1.004      /* of speed over the feed */
 
 /* One interval of the planner's grid: a part of a pushed interval. */
 typedef struct segment {
@@ -25,7 +25,7 @@ typedef struct segment {
     double cap;               /* hard cap on x (scaled), both ends */
     double soft;              /* cap by feed and override; may lie below the present speed */
     double *tight;            /* the ring interval's share of the jerk limit, lowered where a check failed */
-    double excess;            /* ratio of the last check where it was too large, else 0 */
+    double excess, fast;      /* ratios of the last check (limits; feed) where they were too large, else 0 */
     double jump;              /* share of the jerk limit that jumps of derivatives nearby leave */
     double share;             /* share that is planned with: jump * tight */
     double jerk_up, jerk_down; /* path jerk (scaled) allowed when it starts, ends at rest */
@@ -128,9 +128,7 @@ struct jerk_planner {
     problem prob;
     plan plan;
     double *scratch;                      /* capacity + LANES */
-    int retry;                            /* segments to hand out before a failed plan is tried again */
-    bool stuck;                           /* no plan from rest: wait for a change */
-    uint64_t stuck_tail;
+    int wait;                             /* segments to hand out before the next plan is tried */
     jerk_stats stats;
     void *arena;
 };

@@ -14,6 +14,7 @@
 #define START_MU     1.0 /* of the objective: barrier of the first iterate, over all rows */
 #define START_SLACK  0.3 
 #define GAP          3e-4 /* of the objective */
+#define HOPELESS 1e6
 #define ROWS_MET 1e-6
 
 static inline vec set1(double v) { return (vec){v, v, v, v}; }
@@ -384,7 +385,7 @@ bool IPM_SOLVE(problem *b, int max_iterations) {
         scan o = predict(b);
         double gap = sum(o.sl), mu = gap / rows;
         b->gap = gap;
-        if (!isfinite(gap)) return false;
+        if (!(gap < HOPELESS)) return false;
         if (gap < GAP && missed < ROWS_MET && dual < 1e-2) return true;
         double ap = fmin(1.0, 1.0 / fmax(1e-9, top(o.ps))), ad = fmin(1.0, 1.0 / fmax(1e-9, top(o.pl)));
         double after = (gap + ap * sum(o.dsl) + ad * sum(o.sdl) + ap * ad * sum(o.dsdl)) / rows;

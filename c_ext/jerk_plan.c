@@ -11,6 +11,7 @@
 #define SLOWER 1.002     /* a plan this much slower than the tail over the tail's way is not taken */
 #define CREEPS 0.1       /* share of the guess below which an unfinished solution creeps */
 #define TIGHTENINGS 3
+#define SLOWER_BY 0.99  /* of the cap on x where the feed was exceeded inside an interval */
 #define TIGHTEN_UP_TO 1.3
 #define TIGHTEST 0.5
 #define AIM 1.003        /* ratio that a tightened interval should come to */
@@ -118,6 +119,7 @@ static bool tighten(grid *g, double worst) {
     if (!(worst < TIGHTEN_UP_TO)) return false;
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
+        if (s->fast > 0.0) s->soft *= SLOWER_BY;
         if (s->excess <= 0.0) continue;
         double share = s->share / s->jump * AIM / s->excess;
         *s->tight = fmin(*s->tight, fmax(TIGHTEST, share));
@@ -189,7 +191,7 @@ void plan_window(jerk_planner *p) {
     if (g->n < (g->rest_start ? 3 : 2)) return;
     bool changed = p->changed, above = above_soft(p, g);
     p->changed = false;
-    p->retry = 1 + g->n / 10;
+    p->wait = 1 + g->n / 10;
     if (!above && solve_window(p, g, true, 1.0)) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
         else plan_accept(p, g, p->prob.solved);

@@ -123,7 +123,7 @@ static bool worth_planning(const jerk_planner *p) {
     const plan *pl = &p->plan;
     if (p->changed) return true;
     if (pl->next >= pl->n) return p->head != p->tail;
-    if (p->hold || pl->since < p->retry) return false;
+    if (p->hold || p->wait > 0) return false;
     if (!pl->final) return true;
     if (pl->stands || !more_path(p)) return false;
     return pl->since >= p->cfg.refresh * pl->n;
@@ -167,6 +167,7 @@ static void hand_out(jerk_planner *p) {
     plan *pl = &p->plan;
     int k = pl->next++;
     pl->since++;
+    p->wait--;
     p->at_rest = pl->next == pl->n;
     p->x = p->at_rest ? 0.0 : pl->x[k + 1];
     p->u = p->at_rest ? 0.0 : pl->u[k + 1];
