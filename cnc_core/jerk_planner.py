@@ -75,6 +75,15 @@ def intervals_from_knots(
     return out
 
 
+def _config(limits: Limits, window: int, knots: int, cycle_s: float) -> Any:
+    config = ffi.new("jerk_config *")
+    config.axes, config.cycle_s = len(limits.v), cycle_s
+    for i, (v, a, j) in enumerate(zip(limits.v, limits.a, limits.j, strict=True)):
+        config.v_max[i], config.a_max[i], config.j_max[i] = v, a, j
+    config.window_blocks, config.window_knots = window, knots
+    return config
+
+
 class JerkPlanner:
     """One planner; ``window`` is its look-ahead in blocks, ``knots`` in intervals of its own grid."""
 
@@ -89,11 +98,7 @@ class JerkPlanner:
         refresh: float = 0.0,
         capacity: int = 4096,
     ) -> None:
-        config = ffi.new("jerk_config *")
-        config.axes, config.cycle_s = len(limits.v), cycle_s
-        for i, (v, a, j) in enumerate(zip(limits.v, limits.a, limits.j, strict=True)):
-            config.v_max[i], config.a_max[i], config.j_max[i] = v, a, j
-        config.window_blocks, config.window_knots = window, knots or window
+        config = _config(limits, window, knots or 2 * window, cycle_s)
         config.spacing_mm, config.refresh = spacing_mm, refresh
         handle = lib.jerk_new(config, capacity)
         if handle == ffi.NULL:
@@ -180,3 +185,49 @@ def sample(laws: npt.NDArray[Any], dt: float) -> FloatArray:
         ffi.from_buffer("jerk_law[]", rows), len(rows), dt, phase, ffi.from_buffer("jerk_state[]", out), len(out)
     )
     return out[:n]
+
+
+class Topp2:
+    """The acceleration-limited sibling: same intervals in, same laws out."""
+
+    def __init__(self, limits: Limits, *, window: int = 120, knots: int | None = None, capacity: int = 4096) -> None:
+        config = _config(limits, window, knots or window, 0.001)
+        handle = lib.topp2_new(config, capacity)
+        if handle == ffi.NULL:
+            raise CncError(0, "acceleration-limited planner: limits must be positive and finite")
+        self._handle = ffi.gc(handle, lib.topp2_free)
+        self._laws = np.zeros(8192, LAW)
+
+    def push(self, intervals: npt.NDArray[Any]) -> int:
+        """Append as many intervals as there is room for; returns their number."""
+        if not len(intervals):
+            return 0
+        rows = np.ascontiguousarray(intervals)
+        taken = int(lib.topp2_push(self._handle, ffi.from_buffer("jerk_interval[]", rows), len(rows)))
+        if taken < 0:
+            raise ValueError(f"interval refused: {taken}")
+        return taken
+
+    def override(self, feed: float, rapid: float = 1.0) -> None:
+        """Factors on the feed of feed and rapid intervals."""
+        lib.topp2_override(self._handle, feed, rapid)
+
+    def hold(self, hold: bool) -> None:
+        """Brake with all that is allowed, stand until released."""
+        lib.topp2_hold(self._handle, hold)
+
+    def take(self, seconds: float = float("inf"), most: int = 8192) -> npt.NDArray[Any]:
+        """The next laws, at least ``seconds`` of them if there are that many."""
+        most = min(most, len(self._laws))
+        n = int(lib.topp2_take(self._handle, ffi.from_buffer("jerk_law[]", self._laws), most, min(seconds, 1e300)))
+        return self._laws[:n].copy()
+
+    @property
+    def room(self) -> int:
+        """Intervals that can be pushed, at one part each."""
+        return int(lib.topp2_room(self._handle))
+
+    @property
+    def steps(self) -> int:
+        """Backward and forward steps done so far."""
+        return int(lib.topp2_steps(self._handle))
