@@ -6,6 +6,8 @@
 #include <math.h>
 #include "jerk_internal.h"
 
+#define JUMP_SLACK 1.01
+#define SMALL_JUMPS 5e-3 /* share of the jerk limit */
 #define LEAST_DIP 1e-4 /* smallest x inside an interval, over the largest */
 
 typedef struct motion {
@@ -88,6 +90,18 @@ static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, doubl
     return fmax(limits, feed);
 }
 
+/* Jumps of q' and q'' at knot k, as samples show them, against the share that the intervals around it leave. */
+static bool jump_fits(const jerk_planner *p, const grid *g, int k, double x) {
+    const jerk_interval *l = g->seg[k - 1].q, *r = g->seg[k].q;
+    double dt = p->cfg.cycle_s, room = 1.0 - fmin(g->seg[k - 1].jump, g->seg[k].jump), used = 0.0;
+    if (!g->seg[k - 1].last) return true;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double bend = 0.75 * fabs(r->d2[0][a] - l->d2[1][a]) * x / dt, corner = fabs(r->d1[0][a] - l->d1[1][a]) * sqrt(x) / (dt * dt);
+        used = fmax(used, (bend + corner) / p->cfg.j_max[a]);
+    }
+    return used <= room * JUMP_SLACK + SMALL_JUMPS;
+}
+
 /* The input that meets the rest interval exactly: what the way there has gathered in rounding ends here. */
 static double last_input(const grid *g, double x, double u) {
     double h = g->seg[g->n - 2].h, t = 1.5 * g->seg[g->n - 1].h;
@@ -111,6 +125,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
     for (; k < last; k++) {
         b->x[k] = x / f2;
         b->u[k] = u / f2;
+        if (k > 0 && !jump_fits(p, g, k, x)) return INFINITY;
         if (k == last - 1) b->c[k] = last_input(g, x, u) / f2;
         double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
         if (!(ratio <= worst)) worst = ratio;
@@ -118,6 +133,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
     }
     double meet = 1.5 * g->seg[last].h * -u;
     if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) return INFINITY;
+    if (!jump_fits(p, g, last, x)) return INFINITY;
     b->x[last] = x / f2;
     b->u[last] = u / f2;
     b->x[g->n] = b->u[g->n] = b->c[last] = 0.0;

@@ -150,6 +150,26 @@ static void set_law(const knot_rows *r, double h, double x, double u, jerk_law *
     law->flags = x1 <= 0.0 ? JERK_STAND : 0;
 }
 
+/* Path acceleration that all axes allow at both ends at a standstill. */
+static double standing_acc(const topp2 *p, const knot_rows *r) {
+    double most = 1e-30;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double end = r->cu[2 * a + 1] - 2.0 * r->h * r->cx[2 * a + 1];
+        most = fmax(most, fmax(fabs(r->cu[2 * a]), fabs(end)));
+    }
+    return 1.0 / most;
+}
+
+/* From rest to rest over one interval, accelerating over one half and braking over the other: two laws. */
+static void hop(const topp2 *p, const knot_rows *r, jerk_law *laws) {
+    double half = 0.5 * r->h, u = fmin(0.5 * standing_acc(p, r), soft_cap_of(p, r) / (2.0 * half)), bend = 0.0;
+    for (int a = 0; a < 2 * p->cfg.axes; a++) bend = fmax(bend, fabs(r->cx[a]));
+    u = fmin(u, 0.5 / fmax(1e-30, 2.0 * half * bend));
+    double v = sqrt(2.0 * half * u), t = v / u;
+    laws[0] = (jerk_law){.tag = r->tag, .s0 = r->offset, .a0 = u, .time = t, .length = half};
+    laws[1] = (jerk_law){.tag = r->tag, .s0 = r->offset + half, .v0 = v, .a0 = -u, .time = t, .length = half, .last = r->last, .flags = JERK_STAND};
+}
+
 /* What a step over interval i does: as fast as `next` allows, or braking with all there is. */
 typedef struct step {
     double h, u, x1;
@@ -166,7 +186,7 @@ static step step_over(const topp2 *p, uint64_t i, double x, bool brake, double n
         for (int a = 0; a < p->cfg.axes; a++) longer.cu[2 * a + 1] -= 2.0 * r->h * r->cx[2 * a + 1];
         range near = range_at(p, &longer, x, 1e30);
         double u = fmax(near.low, at.low > -x / (2.0 * r->h) ? at.low : near.low);
-        o.u = fmin(u, 0.0);
+        o.u = fmin(fmax(u, -standing_acc(p, r)), 0.0);
         if (x + 2.0 * r->h * o.u <= 1e-12 * x && o.u < 0.0) {
             o.h = fmin(r->h, -x / (2.0 * o.u));
             o.whole = o.h >= r->h * (1.0 - 1e-9);
@@ -220,7 +240,14 @@ int64_t topp2_take(topp2 *p, jerk_law *laws, int64_t max, double seconds) {
         knot_rows *r = row_at(p, p->head);
         if (p->x <= 0.0 && (p->hold || soft_cap_of(p, r) <= 0.0)) break;
         step s = step_over(p, p->head, p->x, above(p, p->head, p->x), next_need(p, p->head));
-        if (!(p->x + s.x1 > 0.0)) break;
+        if (!(p->x + s.x1 > 0.0)) { /* between two standstills */
+            if (n + 2 > max || !(next_need(p, p->head) <= 0.0)) break;
+            hop(p, r, &laws[n]);
+            t += laws[n].time + laws[n + 1].time;
+            n += 2;
+            p->head++;
+            continue;
+        }
         s.u = (s.x1 - p->x) / (2.0 * s.h);
         set_law(r, s.h, p->x, s.u, &laws[n], s.whole && r->last);
         t += laws[n++].time;
