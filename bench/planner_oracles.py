@@ -6,7 +6,8 @@ from typing import Any
 
 import copp_py as copp
 import numpy as np
-from planner_paths import FloatArray, Path
+from cnc_core.jerk_paths import Knots as Path
+from cnc_core.jerk_planner import FloatArray
 
 
 def _robot(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatArray | None) -> Any:
@@ -39,13 +40,30 @@ def topp2_time(path: Path, feed: float, v: FloatArray, a: FloatArray) -> float:
     return float(copp.interpolation.s_to_t_topp2(path.s, topp2_profile(path, feed, v, a), 0.0)[0])
 
 
-def topp3_time(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatArray, rounds: int = 12) -> float:
-    """Motion time limited by velocity, acceleration and jerk: linearised again until the time stands still."""
-    best, profile_a, profile_b = np.inf, topp2_profile(path, feed, v, a), None
+def topp3_time(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatArray, rounds: int = 20) -> float:
+    """Motion time limited by velocity, acceleration and jerk: linearised again until the time stands still.
+
+    Both of COPP's solvers, from two starts; the shortest time counts.
+    """
+    full = topp2_profile(path, feed, v, a)
+    starts = [(solver, scale) for solver in (copp.solver.topp3_lp, copp.solver.topp3_socp) for scale in (1.0, 0.3)]
+    return min(_topp3(path, feed, v, a, j, rounds, solver, full * scale) for solver, scale in starts)
+
+
+def _topp3(
+    path: Path,
+    feed: float,
+    v: FloatArray,
+    a: FloatArray,
+    j: FloatArray,
+    rounds: int,
+    solver: Any,
+    profile_a: FloatArray,
+) -> float:
+    best, profile_b = np.inf, None
     for _ in range(rounds):
-        robot = _robot(path, feed, v, a, j)
-        problem = copp.solver.topp3_socp.Problem(
-            robot.constraints,
+        problem = solver.Problem(
+            _robot(path, feed, v, a, j).constraints,
             np.maximum(profile_a, 1e-6),
             a_boundary=(0.0, 0.0),
             b_boundary=(0.0, 0.0),
@@ -53,13 +71,13 @@ def topp3_time(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatAr
             b_linearization=profile_b,
         )
         try:
-            profile = copp.solver.topp3_socp.solve(problem)
+            profile = solver.solve(problem)
         except copp.CoppError:
             return best
         profile.force_positive_a(path.s)
         time = float(copp.interpolation.s_to_t_topp3(path.s, profile, 0.0)[0])
         profile_a, profile_b = np.asarray(profile.a), np.asarray(profile.b)
-        if abs(best - time) < 1e-5 * time:
+        if abs(best - time) < 1e-6 * time:
             return min(best, time)
         best = min(best, time)
     return best

@@ -48,8 +48,9 @@ typedef struct range {
     double low, high, low_slope, high_slope;
 } range;
 
-static range range_at(const topp2 *p, const knot_rows *r, double x, double next) {
-    range o = {-x / (2.0 * r->h), (next - x) / (2.0 * r->h), -0.5 / r->h, -0.5 / r->h};
+/* `least`: smallest x allowed at the end. */
+static range range_at(const topp2 *p, const knot_rows *r, double x, double least, double next) {
+    range o = {(least - x) / (2.0 * r->h), (next - x) / (2.0 * r->h), -0.5 / r->h, -0.5 / r->h};
     for (int a = 0; a < 2 * p->cfg.axes; a++) {
         double cu = r->cu[a], cx = r->cx[a];
         if (fabs(cu) < 1e-12) continue;
@@ -64,7 +65,7 @@ static range range_at(const topp2 *p, const knot_rows *r, double x, double next)
 static double controllable(const topp2 *p, const knot_rows *r, double next) {
     double x = soft_cap_of(p, r);
     for (int i = 0; i < 4 * JERK_AXES; i++) {
-        range o = range_at(p, r, x, next);
+        range o = range_at(p, r, x, 0.0, next);
         double gap = o.low - o.high, slope = o.low_slope - o.high_slope;
         if (gap <= 1e-13 * (fabs(o.low) + 1.0)) return x;
         if (!(slope > 0.0)) return 0.0;
@@ -176,29 +177,26 @@ typedef struct step {
     bool whole;
 } step;
 
+static step brake_over(const topp2 *p, const knot_rows *r, double x, double next) {
+    step o = {r->h, 0.0, 0.0, true};
+    range at = range_at(p, r, x, -1e30, next);
+    o.u = fmin(at.low, at.high);
+    if (x + 2.0 * r->h * o.u <= 0.0) { /* the stop lies inside, or at the end */
+        o.u = fmin(fmax(o.u, -standing_acc(p, r)), -x / (2.0 * r->h));
+        o.h = -x / (2.0 * o.u);
+        o.whole = o.h >= r->h * (1.0 - 1e-9);
+        if (o.whole) o.h = r->h;
+        return o;
+    }
+    o.x1 = x + 2.0 * r->h * o.u;
+    return o;
+}
+
 static step step_over(const topp2 *p, uint64_t i, double x, bool brake, double next) {
     const knot_rows *r = row_at(p, i);
-    step o = {r->h, 0.0, 0.0, true};
-    range at = range_at(p, r, x, brake ? 1e30 : next);
-    if (brake) { /* without the line x + 2 h u >= 0: the stop may lie inside */
-        knot_rows longer = *r;
-        longer.h = 1e-9;
-        for (int a = 0; a < p->cfg.axes; a++) longer.cu[2 * a + 1] -= 2.0 * r->h * r->cx[2 * a + 1];
-        range near = range_at(p, &longer, x, 1e30);
-        double u = fmax(near.low, at.low > -x / (2.0 * r->h) ? at.low : near.low);
-        o.u = fmin(fmax(u, -standing_acc(p, r)), 0.0);
-        if (x + 2.0 * r->h * o.u <= 1e-12 * x && o.u < 0.0) {
-            o.h = fmin(r->h, -x / (2.0 * o.u));
-            o.whole = o.h >= r->h * (1.0 - 1e-9);
-            if (o.whole) o.h = r->h;
-            return o;
-        }
-    } else {
-        o.u = fmax(at.low, at.high);
-        if (at.high < at.low) o.u = at.high; /* rounding */
-    }
-    o.x1 = fmax(0.0, x + 2.0 * r->h * o.u);
-    if (!brake && o.x1 > next) o.x1 = next;
+    if (brake) return brake_over(p, r, x, next);
+    range at = range_at(p, r, x, 0.0, next);
+    step o = {r->h, at.high, fmin(next, fmax(0.0, x + 2.0 * r->h * at.high)), true};
     return o;
 }
 
@@ -206,7 +204,12 @@ static double next_need(const topp2 *p, uint64_t i) {
     return row_at(p, i)->stand || i + 1 >= p->planned ? 0.0 : row_at(p, i + 1)->need;
 }
 
-static bool above(const topp2 *p, uint64_t i, double x) { return p->hold || x > row_at(p, i)->need * (1.0 + 1e-9); }
+/* The step from the head: a hold brakes; so does a speed that a reduced override no longer allows, and then what the
+ * caps ask of the next knot cannot be met yet. */
+static step next_step(const topp2 *p) {
+    bool above = p->x > row_at(p, p->head)->need * (1.0 + 1e-9);
+    return step_over(p, p->head, p->x, p->hold || above, above ? 1e30 : next_need(p, p->head));
+}
 
 static void consume(topp2 *p, const step *s) {
     knot_rows *r = row_at(p, p->head);
@@ -239,7 +242,7 @@ int64_t topp2_take(topp2 *p, jerk_law *laws, int64_t max, double seconds) {
         if (due(p)) backward(p);
         knot_rows *r = row_at(p, p->head);
         if (p->x <= 0.0 && (p->hold || soft_cap_of(p, r) <= 0.0)) break;
-        step s = step_over(p, p->head, p->x, above(p, p->head, p->x), next_need(p, p->head));
+        step s = next_step(p);
         if (!(p->x + s.x1 > 0.0)) { /* between two standstills */
             if (n + 2 > max || !(next_need(p, p->head) <= 0.0)) break;
             hop(p, r, &laws[n]);
@@ -261,7 +264,7 @@ int64_t topp2_tail(const topp2 *p, jerk_law *laws, int64_t max) {
     int64_t n = 0;
     double x = p->x;
     for (uint64_t i = p->head; i != p->tail && n < max && x > 0.0; i++) {
-        step s = step_over(p, i, x, true, 0.0);
+        step s = step_over(p, i, x, true, 1e30);
         if (row_at(p, i)->stand) s.x1 = 0.0;
         s.u = (s.x1 - x) / (2.0 * s.h);
         set_law(row_at(p, i), s.h, x, s.u, &laws[n++], s.whole && row_at(p, i)->last);
