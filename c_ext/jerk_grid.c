@@ -233,6 +233,7 @@ static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
     g->n = g->used = 0;
     g->rest_start = p->at_rest;
     g->stands = e->stands;
+    g->land_from = g->land_to = -1.0;
     g->finest = fmin(p->rest_length / 60.0, e->length / 24.0);
     if (n > g->max) return false;
     knot_steps(p, g, n, e->stands);

@@ -158,6 +158,10 @@ bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink) {
         for (int k = 1; k < g->n; k++)
             if (p->scratch[k] > b->guess[k]) b->guess[k] = fmin(p->scratch[k], fmax(b->guess[k], fmin(g->seg[k - 1].soft, g->seg[k].soft)));
     }
+    for (int k = 1; k < g->n && g->from_start[k] < g->land_from; k++) { /* down to the feed, softly at both ends */
+        double t = g->from_start[k] / g->land_from, feed = g->land_cap;
+        b->guess[k] = feed + fmax(0.0, p->x - feed) * (1.0 - t * t * (3.0 - 2.0 * t));
+    }
     for (int k = 1; k < g->n; k++) b->guess[k] *= shrink;
     bound_rows(p, g);
     return project(p, g, STIFFNESS);

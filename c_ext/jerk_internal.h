@@ -12,10 +12,10 @@ typedef double vec __attribute__((vector_size(32)));
 typedef long long ivec __attribute__((vector_size(32)));
 
 #define GRADED_EXTRA 96       /* room beyond window_knots for the finer grid near rests */
-#define ACC_USABLE 0.995      /* share of the limits that is planned with */
-#define JERK_USABLE 0.99
+#define ACC_USABLE 0.998      /* share of the limits that is planned with */
+#define JERK_USABLE 0.995
 #define VEL_USABLE 0.9999
-#define CHECK_SLACK 1.01      /* the checker's bound, over the machine's limits */
+#define CHECK_SLACK 1.012     /* the checker's bound, over the machine's limits */
 #define FEED_SLACK 1.004      /* of speed over the feed */
 
 /* One interval of the planner's grid: a part of a pushed interval. */
@@ -39,6 +39,8 @@ typedef struct grid {
     double *from_start;       /* n + 1: distance from the start, mm */
     double *step;             /* grid step at the knots of the pushed intervals */
     double finest;            /* step at a standstill */
+    double land_cap;          /* x of the feed there */
+    double land_from, land_to; /* mm from the start: here a ramp down must not fall below the feed (empty: none) */
     int n, used, max;
     bool rest_start, stands;  /* starts at rest; ends at a stand or at the end of the path */
 } grid;
@@ -174,9 +176,11 @@ double plan_check(const jerk_planner *p, grid *g, problem *b);
 /* jerk_plan.c */
 void plan_accept(jerk_planner *p, const grid *g, bool final);
 void plan_window(jerk_planner *p);
+bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 
 /* jerk_hold.c */
 void plan_stop(jerk_planner *p);
+bool plan_ramp(jerk_planner *p);
 
 /* jerk_law.c */
 void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double scale);

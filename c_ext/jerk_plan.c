@@ -137,7 +137,7 @@ static bool solve_from_guess(jerk_planner *p) {
 }
 
 /* Solve over the grid; true if a legal plan stands in the problem. */
-static bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
+bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
     problem_from_grid(p, g, p->x, p->u);
     if (!guess_window(p, g, warm, shrink)) return false;
 #ifdef JERK_DEBUG
@@ -201,7 +201,10 @@ void plan_window(jerk_planner *p) {
         if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) plan_accept(p, g, false);
         return;
     }
-    if (changed) plan_stop(p); /* the fastest way down */
+    if (changed) {
+        if (plan_ramp(p)) return;
+        plan_stop(p); /* the fastest way down */
+    }
     if (!changed && !above) return;
     grid_window(p, g);
     allow_tail(p, g);

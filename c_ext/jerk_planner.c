@@ -7,6 +7,8 @@
 
 #define RING_MIN 1024
 #define DEFAULT_REFRESH 0.25
+#define SHORT_WINDOW 50      /* blocks: here what is left of the window counts */
+#define SHORT_REFRESH 0.12
 
 static bool positive(double v) { return isfinite(v) && v > 0.0; }
 
@@ -69,7 +71,7 @@ static void set_scales(jerk_planner *p) {
     p->rest_length = length;
     p->scale = v / 3.0;
     p->spacing = c->spacing_mm > 0.0 ? c->spacing_mm : length / 6.0;
-    if (!(c->refresh > 0.0)) p->cfg.refresh = DEFAULT_REFRESH;
+    if (!(c->refresh > 0.0)) p->cfg.refresh = c->window_blocks < SHORT_WINDOW ? SHORT_REFRESH : DEFAULT_REFRESH;
 }
 
 jerk_planner *jerk_new(const jerk_config *config, int capacity) {

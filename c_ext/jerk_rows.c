@@ -4,6 +4,7 @@
 #include "jerk_internal.h"
 
 #define CALM 1e-3  /* cost of full path jerk over gain of speed: settles what the rows leave open */
+#define LANDING 0.96 /* share of the cap that a ramp down must keep */
 #define FLOOR 0.2 /* share of the guess below which x may not fall */
 
 /* Index of a row's coefficient for stage k. */
@@ -119,7 +120,9 @@ void bound_rows(jerk_planner *p, const grid *g) {
         double cap = cap_at(p, g, k), xf = b->guess[k];
         b->weight[k] = 0.5 * (g->seg[k - 1].h + g->seg[k].h) / sum;
         one_row(b, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 1.0);
-        one_row(b, ROW_FLOOR, k, -1.0 / xf, 0.0, 0.0, -FLOOR);
+        double floor = FLOOR * xf;
+        if (g->from_start[k] >= g->land_from && g->from_start[k] <= g->land_to && xf > 0.5 * cap) floor = LANDING * cap;
+        one_row(b, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, -1.0);
     }
     for (int k = b->first; k <= g->n - 2; k++) {
         double most = 0.0;
