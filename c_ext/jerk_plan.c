@@ -1,10 +1,6 @@
 /* Planning the window: guess, solve, check, and only then take the place of the stored tail. */
 #include <math.h>
 #include <string.h>
-#ifdef JERK_DEBUG
-#include <stdio.h>
-#include <stdlib.h>
-#endif
 #include "jerk_internal.h"
 
 #define MAX_ITERATIONS 40
@@ -140,20 +136,9 @@ static bool solve_from_guess(jerk_planner *p) {
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
     problem_from_grid(p, g, p->x, p->u);
     if (!guess_window(p, g, warm, shrink)) return false;
-#ifdef JERK_DEBUG
-    double *gx = malloc(sizeof(double) * 2 * (size_t)(g->n + 1));
-    memcpy(gx, p->prob.guess, sizeof(double) * (size_t)(g->n + 1));
-    memcpy(gx + g->n + 1, p->prob.x, sizeof(double) * (size_t)(g->n + 1));
-#endif
     for (int i = 0; i < TIGHTENINGS; i++) {
         bool solved = solve_from_guess(p);
         double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
-#ifdef JERK_DEBUG
-        fprintf(stderr, "solve n %d rest %d it %d solved %d gap %.2e worst %.5f x0 %.4f u0 %.4f\n", g->n, g->rest_start, p->prob.iterations, solved, p->prob.gap, worst, p->x, p->u);
-#endif
-#ifdef JERK_DEBUG
-        if (getenv("DUMP")) for (int k = 0; k <= g->n; k++) fprintf(stderr, "D %d s %.3f guess %.4f proj %.4f x %.4f u %.4f\n", k, g->from_start[k], gx[k], gx[g->n + 1 + k], p->prob.x[k], p->prob.u[k]);
-#endif
         if (worst <= CHECK_SLACK) return true;
         p->stats.refused += solved;
         if (!tighten(g, worst)) return false;

@@ -79,10 +79,10 @@ def refined(curve: Curve, t: FloatArray) -> Knots:
     return knots
 
 
-def contour(blocks: int, turned_into: int = 2) -> Knots:
+def contour(blocks: int, turned_into: int = 2, per_block: int = 1) -> Knots:
     """r(th) = 40 + 8 sin 7th + 2 sin 31th mm, 2500 points a turn, growing 0.05 mm a turn.
 
-    ``turned_into`` axes: the plane is rotated so that all of them move.
+    ``turned_into`` axes: the plane is rotated so that all of them move.  ``per_block`` knots for every segment.
     """
     grow = 0.05 / (2 * np.pi)
 
@@ -96,7 +96,7 @@ def contour(blocks: int, turned_into: int = 2) -> Knots:
         binomial = [[1], [1, 1], [1, 2, 1], [1, 3, 3, 1]][order]
         return np.asarray(sum(binomial[n] * r(order - n)[:, None] * e[n] for n in range(order + 1)))
 
-    knots = by_length(curve, 2 * np.pi / 2500 * np.arange(blocks + 1))
+    knots = by_length(curve, 2 * np.pi / 2500 / per_block * np.arange(per_block * blocks + 1))
     if turned_into == 2:
         return knots
     rotation, _ = np.linalg.qr(np.random.default_rng(turned_into).normal(size=(turned_into, turned_into)))
@@ -104,7 +104,7 @@ def contour(blocks: int, turned_into: int = 2) -> Knots:
     return Knots(knots.s, knots.q @ into, knots.d1 @ into, knots.d2 @ into, knots.d3 @ into)
 
 
-def raster_line(row: int) -> Knots:
+def raster_line(row: int, per_block: int = 1) -> Knots:
     """One line of the raster z = 3 sin(x/7) cos(y/5): 100 mm in 0.25 mm steps of x, lines 0.25 mm apart."""
     y = 0.25 * row
     height = 3 * np.cos(y / 5)
@@ -114,7 +114,7 @@ def raster_line(row: int) -> Knots:
         z = height * 7.0**-order * np.sin(t / 7 + order * np.pi / 2)
         return np.column_stack([x, np.full_like(t, y if order == 0 else 0.0), z])
 
-    return by_length(curve, np.linspace(0.0, 100.0, 401))
+    return by_length(curve, np.linspace(0.0, 100.0, 400 * per_block + 1))
 
 
 def random_waves(rng: np.random.Generator, axes: int, spacing_mm: float = 0.2) -> Knots:
