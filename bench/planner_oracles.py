@@ -6,6 +6,7 @@ from typing import Any
 
 import copp_py as copp
 import numpy as np
+
 from cnc_core.jerk_paths import Knots as Path
 from cnc_core.jerk_planner import FloatArray
 

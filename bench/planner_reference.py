@@ -39,7 +39,7 @@ def compare(name: str, path: Knots, per_block: int, feed: float, optimum: bool) 
         cpu = time.process_time() - cpu
         stats, total = planner.stats, float(laws["time"].sum())
         print(
-            f"  jerk  W{window:3d}: {total:.5f} s, ratio {total / best3:.5f}, {rows['blocks'].sum() / cpu:9.0f} blocks/s,"
+            f"  jerk  W{window:3d}: {total:.5f} s, ratio {total / best3:.5f}, {rows['blocks'].sum() / cpu:8.0f} bl/s,"
             f" worst solve {1e3 * stats['worst_solve_s']:.2f} ms, failed {stats['failed']:.0f} of {stats['solves']:.0f}"
         )
         _acceleration_limited(lim, window, per_block, rows, best2)

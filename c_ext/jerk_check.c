@@ -60,6 +60,13 @@ static double rest_ratio(const jerk_planner *p, const segment *s, double v, doub
     return worst;
 }
 
+/* Where the speed peaks inside the interval, with the derivatives of its middle. */
+static double peak_ratio(const jerk_planner *p, const segment *s, motion m) {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
+    middle(s->q, p->cfg.axes, d1, d2, d3);
+    return ratio_at(p, d1, d2, d3, m, s->jump);
+}
+
 static motion motion_of(double x, double u, double c) { return (motion){sqrt(x), u, c}; }
 
 /* Largest speed over its cap: the feed or what was allowed on the way down to it. */
@@ -84,7 +91,9 @@ static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, doubl
     *u = u1;
     if (!(low > LEAST_DIP * top_x) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
     motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
-    double limits = ratio_of(p, s, m), feed = feed_ratio(p, g, k, x0, x1, top_x);
+    double limits = ratio_of(p, s, m);
+    if (u0 * u1 < 0.0 && c < 0.0) limits = fmax(limits, peak_ratio(p, s, motion_of(top_x, 0.0, c)));
+    double feed = feed_ratio(p, g, k, x0, x1, top_x);
     s->excess = limits > CHECK_SLACK ? limits : 0.0;
     s->fast = feed > CHECK_SLACK ? feed : 0.0;
     return fmax(limits, feed);

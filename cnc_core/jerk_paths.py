@@ -96,7 +96,9 @@ def contour(blocks: int, turned_into: int = 2, per_block: int = 1) -> Knots:
         binomial = [[1], [1, 1], [1, 2, 1], [1, 3, 3, 1]][order]
         return np.asarray(sum(binomial[n] * r(order - n)[:, None] * e[n] for n in range(order + 1)))
 
-    knots = by_length(curve, 2 * np.pi / 2500 / per_block * np.arange(per_block * blocks + 1))
+    knots = by_length(
+        curve, np.asarray(2 * np.pi / 2500 / per_block * np.arange(per_block * blocks + 1), dtype=np.float64)
+    )
     if turned_into == 2:
         return knots
     rotation, _ = np.linalg.qr(np.random.default_rng(turned_into).normal(size=(turned_into, turned_into)))
@@ -125,8 +127,10 @@ def random_waves(rng: np.random.Generator, axes: int, spacing_mm: float = 0.2) -
     drift = rng.normal(size=axes) * rng.uniform(2, 20)
 
     def curve(t: FloatArray, order: int) -> FloatArray:
-        waves = sum(size[i] * rate[i] ** order * np.sin(np.outer(t, rate[i]) + phase[i] + order * np.pi / 2)
-                    for i in range(count))
+        waves = sum(
+            size[i] * rate[i] ** order * np.sin(np.outer(t, rate[i]) + phase[i] + order * np.pi / 2)
+            for i in range(count)
+        )
         straight = np.outer(t, drift) if order == 0 else drift * (order == 1)
         return np.asarray(waves + straight)
 
@@ -139,6 +143,7 @@ class Piece(Protocol):
     """A line or an arc."""
 
     length: float
+    turn: float
 
     def at(self, s: FloatArray) -> FloatArray:
         """Positions (n, axes)."""
@@ -153,7 +158,7 @@ class Line:
     """A straight line from ``start`` along the unit vector ``along``."""
 
     def __init__(self, start: FloatArray, along: FloatArray, length: float) -> None:
-        self.start, self.along, self.length = start, along, length
+        self.start, self.along, self.length, self.turn = start, along, length, 0.0
 
     def at(self, s: FloatArray) -> FloatArray:
         return np.asarray(self.start + np.outer(s, self.along))
@@ -167,7 +172,8 @@ class Arc:
     """An arc in the first two axes from ``start`` along ``along``; ``angle`` in rad, its sign the side."""
 
     def __init__(self, start: FloatArray, along: FloatArray, radius: float, angle: float) -> None:
-        self.start, self.along, self.radius, self.length = start, along, radius, radius * abs(angle)
+        self.start, self.along, self.radius, self.turn = start, along, radius, abs(angle)
+        self.length = radius * self.turn
         self.normal = np.zeros_like(along)
         self.normal[:2] = np.sign(angle) * np.array([-along[1], along[0]])
 
@@ -209,7 +215,7 @@ class Chain:
         """A line is one interval, an arc one per ``MAX_TURN_RAD``."""
         out = []
         for piece, feed, stand, start in zip(self.pieces, self.feeds, self.stands, self.starts[:-1], strict=True):
-            n = 1 if isinstance(piece, Line) else max(1, int(np.ceil(piece.length / piece.radius / MAX_TURN_RAD)))
+            n = max(1, int(np.ceil(piece.turn / MAX_TURN_RAD)))
             s = np.linspace(0.0, piece.length, n + 1)
             rows = intervals_from_knots(s + start, *piece.derivatives(s), feed)
             rows["blocks"] = 0
@@ -228,7 +234,9 @@ def random_chain(rng: np.random.Generator, feed: float, tiny: bool) -> Chain:
         scale = float(10 ** rng.uniform(-2, 1.5)) if tiny else float(rng.uniform(1, 20))
         piece: Line | Arc = Line(at, along, scale)
         if rng.random() < 0.5:
-            piece = Arc(at, along, float(10 ** rng.uniform(-0.3, 1.5)), float(rng.choice([-1, 1]) * rng.uniform(0.05, 3)))
+            piece = Arc(
+                at, along, float(10 ** rng.uniform(-0.3, 1.5)), float(rng.choice([-1, 1]) * rng.uniform(0.05, 3))
+            )
         pieces.append(piece)
         end = np.array([piece.length])
         at, along = piece.at(end)[0], piece.derivatives(end)[0][0]

@@ -163,7 +163,8 @@ class JerkPlanner:
 
 def run(planner: JerkPlanner, intervals: npt.NDArray[Any]) -> npt.NDArray[Any]:
     """Push and take a whole path: all laws."""
-    laws, done, chunk = [], 0, 0.02
+    laws: list[npt.NDArray[Any]] = []
+    done, chunk = 0, 0.02
     while True:
         if done < len(intervals):
             done += planner.push(intervals[done : done + planner.room])

@@ -1,4 +1,4 @@
-"""Seeded properties of the jerk-limited and of the acceleration-limited planner: sampled limits, exact ends, holds, overrides, tails, determinism.
+"""Seeded properties of the planners by path: sampled limits, ends, holds, overrides, tails, determinism.
 
 Whatever is driven is judged from outside: positions at the cycle, their finite differences, the path from its formula.
 """
@@ -116,7 +116,7 @@ def test_laws_join(seed: int) -> None:
 
 
 def sample_ends(laws: Rows) -> FloatArray:
-    """(s, v, a) at the end of each law, (n, 3), from the differential equation: an oracle apart from the C evaluation."""
+    """(s, v, a) at the end of each law, (n, 3), from the solution of its equation, apart from the C evaluation."""
     out = np.zeros((len(laws), 3))
     for i, law in enumerate(laws):
         t, k = law["time"], np.emath.sqrt(law["c"])
@@ -137,7 +137,7 @@ def test_same_bits(seed: int) -> None:
     assert first.tobytes() == second.tobytes()
 
 
-@pytest.mark.parametrize("seed", range(0, 24))
+@pytest.mark.parametrize("seed", range(24))
 def test_acceleration_limited(seed: int) -> None:
     """The acceleration-limited sibling keeps v and a within 1.02 through holds and overrides, and drives to the end."""
     case = Case(seed)
