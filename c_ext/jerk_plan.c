@@ -3,7 +3,7 @@
 #include <string.h>
 #include "jerk_internal.h"
 
-#define MAX_ITERATIONS 40
+#define MAX_ITERATIONS 28
 #define SLOWER 1.002     /* a plan this much slower than the tail over the tail's way is not taken */
 #define CREEPS 0.1       /* share of the guess below which an unfinished solution creeps */
 #define TIGHTENINGS 3
