@@ -6,7 +6,7 @@
 #include "jerk_internal.h"
 
 #define RING_MIN 1024
-#define DEFAULT_REFRESH 0.25
+#define DEFAULT_REFRESH 0.2 
 #define SHORT_WINDOW 50      /* blocks: here what is left of the window counts */
 #define SHORT_REFRESH 0.12
 

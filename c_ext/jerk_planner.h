@@ -24,7 +24,7 @@ typedef struct jerk_config {
     int window_blocks;      /* look-ahead in blocks */
     int window_knots;       /* look-ahead in planner intervals; at most the workspace made by jerk_new */
     double spacing_mm;      /* longest planner interval; 0: from the limits */
-    double refresh;         /* share of the window that may be used up before it is planned again; 0: 0.25 */
+    double refresh;         /* share of the window that may be used up before it is planned again; 0: 0.2 */
 } jerk_config;
 
 /* One interval of the path; index 0 of the derivatives is its start, 1 its end, from inside the interval. */
