@@ -41,7 +41,7 @@ def test_straight_move_is_nearly_time_optimal(length: float, feed: float) -> Non
     assert best * 0.995 <= laws["time"].sum() <= best * 1.03
 
 
-# Optima of COPP 0.2.3 and toppra's optimum (TOPP2): `python bench/planner_reference.py`.
+# Optima of COPP 0.2.3 (copp-py: TOPP3 and TOPP2): `python bench/planner_reference.py`.
 REFERENCE_TOPP3 = {("raster", 100.0): 1.13185, ("raster", 300.0): 0.65198}
 REFERENCE_TOPP2 = {("raster", 100.0): 1.07514, ("raster", 300.0): 0.49115}
 
