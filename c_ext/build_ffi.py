@@ -51,7 +51,7 @@ def write_layout_header() -> None:
 
 def compile_args() -> tuple[list[str], list[str]]:
     """(compiler, linker) arguments. No -ffast-math and no contraction: distances must add up the same everywhere."""
-    args = ["-std=gnu11", "-O2", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off", "-pthread"]
+    args = ["-std=gnu11", "-O2", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off", "-Wno-psabi", "-pthread"]
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
         args.append("-Werror")
@@ -82,7 +82,7 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
 
 
 SYNC_SOURCES = ["hli_sync.c", "hli_bench.c"]
-ENGINE_HEADERS = ["nc_block.h", "scan.h", "offset.h", "engine.h"]
+ENGINE_HEADERS = ["nc_block.h", "scan.h", "offset.h", "engine.h", "jerk_planner.h", "topp2.h"]
 
 engine_ffi = module(
     "cnc_core._engine",

@@ -1,0 +1,151 @@
+/* The checker: what the planner hands out is recomputed here, from the path as it was pushed and in plain units.
+ *
+ * It integrates the accelerations again, evaluates the true limits of every axis at both ends and in the middle of each
+ * interval, and looks for minima of speed inside.  Nothing of the planner's rows is used.
+ */
+#include <math.h>
+#include "jerk_internal.h"
+
+#define JUMP_SLACK 1.01
+#define SMALL_JUMPS 5e-3 /* share of the jerk limit */
+#define LEAST_DIP 1e-4 /* smallest x inside an interval, over the largest */
+
+typedef struct motion {
+    double v, a, c; /* speed, acceleration, its slope over the path; or path jerk / v */
+} motion;
+
+/* Largest ratio of an axis value to its limit at derivatives d1, d2, d3. */
+static double ratio_at(const jerk_planner *p, const double *d1, const double *d2, const double *d3, motion m, double share) {
+    double worst = 0.0, v2 = m.v * m.v;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double v = fabs(d1[a]) * m.v / p->cfg.v_max[a];
+        double acc = fabs(d1[a] * m.a + d2[a] * v2) / p->cfg.a_max[a];
+        double jerk = m.v * fabs(d3[a] * v2 + 3.0 * d2[a] * m.a + d1[a] * m.c) / (p->cfg.j_max[a] * share);
+        double most = fmax(v, fmax(acc, jerk));
+        if (!(most <= worst)) worst = most;
+        if (!isfinite(acc) || !isfinite(jerk) || !isfinite(v)) return INFINITY;
+    }
+    return worst;
+}
+
+/* The derivatives in the middle, of the polynomial of degree 5 for q' that meets q', q'', q''' at both ends. */
+static void middle(const jerk_interval *q, int axes, double *d1, double *d2, double *d3) {
+    double h = q->length;
+    for (int a = 0; a < axes; a++) {
+        double step = q->d1[1][a] - q->d1[0][a], sum2 = q->d2[0][a] + q->d2[1][a], step2 = q->d2[1][a] - q->d2[0][a];
+        double sum3 = q->d3[0][a] + q->d3[1][a], step3 = q->d3[1][a] - q->d3[0][a];
+        d1[a] = q->d1[0][a] + 0.5 * step - 5.0 / 32.0 * h * step2 + h * h / 64.0 * sum3;
+        d2[a] = 15.0 / 8.0 * step / h - 7.0 / 16.0 * sum2 + h / 32.0 * step3;
+        d3[a] = 1.5 * step2 / h - 0.25 * sum3;
+    }
+}
+
+/* Three motions at start, middle and end of an interval. */
+static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->jump;
+    middle(s->q, p->cfg.axes, d1, d2, d3);
+    double worst = ratio_at(p, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
+    worst = fmax(worst, ratio_at(p, d1, d2, d3, m[1], share));
+    return fmax(worst, ratio_at(p, s->q->d1[1], s->q->d2[1], s->q->d3[1], m[2], share));
+}
+
+/* Constant path jerk over the interval h with the speed v at the moving end; `sign` -1: it ends at rest. */
+static double rest_ratio(const jerk_planner *p, const segment *s, double v, double sign) {
+    double t = 3.0 * s->h / v, j = 2.0 * v / (t * t);
+    double tm = t * cbrt(0.5), vm = 0.5 * j * tm * tm;
+    motion at = {v, sign * j * t, j / v}, mid = {vm, sign * j * tm, j / vm}, rest = {0.0, 0.0, 0.0};
+    double worst = sign > 0 ? ratio_of(p, s, (motion[3]){rest, mid, at}) : ratio_of(p, s, (motion[3]){at, mid, rest});
+    for (int a = 0; a < p->cfg.axes; a++)
+        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (p->cfg.j_max[a] * s->jump));
+    return worst;
+}
+
+/* Where the speed peaks inside the interval, with the derivatives of its middle. */
+static double peak_ratio(const jerk_planner *p, const segment *s, motion m) {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
+    middle(s->q, p->cfg.axes, d1, d2, d3);
+    return ratio_at(p, d1, d2, d3, m, s->jump);
+}
+
+static motion motion_of(double x, double u, double c) { return (motion){sqrt(x), u, c}; }
+
+/* Largest speed over its cap: the feed or what was allowed on the way down to it. */
+static double feed_ratio(const jerk_planner *p, const grid *g, int k, double x0, double x1, double top_x) {
+    double f2 = p->scale * p->scale, cap = fmin(g->seg[k].soft, g->seg[k].cap) * f2;
+    double most = k == 0 ? fmax(x1, fmin(top_x, x1)) : fmax(top_x, fmax(x0, x1));
+    return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK : INFINITY;
+}
+
+/* One interval with free input; x, u advance. */
+static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, double *u, double c) {
+    segment *s = &g->seg[k];
+    double h = s->h, x0 = *x, u0 = *u;
+    double x1 = x0 + 2.0 * h * u0 + h * h * c, u1 = u0 + h * c;
+    double xm = x0 + h * u0 + 0.25 * h * h * c, um = u0 + 0.5 * h * c, top_x = fmax(x0, x1), low = fmin(x0, x1);
+    if (u0 * u1 < 0.0) {
+        double turn = x0 - u0 * u0 / c; /* u = 0 inside */
+        top_x = fmax(top_x, turn);
+        low = fmin(low, turn);
+    }
+    *x = x1;
+    *u = u1;
+    if (!(low > LEAST_DIP * top_x) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
+    motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
+    double limits = ratio_of(p, s, m);
+    if (u0 * u1 < 0.0 && c < 0.0) limits = fmax(limits, peak_ratio(p, s, motion_of(top_x, 0.0, c)));
+    double feed = feed_ratio(p, g, k, x0, x1, top_x);
+    s->excess = limits > CHECK_SLACK ? limits : 0.0;
+    s->fast = feed > CHECK_SLACK ? feed : 0.0;
+    return fmax(limits, feed);
+}
+
+/* Jumps of q' and q'' at knot k, as samples show them, against the share that the intervals around it leave. */
+static bool jump_fits(const jerk_planner *p, const grid *g, int k, double x) {
+    const jerk_interval *l = g->seg[k - 1].q, *r = g->seg[k].q;
+    double dt = p->cfg.cycle_s, room = 1.0 - fmin(g->seg[k - 1].jump, g->seg[k].jump), used = 0.0;
+    if (!g->seg[k - 1].last) return true;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double bend = 0.75 * fabs(r->d2[0][a] - l->d2[1][a]) * x / dt, corner = fabs(r->d1[0][a] - l->d1[1][a]) * sqrt(x) / (dt * dt);
+        used = fmax(used, (bend + corner) / p->cfg.j_max[a]);
+    }
+    return used <= room * JUMP_SLACK + SMALL_JUMPS;
+}
+
+/* The input that meets the rest interval exactly: what the way there has gathered in rounding ends here. */
+static double last_input(const grid *g, double x, double u) {
+    double h = g->seg[g->n - 2].h, t = 1.5 * g->seg[g->n - 1].h;
+    return -(x + (2.0 * h + t) * u) / (h * (h + t));
+}
+
+/* Largest ratio of anything to its limit over the plan (infinite: no plan at all).  On the way x and u of the problem
+ * are replaced by what the inputs integrate to. */
+double plan_check(const jerk_planner *p, grid *g, problem *b) {
+    double f2 = p->scale * p->scale, worst = 0.0, x = b->x0 * f2, u = b->u0 * f2;
+    int last = g->n - 1, k = 0;
+    if (g->n < (g->rest_start ? 3 : 2)) return INFINITY;
+    if (g->rest_start) {
+        u = b->u[1] * f2;
+        x = 1.5 * g->seg[0].h * u;
+        if (!(x > 0.0)) return INFINITY;
+        worst = fmax(rest_ratio(p, &g->seg[0], sqrt(x), 1.0), feed_ratio(p, g, 0, 0.0, x, x));
+        b->x[0] = b->u[0] = b->c[0] = 0.0;
+        k = 1;
+    }
+    for (; k < last; k++) {
+        b->x[k] = x / f2;
+        b->u[k] = u / f2;
+        if (k > 0 && !jump_fits(p, g, k, x)) return INFINITY;
+        if (k == last - 1) b->c[k] = last_input(g, x, u) / f2;
+        double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
+        if (!(ratio <= worst)) worst = ratio;
+        if (!isfinite(worst)) return INFINITY;
+    }
+    double meet = 1.5 * g->seg[last].h * -u;
+    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) return INFINITY;
+    if (!jump_fits(p, g, last, x)) return INFINITY;
+    b->x[last] = x / f2;
+    b->u[last] = u / f2;
+    b->x[g->n] = b->u[g->n] = b->c[last] = 0.0;
+    worst = fmax(worst, feed_ratio(p, g, last, x, 0.0, x));
+    return fmax(worst, rest_ratio(p, &g->seg[last], sqrt(x), -1.0));
+}

@@ -1,0 +1,265 @@
+/* The planner's grid: pushed intervals, subdivided where they are long or near a standstill, with their caps. */
+#include <math.h>
+#include <string.h>
+#include "jerk_internal.h"
+
+#define GRADING 0.25     /* growth of the spacing with the distance from a standstill */
+#define MAX_TURN 0.07    /* rad in one planner interval */
+#define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
+#define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
+#define SLOW 0.5         /* grid step over the length in which jerk changes a low speed */
+#define SLOW_FEED 1.0    /* the same for a low feed: of the speed that counts */
+#define SLOW_TAIL 0.6    /* and at the end of the window, where the plan comes to rest */
+#define LEAST_SHARE 0.25 /* of the jerk limit that the continuous motion keeps */
+#define SMALL_JUMP 1e-3  /* jumps below this share of the limit at the present cap need no reserve */
+
+/* Largest path jerk (scaled) over the rest interval s: at distance d from the standstill x ~ d^(4/3), and every axis
+ * jerk is jerk * |q' +- 9 d q'' + 4.5 d^2 q'''| (minus where the interval ends at rest). */
+static double rest_jerk(const jerk_planner *p, const segment *s, int at_end) {
+    jerk_interval half;
+    double most = 0.0, h = s->h, sign = at_end ? -1.0 : 1.0;
+    interval_part(s->q, 0.0, 0.5 * h, p->cfg.axes, &half);
+    for (int a = 0; a < p->cfg.axes; a++) {
+        const jerk_interval *q = s->q;
+        int far = !at_end;
+        double near = q->d1[at_end][a], d = 0.5 * h;
+        double mid = half.d1[1][a] + sign * 9.0 * d * half.d2[1][a] + 4.5 * d * d * half.d3[1][a];
+        double end = q->d1[far][a] + sign * 9.0 * h * q->d2[far][a] + 4.5 * h * h * q->d3[far][a];
+        double value = fmax(fabs(near), fmax(fabs(mid), fabs(end)));
+        most = fmax(most, value / (s->share * JERK_USABLE * p->cfg.j_max[a]));
+    }
+    return most > 0.0 ? 1.0 / (most * p->scale * p->scale * p->scale) : 1e30;
+}
+
+static double velocity_cap(const jerk_planner *p, const jerk_interval *q) {
+    double v = q->v_hard > 0 ? q->v_hard : 1e30;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double h = q->length, mid = 0.5 * (q->d1[0][a] + q->d1[1][a]) + 0.125 * h * (q->d2[0][a] - q->d2[1][a]);
+        double most = fmax(fabs(mid), fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a])));
+        if (most * v > p->cfg.v_max[a]) v = p->cfg.v_max[a] / most;
+    }
+    v = fmin(v * VEL_USABLE, 10.0 * p->scale) / p->scale;
+    return v * v;
+}
+
+/* Where the path bends so little that no row bounds it, the tangent terms still do; a cap keeps x bounded. */
+void segment_limits(const jerk_planner *p, segment *s) {
+    const jerk_interval *q = s->q;
+    double factor = q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor;
+    double feed = q->feed > 0 ? q->feed * factor * VEL_USABLE / p->scale : 1e15;
+    s->h = q->length;
+    s->jump = s->share = 1.0;
+    s->excess = s->fast = 0.0;
+    s->cap = velocity_cap(p, q);
+    s->soft = fmin(s->cap, feed * feed);
+}
+
+/* Share of the jerk limit that jumps of q' and q'' take when they are passed with x. */
+static double jump_used(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double x) {
+    double dt = p->cfg.cycle_s, f = p->scale, used = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double bend = STEP_SEEN * f * f * fabs(right->d2[0][a] - left->d2[1][a]);
+        double corner = f / dt * fabs(right->d1[0][a] - left->d1[1][a]);
+        used = fmax(used, (bend * x + corner * sqrt(x)) / (p->cfg.j_max[a] * dt));
+    }
+    return used;
+}
+
+/* Largest x <= cap at which the jumps take no more than their share. */
+static double jump_cap(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double cap) {
+    double dt = p->cfg.cycle_s, f = p->scale;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double room = JUMP_SHARE * p->cfg.j_max[a] * dt;
+        double bend = STEP_SEEN * f * f * fabs(right->d2[0][a] - left->d2[1][a]);
+        double corner = f / dt * fabs(right->d1[0][a] - left->d1[1][a]);
+        double v = 2.0 * room / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
+        cap = fmin(cap, v * v); /* bend x + corner sqrt(x) <= room */
+    }
+    return cap;
+}
+
+/* A jump shows in samples up to one and a half cycles away. */
+static double jump_reach(const jerk_planner *p, double x) { return 1.5 * p->cfg.cycle_s * sqrt(x) * p->scale + 1e-9; }
+
+/* The jump between two intervals that is passed at the head: it still shows in what comes next. */
+void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right) {
+    double used = jump_used(p, left, right, p->x);
+    if (used < SMALL_JUMP) return;
+    p->behind_share = fmax(1.0 - used, LEAST_SHARE);
+    p->behind_mm = jump_reach(p, p->x);
+}
+
+/* Cap at knot k, and what is left of the jerk limit around it. */
+static void knot_jump(const jerk_planner *p, grid *g, int k) {
+    const jerk_interval *left = g->seg[k - 1].q, *right = g->seg[k].q;
+    if (!g->seg[k - 1].last) return;
+    g->knot_cap[k] = jump_cap(p, left, right, g->knot_cap[k]);
+    double used = jump_used(p, left, right, g->knot_cap[k]);
+    if (used < SMALL_JUMP) return;
+    double reach = jump_reach(p, g->knot_cap[k]), share = fmax(1.0 - used, LEAST_SHARE);
+    for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) g->seg[i].jump = fmin(g->seg[i].jump, share);
+    for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) g->seg[i].jump = fmin(g->seg[i].jump, share);
+}
+
+void knot_caps(const jerk_planner *p, grid *g) {
+    g->from_start[0] = 0.0;
+    for (int k = 0; k <= g->n; k++) {
+        double left = k > 0 ? g->seg[k - 1].cap : 1e30, right = k < g->n ? g->seg[k].cap : 1e30;
+        g->knot_cap[k] = fmin(left, right);
+        if (k < g->n) g->from_start[k + 1] = g->from_start[k] + g->seg[k].h;
+    }
+    for (int k = 1; k < g->n; k++) knot_jump(p, g, k);
+    for (int k = 0; k < g->n; k++) {
+        if (g->from_start[k] < p->behind_mm) g->seg[k].jump = fmin(g->seg[k].jump, p->behind_share);
+        g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;
+    }
+    for (int k = 0; k < g->n; k++) {
+        g->seg[k].jerk_up = k == 0 ? rest_jerk(p, &g->seg[k], 0) : 0.0;
+        g->seg[k].jerk_down = k == g->n - 1 ? rest_jerk(p, &g->seg[k], 1) : 0.0;
+    }
+}
+
+static bool add_segment(const jerk_planner *p, grid *g, const jerk_interval *q, uint64_t i, bool last) {
+    if (g->n >= g->max) return false;
+    segment *s = &g->seg[g->n++];
+    s->q = q;
+    s->last = last;
+    s->tight = &p->tight[i & p->mask];
+    segment_limits(p, s);
+    return true;
+}
+
+typedef struct extent {
+    uint64_t end;      /* ring index behind the window */
+    double length;
+    bool stands;       /* ends where the axes must stand, or where the path is known to end */
+} extent;
+
+/* How far the window reaches: by blocks, by knots, to a stand or to the end of what was pushed. */
+static extent window_extent(const jerk_planner *p) {
+    extent e = {p->head, 0.0, false};
+    double knots = 0.0;
+    int blocks = 0;
+    while (e.end != p->tail) {
+        const jerk_interval *q = ring_at(p, e.end++);
+        e.length += q->length;
+        knots += ceil(q->length / p->spacing);
+        blocks += (int)q->blocks;
+        if (q->flags & JERK_STAND) {
+            e.stands = true;
+            return e;
+        }
+        if (knots >= p->cfg.window_knots || blocks >= p->cfg.window_blocks) return e;
+    }
+    e.stands = p->finished;
+    return e;
+}
+
+/* Length over which the speed v can change much under the path jerk at q: the grid must resolve it. */
+static double slow_length(const jerk_planner *p, const jerk_interval *q, double v, double finest) {
+    double jerk = 1e30;
+    for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, p->cfg.j_max[a] / fmax(1e-9, fabs(q->d1[0][a])));
+    return fmin(p->spacing, fmax(finest, SLOW * v * sqrt(v / jerk)));
+}
+
+/* Cap on x (scaled) over an interval by feed and machine. */
+static double feed_cap(const jerk_planner *p, const jerk_interval *q) {
+    segment s = {.q = q};
+    segment_limits(p, &s);
+    return s.soft;
+}
+
+/* Step at the knot between two pushed intervals: fine where it must be passed slowly or the feed changes. */
+static double knot_step(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double finest) {
+    double before = feed_cap(p, left), after = feed_cap(p, right), open = fmin(before, after);
+    double cap = jump_cap(p, left, right, open);
+    if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) return p->spacing;
+    return slow_length(p, right, p->scale * sqrt(cap), finest);
+}
+
+/* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
+static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands) {
+    double *step = g->step;
+    double finest = g->finest;
+    step[0] = p->at_rest ? finest : slow_length(p, ring_at(p, p->head), p->scale * sqrt(p->x), finest);
+    const jerk_interval *q = ring_at(p, p->head + (uint64_t)n - 1);
+    step[n] = stands ? finest : slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_TAIL, finest);
+    for (int i = 1; i < n; i++) step[i] = knot_step(p, ring_at(p, p->head + i - 1), ring_at(p, p->head + i), finest);
+    for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, p->head + i - 1)->length);
+    for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, p->head + i)->length);
+}
+
+/* Length of the next planner interval, `d0` behind a knot with the step s0 and `d1` ahead of one with s1. */
+static double step_at(const jerk_planner *p, double d0, double s0, double d1, double s1) {
+    double behind = s0 + GRADING * d0, ahead = fmax(s1, (s1 + GRADING * d1) / (1.0 + GRADING));
+    return fmin(p->spacing, fmin(behind, ahead));
+}
+
+/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. */
+static double turn_length(const jerk_planner *p, const jerk_interval *q) {
+    double start = 0.0, end = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        start += q->d2[0][a] * q->d2[0][a];
+        end += q->d2[1][a] * q->d2[1][a];
+    }
+    return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
+}
+
+static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, double to) {
+    const jerk_interval *q = ring_at(p, i);
+    if (from <= 0.0 && to >= q->length) return add_segment(p, g, q, i, true);
+    if (g->n >= g->max) return false;
+    jerk_interval *part = &g->parts[g->used++];
+    interval_part(q, from, to, p->cfg.axes, part);
+    return add_segment(p, g, part, i, to >= q->length);
+}
+
+/* Lay the grid over one pushed interval, or the first `len` mm of it. */
+static bool fill_interval(jerk_planner *p, grid *g, int i, double len) {
+    const jerk_interval *q = ring_at(p, p->head + (uint64_t)i);
+    double turn = fmin(turn_length(p, q), slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED, g->finest));
+    for (double done = 0.0; done < len;) {
+        double left = len - done, step = fmin(turn, step_at(p, done, g->step[i], left, g->step[i + 1]));
+        double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? len : done + left / parts;
+        if (!add_part(p, g, p->head + (uint64_t)i, done, next)) return false;
+        done = next;
+    }
+    return true;
+}
+
+/* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
+static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
+    int n = (int)(e->end - p->head);
+    g->n = g->used = 0;
+    g->rest_start = p->at_rest;
+    g->stands = e->stands;
+    g->land_from = g->land_to = -1.0;
+    g->finest = fmin(p->rest_length / 60.0, e->length / 24.0);
+    if (n > g->max) return false;
+    knot_steps(p, g, n, e->stands);
+    double at = 0.0;
+    for (int i = 0; i < n && to - at > 1e-9; i++) {
+        double whole = ring_at(p, p->head + (uint64_t)i)->length, len = to - at > whole - 1e-9 ? whole : to - at;
+        if (!fill_interval(p, g, i, len)) return false;
+        at += len;
+    }
+    return true;
+}
+
+/* The window of the next plan. */
+void grid_window(jerk_planner *p, grid *g) {
+    extent e = window_extent(p);
+    if (!grid_fill(p, g, &e, 1e30)) g->stands = false;
+    knot_caps(p, g);
+}
+
+/* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
+bool grid_to(jerk_planner *p, grid *g, double distance) {
+    extent e = {p->head, 0.0, true};
+    while (e.end != p->tail && e.length < distance) e.length += ring_at(p, e.end++)->length;
+    if (e.length < distance - 1e-9) return false;
+    e.length = distance;
+    bool fits = grid_fill(p, g, &e, distance);
+    knot_caps(p, g);
+    return fits;
+}

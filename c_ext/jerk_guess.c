@@ -1,0 +1,211 @@
+/* Where the solver starts: a speed profile over the grid, then the nearest one that meets the dynamics. */
+#include <math.h>
+#include "jerk_internal.h"
+
+#define EASY_ACC 0.45    /* share of the limits that the guess uses */
+#define EASY_JERK 0.5
+#define EASY_SPEED 0.9
+#define EASY_BEND 0.6
+#define TINY 1e-14
+#define STIFFNESS 0.05   /* weight of jerk against the distance from the profile */
+
+/* What curvature alone allows on a segment. */
+static double curve_cap(const jerk_planner *p, const segment *s) {
+    double f = p->scale, bend = 0.0, twist = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        bend = fmax(bend, fmax(fabs(s->q->d2[0][a]), fabs(s->q->d2[1][a])) / p->cfg.a_max[a]);
+        twist = fmax(twist, fmax(fabs(s->q->d3[0][a]), fabs(s->q->d3[1][a])) / p->cfg.j_max[a]);
+    }
+    double v = cbrt(EASY_BEND * s->share / fmax(1e-30, twist * f * f * f));
+    return fmin(EASY_BEND / fmax(1e-30, bend * f * f), v * v);
+}
+
+static void path_limits(const jerk_planner *p, const segment *s, double *acc, double *jerk) {
+    double f = p->scale;
+    *acc = *jerk = 1e30;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double d1 = fmax(fabs(s->q->d1[0][a]), 1e-9);
+        *acc = fmin(*acc, p->cfg.a_max[a] / (d1 * f * f));
+        *jerk = fmin(*jerk, s->share * p->cfg.j_max[a] / (d1 * f * f * f));
+    }
+}
+
+/* x at distance d from a standstill under constant path jerk. */
+static double from_rest(double d, double jerk) { return 0.25 * jerk * jerk * pow(6.0 * d / jerk, 4.0 / 3.0); }
+
+/* One pass over the caps, leaving every minimum with limited jerk and acceleration: upwards with `step` 1, else back. */
+static void ramp(const jerk_planner *p, const grid *g, double *x, int from, int to, int step, double u) {
+    for (int k = from; k != to; k += step) {
+        const segment *s = &g->seg[step > 0 ? k : k - 1];
+        double acc, jerk;
+        path_limits(p, s, &acc, &jerk);
+        double h = s->h, rise = EASY_JERK * jerk / sqrt(fmax(x[k], 1e-12));
+        double next = fmin(EASY_ACC * acc, u + h * rise), reach = x[k] + h * (u + next);
+        if (reach < x[k + step]) {
+            x[k + step] = fmax(reach, 0.25 * x[k]);
+            u = next;
+        } else {
+            u = fmax(0.0, fmin(next, 0.5 * (x[k + step] - x[k]) / h)); /* falling caps are the other pass's matter */
+        }
+    }
+}
+
+/* Caps of feed, machine and curvature, less a margin. */
+static void easy_caps(const jerk_planner *p, const grid *g, double *x) {
+    double curve = curve_cap(p, &g->seg[0]);
+    for (int k = 1; k < g->n; k++) {
+        double before = curve, soft = fmin(g->seg[k - 1].soft, g->seg[k].soft);
+        curve = curve_cap(p, &g->seg[k]);
+        x[k] = fmin(EASY_SPEED * fmin(soft, g->knot_cap[k]), fmin(before, curve));
+    }
+}
+
+/* End of a rest interval under half of the jerk: x and u there. */
+static double rest_end(const jerk_planner *p, const segment *s, double *u) {
+    double acc, jerk, h = s->h;
+    path_limits(p, s, &acc, &jerk);
+    double x = from_rest(h, EASY_JERK * jerk);
+    *u = x / (1.5 * h);
+    return x;
+}
+
+/* A slow profile that needs about half of every limit. */
+static void slow_profile(jerk_planner *p, const grid *g, double *x) {
+    int n = g->n;
+    double u = p->u;
+    x[0] = g->rest_start ? 0.0 : p->x;
+    x[n] = 0.0;
+    easy_caps(p, g, x);
+    if (g->rest_start) x[1] = fmin(x[1], rest_end(p, &g->seg[0], &u));
+    ramp(p, g, x, g->rest_start ? 1 : 0, n - 1, 1, fmax(0.0, u));
+    x[n - 1] = fmin(x[n - 1], rest_end(p, &g->seg[n - 1], &u));
+    ramp(p, g, x, n - 1, 1, -1, u);
+    for (int k = 1; k < n && !g->rest_start; k++) { /* from above the caps: down with the full acceleration */
+        double acc, jerk;
+        path_limits(p, &g->seg[k - 1], &acc, &jerk);
+        x[k] = fmax(x[k], x[k - 1] - 2.0 * acc * g->seg[k - 1].h);
+    }
+    for (int k = 1; k < n; k++) x[k] = fmax(x[k], TINY);
+}
+
+/* x of the plan at a distance ahead of what was handed out; negative behind its end. */
+static void plan_x(const plan *pl, const grid *g, double *x) {
+    double start = 0.0;
+    int i = pl->next;
+    for (int k = 0; k < g->n; k++) {
+        double at = g->from_start[k];
+        while (i < pl->n && at >= start + pl->h[i] - 1e-12) start += pl->h[i++];
+        if (i >= pl->n) {
+            x[k] = -1.0;
+            continue;
+        }
+        double d = at - start, h = pl->h[i];
+        if (i == pl->n - 1) x[k] = pl->x[i] * pow(fmax(0.0, 1.0 - d / h), 4.0 / 3.0);
+        else if (i == 0 && pl->rest_start) x[k] = pl->x[1] * pow(d / h, 4.0 / 3.0);
+        else x[k] = pl->x[i] + 2.0 * pl->u[i] * d + pl->c[i] * d * d;
+    }
+}
+
+/* The nearest profile that meets the dynamics: least squares of x against the guess and of the axis jerks. */
+static bool project(jerk_planner *p, const grid *g, double stiffness) {
+    problem *b = &p->prob;
+    for (int k = 0; k < b->blocks * LANES; k++)
+        b->cost.xx[k] = b->cost.xu[k] = b->cost.uu[k] = b->cost.xc[k] = b->cost.uc[k] = b->cost.cc[k] = 0.0;
+    for (int k = 0; k < b->blocks * LANES; k++) b->grad.x[k] = b->grad.u[k] = b->grad.c[k] = 0.0;
+    for (int k = b->first; k < b->n; k++) {
+        double acc, jerk, xk = fmax(b->guess[k], TINY);
+        path_limits(p, &g->seg[k], &acc, &jerk);
+        b->cost.xx[k] = 1.0 / (xk * xk);
+        b->cost.uu[k] = stiffness / (acc * acc);
+        b->cost.cc[k] = stiffness * xk / (jerk * jerk) + 1e-12;
+    }
+    if (!riccati_factor(b)) return false;
+    /* the problem is homogeneous in the deviation from a start trajectory: a first rollout with no input */
+    double x = b->x0, u = b->u0;
+    if (b->rest_start) x = u = 0.0;
+    int last = b->n - 1;
+    for (int k = b->first; k <= last; k++) {
+        b->x[k] = x;
+        b->u[k] = u;
+        double h = b->h[k], c = 0.0;
+        if (k == last - 1) c = b->ric.kx[k] * x + b->ric.ku[k] * u;
+        b->c[k] = k < last ? c : 0.0;
+        if (k == last) break;
+        x += 2.0 * h * u + h * h * c;
+        u += h * c;
+    }
+    for (int k = b->first; k < b->n; k++) {
+        b->grad.x[k] = b->cost.xx[k] * (b->x[k] - b->guess[k]);
+        b->grad.u[k] = b->cost.uu[k] * b->u[k];
+        b->grad.c[k] = b->cost.cc[k] * b->c[k];
+    }
+    riccati_solve(b, &b->grad);
+    for (int k = b->first; k < b->n; k++) {
+        b->x[k] += b->dx[k];
+        b->u[k] += b->du[k];
+        b->c[k] += b->dc[k];
+    }
+    if (b->rest_start) b->x[0] = b->u[0] = b->c[0] = 0.0;
+    return true;
+}
+
+/* Present plan where it reaches, slow profile behind it. */
+bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink) {
+    problem *b = &p->prob;
+    slow_profile(p, g, b->guess);
+    if (warm && p->plan.next < p->plan.n) {
+        plan_x(&p->plan, g, p->scratch);
+        for (int k = 1; k < g->n; k++)
+            if (p->scratch[k] > b->guess[k]) b->guess[k] = fmin(p->scratch[k], fmax(b->guess[k], fmin(g->seg[k - 1].soft, g->seg[k].soft)));
+    }
+    for (int k = 1; k < g->n && g->from_start[k] < g->land_from; k++) { /* down to the feed, softly at both ends */
+        double t = g->from_start[k] / g->land_from, feed = g->land_cap;
+        b->guess[k] = feed + fmax(0.0, p->x - feed) * (1.0 - t * t * (3.0 - 2.0 * t));
+    }
+    for (int k = 1; k < g->n; k++) b->guess[k] *= shrink;
+    bound_rows(p, g);
+    return project(p, g, STIFFNESS);
+}
+
+/* A smooth bump from rest to rest, below all caps, for the fallback. */
+bool guess_bump(jerk_planner *p, const grid *g) {
+    problem *b = &p->prob;
+    double cap = 1e30, jerk = 1e30;
+    easy_caps(p, g, b->guess);
+    for (int k = 0; k < g->n; k++) {
+        double acc, j;
+        path_limits(p, &g->seg[k], &acc, &j);
+        jerk = fmin(jerk, j);
+        if (k > 0) cap = fmin(cap, b->guess[k]);
+    }
+    for (int k = 1; k < g->n; k++) {
+        double up = from_rest(g->from_start[k], EASY_JERK * jerk), down = from_rest(g->from_start[g->n] - g->from_start[k], EASY_JERK * jerk);
+        b->guess[k] = 1.0 / (1.0 / up + 1.0 / down + 1.0 / cap);
+    }
+    b->guess[0] = b->guess[g->n] = 0.0;
+    bound_rows(p, g);
+    return project(p, g, STIFFNESS);
+}
+
+/* From a profile over the same grid. */
+bool guess_from(jerk_planner *p, const grid *g, const double *x) {
+    problem *b = &p->prob;
+    for (int k = 0; k <= g->n; k++) b->guess[k] = fmax(TINY, x[k]);
+    b->guess[g->n] = 0.0;
+    bound_rows(p, g);
+    return project(p, g, 0.2 * STIFFNESS);
+}
+
+/* A stop from the present state over the whole grid. */
+bool guess_stop(jerk_planner *p, const grid *g) {
+    problem *b = &p->prob;
+    double d = g->from_start[g->n], beta = fmin(4.0, fmax(0.0, 2.0 * p->u * d / fmax(p->x, 1e-12) + 4.0 / 3.0));
+    b->guess[0] = p->x;
+    for (int k = 1; k < g->n; k++) {
+        double t = g->from_start[k] / d;
+        b->guess[k] = fmax(TINY, p->x * pow(1.0 - t, 4.0 / 3.0) * (1.0 + beta * t));
+    }
+    b->guess[g->n] = 0.0;
+    bound_rows(p, g);
+    return project(p, g, STIFFNESS);
+}

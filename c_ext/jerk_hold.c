@@ -1,0 +1,78 @@
+/* Changes that ask for less speed than the plan has.  A reduced override: a ramp down to it.  Feed hold: the shortest legal stop on the path, found by halving the distance to the standstill. */
+#include <math.h>
+#include "jerk_internal.h"
+
+#define STOP_ITERATIONS 25
+#define CLOSE_ENOUGH 0.01
+#define MAX_HALVINGS 12
+
+typedef struct brake {
+    double top, distance; /* highest speed on the way, mm/s; mm */
+} brake;
+
+/* From (v, a) down to the speed v1 with the smallest limits along the path: to a = 0, then two jerk ramps. */
+static brake brake_estimate(const jerk_planner *p, double v1) {
+    double v = p->scale * sqrt(p->x), a = fmax(0.0, p->scale * p->scale * p->u), acc = 1e30, jerk = 1e30;
+    const jerk_interval *q = ring_at(p, p->head);
+    for (int i = 0; i < p->cfg.axes; i++) {
+        double d = fmax(fabs(q->d1[0][i]), 1e-9);
+        acc = fmin(acc, p->cfg.a_max[i] / d);
+        jerk = fmin(jerk, p->cfg.j_max[i] / d);
+    }
+    double t1 = a / jerk, top = v + 0.5 * a * t1, drop = fmax(0.0, top - v1), ramp = fmin(acc, sqrt(drop * jerk));
+    double rise = v * t1 + 0.5 * a * t1 * t1 - jerk * t1 * t1 * t1 / 6.0;
+    return (brake){top, rise + (ramp > 0.0 ? 0.5 * (top + v1) * (drop / ramp + ramp / jerk) : 0.0)};
+}
+
+/* The speed is above what a reduced override allows: a window that comes down to it without falling below. */
+bool plan_ramp(jerk_planner *p) {
+    static const double tries[] = {1.03, 1.15, 1.5};
+    grid *g = &p->grid;
+    for (int i = 0; i < 3; i++) {
+        grid_window(p, g);
+        if (g->n < 2) return false;
+        double target = g->seg[0].soft;
+        brake b = brake_estimate(p, p->scale * sqrt(target));
+        double top = 1.01 * b.top * b.top / (p->scale * p->scale);
+        for (int k = 0; k < g->n && g->from_start[k] < tries[i] * b.distance; k++)
+            g->seg[k].soft = fmin(g->seg[k].cap, fmax(g->seg[k].soft, top));
+        g->land_cap = target;
+        g->land_from = tries[i] * b.distance;
+        g->land_to = 3.0 * g->land_from;
+        if (solve_window(p, g, true, 1.0)) {
+            plan_accept(p, g, p->prob.solved);
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool try_stop(jerk_planner *p, double distance) {
+    grid *g = &p->grid;
+    if (!grid_to(p, g, distance) || g->n < 2) return false;
+    for (int k = 0; k < g->n; k++) g->seg[k].soft = g->seg[k].cap;
+    p->stats.hold_solves++;
+    problem_from_grid(p, g, p->x, p->u);
+    if (!guess_stop(p, g)) return false;
+    ipm_solve(&p->prob, STOP_ITERATIONS);
+    double worst = plan_check(p, g, &p->prob);
+    if (!(worst <= CHECK_SLACK)) return false;
+    p->stats.worst_ratio = fmax(p->stats.worst_ratio, worst);
+    g->stands = false;
+    plan_accept(p, g, true);
+    return true;
+}
+
+/* Replace the plan by the shortest stop; the stored tail is the longest that is considered. */
+void plan_stop(jerk_planner *p) {
+    double low = 0.0, high = 0.0;
+    for (int k = p->plan.next; k < p->plan.n; k++) high += p->plan.h[k];
+    p->stats.holds++;
+    double d = fmin(0.999 * high, 1.02 * brake_estimate(p, 0.0).distance);
+    for (int i = 0; i < MAX_HALVINGS && high - low > CLOSE_ENOUGH * high; i++) {
+        if (try_stop(p, d)) high = d;
+        else low = d;
+        double near = low > 0.0 && i < 3 ? fmin(0.5 * (low + high), 1.1 * low) : 0.5 * (low + high);
+        d = low > 0.0 ? near : 0.92 * high;
+    }
+}

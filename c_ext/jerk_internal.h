@@ -1,0 +1,187 @@
+/* Inside of the jerk-limited planner: path ring, planner grid, solver work, plan.
+ *
+ * Scaled quantities: x = v^2/F^2, u = a/F^2, c = (du/ds)/F^2, with F the speed scale of the machine; lengths stay mm.
+ */
+#ifndef JERK_INTERNAL_H
+#define JERK_INTERNAL_H
+#include <stdbool.h>
+#include "jerk_planner.h"
+
+#define LANES 4
+typedef double vec __attribute__((vector_size(32)));
+typedef long long ivec __attribute__((vector_size(32)));
+
+#define GRADED_EXTRA 96       /* room beyond window_knots for the finer grid near rests */
+#define ACC_USABLE 0.998      /* share of the limits that is planned with */
+#define JERK_USABLE 0.998
+#define VEL_USABLE 0.9999
+#define CHECK_SLACK 1.012     /* the checker's bound, over the machine's limits */
+#define FEED_SLACK 1.004      /* of speed over the feed */
+
+/* One interval of the planner's grid: a part of a pushed interval. */
+typedef struct segment {
+    const jerk_interval *q;   /* derivatives over this part */
+    double h;
+    double cap;               /* hard cap on x (scaled), both ends */
+    double soft;              /* cap by feed and override; may lie below the present speed */
+    double *tight;            /* the ring interval's share of the jerk limit, lowered where a check failed */
+    double excess, fast;      /* ratios of the last check (limits; feed) where they were too large, else 0 */
+    double jump;              /* share of the jerk limit that jumps of derivatives nearby leave */
+    double share;             /* share that is planned with: jump * tight */
+    double jerk_up, jerk_down; /* path jerk (scaled) allowed when it starts, ends at rest */
+    bool last;                /* the pushed interval ends with it */
+} segment;
+
+typedef struct grid {
+    segment *seg;             /* n */
+    jerk_interval *parts;     /* storage of subdivided intervals */
+    double *knot_cap;         /* n + 1: hard caps including jumps of derivatives */
+    double *from_start;       /* n + 1: distance from the start, mm */
+    double *step;             /* grid step at the knots of the pushed intervals */
+    double finest;            /* step at a standstill */
+    double land_cap;          /* x of the feed there */
+    double land_from, land_to; /* mm from the start: here a ramp down must not fall below the feed (empty: none) */
+    int n, used, max;
+    bool rest_start, stands;  /* starts at rest; ends at a stand or at the end of the path */
+} grid;
+
+/* What the rows of LANES stages share.  At either end the jerk rows read root (b z) + half x_t <= bound, with the
+ * tangent of root x^(-1/2) at the present x_t. */
+typedef struct block {
+    vec h, hh, x, u, c;
+    vec x1;                           /* x at the end of the stages */
+    vec root[2], half[2], bound[2];
+} block;
+
+typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5 (jerks) */
+    vec b[3], s[2], l[2], is[2], r[2], ds[2], dl[2];
+} two_sided;
+
+typedef struct one_sided { /* b z <= bound */
+    vec b[3], bound, s, l, is, r, ds, dl;
+} one_sided;
+
+enum { ROW_CAP, ROW_FLOOR, ROW_MID_FLOOR, ROW_MID_CAP, ONE_SIDED_ROWS };
+
+/* Stage cost of the Newton step; nine arrays of `stride` doubles. */
+typedef struct stage_cost {
+    double *xx, *xu, *uu, *xc, *uc, *cc;
+} stage_cost;
+
+typedef struct stage_grad {
+    double *x, *u, *c;
+} stage_grad;
+
+typedef struct riccati {
+    double *kx, *ku, *ir, *sx, *su, *d;
+} riccati;
+
+typedef struct problem {
+    int n, first, blocks, axes, acc_sets; /* intervals; first stage with rows; blocks of LANES stages */
+    bool rest_start;
+    double *h, *x, *u, *c;                /* stages */
+    double *dx, *du, *dc;
+    double *guess;                        /* knots: x the floors refer to */
+    double *weight;                       /* objective: minus the gradient by x */
+    double *root[2];                      /* scale of the jerk rows at both ends */
+    double *calm;                         /* quadratic cost of c */
+    double *on;                           /* 1 where a stage has jerk rows */
+    block *block;                         /* of the present iterate */
+    two_sided *jerk, *acc;                /* [block][rows] */
+    one_sided *one;
+    stage_cost cost;
+    stage_grad grad, corr, cent;          /* affine gradient; corrector and centring parts */
+    riccati ric;
+    double x0, u0;
+    double terminal;                      /* 1.5 h of the last interval */
+    int iterations;
+    bool solved;
+    double gap;
+} problem;
+
+/* An accepted plan: from `next` on it is the stored tail, and it ends at rest. */
+typedef struct plan {
+    double *h, *x, *u, *c;                /* x, u at the n + 1 knots */
+    double *offset;
+    uint64_t *tag;
+    bool *last;
+    int n, next;                          /* next: first segment not handed out */
+    int since;                            /* handed out since it was planned */
+    bool final;                           /* converged: it need not be planned again */
+    bool rest_start, stands;              /* starts at rest; ends where the axes must stand */
+    uint64_t end;                         /* ring index of the first interval that it does not finish */
+    double length;                        /* mm from `next` to the end */
+} plan;
+
+struct jerk_planner {
+    jerk_config cfg;
+    double scale;                         /* F */
+    double rest_length;                   /* mm from rest to full acceleration with the smallest limits */
+    double spacing;
+    jerk_interval *ring;
+    double *tight;                        /* as `ring` */
+    uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
+    bool finished, hold, changed, at_rest;
+    double feed_factor, rapid_factor;
+    int capacity;                         /* segments a grid can hold */
+    double behind_mm, behind_share;       /* reach of a jump behind the head, and what it leaves */
+    double x, u;                          /* scaled state at the head */
+    grid grid;
+    problem prob;
+    plan plan;
+    double *scratch;                      /* capacity + LANES */
+    int wait;                             /* segments to hand out before the next plan is tried */
+    jerk_stats stats;
+    void *arena;
+};
+
+static inline const jerk_interval *ring_at(const jerk_planner *p, uint64_t i) { return &p->ring[i & p->mask]; }
+
+/* jerk_knots.c */
+void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out);
+void ring_consume(jerk_planner *p, double length, bool whole);
+
+/* jerk_grid.c */
+void grid_window(jerk_planner *p, grid *g);
+bool grid_to(jerk_planner *p, grid *g, double distance);
+void segment_limits(const jerk_planner *p, segment *s);
+void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right);
+void knot_caps(const jerk_planner *p, grid *g);
+
+/* jerk_rows.c */
+void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0);
+void bound_rows(jerk_planner *p, const grid *g);
+
+/* jerk_guess.c */
+bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink);
+bool guess_bump(jerk_planner *p, const grid *g);
+bool guess_from(jerk_planner *p, const grid *g, const double *x);
+bool guess_stop(jerk_planner *p, const grid *g);
+
+/* jerk_riccati.c */
+bool riccati_factor(problem *b);
+void riccati_solve(problem *b, const stage_grad *g);
+
+/* jerk_ipm.c, jerk_ipm_avx2.c */
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+#define JERK_AVX2
+bool ipm_solve_avx2(problem *b, int max_iterations);
+#endif
+bool ipm_solve_base(problem *b, int max_iterations);
+bool ipm_solve(problem *b, int max_iterations);
+
+/* jerk_check.c */
+double plan_check(const jerk_planner *p, grid *g, problem *b);
+
+/* jerk_plan.c */
+void plan_accept(jerk_planner *p, const grid *g, bool final);
+void plan_window(jerk_planner *p);
+bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
+
+/* jerk_hold.c */
+void plan_stop(jerk_planner *p);
+bool plan_ramp(jerk_planner *p);
+
+/* jerk_law.c */
+void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double scale);
+#endif

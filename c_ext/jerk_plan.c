@@ -1,0 +1,197 @@
+/* Planning the window: guess, solve, check, and only then take the place of the stored tail. */
+#include <math.h>
+#include <string.h>
+#include "jerk_internal.h"
+
+#define MAX_ITERATIONS 28
+#define SLOWER 1.002     /* a plan this much slower than the tail over the tail's way is not taken */
+#define CREEPS 0.1       /* share of the guess below which an unfinished solution creeps */
+#define TIGHTENINGS 3
+#define SLOWER_BY 0.99  /* of the cap on x where the feed was exceeded inside an interval */
+#define TIGHTEN_UP_TO 1.3
+#define TIGHTEST 0.5
+#define AIM 1.003        /* ratio that a tightened interval should come to */
+#define FALLBACK_SCALE 0.7
+#define FALLBACK_LENGTHS 6
+#define SHRINK 0.25      /* of the guess, at the second try from rest */
+#define FALLBACK_TRIES 40
+
+/* The checked problem becomes the plan. */
+void plan_accept(jerk_planner *p, const grid *g, bool final) {
+    plan *pl = &p->plan;
+    problem *b = &p->prob;
+    size_t bytes = sizeof(double) * (size_t)(g->n + 1);
+    memcpy(pl->x, b->x, bytes);
+    memcpy(pl->u, b->u, bytes);
+    memcpy(pl->c, b->c, bytes);
+    uint64_t end = p->head;
+    for (int k = 0; k < g->n; k++) {
+        const segment *s = &g->seg[k];
+        pl->h[k] = s->h;
+        pl->tag[k] = s->q->tag;
+        pl->offset[k] = s->q->offset;
+        pl->last[k] = s->last;
+        end += s->last;
+    }
+    pl->n = g->n;
+    pl->next = pl->since = 0;
+    pl->rest_start = g->rest_start;
+    pl->final = final;
+    pl->stands = g->stands;
+    pl->end = end;
+    pl->length = g->from_start[g->n];
+}
+
+/* Time over the first `length` mm, to compare plans; rest intervals are exact, others by the mean speed. */
+static double time_over(const double *h, const double *x, int from, int n, double length) {
+    double t = 0.0, at = 0.0;
+    for (int k = from; k < n && at + h[k] <= length + 1e-9; k++) {
+        double v = sqrt(x[k]) + sqrt(x[k + 1]);
+        t += (x[k] > 0.0 && x[k + 1] > 0.0 ? 2.0 : 3.0) * h[k] / v;
+        at += h[k];
+    }
+    return t;
+}
+
+static bool slower_than_tail(const jerk_planner *p, const grid *g) {
+    const plan *pl = &p->plan;
+    double length = 0.0;
+    for (int k = pl->next; k < pl->n; k++) length += pl->h[k];
+    if (length <= 0.0 || g->from_start[g->n] < length - 1e-9) return false;
+    double t_new = 0.0, at = 0.0;
+    for (int k = 0; k < g->n && at < length - 1e-9; k++) {
+        double h = g->seg[k].h, v = sqrt(p->prob.x[k]) + sqrt(p->prob.x[k + 1]), part = fmin(1.0, (length - at) / h);
+        t_new += part * (p->prob.x[k] > 0.0 && p->prob.x[k + 1] > 0.0 ? 2.0 : 3.0) * h / v;
+        at += h;
+    }
+    return t_new > SLOWER * time_over(pl->h, pl->x, pl->next, pl->n, 1e30);
+}
+
+/* A solver that was stopped on its way may leave a plan that is legal and creeps. */
+static bool creeps(const jerk_planner *p, const grid *g) {
+    for (int k = 1; k < g->n; k++)
+        if (p->prob.x[k] < CREEPS * p->prob.guess[k]) return true;
+    return false;
+}
+
+static double check(jerk_planner *p, grid *g) {
+    double worst = plan_check(p, g, &p->prob);
+    if (worst <= CHECK_SLACK) p->stats.worst_ratio = fmax(p->stats.worst_ratio, worst);
+    return worst;
+}
+
+/* From rest to rest any profile, slowed down, becomes legal: accelerations fall with the square of the speed. */
+static bool slow_bump(jerk_planner *p, grid *g) {
+    problem *b = &p->prob;
+    problem_from_grid(p, g, 0.0, 0.0);
+    if (!guess_bump(p, g)) return false;
+    for (int i = 0; i < FALLBACK_TRIES; i++) {
+        if (check(p, g) <= CHECK_SLACK) return true;
+        for (int k = 0; k <= g->n; k++) {
+            b->x[k] *= FALLBACK_SCALE;
+            b->u[k] *= FALLBACK_SCALE;
+            b->c[k] *= FALLBACK_SCALE;
+        }
+    }
+    return false;
+}
+
+/* The solver has failed at a standstill: a slow move, over less and less of the window. */
+static bool slow_fallback(jerk_planner *p, grid *g) {
+    double length = g->from_start[g->n];
+    bool stands = g->stands;
+    for (int i = 0; i < FALLBACK_LENGTHS; i++) {
+        if (grid_to(p, g, length) && g->n >= 3 && slow_bump(p, g)) {
+            g->stands = stands && i == 0;
+            return true;
+        }
+        length *= 0.25;
+    }
+    return false;
+}
+
+/* Between its ends an interval may exceed a limit by a few percent: less of the jerk is planned with there, from now on. */
+static bool tighten(grid *g, double worst) {
+    if (!(worst < TIGHTEN_UP_TO)) return false;
+    for (int k = 0; k < g->n; k++) {
+        segment *s = &g->seg[k];
+        if (s->fast > 0.0) s->soft *= SLOWER_BY;
+        if (s->excess <= 0.0) continue;
+        double share = s->share / s->jump * AIM / s->excess;
+        *s->tight = fmin(*s->tight, fmax(TIGHTEST, share));
+    }
+    for (int k = 0; k < g->n; k++) g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;
+    return true;
+}
+
+static bool solve_from_guess(jerk_planner *p) {
+    p->stats.solves++;
+    bool solved = p->prob.solved = ipm_solve(&p->prob, MAX_ITERATIONS);
+    p->stats.iterations += (uint64_t)p->prob.iterations;
+    p->stats.failed += !solved;
+    return solved;
+}
+
+/* Solve over the grid; true if a legal plan stands in the problem. */
+bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
+    problem_from_grid(p, g, p->x, p->u);
+    if (!guess_window(p, g, warm, shrink)) return false;
+    for (int i = 0; i < TIGHTENINGS; i++) {
+        bool solved = solve_from_guess(p);
+        double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
+        if (worst <= CHECK_SLACK) return true;
+        p->stats.refused += solved;
+        if (!tighten(g, worst)) return false;
+        memcpy(p->scratch, p->prob.x, sizeof(double) * (size_t)(g->n + 1));
+        problem_from_grid(p, g, p->x, p->u);
+        if (!guess_from(p, g, p->scratch)) return false;
+    }
+    return false;
+}
+
+/* Above the caps (an override was reduced, a hold was released): what the stored tail drives stays allowed. */
+static void allow_tail(jerk_planner *p, grid *g) {
+    const plan *pl = &p->plan;
+    double at = 0.0, margin = 1.003;
+    int i = pl->next;
+    for (int k = 0; k < g->n && i < pl->n; k++) {
+        double most = 0.0, end = g->from_start[k + 1];
+        while (i < pl->n) {
+            most = fmax(most, fmax(pl->x[i], pl->x[i + 1]));
+            if (at + pl->h[i] > end + 1e-9) break;
+            at += pl->h[i++];
+        }
+        if (most * margin > g->seg[k].soft && g->seg[k].soft < g->seg[k].cap) g->seg[k].soft = fmin(g->seg[k].cap, most * margin);
+    }
+}
+
+static bool above_soft(const jerk_planner *p, const grid *g) {
+    return !g->rest_start && g->n > 1 && p->x > 1.003 * fmin(g->seg[0].soft, g->seg[1].soft);
+}
+
+/* A new plan over the window, if it is legal and not slower than the stored tail; else the tail stays. */
+void plan_window(jerk_planner *p) {
+    grid *g = &p->grid;
+    grid_window(p, g);
+    if (g->n < (g->rest_start ? 3 : 2)) return;
+    bool changed = p->changed, above = above_soft(p, g);
+    p->changed = false;
+    p->wait = 1 + g->n / 10;
+    if (!above && solve_window(p, g, true, 1.0)) {
+        if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
+        else plan_accept(p, g, p->prob.solved);
+        return;
+    }
+    if (g->rest_start) {
+        if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) plan_accept(p, g, false);
+        return;
+    }
+    if (changed) {
+        if (plan_ramp(p)) return;
+        plan_stop(p); /* the fastest way down */
+    }
+    if (!changed && !above) return;
+    grid_window(p, g);
+    allow_tail(p, g);
+    if (solve_window(p, g, true, 1.0)) plan_accept(p, g, p->prob.solved);
+}

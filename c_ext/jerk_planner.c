@@ -1,0 +1,220 @@
+/* Life of a planner, and what is handed out: laws from the plan, a new plan when enough of the old one is used up. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include "jerk_internal.h"
+
+#define RING_MIN 1024
+#define DEFAULT_REFRESH 0.2 
+#define SHORT_WINDOW 50      /* blocks: here what is left of the window counts */
+#define SHORT_REFRESH 0.12
+
+static bool positive(double v) { return isfinite(v) && v > 0.0; }
+
+int jerk_check_config(const jerk_config *c) {
+    if (c->axes < 1 || c->axes > JERK_AXES || !positive(c->cycle_s) || c->window_knots < 8 || c->window_blocks < 1) return JERK_BAD_LIMITS;
+    for (int a = 0; a < c->axes; a++)
+        if (!positive(c->v_max[a]) || !positive(c->a_max[a]) || !positive(c->j_max[a])) return JERK_BAD_LIMITS;
+    return isfinite(c->spacing_mm) && isfinite(c->refresh) ? 0 : JERK_BAD_LIMITS;
+}
+
+/* All memory of a planner: one block, handed out in order. */
+typedef struct arena {
+    char *at;
+    size_t used;
+} arena;
+
+static void *take(arena *m, size_t bytes) {
+    void *out = m->at ? m->at + m->used : NULL;
+    m->used += (bytes + 63) / 64 * 64;
+    return out;
+}
+
+static double *doubles(arena *m, size_t n) { return take(m, sizeof(double) * n); }
+
+static void lay_out(jerk_planner *p, arena *m) {
+    size_t n = (size_t)p->capacity, stages = n + 2 * LANES, blocks = stages / LANES + 1, axes = (size_t)p->cfg.axes;
+    p->ring = take(m, sizeof *p->ring * (size_t)(p->mask + 1));
+    p->tight = doubles(m, (size_t)(p->mask + 1));
+    p->grid.seg = take(m, sizeof(segment) * n);
+    p->grid.parts = take(m, sizeof(jerk_interval) * n);
+    p->grid.knot_cap = doubles(m, n + 1);
+    p->grid.step = doubles(m, n + 2);
+    p->grid.from_start = doubles(m, n + 1);
+    problem *b = &p->prob;
+    double **stage[] = {&b->h, &b->x, &b->u, &b->c, &b->dx, &b->du, &b->dc, &b->guess, &b->weight, &b->root[0], &b->root[1], &b->calm, &b->on,
+                        &b->cost.xx, &b->cost.xu, &b->cost.uu, &b->cost.xc, &b->cost.uc, &b->cost.cc,
+                        &b->grad.x, &b->grad.u, &b->grad.c, &b->corr.x, &b->corr.u, &b->corr.c,
+                        &b->cent.x, &b->cent.u, &b->cent.c,
+                        &b->ric.kx, &b->ric.ku, &b->ric.ir, &b->ric.sx, &b->ric.su, &b->ric.d};
+    for (size_t i = 0; i < sizeof stage / sizeof *stage; i++) *stage[i] = doubles(m, stages);
+    b->block = take(m, sizeof(block) * blocks);
+    b->jerk = take(m, sizeof(two_sided) * blocks * 2 * axes);
+    b->acc = take(m, sizeof(two_sided) * blocks * 2 * axes);
+    b->one = take(m, sizeof(one_sided) * blocks * ONE_SIDED_ROWS);
+    double **kept[] = {&p->plan.h, &p->plan.x, &p->plan.u, &p->plan.c, &p->plan.offset, &p->scratch};
+    for (size_t i = 0; i < sizeof kept / sizeof *kept; i++) *kept[i] = doubles(m, stages);
+    p->plan.tag = take(m, sizeof(uint64_t) * n);
+    p->plan.last = take(m, sizeof(bool) * n);
+}
+
+/* Smallest limits: length of the ramp from rest to full acceleration, and the speed scale. */
+static void set_scales(jerk_planner *p) {
+    const jerk_config *c = &p->cfg;
+    double length = 1e30, v = 0.0;
+    for (int a = 0; a < c->axes; a++) {
+        double t = c->a_max[a] / c->j_max[a];
+        length = fmin(length, c->j_max[a] * t * t * t / 6.0);
+        v = fmax(v, c->v_max[a]);
+    }
+    p->rest_length = length;
+    p->scale = v / 3.0;
+    p->spacing = c->spacing_mm > 0.0 ? c->spacing_mm : length / 6.0;
+    if (!(c->refresh > 0.0)) p->cfg.refresh = c->window_blocks < SHORT_WINDOW ? SHORT_REFRESH : DEFAULT_REFRESH;
+}
+
+jerk_planner *jerk_new(const jerk_config *config, int capacity) {
+    if (jerk_check_config(config)) return NULL;
+    jerk_planner *p = calloc(1, sizeof *p);
+    if (!p) return NULL;
+    p->cfg = *config;
+    set_scales(p);
+    p->capacity = p->grid.max = config->window_knots + GRADED_EXTRA;
+    p->mask = RING_MIN - 1;
+    while (p->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) p->mask = 2 * p->mask + 1;
+    p->at_rest = true;
+    p->feed_factor = p->rapid_factor = 1.0;
+    arena m = {0};
+    lay_out(p, &m);
+    if (posix_memalign(&p->arena, 64, m.used)) p->arena = NULL;
+    if (!p->arena) {
+        free(p);
+        return NULL;
+    }
+    memset(p->arena, 0, m.used);
+    m = (arena){p->arena, 0};
+    lay_out(p, &m);
+    return p;
+}
+
+void jerk_free(jerk_planner *p) {
+    if (!p) return;
+    free(p->arena);
+    free(p);
+}
+
+void jerk_override(jerk_planner *p, double feed, double rapid) {
+    if (!isfinite(feed) || !isfinite(rapid)) return;
+    if (feed == p->feed_factor && rapid == p->rapid_factor) return;
+    p->feed_factor = fmax(0.0, feed);
+    p->rapid_factor = fmax(0.0, rapid);
+    p->changed = true;
+}
+
+void jerk_hold(jerk_planner *p, int hold) {
+    if ((hold != 0) == p->hold) return;
+    p->hold = hold != 0;
+    p->changed = true;
+}
+
+/* The path under the plan's end as far as it could be planned now. */
+static bool more_path(const jerk_planner *p) { return p->plan.end != p->tail || (p->finished && !p->plan.stands); }
+
+static bool worth_planning(const jerk_planner *p) {
+    const plan *pl = &p->plan;
+    if (p->changed) return true;
+    if (pl->next >= pl->n) return p->head != p->tail;
+    if (p->hold || p->wait > 0) return false;
+    if (!pl->final) return true;
+    if (pl->stands || !more_path(p)) return false;
+    return pl->since >= p->cfg.refresh * pl->n;
+}
+
+static double thread_cpu_s(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static bool zero_factor(const jerk_planner *p) {
+    const jerk_interval *q = ring_at(p, p->head);
+    return p->head != p->tail && (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) <= 0.0;
+}
+
+static void plan_again(jerk_planner *p) {
+    double t0 = thread_cpu_s();
+    if (p->hold || zero_factor(p)) {
+        if (p->changed && !p->at_rest) plan_stop(p);
+        p->changed = false;
+    } else {
+        plan_window(p);
+    }
+    p->stats.worst_solve_s = fmax(p->stats.worst_solve_s, thread_cpu_s() - t0);
+}
+
+/* The law of segment k of the plan. */
+static void law_of(const jerk_planner *p, int k, jerk_law *law) {
+    const plan *pl = &p->plan;
+    bool end = k + 1 == pl->n;
+    law->tag = pl->tag[k];
+    law->s0 = pl->offset[k];
+    law->flags = end ? JERK_STAND : 0;
+    law->last = pl->last[k];
+    law_from(law, pl->h[k], pl->x[k], pl->u[k], pl->c[k], end ? 0.0 : pl->x[k + 1], p->scale);
+}
+
+/* Segment `next` of the plan is the caller's: the path and the state move on. */
+static void hand_out(jerk_planner *p) {
+    plan *pl = &p->plan;
+    int k = pl->next++;
+    pl->since++;
+    p->wait--;
+    p->at_rest = pl->next == pl->n;
+    p->x = p->at_rest ? 0.0 : pl->x[k + 1];
+    p->u = p->at_rest ? 0.0 : pl->u[k + 1];
+    p->behind_mm = p->at_rest ? 0.0 : fmax(0.0, p->behind_mm - pl->h[k]);
+    if (pl->last[k] && !p->at_rest) jump_passed(p, ring_at(p, p->head), ring_at(p, p->head + 1));
+    ring_consume(p, pl->h[k], pl->last[k]);
+    p->stats.segments++;
+}
+
+int jerk_next(jerk_planner *p, jerk_law *law) {
+    if (worth_planning(p)) plan_again(p);
+    if (p->plan.next >= p->plan.n) return 0;
+    law_of(p, p->plan.next, law);
+    hand_out(p);
+    p->stats.laws++;
+    return 1;
+}
+
+int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds) {
+    int64_t n = 0;
+    for (double t = 0.0; n < max && t < seconds && jerk_next(p, &laws[n]); n++) t += laws[n].time;
+    return n;
+}
+
+/* The whole look-ahead is known, or all there will ever be. */
+int jerk_ready(const jerk_planner *p) {
+    double knots = 0.0;
+    int blocks = 0;
+    for (uint64_t i = p->head; i != p->tail; i++) {
+        const jerk_interval *q = ring_at(p, i);
+        knots += ceil(q->length / p->spacing);
+        blocks += (int)q->blocks;
+        if ((q->flags & JERK_STAND) || knots >= p->cfg.window_knots || blocks >= p->cfg.window_blocks) return 1;
+    }
+    return p->finished || jerk_room(p) == 0;
+}
+
+int64_t jerk_tail(const jerk_planner *p, jerk_law *laws, int64_t max) {
+    int64_t n = 0;
+    for (int k = p->plan.next; k < p->plan.n && n < max; k++) law_of(p, k, &laws[n++]);
+    return n;
+}
+
+void jerk_tail_driven(jerk_planner *p) {
+    while (p->plan.next < p->plan.n) hand_out(p);
+}
+
+void jerk_get_stats(const jerk_planner *p, jerk_stats *out) { *out = p->stats; }

@@ -1,0 +1,86 @@
+/* Jerk-limited path planning: a receding horizon over knots of a path, and the acceleration-limited sibling.
+ *
+ * The module knows neither the engine nor the HLI.  The caller pushes intervals of a path (length, derivatives of the
+ * axes by path length at both ends, feed) and takes time laws, one after the other, that a cyclic interpolator
+ * evaluates in constant time.  Whatever happens to the solver, what has not been taken yet always ends at rest.
+ * Mathematics and argument for legality: docs/planner.md.  No function but jerk_new and topp2_new allocates.
+ */
+#ifndef JERK_PLANNER_H
+#define JERK_PLANNER_H
+#include <stdint.h>
+
+/* cdef begin */
+#define JERK_AXES 9
+#define JERK_STAND 1u     /* the axes must stand at the end of the interval */
+#define JERK_RAPID 2u     /* `feed` is the rapid speed: the rapid override applies to it */
+#define JERK_BAD_LENGTH -1
+#define JERK_NOT_FINITE -2
+#define JERK_BAD_LIMITS -3
+
+typedef struct jerk_config {
+    int axes;
+    double v_max[JERK_AXES], a_max[JERK_AXES], j_max[JERK_AXES]; /* mm/s, mm/s2, mm/s3; rotary axes: degrees */
+    double cycle_s;         /* jumps of derivatives are bounded by what samples at this cycle show */
+    int window_blocks;      /* look-ahead in blocks */
+    int window_knots;       /* look-ahead in planner intervals; at most the workspace made by jerk_new */
+    double spacing_mm;      /* longest planner interval; 0: from the limits */
+    double refresh;         /* share of the window that may be used up before it is planned again; 0: 0.2 */
+} jerk_config;
+
+/* One interval of the path; index 0 of the derivatives is its start, 1 its end, from inside the interval. */
+typedef struct jerk_interval {
+    double length;              /* mm */
+    double d1[2][JERK_AXES];            /* dq/ds */
+    double d2[2][JERK_AXES];            /* d2q/ds2, 1/mm */
+    double d3[2][JERK_AXES];            /* d3q/ds3, 1/mm2 */
+    double feed;                /* mm/s along the path; <= 0: none */
+    double v_hard;              /* mm/s: further limit that no override lifts; <= 0: none */
+    double offset;              /* where the interval starts on what `tag` names */
+    uint64_t tag;               /* the caller's own */
+    uint32_t blocks;            /* program blocks that end with the interval, for window_blocks */
+    uint32_t flags;
+} jerk_interval;
+
+/* s'' = a0 + c (s - s0), plus jerk t^3/6 in s, for 0 <= t <= time; never both c and jerk. */
+typedef struct jerk_law {
+    uint64_t tag;
+    double s0, v0, a0;          /* mm on what `tag` names, mm/s, mm/s2 */
+    double c, jerk;             /* 1/s2, mm/s3 */
+    double time, length;        /* s, mm */
+    uint32_t flags;             /* JERK_STAND: at rest at the end */
+    uint32_t last;              /* the caller's interval ends with this law */
+} jerk_law;
+
+typedef struct jerk_state {
+    double s, v, a;
+} jerk_state;
+
+typedef struct jerk_stats {
+    uint64_t solves, failed, refused, slower, holds, hold_solves, laws, iterations;
+    double worst_solve_s;       /* CPU seconds of the slowest plan */
+    uint64_t segments;          /* planner intervals handed out */
+    double worst_ratio;         /* largest true row the checker has seen in an accepted plan */
+} jerk_stats;
+
+typedef struct jerk_planner jerk_planner;
+
+jerk_planner *jerk_new(const jerk_config *config, int capacity); /* NULL: no memory or bad limits */
+void jerk_free(jerk_planner *p);
+int jerk_check_config(const jerk_config *config);
+
+int64_t jerk_room(const jerk_planner *p);
+int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n); /* taken, or a JERK_ error */
+void jerk_finish(jerk_planner *p, int finished);    /* no more intervals will come (or they will again) */
+void jerk_override(jerk_planner *p, double feed, double rapid);
+void jerk_hold(jerk_planner *p, int hold);
+
+int jerk_ready(const jerk_planner *p);              /* enough is known to go on without planning a stop too early */
+int jerk_next(jerk_planner *p, jerk_law *law);      /* 1: a law was handed out; 0: at rest, nothing to do */
+int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds); /* at least `seconds` of them */
+int64_t jerk_tail(const jerk_planner *p, jerk_law *laws, int64_t max); /* from what was handed out to rest */
+void jerk_tail_driven(jerk_planner *p);             /* the tail was executed: go on from its end, at rest */
+void jerk_at(const jerk_law *law, double t, jerk_state *out);
+int64_t jerk_sample(const jerk_law *laws, int64_t n, double dt, double *phase, jerk_state *out, int64_t max);
+void jerk_get_stats(const jerk_planner *p, jerk_stats *out);
+/* cdef end */
+#endif

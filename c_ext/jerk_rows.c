@@ -1,0 +1,138 @@
+/* Rows of the window's problem: limits of axes written over (x, u, c) of each stage. */
+#include <math.h>
+#include <string.h>
+#include "jerk_internal.h"
+
+#define CALM 1e-3  /* cost of full path jerk over gain of speed: settles what the rows leave open */
+#define LANDING 0.96 /* share of the cap that a ramp down must keep */
+#define FLOOR 0.2 /* share of the guess below which x may not fall */
+
+/* Index of a row's coefficient for stage k. */
+static inline double *lane(vec *v, int k) { return (double *)v + k % LANES; }
+
+static two_sided *jerk_row(problem *b, int k, int end, int a) { return &b->jerk[(k / LANES) * 2 * b->axes + end * b->axes + a]; }
+
+static two_sided *acc_row(problem *b, int k, int set, int a) {
+    return &b->acc[(k / LANES) * b->acc_sets * b->axes + set * b->axes + a];
+}
+
+static void clear_rows(problem *b) {
+    memset(b->jerk, 0, sizeof *b->jerk * (size_t)(b->blocks * 2 * b->axes));
+    memset(b->acc, 0, sizeof *b->acc * (size_t)(b->blocks * b->acc_sets * b->axes));
+    memset(b->one, 0, sizeof *b->one * (size_t)(b->blocks * ONE_SIDED_ROWS));
+    for (int i = 0; i < b->blocks * ONE_SIDED_ROWS; i++) b->one[i].bound = (vec){1.0, 1.0, 1.0, 1.0};
+    for (int k = 0; k < b->blocks * LANES; k++) {
+        b->on[k] = b->weight[k] = b->calm[k] = 0.0;
+        b->h[k] = 1.0;
+        b->guess[k] = 1.0;
+        b->x[k] = 1.0;
+        b->u[k] = b->c[k] = b->dx[k] = b->du[k] = b->dc[k] = 0.0;
+    }
+}
+
+/* Axis jerk over sqrt(x), at the start and, through the dynamics, at the end of the stage. */
+static void jerk_rows(const jerk_planner *p, problem *b, const segment *s, int k) {
+    double h = s->h, f3 = p->scale * p->scale * p->scale;
+    for (int a = 0; a < b->axes; a++) {
+        double w = f3 / (s->share * JERK_USABLE * p->cfg.j_max[a]);
+        const jerk_interval *q = s->q;
+        two_sided *row = jerk_row(b, k, 0, a);
+        *lane(&row->b[0], k) = w * q->d3[0][a];
+        *lane(&row->b[1], k) = w * 3.0 * q->d2[0][a];
+        *lane(&row->b[2], k) = w * q->d1[0][a];
+        row = jerk_row(b, k, 1, a);
+        *lane(&row->b[0], k) = w * q->d3[1][a];
+        *lane(&row->b[1], k) = w * (2.0 * h * q->d3[1][a] + 3.0 * q->d2[1][a]);
+        *lane(&row->b[2], k) = w * (h * h * q->d3[1][a] + 3.0 * h * q->d2[1][a] + q->d1[1][a]);
+    }
+}
+
+static void acc_rows(const jerk_planner *p, problem *b, const jerk_interval *q, int end, int set, int k) {
+    for (int a = 0; a < b->axes; a++) {
+        double w = p->scale * p->scale / (ACC_USABLE * p->cfg.a_max[a]);
+        two_sided *row = acc_row(b, k, set, a);
+        *lane(&row->b[0], k) = w * q->d2[end][a];
+        *lane(&row->b[1], k) = w * q->d1[end][a];
+    }
+}
+
+/* What the caps of knot k come to: hard, feed, and the rest intervals beside it. */
+static double cap_at(const jerk_planner *p, const grid *g, int k) {
+    double cap = fmin(g->knot_cap[k], fmin(g->seg[k - 1].soft, g->seg[k].soft));
+    (void)p;
+    if (k == 1 && g->rest_start) {
+        double h = g->seg[0].h, u = cbrt(6.0 * h * g->seg[0].jerk_up * g->seg[0].jerk_up);
+        cap = fmin(cap, 1.5 * h * u);
+    }
+    if (k == g->n - 1) {
+        double h = g->seg[k].h, u = cbrt(6.0 * h * g->seg[k].jerk_down * g->seg[k].jerk_down);
+        cap = fmin(cap, 1.5 * h * u);
+    }
+    return cap;
+}
+
+static void one_row(problem *b, int row, int k, double bx, double bu, double bc, double bound) {
+    one_sided *o = &b->one[(k / LANES) * ONE_SIDED_ROWS + row];
+    *lane(&o->b[0], k) = bx;
+    *lane(&o->b[1], k) = bu;
+    *lane(&o->b[2], k) = bc;
+    *lane(&o->bound, k) = bound;
+}
+
+static bool has_kinks(const jerk_planner *p, const grid *g) {
+    for (int k = 1; k < g->n; k++)
+        for (int a = 0; a < p->cfg.axes; a++) {
+            const jerk_interval *l = g->seg[k - 1].q, *r = g->seg[k].q;
+            if (fabs(l->d2[1][a] - r->d2[0][a]) > 1e-9 + 1e-6 * fabs(r->d2[0][a])) return true;
+        }
+    return false;
+}
+
+/* Dimensions and rows of the problem over a grid; caps and floors follow when the guess is known (`bound_rows`). */
+void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
+    problem *b = &p->prob;
+    b->n = g->n;
+    b->axes = p->cfg.axes;
+    b->rest_start = g->rest_start;
+    b->first = g->rest_start ? 1 : 0;
+    b->blocks = (g->n + 1 + LANES - 1) / LANES;
+    b->acc_sets = has_kinks(p, g) ? 2 : 1;
+    b->x0 = x0;
+    b->u0 = u0;
+    b->terminal = 1.5 * g->seg[g->n - 1].h;
+    clear_rows(b);
+    for (int k = 0; k < g->n; k++) {
+        b->h[k] = g->seg[k].h;
+        if (k >= 1) acc_rows(p, b, g->seg[k].q, 0, 0, k);
+        if (k >= 1 && b->acc_sets == 2) acc_rows(p, b, g->seg[k - 1].q, 1, 1, k);
+        if (k < b->first || k > g->n - 2) continue;
+        jerk_rows(p, b, &g->seg[k], k);
+        b->on[k] = 1.0;
+    }
+}
+
+/* Caps, floors and weights, from the guess at the knots. */
+void bound_rows(jerk_planner *p, const grid *g) {
+    problem *b = &p->prob;
+    double sum = 0.0;
+    for (int k = 1; k < g->n; k++) sum += 0.5 * (g->seg[k - 1].h + g->seg[k].h) * b->guess[k];
+    for (int k = 1; k < g->n; k++) {
+        double cap = cap_at(p, g, k), xf = b->guess[k];
+        b->weight[k] = 0.5 * (g->seg[k - 1].h + g->seg[k].h) / sum;
+        one_row(b, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 1.0);
+        double floor = FLOOR * xf;
+        if (g->from_start[k] >= g->land_from && g->from_start[k] <= g->land_to && xf > 0.5 * cap) floor = LANDING * cap;
+        one_row(b, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, -1.0);
+    }
+    for (int k = b->first; k <= g->n - 2; k++) {
+        double most = 0.0;
+        for (int a = 0; a < b->axes; a++) most = fmax(most, fabs(*lane(&jerk_row(b, k, 0, a)->b[2], k)));
+        b->calm[k] = CALM * b->h[k] / sum * most * most * b->guess[k] * b->guess[k + 1];
+    }
+    for (int k = b->first; k <= g->n - 2; k++) {
+        double h = b->h[k], xf = fmin(b->guess[k], b->guess[k + 1]);
+        one_row(b, ROW_MID_FLOOR, k, -1.0 / xf, -h / xf, -0.25 * h * h / xf, -0.5 * FLOOR);
+        double cap = fmin(g->seg[k].soft, g->seg[k].cap);
+        one_row(b, ROW_MID_CAP, k, 1.0 / cap, h / cap, 0.25 * h * h / cap, 1.0);
+    }
+}
