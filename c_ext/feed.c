@@ -127,7 +127,7 @@ static void cut_run(engine *e, uint64_t head) {
 static bool is_branch(const piece *p) { return p->kind == PIECE_EVENT && p->type == (p->dir > 0 ? NC_RT_LOOP_END : NC_RT_LOOP_BEGIN); }
 
 /* Whether a loop is driven once more; one without a path would never end. */
-static bool loop_wanted(engine *e, const piece *p) { return ATOMIC_GET(e->rt_loop_now) && p->mate && p->value > 0.0; }
+static bool loop_wanted(engine *e, const piece *p) { return ATOMIC_GET(e->rt_loop_now) && p->value > 0.0; }
 
 static void decide_branch(engine *e, piece *p, bool again) {
     p->again = again;

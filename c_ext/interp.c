@@ -44,6 +44,7 @@ static void run_branch(engine *e, const piece *p) {
     uint64_t begin = p->dir > 0 ? store_at(e, p->mate)->element : p->element;
     g->loop_count++;
     g->path_shift += turn;
+    g->dist -= turn; /* the place is the same, now counted from the other end of the loop */
     set_epoch(g, g->epoch, begin, p->flags & NC_MODULO ? g->dist_shift : g->dist_shift + turn);
 }
 
