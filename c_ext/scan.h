@@ -60,6 +60,7 @@ typedef struct nc_modal {
     double feed;                 /* F as programmed, per minute; 0: none yet */
     double feed_unit;            /* mm per unit of length that F was programmed in */
     double feed_factor;          /* programmed override of the feed, 1 for 100 % */
+    double feed_limit;           /* largest path feed, mm/s; 0: none */
     double radius;               /* modal R */
     double centre_limit;         /* centre correction: largest deviation, mm ... */
     double centre_ratio;         /* ... and as a share of the radius; an error needs both exceeded */

@@ -308,6 +308,8 @@ static int set_feed(const nc_modal *m, const double *target, nc_block *out)
     if (!(m->feed > 0.0))
         return NC_ERROR_FEED;
     out->feed = m->feed * m->feed_factor * (only_rotary_axes_move(m, target) ? 1.0 : m->feed_unit) / 60.0;
+    if (m->feed_limit > 0.0 && out->feed > m->feed_limit)
+        out->feed = m->feed_limit;
     return 0;
 }
 

@@ -30,7 +30,7 @@ MACHINE = ProgramMachine(
 )
 
 
-ITEMS_MAX = 3_000
+ITEMS_MAX = 6_000
 
 
 class Run:

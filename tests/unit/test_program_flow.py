@@ -102,6 +102,18 @@ def test_a_program_that_does_not_end_is_stopped(tmp_path):
     assert (caught.value.code, seen) == (907001, [0, 0])
 
 
+def test_a_program_without_loops_is_never_stopped(tmp_path):
+    """However many blocks come before the first motion."""
+    run = Run("P1=1 (a (b))\n" * 400 + "G00 X1\n", tmp_path, idle=100)
+    assert (run.codes, run.x()) == ([], [1.0])
+
+
+def test_waiting_for_nobody_ends(tmp_path):
+    """Without a PLC a program that polls an external variable is stopped soon."""
+    run = Run("$WHILE V.E.GO == 0\n$ENDWHILE\n", tmp_path)
+    assert run.codes == [907001]
+
+
 def test_motion_resets_the_count_of_idle_blocks(tmp_path):
     """A loop that moves may go on for ever."""
     run = Run("G01 F100\n$FOR P1=1,2000,1\nX[P1]\nP2=1\n$ENDFOR\n", tmp_path, idle=20)

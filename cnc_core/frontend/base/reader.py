@@ -140,7 +140,7 @@ class BlockReader(ABC):
             raise self._queue[0]
         wait = self._queue.popleft()
         assert isinstance(wait, Wait)
-        self._idle = 0 if self._port.answers else self._idle + WAIT_BLOCKS
+        self._idle = 0 if self._port.answers else self._idle + WAIT_BLOCKS * self.flow.level.repeats
         return wait
 
     def close(self) -> None:
@@ -239,9 +239,9 @@ class BlockReader(ABC):
         self.modal.go_to(self.flow.file.number, mark.line, read)
 
     def _breathe(self) -> None:
-        """Count the blocks since the last row."""
+        """Count the blocks since the last row, where blocks may come again: any other program ends by itself."""
         self._breath += 1
-        self._idle += 1
+        self._idle += self.flow.level.repeats
         if self._idle > self.idle_blocks_max:
             error = CncError(907001, f"{ERRORS[907001]} ({self.idle_blocks_max} blocks)", self._here())
             self.errors.append(error)

@@ -197,6 +197,10 @@ class Modal:
         """Programmed override of the feed, 1 for 100 %."""
         self._modal.feed_factor = factor
 
+    def set_feed_limit(self, limit_mm_s: float) -> None:
+        """Largest path feed of the rows that follow, mm/s; 0: none."""
+        self._modal.feed_limit = limit_mm_s
+
     def saved(self) -> tuple[Any, ...]:
         """The modal functions and the words that a cycle gives back to its caller."""
         return tuple(getattr(self._modal, name) for name in MODAL_NAMES)

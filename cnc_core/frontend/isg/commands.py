@@ -78,6 +78,8 @@ class CommandParser(PositionCommands, TextCommands, TimeCommands):
             (("SET", "IPO", "SOLLPOS"), self._get_position),
             (("GET", "CMDPOS"), self._get_position),
             (("OVERRIDE",), self._override),
+            (("VECTOR", "LIMIT", "ON"), self._vector_limit),
+            (("VECTOR", "LIMIT", "OFF"), self._vector_limit_off),
             (("FGROUP",), self._fgroup),
             (("TIME",), self._time),
             (("TIMER",), self._timer),

@@ -35,6 +35,7 @@ class Executor:
         self._machine, self._modal, self._offsets = context.machine, context.modal, context.offsets
         self.feeds: Feeds = Feeds(context.machine, context.modal)
         self.spindle_rev_min = 0.0
+        self.vector_limit_mm_s = 0.0  # of #VECTOR LIMIT, also while it is off
         self.tool: int = 0
         self.data: int = 0
         self.tool_data = Tool()

@@ -26,6 +26,7 @@ class Feeds:
         self._units: dict[int, float] = {}
         self._per_minute = 0.0  # the scanner's F while another mode is on
         self.factor = 1.0
+        self.limit_mm_s = 0.0  # 0: none
 
     @property
     def plain(self) -> bool:
@@ -57,6 +58,11 @@ class Feeds:
         self.factor = factor
         self._modal.set_feed_factor(factor)
 
+    def set_limit(self, limit_mm_s: float) -> None:
+        """#VECTOR LIMIT VEL, mm/s; 0: none."""
+        self.limit_mm_s = limit_mm_s
+        self._modal.set_feed_limit(limit_mm_s)
+
     def apply(self, row: Row, start: np.ndarray, turns_min: float, offset: int) -> None:
         """The feed of a motion in a mode that is not G94.  ``start``: (axes,) where it begins."""
         if row["flags"][0] & RAPID:
@@ -72,7 +78,7 @@ class Feeds:
             feed = value * self._units[self.mode] * turns_min / 60.0
         else:
             feed = value / 100.0 * self._largest(row, start)
-        row["feed"] = feed * self.factor
+        row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
 
     def _largest(self, row: Row, start: np.ndarray) -> float:
         """Largest path velocity that no axis limits; on circles that of every direction of the plane."""

@@ -176,6 +176,8 @@ class IsgFrontEnd(ProgramLevels):
             return run_control
         commands: list[tuple[bool, Command]] = []
         while not stream.at_end:
+            if stream.is_op("$"):
+                return self._goto_behind(stream, formulas, block, bool(commands))
             if not stream.is_op("#"):
                 parser.word()
                 continue
@@ -187,6 +189,21 @@ class IsgFrontEnd(ProgramLevels):
         if not commands:
             return lambda: self._words(block)
         return self._with_commands(commands, parser)
+
+    def _goto_behind(self, stream: TokenStream, formulas: Formulas, block: WordBlock, commands: bool) -> Run:
+        """``$GOTO`` is the last action of a block of words."""
+        offset = stream.next().offset
+        if commands or not stream.is_name("GOTO"):
+            raise fail(900010, f"${stream.current.text.upper()} stands alone in its block", offset)
+        jump = parse(self.control, stream, formulas, self.mark)
+
+        def run() -> Items:
+            items = self._words(block)
+            if not (self.flow.asked or self._ended):
+                jump()
+            return items
+
+        return run
 
     def _set_n(self, steps: list[Callable[[Words], None]]) -> None:
         """The N number of a block that has no other words."""

@@ -1,0 +1,10 @@
+P1=0
+G00
+[A]
+P1=P1+1
+X[P1] $GOTO [B]
+X99
+[B]
+$IF P1<3 $GOTO [A]
+X5 $IF 1
+X6 $GOTO [NONE]
