@@ -86,6 +86,9 @@ typedef struct piece {
     double jump[NC_AXES];    /* |change of direction| per axis at the start */
     double jump_max;
     uint64_t element;        /* element id; events: id of the next element */
+    bool mapped;             /* covers part of the elements from `element` to before `element_end` (mapping.c) */
+    uint64_t element_end;
+    double map_from, map_rate;
     double value;
     double value2;
     uint32_t n, count, line;
@@ -162,6 +165,9 @@ typedef struct geo {
     double consumed_s;
     double position[NC_AXES];
     uint64_t active;      /* active element */
+    uint64_t mapped_piece; /* where map_position looked last, ... */
+    double mapped_s, mapped_back;
+    double element_distance; /* ... and the programmed distance in the active element, mm */
     uint32_t epoch;
     uint64_t epoch_first;
     double path_base;     /* path of the active piece's start since program start */
@@ -188,6 +194,9 @@ struct engine {
     uint32_t push_epoch;
     bool stop_pending, m01_pending;
     uint64_t last_motion; /* index of the last motion piece */
+    double element_end[NC_AXES]; /* programmed end of the last element */
+    uint64_t map_element; /* where the pieces pushed so far end in the elements */
+    double map_from;
     element *elements;
     uint64_t element_mask;
     uint64_t element_head;
@@ -262,6 +271,11 @@ typedef struct strip {
     const double *reserve;
 } strip;
 void curve_piece_spans(engine *e, piece *p, const strip *strips, int n);
+
+/* mapping.c */
+void map_behind_element(engine *e);
+void map_piece(engine *e, piece *p, double programmed);
+void map_position(engine *e, const piece *p, double s);
 
 /* ring.c */
 bool ring_has_room(engine *e);

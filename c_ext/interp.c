@@ -13,7 +13,8 @@ static void enter_piece(engine *e, uint64_t i) {
     if (!is_motion(p)) return;
     g->rapid = p->feed <= 0.0;
     g->feed = p->feed;
-    ATOMIC_SET(g->active, p->element);
+    if (p->mapped) map_position(e, p, 0.0);
+    else ATOMIC_SET(g->active, p->element);
 }
 
 static void run_event(engine *e, piece *p) {
@@ -43,6 +44,7 @@ static void leave_piece(engine *e) {
         g->path = g->path_base;
         memcpy(g->position, p->end, sizeof g->position);
         g->s = p->length;
+        if (p->mapped) map_position(e, p, p->length);
     } else {
         run_event(e, p);
     }
@@ -149,6 +151,7 @@ static void evaluate(engine *e) {
     if (!is_motion(p)) return;
     if (g->has_phase) g->s = phase_position(&g->now, p, g->t);
     g->path = g->path_base + g->s;
+    if (p->mapped) map_position(e, p, g->s);
     piece_position(e, p, g->s, g->position);
 }
 

@@ -19,6 +19,8 @@ static bool row_is_finite(const engine *e, const nc_block *r) {
 }
 
 static bool row_is_supported(engine *e, const nc_block *r, const double *pool, int64_t pool_n) {
+    if (r->flags & NC_ELEMENT && r->type == NC_POLYNOMIAL) return false;
+    if (r->flags & NC_PIECE && !(r->value >= 0 && e->element_head > 0)) return false;
     switch (r->type) {
     case NC_LINEAR:
         return r->length > 0 && (r->feed > 0 || (r->flags & NC_RAPID));
@@ -124,12 +126,28 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     p->stop_after = row->flags & NC_EXACT_STOP;
     e->stop_pending = p->stop_after;
     set_jump(e, p);
-    p->element = e->element_head;
-    push_element(e, p, row);
+    if (row->flags & NC_PIECE) {
+        map_piece(e, p, row->value);
+    } else {
+        p->element = e->element_head;
+        push_element(e, p, row);
+        memcpy(e->element_end, row->end, sizeof e->element_end);
+        map_behind_element(e);
+    }
     e->pushed_path += p->length;
     memcpy(e->last_end, row->end, sizeof e->last_end);
     e->last_motion = e->piece_head;
     e->has_motion_piece = true;
+}
+
+/* A programmed motion that smoothed pieces execute: an element without a piece. */
+static void push_programmed(engine *e, const nc_block *row) {
+    piece p;
+    memset(&p, 0, sizeof p);
+    memcpy(p.start, e->element_end, sizeof p.start);
+    piece_build(e, &p, row);
+    push_element(e, &p, row);
+    memcpy(e->element_end, row->end, sizeof e->element_end);
 }
 
 static bool is_m01(const nc_block *row) { return row->type == NC_M && row->code == 1; }
@@ -157,6 +175,10 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
 /* Functions that wait for the end of their block go ahead of the first row of the next one. */
 static void push_row(engine *e, const nc_block *row) {
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
+    if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
+        push_programmed(e, row);
+        return;
+    }
     if (row->type <= NC_POLYNOMIAL) techno_before_motion(e, row);
     if (techno_push(e, row)) return;
     if (row->type == NC_EVENT && row->code == NC_EVENT_EXPL_SYN) techno_expl_syn(e, row);

@@ -14,11 +14,23 @@ from .blocks import BlockBatch
 from .config import CellConfig
 from .errors import CncError, Place
 from .geometry.radius_comp import RadiusCompensation
-from .geometry.stage import DropZeroLength, Pipeline, RefusedRow
+from .geometry.smoothing import Smoothing, SmoothingMachine
+from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
+
+
+def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
+    rotary = [axis.kind == "rotary" for axis in cell.axes.values()]
+    linear = [axis for axis in cell.axes.values() if axis.kind == "linear"] or list(cell.axes.values())
+    return SmoothingMachine(
+        main=cell.main_axes,
+        rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),
+        accel=min(axis.a_max_mm_s2 for axis in linear),
+        feed=min(axis.v_max_mm_s for axis in linear),
+    )
 
 
 class FrontEnd(Protocol):
@@ -57,6 +69,7 @@ class Program:
     """Rows of one program file, after all stages.
 
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).
+    ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
     def __init__(
@@ -67,6 +80,7 @@ class Program:
         port: ChannelPort | None = None,
         *,
         collect: bool = False,
+        tolerance: float = 0.0,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine()
@@ -78,7 +92,9 @@ class Program:
         compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._own_errors.append if collect else None
         )
-        self.pipeline = Pipeline([compensation, DropZeroLength(), AxisLimits(cell, self._place)])
+        self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
+        stages: list[Stage] = [compensation, DropZeroLength(), self.smoothing, AxisLimits(cell, self._place)]
+        self.pipeline = Pipeline(stages)
 
     @property
     def errors(self) -> list[CncError]:
