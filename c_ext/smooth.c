@@ -111,7 +111,8 @@ static void split_long(nc_smooth *s, int i, double beside_next) {
 static void size_of(nc_smooth *s, node *n, double next) {
     double turn = fmax(n->turn, 1e-9), chord = fmax(n->len, next);
     n->size = fmax(s->tol, fmin(3.0 * s->tol / turn, TURN_PER_SPAN * chord / turn));
-    s->measure += fmin(fmax(n->len / n->size, 1.0 / 8.0), 12.0);
+    double half = 0.5 * SIZE_GROWTH * n->len, spans = (log1p(half / n->size) + log1p(half / n[-1].size)) / SIZE_GROWTH;
+    s->measure += fmax(spans, 1.0 / 8.0);
 }
 
 /* ---- sections --------------------------------------------------------------------------------------------------- */

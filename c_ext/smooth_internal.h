@@ -8,6 +8,7 @@
 #include "smooth.h"
 
 #define ORDER 6
+#define SIZE_GROWTH 0.7  /* of the wanted span length per distance from a kink */
 #define SPANS_FULL 60    /* spans that make a window worth solving */
 #define SPANS_ROOM 160   /* spans a window can hold at the most */
 #define COMMIT_SPANS 30  /* committed of a full window */

@@ -1,15 +1,16 @@
 /* One window of a smooth section: knots, weights, iteration, acceptance; what is not accepted falls back to what was. */
 #include "smooth_internal.h"
-#include <stdlib.h>
 
-#define GROWTH 0.7       /* of the span length per distance from a kink */
 #define NODES_PER_SPAN 8
 #define ITERATIONS 24
-#define SETTLE 3         /* iterations before a solution is looked at */
-#define POINT 0.3        /* share of the tolerance that points of smooth dense data get */
-#define SHARE 0.85       /* share of it that all other points get: humps lie between them */
-#define STIFF 3000.0       /* first weight of a span's points against its fairness */
-#define OVER 1.5         /* power of a residual above its target in its point's next weight */
+#define SETTLE 5         /* iterations before a solution is looked at */
+#define POINT 0.1        /* share of the tolerance that points of smooth dense data get */
+#define SHARE 0.92       /* share of it that all other points get: humps lie between them */
+#define STIFF 300.0       /* first weight of a span's points against its fairness */
+#define TIGHTER 0.92      /* what a failure does to the targets of its span */
+#define ADDED 0.7        /* share for points added where a hump was */
+#define WEIGHT_SPREAD 1e7 /* a weight's largest factor over its first */
+#define OVER 2.0         /* power of a residual above its target in its point's next weight */
 #define RHO_MIN 1e-5
 
 /* ---- knots ---------------------------------------------------------------------------------------------------- */
@@ -17,8 +18,8 @@
 /* Span lengths wanted at the nodes, grown away from the small ones. */
 static void node_sizes(nc_smooth *s, int end, double *size) {
     for (int i = 0; i <= end; i++) size[i] = s->nodes[i].size;
-    for (int i = end; i-- > 0;) size[i] = fmin(size[i], size[i + 1] + GROWTH * (s->nodes[i + 1].t - s->nodes[i].t));
-    for (int i = 1; i <= end; i++) size[i] = fmin(size[i], size[i - 1] + GROWTH * (s->nodes[i].t - s->nodes[i - 1].t));
+    for (int i = end; i-- > 0;) size[i] = fmin(size[i], size[i + 1] + SIZE_GROWTH * (s->nodes[i + 1].t - s->nodes[i].t));
+    for (int i = 1; i <= end; i++) size[i] = fmin(size[i], size[i - 1] + SIZE_GROWTH * (s->nodes[i].t - s->nodes[i - 1].t));
 }
 
 typedef struct knot_maker {
@@ -44,10 +45,10 @@ static void ramp(knot_maker *k, double t, double length, double size, double g) 
 }
 
 static void chord_knots(knot_maker *k, double t, double from, double length, double a, double b) {
-    double top = fmin(fmax((b - a + GROWTH * length) / (2.0 * GROWTH), 0.0), length); /* the largest size is here */
-    if (from < top) ramp(k, t + from, top - from, a + GROWTH * from, GROWTH);
-    double begin = fmax(from, top), high = b + GROWTH * (length - begin);
-    if (begin < length) ramp(k, t + begin, length - begin, high, -GROWTH);
+    double top = fmin(fmax((b - a + SIZE_GROWTH * length) / (2.0 * SIZE_GROWTH), 0.0), length); /* the largest size is here */
+    if (from < top) ramp(k, t + from, top - from, a + SIZE_GROWTH * from, SIZE_GROWTH);
+    double begin = fmax(from, top), high = b + SIZE_GROWTH * (length - begin);
+    if (begin < length) ramp(k, t + begin, length - begin, high, -SIZE_GROWTH);
 }
 
 /* Append knots behind tau[n - 1] up to nodes[end], or as far as there is room; returns the node reached. */
@@ -222,8 +223,27 @@ static void reweigh(window *w, double least) {
     for (int k = 0; k < w->sites_n; k++) {
         site *p = &w->sites[k];
         double factor = p->miss > 1.0 ? fmin(pow(p->miss, OVER), 100.0) : fmax(p->miss, least);
-        p->weight *= factor * w->raise[p->span];
+        double h = w->tau[p->span + 6] - w->tau[p->span + 5], first = STIFF * w->rho[p->span] / (h * h * h * h * h);
+        p->weight = fmin(p->weight * factor * w->raise[p->span], WEIGHT_SPREAD * first);
     }
+}
+
+/* Humps stand between points: one more there, with the weight of its span. */
+static void add_where_it_fails(nc_smooth *s, int span, double t, const contour *path, int chord) {
+    window *w = &s->w;
+    if (w->sites_n >= SITES - SPANS_ROOM) return;
+    while (chord > 0 && path->nodes[chord].t > t) chord--;
+    double q[NC_AXES], weight = 0.0, allowed = fmax(s->tol - path->nodes[chord + 1].slack, 0.1 * s->tol);
+    for (int k = 0; k < w->sites_n; k++) {
+        if (w->sites[k].span != span) continue;
+        w->sites[k].target = fmax(TIGHTER * w->sites[k].target, 0.3 * allowed);
+        if (fabs(w->sites[k].t - t) < 1e-3 * (w->tau[span + 6] - w->tau[span + 5])) return;
+        weight = fmax(weight, w->sites[k].weight);
+    }
+    on_chord(s, chord, t, q);
+    add_point(w, q, t, ADDED * allowed, allowed, span, s->cfg.axes);
+    w->sites[w->sites_n - 1].weight = weight;
+    w->sites[w->sites_n - 1].miss = 1.0;
 }
 
 /* All spans against the contour; spans that fail get their points' weights raised. Returns the largest deviation. */
@@ -236,8 +256,9 @@ static double certify_window(nc_smooth *s, double pieces[][NC_AXES][ORDER], int 
         verdict v = certify_piece(s, pieces[k], w->tau[k + 5], w->tau[k + 6], &path, &chord);
         deviation[k] = v.worst;
         if (v.worst > 1.0) {
-            double factor = fmin(v.worst * v.worst * 1.5, 100.0);
+            double factor = fmin(v.worst * v.worst, 10.0);
             for (int j = k > 0 ? k - 1 : 0; j <= k + 1 && j < w->spans; j++) w->raise[j] = fmax(w->raise[j], factor);
+            add_where_it_fails(s, k, v.t, &path, chord);
         }
         worst = fmax(worst, v.worst);
     }
