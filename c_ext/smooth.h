@@ -16,8 +16,6 @@
 #include "nc_block.h"
 
 /* cdef begin */
-#define NC_SMOOTH_REFUSED 909001 /* number in cnc_core.errors */
-
 typedef struct nc_smooth_config {
     int32_t axes;
     int32_t main_axis[3];
@@ -29,7 +27,8 @@ typedef struct nc_smooth_config {
 } nc_smooth_config;
 
 typedef struct nc_smooth_stats {
-    uint64_t rows, pieces, curves, corners, windows, iterations, solves, fallbacks;
+    uint64_t rows, pieces, curves, corners, windows, solves, fallbacks;
+    uint64_t irregular; /* pieces that the engine will refuse; must stay 0 */
     double deviation, rotary_deviation; /* largest certified, mm and degrees */
 } nc_smooth_stats;
 

@@ -137,7 +137,7 @@ static void put_curve(nc_smooth *s, double c[][ORDER], double t0, double t1, con
     rows_before(s, t0, t1);
     nc_block row;
     memset(&row, 0, sizeof row);
-    if (!curve_build(&built, flat, s->cfg.axes, 5, 1.0, s->main_mask)) s->stats.fallbacks += 1u << 20;
+    if (!curve_build(&built, flat, s->cfg.axes, 5, 1.0, s->main_mask)) s->stats.irregular++;
     row.type = NC_POLYNOMIAL;
     row.degree = 5;
     row.angle = 1.0;
@@ -146,6 +146,7 @@ static void put_curve(nc_smooth *s, double c[][ORDER], double t0, double t1, con
     place(&row, at);
     row.value = programmed;
     curve_position(&built, 1.0, row.end);
+    for (int a = 0; a < s->cfg.axes && at->kind == NODE_BREAK && t1 == at->t; a++) row.end[a] = at->q[a] / s->scale[a];
     emit_row(s, &row);
     memcpy(s->out_at, row.end, sizeof s->out_at);
     s->out_t = t1;

@@ -43,6 +43,7 @@ class SmoothingReport:
     windows: int
     solves: int
     fallbacks: int
+    irregular: int
     deviation: float
     rotary_deviation: float
 
