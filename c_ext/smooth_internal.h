@@ -51,7 +51,7 @@ typedef struct site {
     double q[NC_AXES], t, basis[ORDER], weight, target;
     int span;
     double miss;  /* residual over target */
-    double share; /* target over what is allowed */
+    double allowed;
 } site;
 
 typedef struct window {
@@ -104,6 +104,7 @@ struct nc_smooth {
     bool has_line;
     double line_start[NC_AXES], line_t;
     bool no_memory;
+    double finer; /* factor of all span lengths, below 1 after a failure */
     nc_smooth_stats stats;
 };
 

@@ -17,7 +17,7 @@
 
 /* Span lengths wanted at the nodes, grown away from the small ones. */
 static void node_sizes(nc_smooth *s, int end, double *size) {
-    for (int i = 0; i <= end; i++) size[i] = s->nodes[i].size;
+    for (int i = 0; i <= end; i++) size[i] = s->finer * s->nodes[i].size;
     for (int i = end; i-- > 0;) size[i] = fmin(size[i], size[i + 1] + SIZE_GROWTH * (s->nodes[i + 1].t - s->nodes[i].t));
     for (int i = 1; i <= end; i++) size[i] = fmin(size[i], size[i - 1] + SIZE_GROWTH * (s->nodes[i].t - s->nodes[i - 1].t));
 }
@@ -130,7 +130,7 @@ static void add_point(window *w, const double *q, double t, double target, doubl
     memcpy(p->q, q, sizeof(double) * (size_t)axes);
     p->t = t;
     p->target = target;
-    p->share = target / allowed;
+    p->allowed = allowed;
     p->span = span;
     double h = w->tau[span + 6] - w->tau[span + 5];
     spline_basis_at(w->m[span], (t - w->tau[span + 5]) / h, p->basis);
@@ -214,7 +214,7 @@ static double residuals(nc_smooth *s) {
             sum[s->cfg.rotary >> a & 1] += (q - p->q[a]) * (q - p->q[a]);
         }
         p->miss = sqrt(fmax(sum[0], sum[1])) / p->target;
-        most = fmax(most, p->miss * p->share);
+        most = fmax(most, p->miss * p->target / p->allowed);
     }
     return most;
 }
@@ -347,14 +347,13 @@ static void use_tail(nc_smooth *s) {
     s->nodes[0].kind = NODE_BREAK;
 }
 
-static void fall_back(nc_smooth *s, int end, bool final) {
+static void fall_back(nc_smooth *s, int end) {
     s->stats.fallbacks++;
     if (s->keep.valid) {
         use_tail(s);
         return;
     }
     int to = end > 4 ? end / 2 : end;
-    (void)final;
     corner_path(s, to);
     drop_nodes(s, to);
     if (s->nodes[0].kind == NODE_VERTEX) s->nodes[0].kind = NODE_BREAK;
@@ -364,13 +363,20 @@ static void fall_back(nc_smooth *s, int end, bool final) {
  * hardly change. At least something is written. */
 void window_advance(nc_smooth *s, int end, bool final) {
     double pieces[SPANS_ROOM][NC_AXES][ORDER], deviation[SPANS_ROOM];
-    int reached = lay_out(s, end, final);
-    final = final && reached == end;
-    lay_sites(s, reached);
-    if (!iterate(s, reached, pieces, deviation)) {
-        fall_back(s, reached, final);
+    static const double finer[] = {1.0, 0.5};
+    int reached = end;
+    bool good = false;
+    for (size_t k = 0; !good && k < sizeof finer / sizeof *finer; k++) {
+        s->finer = finer[k];
+        reached = lay_out(s, end, final);
+        lay_sites(s, reached);
+        good = iterate(s, reached, pieces, deviation);
+    }
+    if (!good) {
+        fall_back(s, reached);
         return;
     }
+    final = final && reached == end;
     int commit = s->w.spans;
     if (!final && commit > 6) commit = commit - 5 < COMMIT_SPANS ? commit - 5 : commit > 2 * COMMIT_SPANS ? commit - COMMIT_SPANS : COMMIT_SPANS;
     note_deviation(s, deviation, commit);
