@@ -102,9 +102,10 @@ static const double no_reserve[NC_AXES];
 
 /* Fill p from the coefficients kept by curve_row_check; length, end and feed are set. */
 void curve_piece_build(engine *e, piece *p) {
-    curve *c = &e->curves[p - e->pieces];
+    curve *c = &e->curves[p->origin & e->store_mask];
     *c = e->next_curve;
     p->kind = PIECE_CURVE;
+    p->moving = c->moving;
     p->v_hard = 0.0;
     memset(c->bend, 0, sizeof c->bend);
     for (int k = 0; k < c->cells; k++) {
@@ -116,22 +117,25 @@ void curve_piece_build(engine *e, piece *p) {
     curve_piece_tangent(e, p, p->length, p->tangent_out);
 }
 
-static double parameter_at(const engine *e, const piece *p, double s, const curve **c) {
+/* Parameter at u of the whole piece. */
+static double parameter_at(const engine *e, const piece *p, double u, const curve **c) {
     *c = curve_of(e, p);
-    return curve_parameter(*c, s * (curve_length(*c) / p->length));
+    return curve_parameter(*c, u * (curve_length(*c) / p->whole));
 }
 
-void curve_piece_position(const engine *e, const piece *p, double s, double *q) {
+/* Position at u of the whole piece. */
+void curve_piece_position(const engine *e, const piece *p, double u, double *q) {
     const curve *c;
-    double w = parameter_at(e, p, s, &c);
+    double w = parameter_at(e, p, u, &c);
     curve_position(c, w, q);
 }
 
 void curve_piece_tangent(const engine *e, const piece *p, double s, double *u) {
     const curve *c;
-    double w = parameter_at(e, p, s, &c);
+    double w = parameter_at(e, p, p->from + p->dir * s, &c);
     memset(u, 0, sizeof(double) * NC_AXES);
     curve_tangent(c, w, u);
+    for (int i = 0; i < c->axes; i++) u[i] *= p->dir;
 }
 
 /* Largest |q''| per axis over the piece, taken into `curvature`. */
@@ -148,21 +152,27 @@ static void add_span(engine *e, piece *p, const cell_bounds *b, const double *re
     s->accel = accel_bound(e, curve_of(e, p), b, reserve, fmin(s->v_hard, feed));
 }
 
+/* Where a cell ends, in mm of the piece as it is driven. */
+static double cell_ahead(const curve *c, const piece *p, int cell, double scale) {
+    return p->dir > 0 ? c->s[cell + 1] * scale - p->from : p->from - c->s[cell] * scale;
+}
+
 /* Spans of p: its cells, cut where the strips (zones of jumps) begin and end. */
 void curve_piece_spans(engine *e, piece *p, const strip *strips, int n) {
     const curve *c = curve_of(e, p);
-    double scale = p->length / curve_length(c), at = 0.0;
-    int cell = 0;
-    cell_bounds b = bound_cell(c, 0);
+    double scale = p->whole / curve_length(c), at = 0.0;
+    int cell = p->dir > 0 ? 0 : c->cells - 1, last = p->dir > 0 ? c->cells - 1 : 0;
+    while (cell != last && cell_ahead(c, p, cell, scale) <= 0.0) cell += p->dir;
+    cell_bounds b = bound_cell(c, cell);
     for (int k = 0; k < n; k++) {
         double end = k + 1 == n ? p->length : at + strips[k].length;
         while (at < end) {
-            double cell_end = cell + 1 == c->cells ? p->length : c->s[cell + 1] * scale;
+            double cell_end = cell == last ? p->length : cell_ahead(c, p, cell, scale);
             double to = fmin(end, cell_end);
             if (to > at) add_span(e, p, &b, strips[k].reserve, to - at);
             at = to;
-            if (to < cell_end || cell + 1 == c->cells) continue;
-            b = bound_cell(c, ++cell);
+            if (to < cell_end || cell == last) continue;
+            b = bound_cell(c, cell += p->dir);
         }
     }
 }

@@ -12,15 +12,20 @@ static uint64_t power_of_two(uint64_t n) {
 
 static bool allocate(engine *e) {
     uint64_t behind = e->cfg.log_max < 65536u ? e->cfg.log_max : 65536u;
-    uint64_t elements = power_of_two(2 * (behind > PIECE_RING ? behind : PIECE_RING));
+    uint64_t kept = e->cfg.fb_storage_size / STORE_BYTES;
+    e->store_kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
+    uint64_t stored = power_of_two(e->store_kept + KEPT_BEHIND + STORE_AHEAD);
+    uint64_t elements = power_of_two(2 * (behind + e->store_kept > PIECE_RING ? behind + e->store_kept : PIECE_RING));
     e->element_mask = elements - 1;
+    e->store_mask = stored - 1;
+    e->store = calloc(stored, sizeof(piece));
     e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
     e->elements = calloc(elements, sizeof(element));
     e->pieces = calloc(PIECE_RING, sizeof(piece));
-    e->curves = calloc(PIECE_RING, sizeof(curve));
+    e->curves = calloc(stored, sizeof(curve));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
-    return e->elements && e->pieces && e->curves && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
+    return e->elements && e->store && e->pieces && e->curves && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
 }
 
 static void attach_segment(engine *e, void *segment) {
@@ -40,12 +45,17 @@ engine *engine_new(const engine_config *config, void *segment) {
     }
     memcpy(e->last_end, config->start, sizeof e->last_end);
     memcpy(e->element_end, config->start, sizeof e->element_end);
-    e->geo.mapped_piece = UINT64_MAX;
     memcpy(e->geo.position, config->start, sizeof e->geo.position);
     e->plan.reserve_override = 1.0;
     e->plan.override = e->override_now = 1.0;
     e->plan.rapid = e->rapid_now = 1.0;
     e->geo.piece = UINT64_MAX;
+    e->feed.dir = 1;
+    e->feed.at = -1.0;
+    e->ext_speed = e->plan.ext_speed = NEVER;
+    e->program_active = e->units_cleared = 1;
+    e->mode = 2;
+    e->mode_state = 4;
     if (segment) attach_segment(e, segment);
     return e;
 }
@@ -57,9 +67,12 @@ void engine_free(engine *e) {
     for (uint32_t i = 0; i < LOG_CHUNKS; i++) free(e->log.chunk[i]);
     for (int i = 0; i < 2; i++) free(e->plan.tails[i].phases);
     free(e->elements);
+    external_free(e);
+    free(e->store);
     free(e->pieces);
     free(e->curves);
     free(e->phase_ring);
+    free(e->log.items);
     free(e->record);
     free(e->m_synch.synch);
     free(e->m_synch.pre);
@@ -111,9 +124,9 @@ void engine_set_phase(engine *e, uint32_t phase) {
 
 /* Preparation is wanted when less than a good window is ahead of the planner. */
 static bool needs_blocks(engine *e) {
-    if (ATOMIC_GET(e->finished) || ATOMIC_GET(e->expect_drain)) return false;
+    if (!ATOMIC_GET(e->program_active) || ATOMIC_GET(e->finished) || ATOMIC_GET(e->expect_drain)) return false;
     uint64_t ahead = e->element_head - ATOMIC_GET(e->geo.active);
-    return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->piece_head - ATOMIC_GET(e->piece_done) < 1024u);
+    return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->store_head - ATOMIC_GET(e->store_done) < 1024u);
 }
 
 static bool plc_finished(const engine *e) {
@@ -123,7 +136,14 @@ static bool plc_finished(const engine *e) {
 /* What preparation or the cell has to know, in order of urgency; -1 if nothing. */
 int pending_event(engine *e) {
     if (e->fault) return ENGINE_FAULT;
-    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->piece_done) >= e->drain_at && geo_drained(e)) {
+    if (ATOMIC_GET(e->mode_pending)) return ENGINE_MODE_COMMAND;
+    if (ATOMIC_GET(e->plc_error_id)) return ENGINE_PLC_ERROR;
+    if (ATOMIC_GET(e->watchdog_event)) {
+        ATOMIC_SET(e->watchdog_event, 0);
+        return ENGINE_WATCHDOG;
+    }
+    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->geo.cycle) >= e->drain_from &&
+        ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {
         ATOMIC_SET(e->expect_drain, 0);
         return ENGINE_DRAINED;
     }
@@ -198,4 +218,6 @@ void engine_get_state(engine *e, engine_state *out) {
     out->techno_wait_cycles = e->techno_wait_cycles;
     out->waiting_techno = e->geo.waiting_techno;
     out->infeasible = e->plan.infeasible;
+    out->mode_warnings = e->mode_warnings;
+    out->errors_lost = e->errors_lost;
 }

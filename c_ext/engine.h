@@ -20,11 +20,17 @@
 #define ENGINE_RECORD_FULL 5   /* the sample buffer is full */
 #define ENGINE_PLC_FINISHED 6  /* program ended and the PLC needs the cell no longer */
 #define ENGINE_FAULT 7         /* internal fault, see engine_state.fault */
+#define ENGINE_MODE_COMMAND 8  /* the PLC has sent a mode command that the cell has to carry out */
+#define ENGINE_WATCHDOG 9      /* the PLC has not shown that it lives; reported once */
+#define ENGINE_PLC_ERROR 10    /* the PLC has sent an error record */
+
+#define ENGINE_SPINDLES 6
 
 /* errors of engine_push (negative) */
 #define ENGINE_BAD_ROW -904001
 #define ENGINE_NOT_FINITE -904002
 #define ENGINE_NO_MEMORY -904003
+#define ENGINE_LOOP_TOO_LONG -904004
 
 /* interpolator functions that act here (P-CHAN-00650) */
 #define ENGINE_FCT_CONTOUR_LAH 1
@@ -45,7 +51,9 @@ typedef struct engine_config {
     uint32_t service;              /* HLI_SERVICE_... */
     uint32_t clock;                /* HLI_CLOCK_... */
     uint32_t rapid_override_mode;  /* P-CHAN-00181 */
-    uint32_t rotary;               /* bit i: axis i is a rotary axis */
+    uint32_t axis_id[NC_AXES];     /* logical axis numbers */
+    uint32_t spindle_count;        /* their axis areas follow those of the channel's axes */
+    uint32_t spindle_id[ENGINE_SPINDLES];
 } engine_config;
 
 typedef struct engine_state {
@@ -74,8 +82,23 @@ typedef struct engine_state {
     uint64_t techno_wait_cycles;   /* cycles spent waiting for acknowledgements */
     int32_t waiting_techno;
     int32_t fill;
+    uint32_t mode_warnings;        /* mode commands whose from_mode or from_state was wrong */
+    uint32_t errors_lost;          /* error records that found no room in the queue */
     uint64_t infeasible;           /* planner: state that could not be continued legally; must stay 0 */
 } engine_state;
+
+/* HLI_PROC_TRANS_TO_MODE_STATE as the PLC wrote it; `parameter` ends with NUL. */
+typedef struct engine_mode_command {
+    uint32_t from_mode, from_state, to_mode, to_state;
+    uint32_t state; /* the state in which it came */
+    char parameter[300];
+} engine_mode_command;
+
+/* An error for the PLC (MC_ERROR); line 0: not of an NC program. */
+typedef struct engine_error {
+    uint32_t id, line, column, n, reaction_class, recovery_class;
+    char program[256];
+} engine_error;
 
 typedef struct engine engine;
 
@@ -86,6 +109,33 @@ void engine_free(engine *e);
 /* Synchronisation (P-CHAN-00041, 00027, tool.synch) of one M, H function (kind NC_M, NC_H) or of T (NC_T, nr 0), with
  * m_pre_outp (P-CHAN-00070: 0.1 um for MEP, us for MET). 0, or -1: unknown kind or number, no memory. */
 int engine_set_synch(engine *e, int kind, uint32_t nr, uint32_t synch, double pre_output);
+
+/* The same for spindle functions: what 3, 4, 5, 19 for M3, M4, M5, M19, or 0 for an S word alone. */
+int engine_set_spindle_synch(engine *e, uint32_t what, uint32_t synch);
+
+/* A program starts where the axes stand; no thread may run. Until then the engine only serves and publishes. */
+void engine_begin_program(engine *e);
+/* No program is active: nothing is prepared or driven until engine_begin_program. */
+void engine_stand_by(engine *e);
+/* Brake, leave out the rest, report ENGINE_PROGRAM_END. No row may be pushed after it. */
+void engine_abort(engine *e);
+void engine_reset_channel(engine *e);
+/* prog_name_r, and error_id_r with error_r (0: none); published by the next cycle. */
+void engine_set_program_name(engine *e, const char *name);
+void engine_set_error(engine *e, uint32_t id);
+/* Technology functions are not put out but count as acknowledged (execution mode 0x2000). */
+void engine_suppress_functions(engine *e, int suppressed);
+void engine_set_mode(engine *e, uint32_t mode, uint32_t state);
+uint32_t engine_mode_state(engine *e);
+/* 1 and the command that ENGINE_MODE_COMMAND told of, or 0. */
+int engine_take_mode_command(engine *e, engine_mode_command *out);
+void engine_post_error(engine *e, const engine_error *error);
+int engine_take_plc_error(engine *e, uint32_t *id, uint32_t *reaction_class);
+
+/* External variables, area 0 of the channel, 1 global: the copy that each cycle latches (`bytes` from the start of the area),
+ * NULL on no memory; and a write that the next cycle puts out: 1, 0 if the queue is full, -1 if it is no place. */
+uint8_t *engine_external(engine *e, uint32_t area, uint32_t bytes);
+int engine_write_external(engine *e, uint32_t area, uint32_t offset, const uint8_t *data, uint32_t length);
 
 /* Take rows in order; returns how many were taken (fewer when the ring is full), or a negative error for the first row. */
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n);

@@ -11,6 +11,9 @@
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
 #define PIECE_RING 16384u
 #define KEPT_BEHIND 1024u /* executed pieces that stay readable, more than the planner looks back */
+#define STORE_AHEAD 16384u /* pieces prepared ahead of those the path has reached */
+#define STORE_KEPT_MAX (1u << 20)
+#define STORE_BYTES 176u  /* P-STUP-00033: what one stored block counts */
 #define PHASE_RING 4096u
 #define LOG_CHUNK 4096u
 #define LOG_CHUNKS 65536u
@@ -35,6 +38,8 @@ typedef struct element {
 #define SYNCH_MNS_SNS 0x8u
 #define SYNCH_MVS_SLM 0x4000u
 #define SYNCH_MVS_SLP 0x8000u
+#define SYNCH_BWD 0x400000u  /* flag: waited for in backward motion too */
+#define SYNCH_FWD 0x800000u  /* flag: as configured in simulated forward motion too */
 #define SYNCH_MEP_SVS 0x1000000u
 #define SYNCH_MET_SVS 0x2000000u
 #define SYNCH_NUMBERS 65536u
@@ -49,7 +54,7 @@ typedef struct techno_counts {
 } techno_counts;
 
 typedef struct techno_slot {
-    bool used, acked;
+    bool used, acked, replay;
     uint32_t synch;
 } techno_slot;
 
@@ -88,22 +93,31 @@ typedef struct piece {
     uint64_t element;        /* element id; events: id of the next element */
     bool mapped;             /* covers part of the elements from `element` to before `element_end` (mapping.c) */
     uint64_t element_end;
-    double map_from, map_rate;
     double value;
-    double value2;
+    uint64_t mate;           /* real-time loop: its other end in the store; distance reset: first element before it */
+    double path0, dist0;     /* at the start of the whole piece: mm since program start, displayed distance mm */
+    double path_rate, dist_rate; /* change of both over a mm of the piece as it is driven */
+    uint64_t origin;         /* place in the store */
+    double from, whole;      /* where in the whole piece this one begins, and the whole piece's length */
+    int8_t dir;              /* 1 forward, -1 backward */
+    bool replay;             /* on a stretch that has been driven before: functions have units of their own */
+    bool again;              /* end of a real-time loop: it is driven once more */
+    bool shortcut;           /* line of a deleted distance to go */
+    bool inserted;           /* stop or function that the PLC has inserted */
     uint32_t n, count, line;
     int32_t code;
     uint16_t flags;
     uint8_t kind, type, axis1, axis2;
+    uint16_t moving;         /* bit per axis that moves */
     bool stop_before;        /* standstill at the start */
     bool gated;              /* standstill at the start unless `need` is met */
     bool m01;                /* M01, or the motion behind it: standstill while m01_stop_enable */
     bool new_block;          /* motion of another block than the motion before it */
-    bool put_out;            /* function: has gone to the PLC (GEO) */
+    bool put_out;            /* function: has gone to the PLC (GEO; in the store) */
     techno_counts need;
     uint32_t synch, unit;
     bool stop_after;
-    /* planner */
+    /* planner; not copied from the store */
     bool capped, spanned;
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
@@ -125,6 +139,10 @@ typedef struct marked_log {
     uint32_t count;
     uint32_t active;
     bool complete, ignoring;
+    double shift;        /* 0.1 um: what the copies of real-time loops add to the start of later entries */
+    bool in_loop;
+    struct loop_item *items; /* what a real-time loop logs, until its end is known */
+    uint32_t item_count, item_room;
 } marked_log;
 
 typedef struct tail {
@@ -148,10 +166,57 @@ typedef struct planner {
     double target_s;     /* commit until this much motion is ahead */
     double cpu_s;
     uint64_t phases, infeasible;
-    techno_counts done;  /* as the caps were computed with, like the two below */
+    techno_counts done, done_again; /* as the caps were computed with, like the two below */
     bool single, m01;
+    uint32_t held_axes;
     double rapid;        /* override of rapid motion */
+    double ext_speed;
 } planner;
+
+/* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
+typedef struct insert_cmd {
+    double value, base; /* base: where the channel was when the command came */
+    int mode, axis, m_function; /* axis: 0 distance, else index + 1 */
+    int32_t add;
+} insert_cmd;
+
+#define ERRORS_MAX 16u
+#define STOPS_MAX 64u /* inserted stops that are fed and not yet reached */
+typedef struct inserted_stop {
+    double dist, position[NC_AXES]; /* mm as displayed */
+} inserted_stop;
+
+#define INSERT_RELATIVE_REPEATED 0
+#define INSERT_ABSOLUTE 1
+#define INSERT_RELATIVE_ONCE 2
+
+/* The planner takes committed phases back while the path stands. */
+#define WITHDRAW_NONE 0
+#define WITHDRAW_ASKED 1
+#define WITHDRAW_DONE 2
+
+/* What is fed next into the run ring (planner's side). */
+typedef struct feeder {
+    uint64_t next;       /* piece of the store */
+    double at;           /* where in it, mm from its start */
+    int dir;
+    uint64_t frontier;   /* pieces of the store below it have been driven or skipped before */
+    uint64_t last_motion; /* in the run ring */
+    bool has_motion, has_gate, m01, stop;
+    bool in_loop;        /* pieces of a real-time loop lie between the path's present end and `next` */
+    uint64_t loop_begin;
+    techno_counts gate, pushed; /* functions on stretches driven before */
+    uint64_t program_first;
+    bool final;          /* nothing can come behind the run ring's head */
+    /* jobs that need standstill */
+    uint32_t shortcuts;  /* requests that have been done */
+    /* inserted stop: armed at a distance, mm as displayed, or where an axis is at `target` */
+    insert_cmd insert;
+    bool armed, dropped_stop;
+    bool displaced;      /* the path stands beside the programmed one: the next motion leads straight to its end */
+    double target;
+    uint32_t inserts;    /* commands taken */
+} feeder;
 
 typedef struct geo {
     uint64_t cycle;
@@ -165,13 +230,15 @@ typedef struct geo {
     double consumed_s;
     double position[NC_AXES];
     uint64_t active;      /* active element */
-    uint64_t mapped_piece; /* where map_position looked last, ... */
-    double mapped_s, mapped_back;
-    double element_distance; /* ... and the programmed distance in the active element, mm */
+    double element_distance; /* programmed distance in the active element, mm; mapped pieces */
     uint32_t epoch;
     uint64_t epoch_first;
-    double path_base;     /* path of the active piece's start since program start */
-    double path;
+    double path;          /* mm since program start, real-time loops counted as often as they are driven */
+    double dist;          /* mm: as displayed, real-time loops counted once */
+    double path_shift, dist_shift; /* mm: what passes of real-time loops add */
+    uint64_t saved_first; /* epoch_first ahead of a real-time loop */
+    uint32_t loop_count;  /* passes of the real-time loop driven last */
+    uint32_t marks;       /* odd while epoch, epoch_first and dist_shift change */
     bool continue_seen;
     bool stands_single;
     bool dwelling;
@@ -192,21 +259,35 @@ struct engine {
     bool has_tangent, has_motion_piece;
     double distance;      /* 0.1 um, start of the next element */
     uint32_t push_epoch;
+    uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
-    uint64_t last_motion; /* index of the last motion piece */
     double element_end[NC_AXES]; /* programmed end of the last element */
-    uint64_t map_element; /* where the pieces pushed so far end in the elements */
-    double map_from;
+    uint64_t map_element; /* where the pieces pushed so far end in the elements ... */
+    double map_from;      /* ... and mm behind its start */
+    uint32_t last_count;  /* block_count of the last motion */
+    uint64_t loop_begin;  /* piece that begins the real-time loop being pushed */
+    bool in_loop;
+    double loop_path, loop_tangent[3]; /* where it begins: path, direction of its first element */
     element *elements;
     uint64_t element_mask;
     uint64_t element_head;
+    /* The store: pieces in program order. SDA fills it, the feeder copies out of it; what the path has left behind
+     * stays for backward motion as long as P-STUP-00033 gives room. */
+    piece *store;
+    uint64_t store_mask, store_kept;
+    uint64_t store_head;  /* pushed */
+    uint64_t store_done;  /* executed at least once */
+    uint64_t store_floor; /* pieces below it may be overwritten */
+    uint64_t store_first; /* #BACKWARD STORAGE CLEAR: backward motion ends here */
+    /* The run ring: pieces in the order in which they are driven. */
+    feeder feed;
     piece *pieces;
-    curve *curves;        /* of the pieces that are polynomials, by slot */
+    curve *curves;        /* of the store's pieces that are polynomials */
     curve next_curve;     /* checked, for the row that is pushed next */
-    uint64_t piece_head;  /* pushed */
-    uint64_t piece_done;  /* executed by GEO, slots below are free */
+    uint64_t piece_head;  /* fed */
+    uint64_t piece_done;  /* executed by GEO */
     int finished, expect_drain, hold_start, stay;
-    uint64_t drain_at;
+    uint64_t drain_at, drain_from;
     marked_log log;
     /* planner to GEO: head << 2 | tail << 1 | taken, one atomic word */
     phase *phase_ring;
@@ -215,7 +296,17 @@ struct engine {
     geo geo;
     int tail_done;
     double override_now, rapid_now;
-    int single_now, m01_now;
+    int single_now, m01_now, rt_loop_now, backward_now, simulate_now, active_now;
+    uint32_t shortcut_requests, shortcut_mask; /* delete distance to go: rising edges, end marks */
+    bool shortcut_seen;
+    insert_cmd insert_request;
+    uint32_t insert_requests;
+    inserted_stop stops[STOPS_MAX];
+    uint64_t stops_fed, stops_done;
+    /* withdrawal: GEO answers where it stands */
+    int withdraw;
+    uint64_t stand_piece;
+    double stand_s;
     int hold_now;
     /* service */
     uint32_t answered;    /* elements in the last answer */
@@ -241,23 +332,51 @@ struct engine {
     double pushed_path;      /* mm since program start */
     early_output early[EARLY_MAX];
     uint64_t early_head, early_done;
-    techno_counts done;      /* GEO */
+    techno_counts done, done_again; /* GEO; functions on stretches driven before, and inserted ones */
     techno_slot std_slots[HLI_TU_CH_STD_SYNC_MAXIDX + 1], late_slots[HLI_TU_CH_LATE_SYNC_MAXIDX + 1];
-    uint32_t std_open, late_open;
+    uint32_t std_open, late_open, std_used;
     uint64_t techno_functions, techno_unseen, techno_wait_cycles;
+    /* spindle functions: axis areas behind those of the channel's axes */
+    uint32_t spindle_synch[20];
+    techno_slot spindle_slots[ENGINE_SPINDLES][HLI_TU_AX_STD_SYNC_MAXIDX + 1];
+    uint32_t spindle_open[ENGINE_SPINDLES], spindle_used;
+    double spindle_rev;       /* SDA: rev/min */
+    int spindle_move;         /* SDA: 3, 4, 5 */
+    bool spindle_pending;     /* SDA: an S word that no M function of its block has taken */
+    nc_block spindle_row;
+    /* modes, watchdogs, errors: mode.c */
+    uint32_t mode, mode_state, mode_warnings;
+    struct external_vars *external;
+    int suppressed, units_cleared, name_changed;
+    uint32_t error_id;
+    char program_name[260];
+    int stopped, mode_pending, program_active, abort_now;
+    engine_mode_command mode_command;
+    bool watch_alive, watch_missed;
+    double watch_since;
+    int watchdog_event, errors_lock;
+    engine_error errors[ERRORS_MAX];
+    uint64_t errors_head, errors_done;
+    uint32_t errors_lost, plc_error_id, plc_error_class;
+    double ext_speed;         /* external command speed mm/s, NEVER: none */
+    bool released;            /* all axes of the channel */
+    uint32_t held_axes;       /* bit per axis with ipo_mc_control.feedhold */
     uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;
 };
 
 static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & (PIECE_RING - 1)]; }
+static inline piece *store_at(engine *e, uint64_t i) { return &e->store[i & e->store_mask]; }
 static inline element *element_at(engine *e, uint64_t i) { return &e->elements[i & e->element_mask]; }
 static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
 
-static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p - e->pieces]; }
+static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
 
 /* path_eval.c */
 void piece_build(engine *e, piece *p, const nc_block *row);
 void piece_position(const engine *e, const piece *p, double s, double *q);
 void piece_tangent(const engine *e, const piece *p, double s, double *u);
+void piece_cut(const engine *e, piece *p, double u0, double u1);
+void piece_shortcut(const engine *e, piece *p, const double *q, double path, double dist);
 
 /* curve_piece.c */
 bool curve_row_check(engine *e, const nc_block *row, const double *pool, int64_t pool_n);
@@ -275,15 +394,36 @@ void curve_piece_spans(engine *e, piece *p, const strip *strips, int n);
 /* mapping.c */
 void map_behind_element(engine *e);
 void map_piece(engine *e, piece *p, double programmed);
-void map_position(engine *e, const piece *p, double s);
+void map_position(engine *e, const piece *p);
 
 /* ring.c */
 bool ring_has_room(engine *e);
+piece *store_slot(engine *e, const nc_block *row);
+void store_publish(engine *e);
+double angle_between(const double *a, const double *b);
+
+/* feed.c */
+void feed(engine *e);
+void feed_store_floor(engine *e);
+bool feed_job_pending(engine *e);
+void feed_do_jobs(engine *e);
+void feed_begin_program(engine *e);
+
+/* external.c */
+void external_cycle(engine *e);
+void external_free(engine *e);
+
+/* mode.c */
+void mode_cycle(engine *e, bool present);
+void mode_publish(engine *e);
 
 /* marked_log.c */
 void log_marker(engine *e, const nc_block *row);
 void log_element(engine *e, const element *el);
 void log_program_end(engine *e);
+void log_reset(engine *e);
+void log_loop_begin(engine *e);
+void log_loop_end(engine *e, double length);
 const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
 bool log_available(const engine *e);
 
@@ -299,15 +439,18 @@ bool feasible_with(engine *e, double reserve_override);
 bool techno_has_room(const engine *e);
 bool techno_push(engine *e, const nc_block *row);
 void techno_block_end(engine *e);
+void techno_spindle_word(engine *e);
 void techno_before_motion(engine *e, const nc_block *row);
 void techno_expl_syn(engine *e, const nc_block *row);
 bool gate_open(const techno_counts *done, const techno_counts *need);
-techno_counts techno_done(engine *e);
+techno_counts techno_done(const techno_counts *counts);
+bool techno_blocked(engine *e, const piece *p);
 void techno_output(engine *e, piece *p);
 void techno_cycle(engine *e);
+void techno_clear_units(engine *e);
 static inline bool stands_before(const engine *e, const piece *p) {
-    if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single)) return true;
-    return p->stop_before || (p->gated && !gate_open(&e->plan.done, &p->need));
+    if ((p->m01 && e->plan.m01) || (p->new_block && e->plan.single) || (p->moving & e->plan.held_axes)) return true;
+    return p->stop_before || (p->gated && !gate_open(p->replay ? &e->plan.done_again : &e->plan.done, &p->need));
 }
 
 /* profile.c */
@@ -317,6 +460,7 @@ int planner_pump(engine *e);
 /* interp.c */
 void geo_cycle(engine *e);
 bool geo_drained(engine *e);
+void geo_begin_distance(engine *e);
 
 /* publish.c */
 void take_commands(engine *e);

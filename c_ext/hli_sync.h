@@ -18,6 +18,7 @@ static inline uint32_t load_u32_acquire(const volatile void *p) { return __atomi
 static inline void store_u32_release(volatile void *p, uint32_t v) { __atomic_store_n((volatile uint32_t *)p, v, __ATOMIC_RELEASE); }
 static inline uint64_t load_u64_acquire(const volatile void *p) { return __atomic_load_n((const volatile uint64_t *)p, __ATOMIC_ACQUIRE); }
 static inline void store_u64_release(volatile void *p, uint64_t v) { __atomic_store_n((volatile uint64_t *)p, v, __ATOMIC_RELEASE); }
+static inline uint64_t load_u64_relaxed(const volatile void *p) { return __atomic_load_n((const volatile uint64_t *)p, __ATOMIC_RELAXED); }
 static inline void store_u64_relaxed(volatile void *p, uint64_t v) { __atomic_store_n((volatile uint64_t *)p, v, __ATOMIC_RELAXED); }
 /* The bits of a double move as one 64-bit word: a single member is never torn. */
 static inline double load_f64_relaxed(const volatile void *p) {

@@ -2,6 +2,12 @@
 #include <math.h>
 #include "engine_internal.h"
 
+/* Path and displayed distance at s of a motion. */
+static void place_on_path(geo *g, const piece *p, double s) {
+    g->path = g->path_shift + p->path0 + p->path_rate * s;
+    g->dist = p->dist0 + p->dist_rate * s;
+}
+
 static void enter_piece(engine *e, uint64_t i) {
     geo *g = &e->geo;
     const piece *p = piece_at(e, i);
@@ -13,17 +19,65 @@ static void enter_piece(engine *e, uint64_t i) {
     if (!is_motion(p)) return;
     g->rapid = p->feed <= 0.0;
     g->feed = p->feed;
-    if (p->mapped) map_position(e, p, 0.0);
+    place_on_path(g, p, 0.0);
+    if (p->mapped) map_position(e, p);
     else ATOMIC_SET(g->active, p->element);
+}
+
+/* Distances change their meaning here; `marks` lets the look-ahead service see either the old or the new one. */
+static void set_epoch(geo *g, uint32_t epoch, uint64_t first, double dist_shift) {
+    ATOMIC_SET(g->marks, g->marks + 1);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    ATOMIC_SET(g->epoch, epoch);
+    ATOMIC_SET(g->epoch_first, first);
+    __atomic_store(&g->dist_shift, &dist_shift, __ATOMIC_RELEASE);
+    ATOMIC_SET(g->marks, g->marks + 1);
+}
+
+/* The end of a real-time loop (going back: its beginning). */
+static void run_branch(engine *e, const piece *p) {
+    geo *g = &e->geo;
+    if (!p->again) {
+        if (p->dir > 0) set_epoch(g, g->epoch + 1, g->epoch_first, g->dist_shift);
+        else set_epoch(g, g->epoch, g->saved_first, g->dist_shift);
+        return;
+    }
+    double turn = p->dir * p->value;
+    uint64_t begin = p->dir > 0 ? store_at(e, p->mate)->element : p->element;
+    g->loop_count++;
+    g->path_shift += turn;
+    set_epoch(g, g->epoch, begin, p->flags & NC_MODULO ? g->dist_shift : g->dist_shift + turn);
+}
+
+static void run_loop_end(engine *e, const piece *p) {
+    geo *g = &e->geo;
+    if (p->type == (p->dir > 0 ? NC_RT_LOOP_END : NC_RT_LOOP_BEGIN)) run_branch(e, p);
+    else if (p->dir < 0) set_epoch(g, g->epoch - 1, store_at(e, p->mate)->element, g->dist_shift);
+    else g->saved_first = g->epoch_first, g->loop_count = 0;
+}
+
+/* A program begins: its first element begins the distance. */
+void geo_begin_distance(engine *e) { set_epoch(&e->geo, e->push_epoch, e->element_head, 0.0); }
+
+static void run_reset(geo *g, const piece *p) {
+    g->dist = 0.0;
+    if (p->dir > 0) set_epoch(g, g->epoch + 1, p->element, 0.0);
+    else set_epoch(g, g->epoch - 1, p->mate, 0.0);
 }
 
 static void run_event(engine *e, piece *p) {
     geo *g = &e->geo;
-    if (p->flags & NC_OUTPUT) techno_output(e, p);
+    if (p->inserted && p->type == NC_M) ATOMIC_SET(e->stops_done, e->stops_done + 1);
+    if (p->flags & NC_OUTPUT) techno_output(e, p->replay ? p : store_at(e, p->origin));
     switch (p->type) {
     case NC_DISTANCE_RESET:
-        ATOMIC_SET(g->epoch_first, p->element);
-        ATOMIC_SET(g->epoch, g->epoch + 1);
+        run_reset(g, p);
+        break;
+    case NC_EVENT:
+        if (p->code == NC_EVENT_STORAGE_CLEAR && p->dir > 0) ATOMIC_SET(e->store_first, p->origin + 1);
+        break;
+    case NC_RT_LOOP_BEGIN: case NC_RT_LOOP_END:
+        run_loop_end(e, p);
         break;
     case NC_T:
         g->tool = p->code;
@@ -40,16 +94,16 @@ static void leave_piece(engine *e) {
     geo *g = &e->geo;
     piece *p = piece_at(e, g->piece);
     if (is_motion(p)) {
-        g->path_base += p->length;
-        g->path = g->path_base;
+        place_on_path(g, p, p->length);
         memcpy(g->position, p->end, sizeof g->position);
         g->s = p->length;
-        if (p->mapped) map_position(e, p, p->length);
+        if (p->mapped) map_position(e, p);
     } else {
         run_event(e, p);
     }
     g->dwelling = false;
     ATOMIC_SET(e->piece_done, g->piece + 1);
+    if (p->dir > 0 && !p->inserted && p->from + p->length >= p->whole - 1e-9 && p->origin >= e->store_done) ATOMIC_SET(e->store_done, p->origin + 1);
 }
 
 /* The tail was taken: its next phase, or, once it is used up, standstill until the planner has taken note. */
@@ -126,11 +180,12 @@ static void advance(engine *e, double dt) {
         if (!g->has_phase && !begin_phase(e)) return;
         if (g->waiting_continue) return;
         const piece *p = piece_at(e, g->piece);
-        if (p->gated && !is_motion(p) && !gate_open(&e->done, &p->need)) {
+        if (!is_motion(p) && techno_blocked(e, p)) {
             g->waiting_techno = true;
             e->techno_wait_cycles++;
             return;
         }
+        if (is_motion(p) && g->v <= 0.0 && g->t <= 0.0 && (p->moving & e->held_axes)) return; /* a held axis would begin to move */
         double rest = g->now.time - g->t;
         if (rest > dt) {
             g->t += dt;
@@ -150,8 +205,8 @@ static void evaluate(engine *e) {
     if (g->has_phase) g->v = g->now.v0 + g->now.a * g->t;
     if (!is_motion(p)) return;
     if (g->has_phase) g->s = phase_position(&g->now, p, g->t);
-    g->path = g->path_base + g->s;
-    if (p->mapped) map_position(e, p, g->s);
+    place_on_path(g, p, g->s);
+    if (p->mapped) map_position(e, p);
     piece_position(e, p, g->s, g->position);
 }
 
@@ -173,21 +228,38 @@ static void record(engine *e) {
 
 /* Everything pushed up to now has been executed and the axes stand. */
 bool geo_drained(engine *e) {
-    return ATOMIC_GET(e->piece_done) >= ATOMIC_GET(e->piece_head) && !e->geo.has_phase && !e->geo.waiting_continue;
+    return ATOMIC_GET(e->store_done) >= ATOMIC_GET(e->store_head) && !e->geo.has_phase && !e->geo.waiting_continue;
 }
 
 static void note_end(engine *e) {
-    if (e->program_end || !ATOMIC_GET(e->finished) || !geo_drained(e)) return;
+    if (e->program_end || !ATOMIC_GET(e->finished) || !geo_drained(e) || e->feed.dir < 0) return;
     e->geo.v = 0.0;
+    ATOMIC_SET(e->program_active, 0);
     ATOMIC_SET(e->program_end, 1);
+}
+
+/* The planner wants phases back: at standstill it gets all that are not begun. */
+static void answer_withdrawal(engine *e) {
+    geo *g = &e->geo;
+    uint64_t word = ATOMIC_GET(e->commit);
+    if (ATOMIC_GET(e->withdraw) != WITHDRAW_ASKED || (word & 1) || g->v > 0.0) return;
+    if (g->has_phase && is_motion(piece_at(e, g->piece)) && g->t > 0.0) return;
+    bool inside = g->piece != UINT64_MAX && ATOMIC_GET(e->piece_done) <= g->piece;
+    e->stand_piece = inside ? g->piece : ATOMIC_GET(e->piece_done);
+    e->stand_s = inside && is_motion(piece_at(e, g->piece)) ? g->s : 0.0;
+    g->has_phase = g->waiting_continue = g->stands_single = g->waiting_techno = g->dwelling = false;
+    ATOMIC_SET(g->consumed, word >> 2);
+    ATOMIC_SET(e->withdraw, WITHDRAW_DONE);
 }
 
 void geo_cycle(engine *e) {
     if (e->segment) take_commands(e);
+    external_cycle(e);
     techno_cycle(e);
+    answer_withdrawal(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
     evaluate(e);
-    e->geo.cycle++;
+    ATOMIC_SET(e->geo.cycle, e->geo.cycle + 1);
     note_end(e);
     record(e);
     if (!e->segment) return;

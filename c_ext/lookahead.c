@@ -125,8 +125,8 @@ static void set_reserve(engine *e, piece *p, const load *l, double v) {
 /* Take in neighbours until `v` does not reach the next one. `solve`: find v, else only load at the given v.
  * Returns false if corners that matter are not known yet. */
 static bool gather(engine *e, uint64_t i, bool solve, double *v, load *l) {
-    uint64_t head = ATOMIC_GET(e->piece_head);
-    bool finished = ATOMIC_GET(e->finished);
+    uint64_t head = e->piece_head;
+    bool finished = e->feed.final;
     double dt = e->cfg.cycle_s, limit = *v;
     memset(l, 0, sizeof *l);
     add_corner(e, piece_at(e, i), 0.0, l);
@@ -178,7 +178,7 @@ static bool cap_corner(engine *e, uint64_t i) {
 
 /* Finish the corner limits of all pieces up to the end of what is known. */
 void corner_caps(engine *e) {
-    uint64_t head = ATOMIC_GET(e->piece_head);
+    uint64_t head = e->piece_head;
     if (e->plan.capped < e->plan.piece) e->plan.capped = e->plan.piece;
     while (e->plan.capped < head) {
         piece *p = piece_at(e, e->plan.capped);

@@ -42,10 +42,16 @@ static double speed_limit(const engine *e, const piece *p) {
     return v;
 }
 
+static void note_moving(const engine *e, piece *p) {
+    p->moving = 0;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (fabs(p->slope[i]) > 1e-12 || (p->kind == PIECE_ARC && (i == p->axis1 || i == p->axis2))) p->moving |= (uint16_t)(1u << i);
+}
+
 /* Fill the geometry of p from a motion row; p->start is set already. */
 void piece_build(engine *e, piece *p, const nc_block *row) {
     p->kind = row->type == NC_CIRCULAR ? PIECE_ARC : row->type == NC_POLYNOMIAL ? PIECE_CURVE : PIECE_LINE;
-    p->length = row->length;
+    p->length = p->whole = row->length;
     p->feed = row->flags & NC_RAPID ? 0.0 : row->feed;
     memcpy(p->end, row->end, sizeof p->end);
     if (p->kind == PIECE_CURVE) {
@@ -55,25 +61,68 @@ void piece_build(engine *e, piece *p, const nc_block *row) {
     for (int i = 0; i < NC_AXES; i++) p->slope[i] = i < e->cfg.axis_count ? (p->end[i] - p->start[i]) / p->length : 0.0;
     if (p->kind == PIECE_ARC) build_arc(e, p, row);
     p->v_hard = speed_limit(e, p);
+    note_moving(e, p);
     piece_tangent(e, p, 0.0, p->tangent_in);
     piece_tangent(e, p, p->length, p->tangent_out);
 }
 
-void piece_position(const engine *e, const piece *p, double s, double *q) {
-    if (s >= p->length) {
-        memcpy(q, p->end, sizeof p->end);
-        return;
-    }
+/* Position at u of the whole piece. */
+static void whole_position(const engine *e, const piece *p, double u, double *q) {
     if (p->kind == PIECE_CURVE) {
-        curve_piece_position(e, p, s, q);
+        curve_piece_position(e, p, u, q);
         return;
     }
-    for (int i = 0; i < e->cfg.axis_count; i++) q[i] = p->start[i] + p->slope[i] * s;
+    for (int i = 0; i < e->cfg.axis_count; i++) q[i] = p->start[i] + p->slope[i] * u;
     if (p->kind == PIECE_ARC) {
-        double angle = p->angle0 + p->sweep * (s / p->length);
+        double angle = p->angle0 + p->sweep * (u / p->whole);
         q[p->axis1] = p->centre[0] + p->radius * cos(angle);
         q[p->axis2] = p->centre[1] + p->radius * sin(angle);
     }
+}
+
+void piece_position(const engine *e, const piece *p, double s, double *q) {
+    if (s >= p->length) memcpy(q, p->end, sizeof p->end);
+    else whole_position(e, p, p->from + p->dir * s, q);
+}
+
+/* Only the part of a whole piece from u0 to u1 is driven; u0 > u1: backward. */
+void piece_cut(const engine *e, piece *p, double u0, double u1) {
+    p->from = u0;
+    p->dir = u1 < u0 ? -1 : 1;
+    p->length = fabs(u1 - u0);
+    p->path0 += p->path_rate * u0;
+    p->dist0 += p->dist_rate * u0;
+    p->path_rate *= p->dir;
+    p->dist_rate *= p->dir;
+    if (u1 <= 0.0) memcpy(p->end, p->start, sizeof p->end);
+    else if (u1 < p->whole) whole_position(e, p, u1, p->end);
+    piece_tangent(e, p, 0.0, p->tangent_in);
+    piece_tangent(e, p, p->length, p->tangent_out);
+}
+
+/* A straight line from q to the end of p takes its place. The path counts on to where it is at that end. */
+void piece_shortcut(const engine *e, piece *p, const double *q, double path, double dist) {
+    double main2 = 0.0, all2 = 0.0, path_end = p->path0 + p->path_rate * p->length, dist_end = p->dist0 + p->dist_rate * p->length;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double d = p->end[i] - q[i];
+        all2 += d * d;
+        if (i == e->cfg.main[0] || i == e->cfg.main[1] || i == e->cfg.main[2]) main2 += d * d;
+    }
+    p->kind = PIECE_LINE;
+    p->shortcut = true;
+    p->length = p->whole = sqrt(main2 > 0.0 ? main2 : all2);
+    memcpy(p->start, q, sizeof p->start);
+    for (int i = 0; i < NC_AXES; i++) p->slope[i] = i < e->cfg.axis_count && p->length > 0 ? (p->end[i] - p->start[i]) / p->length : 0.0;
+    p->from = 0.0;
+    p->dir = 1;
+    p->path0 = path;
+    p->dist0 = dist;
+    p->path_rate = p->length > 0 ? (path_end - path) / p->length : 0.0;
+    p->dist_rate = p->length > 0 ? (dist_end - dist) / p->length : 0.0;
+    p->v_hard = speed_limit(e, p);
+    note_moving(e, p);
+    piece_tangent(e, p, 0.0, p->tangent_in);
+    piece_tangent(e, p, p->length, p->tangent_out);
 }
 
 /* dq/ds of all axes. */
@@ -82,10 +131,10 @@ void piece_tangent(const engine *e, const piece *p, double s, double *u) {
         curve_piece_tangent(e, p, s, u);
         return;
     }
-    for (int i = 0; i < NC_AXES; i++) u[i] = i < e->cfg.axis_count ? p->slope[i] : 0.0;
+    for (int i = 0; i < NC_AXES; i++) u[i] = i < e->cfg.axis_count ? p->dir * p->slope[i] : 0.0;
     if (p->kind == PIECE_ARC) {
-        double angle = p->angle0 + p->sweep * (s / p->length);
-        double speed = p->sweep > 0 ? p->plane_speed : -p->plane_speed;
+        double angle = p->angle0 + p->sweep * ((p->from + p->dir * s) / p->whole);
+        double speed = p->sweep * p->dir > 0 ? p->plane_speed : -p->plane_speed;
         u[p->axis1] = -speed * sin(angle);
         u[p->axis2] = speed * cos(angle);
     }

@@ -13,6 +13,7 @@
 /* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
 double soft_cap(const engine *e, const piece *p) {
     if (e->plan.hold) return 0.0;
+    if (e->plan.ext_speed < NEVER) return fmin(p->v_hard, e->plan.ext_speed);
     if (p->feed > 0) return fmin(p->v_hard, p->feed * e->plan.override);
     return p->v_hard * fmin(1.0, e->plan.rapid);
 }
@@ -231,15 +232,18 @@ static bool state_feasible(engine *e, uint64_t end) {
 /* What the corner limits depend on besides the path: the override that zones are sized for, and which gates are open. */
 typedef struct conditions {
     double reserve_override;
-    techno_counts done;
+    techno_counts done, done_again;
     bool single, m01;
+    uint32_t held_axes;
 } conditions;
 
 static uint64_t plan_under(engine *e, const conditions *c) {
     e->plan.reserve_override = c->reserve_override;
     e->plan.done = c->done;
+    e->plan.done_again = c->done_again;
     e->plan.single = c->single;
     e->plan.m01 = c->m01;
+    e->plan.held_axes = c->held_axes;
     e->plan.capped = e->plan.piece;
     corner_caps(e);
     uint64_t end = window_end(e);
@@ -248,15 +252,16 @@ static uint64_t plan_under(engine *e, const conditions *c) {
 }
 
 static bool same_conditions(const conditions *a, const conditions *b) {
-    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 &&
-           memcmp(&a->done, &b->done, sizeof a->done) == 0;
+    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 && a->held_axes == b->held_axes &&
+           memcmp(&a->done, &b->done, sizeof a->done) == 0 && memcmp(&a->done_again, &b->done_again, sizeof a->done_again) == 0;
 }
 
 /* New conditions are taken over where the present state can be continued legally under them: a larger override and an
  * opened gate both make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
-    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.single, e->plan.m01};
-    conditions want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(e), ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now)};
+    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.done_again, e->plan.single, e->plan.m01, e->plan.held_axes};
+    conditions want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
+                       ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
     if (same_conditions(&old, &want)) {
         corner_caps(e);
         uint64_t end = window_end(e);
@@ -300,16 +305,41 @@ static double thread_cpu_s(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* The path stands where GEO says; what was committed behind that place is taken back. */
+static bool withdraw(engine *e) {
+    if (ATOMIC_GET(e->withdraw) == WITHDRAW_NONE) ATOMIC_SET(e->withdraw, WITHDRAW_ASKED);
+    if (ATOMIC_GET(e->withdraw) != WITHDRAW_DONE) return false;
+    e->plan.piece = e->stand_piece;
+    e->plan.s = e->stand_s;
+    e->plan.v = 0.0;
+    e->plan.written = ATOMIC_GET(e->commit) >> 2;
+    __atomic_load(&e->geo.consumed_s, &e->plan.committed_s, __ATOMIC_ACQUIRE);
+    ATOMIC_SET(e->withdraw, WITHDRAW_NONE);
+    return true;
+}
+
+/* Jobs of the feeder need standstill: brake, take back what is committed, do them. False while they are pending and
+ * nothing may be committed. */
+static bool jobs_allow(engine *e) {
+    if (ATOMIC_GET(e->withdraw) == WITHDRAW_NONE && !feed_job_pending(e)) return true;
+    if (e->plan.v > 0.0) return true; /* the hold brakes */
+    if (!withdraw(e)) return false;
+    feed_do_jobs(e);
+    return true;
+}
+
 /* Commit more motion if less than COMMIT_LOW_S is ahead; returns 1 if phases were added. */
 int planner_pump(engine *e) {
-    if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start) || ahead_s(e) >= COMMIT_LOW_S) return 0;
-    if (!resume_after_tail(e)) return 0;
-    if (e->plan.piece >= ATOMIC_GET(e->piece_head)) return 0;
+    if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start)) return 0;
+    if (!resume_after_tail(e) || !jobs_allow(e) || ahead_s(e) >= COMMIT_LOW_S) return 0;
     double t0 = thread_cpu_s();
+    feed(e);
+    if (e->plan.piece >= e->piece_head) return 0;
     uint64_t before = e->plan.written;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
+    __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
-    e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0;
+    e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0 || feed_job_pending(e);
     uint64_t end = choose_conditions(e);
     commit(e, end);
     e->plan.cpu_s += thread_cpu_s() - t0;

@@ -36,8 +36,40 @@ static bool axes_released(engine *e) {
         HLI_AXIS *ax = &e->segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
         released &= level_bool(&ax->lr_mc_control.release_feedhold, present, true);
+        released &= level_bool(&ax->lr_mc_control.drive_on, present, true);
+        released &= level_bool(&ax->lr_mc_control.torque_permission, present, true);
     }
+    e->released = released;
     return released;
+}
+
+/* Override of an axis: acts on independent axes and spindles, of which there are none that move; shown all the same. */
+static void show_axis_override(engine *e, HLI_AXIS *ax, bool present) {
+    bool valid = level_bool(&ax->ipo_mc_control.override_valid, present, false);
+    (void)level_override(e, &ax->ipo_mc_control.override, present, valid);
+}
+
+/* An axis that moves now is held: the path stands. The others that are held stop the path ahead of their next motion. */
+static bool axes_held(engine *e) {
+    uint32_t held = 0;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        HLI_AXIS *ax = &e->segment->axis[i];
+        bool present = flag(&ax->head.plc_present_w);
+        show_axis_override(e, ax, present);
+        if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) held |= 1u << i;
+    }
+    ATOMIC_SET(e->held_axes, held);
+    return held && e->geo.piece != UINT64_MAX && e->piece_done <= e->geo.piece && (piece_at(e, e->geo.piece)->moving & held);
+}
+
+/* External path speed, valid while both units are enabled; true if it is negative: backward. */
+static bool take_external_speed(engine *e, HLI_BAHN_MC_CONTROL *c, bool present) {
+    bool valid = level_bool(&c->ext_command_speed_valid, present, false) && flag(&c->ext_command_speed.enable_w);
+    int32_t speed = valid ? (int32_t)load_u32_relaxed((uint32_t *)&c->ext_command_speed.command_w) : 0;
+    double value = valid ? fabs(speed / 1000.0) : NEVER;
+    store_u32_relaxed((uint32_t *)&c->ext_command_speed.state_r, (uint32_t)speed);
+    __atomic_store(&e->ext_speed, &value, __ATOMIC_RELEASE);
+    return speed < 0;
 }
 
 /* P-CHAN-00181: what rapid motion follows. */
@@ -49,10 +81,52 @@ static double rapid_factor(const engine *e, double feed, double rapid) {
     }
 }
 
+/* Delete distance to go: the rising edge counts; state_r says that it was seen. */
+static void take_shortcut(engine *e, HLI_BAHN_MC_CONTROL *c, bool present) {
+    uint32_t mask = present && flag(&c->del_dist_to_go_end.enable_w) ? load_u32_relaxed(&c->del_dist_to_go_end.command_w) : 0;
+    store_u32_relaxed(&c->del_dist_to_go_end.state_r, mask);
+    ATOMIC_SET(e->shortcut_mask, mask);
+    bool wanted = level_bool(&c->delete_distance_to_go, present, false);
+    if (wanted && !e->shortcut_seen && e->store_kept && !e->program_end) ATOMIC_SET(e->shortcut_requests, e->shortcut_requests + 1);
+    e->shortcut_seen = wanted;
+}
+
+/* Channel axis of a logical axis number, -1 if it is none. */
+static int channel_axis(engine *e, uint32_t number) {
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (e->cfg.axis_id[i] == number) return i;
+    return -1;
+}
+
+/* insert_cmd (hli_reference 5.3): taken once the command before has reached the planner. */
+static void take_insert_command(engine *e, HLI_BAHN_MC_CONTROL *c, bool present) {
+    MC_CONTROL_INSERT_CMD_UNIT *u = &c->insert_cmd;
+    if (!present || !flag(&u->enable_w) || !flag(&u->command_semaphor_rw)) return;
+    if (ATOMIC_GET(e->feed.inserts) != e->insert_requests) return;
+    insert_cmd cmd = {.value = load_f64_relaxed(&u->command_w.dist_or_pos) / TENTH_UM,
+                      .mode = load_u16_relaxed(&u->command_w.rel_abs_mode),
+                      .m_function = load_u16_relaxed(&u->command_w.m_function_nr),
+                      .add = (int32_t)load_u32_relaxed((uint32_t *)&u->command_w.add_nr)};
+    uint32_t number = load_u16_relaxed(&u->command_w.axis_nr);
+    int axis = number ? channel_axis(e, number) : -1;
+    cmd.axis = axis + 1;
+    cmd.base = axis >= 0 ? e->geo.position[axis] : e->geo.dist_shift + e->geo.dist;
+    bool good = isfinite(cmd.value) && fabs(cmd.value) < 1e12 && cmd.mode <= INSERT_RELATIVE_ONCE && (!number || axis >= 0);
+    if (good && cmd.mode != INSERT_ABSOLUTE && !number && cmd.value < 0.0) good = false;
+    if (good) {
+        e->insert_request = cmd;
+        ATOMIC_SET(e->insert_requests, e->insert_requests + 1);
+    } else {
+        e->bad_commands++;
+    }
+    store_u8_release(&u->command_semaphor_rw, 0);
+}
+
 void take_commands(engine *e) {
     HLI_BAHN_MC_CONTROL *c = &e->channel->bahn_mc_control;
     bool present = flag(&e->channel->head.plc_present_w);
-    bool hold = level_bool(&c->feedhold, present, false) | !axes_released(e);
+    mode_cycle(e, present);
+    bool hold = level_bool(&c->feedhold, present, false) | !axes_released(e) | axes_held(e) | ATOMIC_GET(e->stopped);
     bool valid = level_bool(&c->override_valid, present, false);
     double factor = level_override(e, &c->override, present, valid) / (double)OVERRIDE_FULL;
     bool rapid_valid = level_bool(&c->rapid_override_valid, present, false);
@@ -62,6 +136,13 @@ void take_commands(engine *e) {
     e->geo.continue_seen = go_on;
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
     __atomic_store(&e->rapid_now, &rapid, __ATOMIC_RELEASE);
+    bool external = take_external_speed(e, c, present);
+    ATOMIC_SET(e->backward_now, (level_bool(&c->backward_motion, present, false) || external) && !e->program_end);
+    ATOMIC_SET(e->simulate_now, level_bool(&c->simulate_motion, present, false));
+    if (level_bool(&c->backward_storage_off, present, false) && e->program_end) ATOMIC_SET(e->store_first, ATOMIC_GET(e->store_head));
+    take_shortcut(e, c, present);
+    take_insert_command(e, c, present);
+    ATOMIC_SET(e->rt_loop_now, level_bool(&c->rt_loop_enable, present, false));
     ATOMIC_SET(e->single_now, level_bool(&c->single_block, present, false));
     ATOMIC_SET(e->m01_now, level_bool(&c->m01_stop_enable, present, false));
     ATOMIC_SET(e->hold_now, hold);
@@ -88,26 +169,32 @@ static void publish_axis(engine *e, int i) {
 
 static double display_distance(engine *e) {
     const geo *g = &e->geo;
-    if (g->piece == UINT64_MAX || e->element_head == 0) return 0.0;
-    const element *el = element_at(e, g->active);
-    if (el->epoch != g->epoch) return 0.0;
-    const piece *p = piece_at(e, g->piece);
-    if (is_motion(p) && p->mapped) return el->facts.start_position + fmin(g->element_distance * TENTH_UM, el->facts.length);
-    if (!is_motion(p) || p->element != g->active) return el->facts.start_position + el->facts.length;
-    if (g->s >= p->length) return el->facts.start_position + el->facts.length;
-    return el->facts.start_position + g->s * TENTH_UM;
+    return (g->dist_shift + g->dist) * TENTH_UM;
 }
 
 static uint32_t stop_conditions(engine *e) {
     uint32_t bits = 0;
     if (e->geo.v > 0) return 0;
     if (load_u8_acquire(&e->channel->bahn_mc_control.feedhold.state_r)) bits |= 1u;
-    if (e->hold_now && !bits) bits |= 2u;
+    if (ATOMIC_GET(e->held_axes)) bits |= 2u;
+    if (ATOMIC_GET(e->stopped)) bits |= 1024u;
+    if (!e->released) bits |= 4096u;
+    if (e->program_active && !e->finished && e->store_done >= ATOMIC_GET(e->store_head)) bits |= 8192u;
+    if (ATOMIC_GET(e->mode_state) == 6u) bits |= 512u;
     if (e->override_now <= 0) bits |= 4u;
-    if (e->geo.waiting_continue) bits |= e->geo.stands_single ? 8u : piece_at(e, e->geo.piece)->code == 1 ? 32u : 16u;
+    if (e->geo.waiting_continue) bits |= e->geo.stands_single ? 8u : piece_at(e, e->geo.piece)->inserted ? 2048u : piece_at(e, e->geo.piece)->code == 1 ? 32u : 16u;
     if (e->geo.waiting_techno) bits |= 64u;
     if (e->geo.dwelling) bits |= 256u;
     return bits;
+}
+
+static void publish_next_stop(engine *e) {
+    HLI_INSERT_CMD_STATE *s = &e->channel->bahn_mc_control.insert_cmd.state_r;
+    bool found = e->stops_done < ATOMIC_GET(e->stops_fed);
+    const inserted_stop *stop = &e->stops[e->stops_done % STOPS_MAX];
+    store_f64_relaxed(&s->distance_of_next_stop, found ? stop->dist * TENTH_UM : -1.0);
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        store_u32_relaxed((uint32_t *)&s->position_at_next_stop[i], (uint32_t)(found ? dint(stop->position[i] * TENTH_UM) : 0));
 }
 
 static void publish_bahn(engine *e) {
@@ -123,7 +210,8 @@ static void publish_bahn(engine *e) {
     store_u32_relaxed(&b->block_count_r, g->count);
     store_u32_relaxed(&b->block_number_r, g->n);
     store_u32_relaxed(&b->command_feed_r, (uint32_t)dint(g->feed * 1000.0));
-    store_u32_relaxed(&b->active_feed_r, (uint32_t)dint(g->v * 1000.0));
+    bool external = e->ext_speed < NEVER && motion && p->dir < 0;
+    store_u32_relaxed(&b->active_feed_r, (uint32_t)dint((external ? -g->v : g->v) * 1000.0));
     store_u32_relaxed(&b->stop_condition_r, stop_conditions(e));
     store_u32_relaxed(&b->tool_nr_r, (uint32_t)g->tool);
     store_u16_relaxed(&b->override_r, (uint16_t)lrint(e->override_now * OVERRIDE_FULL));
@@ -136,6 +224,17 @@ static void publish_bahn(engine *e) {
     store_u8_release(&b->rapid_active_r, motion && g->rapid);
     store_u8_release(&e->channel->decoder_state.program_end_r, ATOMIC_GET(e->finished) != 0);
     store_u8_release(&b->program_end_r, e->program_end != 0);
+    store_u8_release(&b->wait_error_removal_r, ATOMIC_GET(e->mode_state) == 6u);
+    store_u8_release(&e->channel->decoder_state.wait_after_error_r, ATOMIC_GET(e->mode_state) == 6u);
+    store_u32_relaxed(&b->error_id_r, ATOMIC_GET(e->error_id));
+    store_u8_release(&b->error_r, ATOMIC_GET(e->error_id) != 0);
+    if (ATOMIC_GET(e->name_changed)) {
+        ATOMIC_SET(e->name_changed, 0);
+        memcpy(b->prog_name_r, e->program_name, sizeof e->program_name);
+    }
+    store_u8_release(&b->backward_active_r, motion && p->dir < 0);
+    store_u8_release(&b->delete_distance_to_go_active_r, ATOMIC_GET(e->feed.shortcuts) != e->shortcut_requests || (motion && p->shortcut));
+    publish_next_stop(e);
 }
 
 /* Entries were written first; now their count, and f_log_is_active last. */
@@ -161,6 +260,7 @@ void publish(engine *e) {
     publish_bahn(e);
     for (int i = 0; i < e->cfg.axis_count; i++) publish_axis(e, i);
     publish_lookahead(e);
+    mode_publish(e);
     seq_end(&e->side->channel_seq.word);
     publish_stats(e);
     store_u64_release(&e->side->cnc.cell_time_ns, (uint64_t)llrint((double)e->geo.cycle * e->cfg.cycle_s * 1e9));

@@ -1,13 +1,14 @@
 /* SDA's end of the ring: prepared rows become elements (HLI facts) and pieces (axis-space geometry). */
 #include <math.h>
+#include <stddef.h>
 #include "engine_internal.h"
 
+#define LOOP_PIECES_MAX (STORE_AHEAD / 2) /* a real-time loop is held whole in the store */
+
 bool ring_has_room(engine *e) {
-    if (e->piece_head - ATOMIC_GET(e->piece_done) >= PIECE_RING - KEPT_BEHIND - 4 * BEHIND_MAX) return false;
+    if (e->store_head + 4 * BEHIND_MAX >= ATOMIC_GET(e->store_floor) + e->store_mask) return false;
     if (!techno_has_room(e)) return false;
-    uint64_t active = ATOMIC_GET(e->geo.active);
-    uint64_t keep = (e->element_mask + 1) / 2;
-    return e->element_head < active + keep;
+    return e->element_head < ATOMIC_GET(e->geo.active) + (e->element_mask + 1) / 2;
 }
 
 static bool row_is_finite(const engine *e, const nc_block *r) {
@@ -37,6 +38,10 @@ static bool row_is_supported(engine *e, const nc_block *r, const double *pool, i
         return r->value >= 0;
     case NC_M: case NC_H: case NC_S: case NC_T: case NC_MARKER: case NC_DISTANCE_RESET: case NC_FLUSH: case NC_EVENT:
         return true;
+    case NC_RT_LOOP_BEGIN:
+        return !e->in_loop;
+    case NC_RT_LOOP_END:
+        return e->in_loop;
     default:
         return false;
     }
@@ -56,7 +61,7 @@ static bool main_tangent(const engine *e, const double *u, double *t) {
 }
 
 /* Angle between two unit vectors, exact near 0 and pi. */
-static double angle_between(const double *a, const double *b) {
+double angle_between(const double *a, const double *b) {
     double minus = 0.0, plus = 0.0;
     for (int i = 0; i < 3; i++) {
         minus += (a[i] - b[i]) * (a[i] - b[i]);
@@ -97,27 +102,33 @@ static void push_element(engine *e, const piece *p, const nc_block *row) {
     }
     f->tangent_variation = tangent_variation(e, p);
     el->epoch = e->push_epoch;
+    if (e->in_loop && e->element_head == store_at(e, e->loop_begin)->element) main_tangent(e, p->tangent_in, e->loop_tangent);
     e->distance = f->start_position + f->length;
     log_element(e, el);
     ATOMIC_SET(e->element_head, e->element_head + 1);
 }
 
-/* Change of direction per axis between the piece before and this one. */
-static void set_jump(engine *e, piece *p) {
-    p->jump_max = 0.0;
-    if (p->stop_before || !e->has_motion_piece) return;
-    const piece *before = piece_at(e, e->last_motion);
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        p->jump[i] = fabs(p->tangent_in[i] - before->tangent_out[i]);
-        p->jump_max = fmax(p->jump_max, p->jump[i]);
-    }
+/* The next place of the store, cleared, with what every row has. */
+piece *store_slot(engine *e, const nc_block *row) {
+    piece *p = store_at(e, e->store_head);
+    memset(p, 0, offsetof(piece, capped));
+    p->type = row->type;
+    p->n = row->n;
+    p->count = row->count;
+    p->line = row->line;
+    p->flags = row->flags;
+    p->origin = e->store_head;
+    p->dir = 1;
+    return p;
 }
+
+void store_publish(engine *e) { ATOMIC_SET(e->store_head, e->store_head + 1); }
 
 static void push_motion(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
     piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
-    p->new_block = e->has_motion_piece && piece_at(e, e->last_motion)->count != p->count;
+    p->new_block = e->has_motion_piece && e->last_count != p->count;
     p->m01 = e->m01_pending;
     e->m01_pending = false;
     p->gated = e->has_pending_gate;
@@ -125,18 +136,21 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     e->has_pending_gate = false;
     p->stop_after = row->flags & NC_EXACT_STOP;
     e->stop_pending = p->stop_after;
-    set_jump(e, p);
+    p->path0 = e->pushed_path;
+    p->path_rate = p->dist_rate = 1.0;
+    p->whole = p->length;
     if (row->flags & NC_PIECE) {
         map_piece(e, p, row->value);
     } else {
         p->element = e->element_head;
+        p->dist0 = e->distance / TENTH_UM;
         push_element(e, p, row);
         memcpy(e->element_end, row->end, sizeof e->element_end);
         map_behind_element(e);
     }
     e->pushed_path += p->length;
     memcpy(e->last_end, row->end, sizeof e->last_end);
-    e->last_motion = e->piece_head;
+    e->last_count = p->count;
     e->has_motion_piece = true;
 }
 
@@ -148,6 +162,25 @@ static void push_programmed(engine *e, const nc_block *row) {
     piece_build(e, &p, row);
     push_element(e, &p, row);
     memcpy(e->element_end, row->end, sizeof e->element_end);
+}
+
+/* #RT WHILE .. #RT ENDWHILE: both ends know each other. Behind the loop the distance is not known until it is left. */
+static void push_loop(engine *e, piece *p, const nc_block *row) {
+    if (row->type == NC_RT_LOOP_BEGIN) {
+        e->in_loop = true;
+        e->loop_begin = e->store_head;
+        e->loop_path = e->pushed_path;
+        log_loop_begin(e);
+        return;
+    }
+    p->mate = e->loop_begin;
+    p->value = e->pushed_path - e->loop_path;
+    p->flags |= store_at(e, e->loop_begin)->flags & NC_MODULO;
+    store_at(e, e->loop_begin)->mate = e->store_head;
+    store_at(e, e->loop_begin)->value = p->value;
+    e->in_loop = false;
+    e->push_epoch++;
+    log_loop_end(e, p->value * TENTH_UM);
 }
 
 static bool is_m01(const nc_block *row) { return row->type == NC_M && row->code == 1; }
@@ -166,14 +199,19 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
     p->stop_before = stops(row);
     if (is_m01(row)) p->m01 = e->m01_pending = true;
     if (row->type == NC_MARKER) log_marker(e, row);
+    if (row->type == NC_RT_LOOP_BEGIN || row->type == NC_RT_LOOP_END) push_loop(e, p, row);
     if (row->type == NC_DISTANCE_RESET) {
+        p->mate = e->epoch_element;
+        e->epoch_element = e->element_head;
         e->push_epoch++;
         e->distance = 0.0;
+        e->log.shift = 0.0;
     }
 }
 
 /* Functions that wait for the end of their block go ahead of the first row of the next one. */
 static void push_row(engine *e, const nc_block *row) {
+    if (e->spindle_pending && (row->count != e->spindle_row.count || row->type <= NC_POLYNOMIAL)) techno_spindle_word(e);
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
     if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
         push_programmed(e, row);
@@ -182,22 +220,17 @@ static void push_row(engine *e, const nc_block *row) {
     if (row->type <= NC_POLYNOMIAL) techno_before_motion(e, row);
     if (techno_push(e, row)) return;
     if (row->type == NC_EVENT && row->code == NC_EVENT_EXPL_SYN) techno_expl_syn(e, row);
-    piece *p = piece_at(e, e->piece_head);
-    memset(p, 0, sizeof *p);
-    p->type = row->type;
-    p->n = row->n;
-    p->count = row->count;
-    p->line = row->line;
-    p->flags = row->flags;
+    piece *p = store_slot(e, row);
     if (row->type <= NC_POLYNOMIAL) push_motion(e, p, row);
     else push_event(e, p, row);
-    ATOMIC_SET(e->piece_head, e->piece_head + 1);
+    store_publish(e);
 }
 
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n) {
     for (int64_t i = 0; i < n; i++) {
         if (!ring_has_room(e)) return i;
         int64_t error = !row_is_finite(e, &rows[i]) ? ENGINE_NOT_FINITE : !row_is_supported(e, &rows[i], pool, pool_n) ? ENGINE_BAD_ROW : 0;
+        if (!error && e->in_loop && e->store_head - e->loop_begin > LOOP_PIECES_MAX) error = ENGINE_LOOP_TOO_LONG;
         if (error) return i > 0 ? i : error;
         push_row(e, &rows[i]);
         if (e->fault) return ENGINE_NO_MEMORY;
@@ -206,13 +239,16 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
 }
 
 void engine_finish(engine *e) {
+    techno_spindle_word(e);
     techno_block_end(e);
     log_program_end(e);
     ATOMIC_SET(e->finished, 1);
 }
 
 void engine_expect_drain(engine *e) {
+    techno_spindle_word(e);
     techno_block_end(e);
-    e->drain_at = e->piece_head;
+    e->drain_at = e->store_head;
+    e->drain_from = ATOMIC_GET(e->geo.cycle) + 1; /* the other side gets its turn, however often a program asks */
     ATOMIC_SET(e->expect_drain, 1);
 }

@@ -32,11 +32,13 @@
 #define NC_RULE_NO_PITCH 2    /* a centre word of the plane's third axis is an error unless it is 0 */
 #define NC_RULE_KEEP_CENTRE 4 /* a centre far from the bisector of the chord stays; only the two radii are compared */
 #define NC_RULE_NO_EQUALS 8   /* not plain: `=` in a word */
+#define NC_RULE_NO_CORRECTION 32 /* G164: the centre stays as programmed, the radii may differ by 0.01 mm */
 #define NC_RULE_MESSAGES 16   /* not plain: a comment with a comma, it may be a message */
 
 /* numbers of cnc_core.errors */
 #define NC_ERROR_PLANE_COMPENSATED 20133
 #define NC_ERROR_CENTRE_AND_RADIUS 21024
+#define NC_ERROR_RADII 21758
 #define NC_ERROR_FEED 900006
 #define NC_ERROR_CIRCLE 900007
 #define NC_ERROR_NO_CENTRE 900008
@@ -50,16 +52,21 @@ typedef struct nc_modal {
     double offset[NC_AXES];      /* offset in force */
     double offset_next[NC_AXES]; /* offset in force from the axis's next absolute word on */
     double zero[NC_AXES];        /* share of offset_next that is not tool length */
+    double mirror[NC_AXES];      /* 1, or -1 where mirrored: axis words, centre words, sense of circles */
+    double share[NC_AXES];       /* of an axis word that is driven: 1, or 0.5 for diameters */
+    double centre_word[3];       /* I, J, K as last programmed */
     double tool_length;          /* acts on the third axis of the plane */
     double unit;                 /* mm per programmed unit of length: 1 or 25.4 */
     double feed;                 /* F as programmed, per minute; 0: none yet */
     double feed_unit;            /* mm per unit of length that F was programmed in */
+    double feed_factor;          /* programmed override of the feed, 1 for 100 % */
     double radius;               /* modal R */
     double centre_limit;         /* centre correction: largest deviation, mm ... */
     double centre_ratio;         /* ... and as a share of the radius; an error needs both exceeded */
     uint32_t line;               /* physical lines read from this file */
     uint32_t count;              /* physical lines read by the decoder: block_count */
     uint32_t programmed;         /* plain lines with at least one word */
+    uint32_t n;                  /* N number programmed last */
     int32_t main_axis[3];        /* channel index of X, Y, Z; -1 where absent */
     int8_t letter_axis[26];      /* channel index of the axis with this one-letter name, -1 none */
     uint8_t rotary[NC_AXES];

@@ -11,22 +11,25 @@
 
 typedef struct range {
     uint64_t first, end; /* element ids */
+    double shift;        /* 0.1 um: what passes of real-time loops have added to the distances */
 } range;
 
 static uint64_t min64(uint64_t a, uint64_t b) { return a < b ? a : b; }
 
-static uint64_t ring_log_max(const engine *e) { return min64(e->cfg.log_max, (e->element_mask + 1) / 2); }
+static uint64_t ring_log_max(const engine *e) { return min64(e->cfg.log_max, 65536u); }
 
 /* Elements of mode 2: the window from the active element on, and as many behind it; the present distance epoch only. */
-static range window_range(engine *e) {
+static range range_now(engine *e) {
     uint64_t active = ATOMIC_GET(e->geo.active), head = ATOMIC_GET(e->element_head);
     uint64_t behind = ring_log_max(e), first = active > behind ? active - behind : 0, epoch_first = ATOMIC_GET(e->geo.epoch_first);
     uint32_t epoch = ATOMIC_GET(e->geo.epoch);
-    range r = {first > epoch_first ? first : epoch_first, 0};
+    range r = {.first = first > epoch_first ? first : epoch_first};
     uint64_t from = active > epoch_first ? active : epoch_first;
+    __atomic_load(&e->geo.dist_shift, &r.shift, __ATOMIC_ACQUIRE);
+    r.shift *= TENTH_UM;
     r.end = min64(head, from + 1 + min64(e->cfg.window, ring_log_max(e)));
     if (r.end < r.first) r.end = r.first;
-    uint64_t lo = r.first, hi = r.end; /* elements behind a pending reset come later */
+    uint64_t lo = r.first, hi = r.end; /* elements behind a pending reset or the end of a loop come later */
     while (lo < hi) {
         uint64_t mid = lo + (hi - lo) / 2;
         if (element_at(e, mid)->epoch > epoch) hi = mid;
@@ -36,6 +39,16 @@ static range window_range(engine *e) {
     return r;
 }
 
+static range window_range(engine *e) {
+    for (;;) {
+        uint32_t marks = ATOMIC_GET(e->geo.marks);
+        range r = range_now(e);
+        __atomic_thread_fence(__ATOMIC_ACQUIRE);
+        if (!(marks & 1) && ATOMIC_GET(e->geo.marks) == marks) return r;
+        cpu_pause();
+    }
+}
+
 static bool mode2_available(const engine *e) { return (e->cfg.functions & ENGINE_FCT_CONTOUR_LAH) && e->cfg.log_max > 0; }
 
 double max_dist_prog_start(engine *e) {
@@ -43,7 +56,7 @@ double max_dist_prog_start(engine *e) {
     range r = window_range(e);
     if (r.end == r.first) return 0.0;
     const HLI_CONTOUR_LOOKAHEAD_BLOCK *f = &element_at(e, r.end - 1)->facts;
-    return f->start_position + f->length;
+    return f->start_position + f->length + r.shift;
 }
 
 /* First element of r that ends behind `start`. */
@@ -61,12 +74,13 @@ static uint32_t answer_distance(engine *e, double start, double length, HLI_CONT
     if (!mode2_available(e) || !(length > 0)) return 0;
     for (;;) {
         range r = window_range(e);
-        uint64_t i = first_behind(e, r, start);
+        uint64_t i = first_behind(e, r, start - r.shift);
         uint32_t n = 0;
         for (; i < r.end && n < ANSWER_MAX; i++) {
             const HLI_CONTOUR_LOOKAHEAD_BLOCK *f = &element_at(e, i)->facts;
-            if (f->start_position >= start + length) break;
-            out[n++] = *f;
+            if (f->start_position + r.shift >= start + length) break;
+            out[n] = *f;
+            out[n++].start_position += r.shift;
         }
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
         if (ATOMIC_GET(e->element_head) < r.first + e->element_mask + 1) return n; /* no slot was used again */

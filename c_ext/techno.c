@@ -35,32 +35,39 @@ int engine_set_synch(engine *e, int kind, uint32_t nr, uint32_t synch, double pr
     return 0;
 }
 
+int engine_set_spindle_synch(engine *e, uint32_t what, uint32_t synch) {
+    if (what >= sizeof e->spindle_synch / sizeof *e->spindle_synch) return -1;
+    e->spindle_synch[what] = synch;
+    return 0;
+}
+
+/* Functions of the main spindle: M3, M4, M5, M19, and an S word alone. */
+static bool is_spindle(const engine *e, const nc_block *row) {
+    if (!e->cfg.spindle_count) return false;
+    return row->type == NC_S || (row->type == NC_M && (row->code == 3 || row->code == 4 || row->code == 5 || row->code == 19));
+}
+
 static uint32_t synch_of(const engine *e, const nc_block *row) {
+    if (is_spindle(e, row)) return e->spindle_synch[row->type == NC_S ? 0 : row->code];
     if (row->type == NC_T) return e->tool_synch;
     const synch_table *t = row->type == NC_M ? &e->m_synch : &e->h_synch;
     return t->synch && row->code >= 0 && row->code < (int32_t)SYNCH_NUMBERS ? t->synch[row->code] : 0;
 }
 
-static bool is_function(const nc_block *row) { return row->type == NC_M || row->type == NC_H || row->type == NC_T; }
+static bool is_function(const nc_block *row) {
+    return row->type == NC_M || row->type == NC_H || row->type == NC_T || row->type == NC_S;
+}
 
 /* ------------------------------------------------------------------------------------------------ SDA */
 static piece *new_event(engine *e, const nc_block *row) {
-    piece *p = piece_at(e, e->piece_head);
-    memset(p, 0, sizeof *p);
+    piece *p = store_slot(e, row);
     p->kind = PIECE_EVENT;
-    p->type = row->type;
-    p->n = row->n;
-    p->count = row->count;
-    p->line = row->line;
-    p->flags = row->flags;
     p->code = row->code;
     p->value = row->value;
     p->element = e->element_head;
     memcpy(p->end, e->last_end, sizeof p->end);
     return p;
 }
-
-static void publish_piece(engine *e) { ATOMIC_SET(e->piece_head, e->piece_head + 1); }
 
 static void push_gate(engine *e, const nc_block *row, techno_counts need) {
     piece *p = new_event(e, row);
@@ -70,7 +77,7 @@ static void push_gate(engine *e, const nc_block *row, techno_counts need) {
     p->gated = true;
     e->pending_gate = need;
     e->has_pending_gate = true;
-    publish_piece(e);
+    store_publish(e);
 }
 
 /* The counts a gate needs when everything pushed up to now has to be done in the member given. */
@@ -78,6 +85,14 @@ static techno_counts need_freed(const engine *e) {
     techno_counts need = {0};
     need.std_freed = e->pushed.std_freed;
     return need;
+}
+
+/* What the spindle is to do: move command and speed, or a position. */
+static void spindle_piece(const engine *e, piece *p, const nc_block *row) {
+    p->type = NC_S;
+    p->code = row->type == NC_S ? e->spindle_move : row->code;
+    p->value = row->type == NC_S ? row->value : e->spindle_rev;
+    p->dist0 = row->type == NC_M && row->code == 19 && row->flags & NC_HAS_VALUE ? row->value : 0.0;
 }
 
 static void push_output(engine *e, const nc_block *row, uint32_t synch) {
@@ -95,10 +110,11 @@ static void push_output(engine *e, const nc_block *row, uint32_t synch) {
     piece *p = new_event(e, row);
     p->flags |= NC_OUTPUT;
     p->synch = synch;
-    p->unit = late ? 0 : e->std_index++;
+    if (is_spindle(e, row)) spindle_piece(e, p, row);
+    p->unit = late || p->type == NC_S ? 0 : e->std_index++;
     if (synch & SYNCH_MNS_SNS) p->stop_before = true;
     e->stop_pending |= p->stop_before;
-    publish_piece(e);
+    store_publish(e);
     if (late) e->pushed.late_freed++;
     else e->pushed.std_freed++;
     if (synch & SYNCH_MVS_SLM) e->pushed.slm_acked++;
@@ -132,7 +148,7 @@ static void push_early(engine *e, const nc_block *row, uint32_t synch) {
     o->path = e->pushed_path;
     o->distance = synch & SYNCH_MEP_SVS ? pre / TENTH_UM : 0.0;
     o->time = synch & SYNCH_MET_SVS ? pre * 1e-6 : 0.0;
-    o->piece = e->piece_head - 1;
+    o->piece = e->store_head - 1;
     o->free_before = e->std_base;
     ATOMIC_SET(e->early_head, e->early_head + 1);
 }
@@ -140,9 +156,32 @@ static void push_early(engine *e, const nc_block *row, uint32_t synch) {
 /* Room for what one row may add. */
 bool techno_has_room(const engine *e) { return e->early_head - ATOMIC_GET(e->early_done) < EARLY_MAX - 64 && e->behind_count < BEHIND_MAX; }
 
+/* An S word of a block without M3, M4, M5, M19: a turning spindle changes its speed. */
+void techno_spindle_word(engine *e) {
+    if (!e->spindle_pending) return;
+    e->spindle_pending = false;
+    if (e->spindle_synch[0] && (e->spindle_move == 3 || e->spindle_move == 4)) {
+        push_output(e, &e->spindle_row, e->spindle_synch[0]);
+        if (e->spindle_synch[0] & SYNCH_MVS_SVS) push_ack_gate(e, &e->spindle_row);
+    }
+}
+
+static bool note_spindle(engine *e, const nc_block *row) {
+    if (row->type == NC_S) {
+        e->spindle_rev = row->value;
+        e->spindle_row = *row;
+        e->spindle_pending = true;
+        return false;
+    }
+    e->spindle_move = row->code == 19 ? 0 : row->code;
+    e->spindle_pending = false;
+    return true;
+}
+
 /* A function row; false if it is no function that goes to the PLC. */
 bool techno_push(engine *e, const nc_block *row) {
-    uint32_t synch = is_function(row) ? synch_of(e, row) : 0;
+    if (is_spindle(e, row) && !note_spindle(e, row)) return false;
+    uint32_t synch = is_function(row) && row->type != NC_S ? synch_of(e, row) : 0;
     if (!synch) return false;
     if (synch & BEHIND) e->behind[e->behind_count++] = *row;
     if (synch & SYNCH_MNS_SNS) return true;
@@ -173,14 +212,35 @@ bool gate_open(const techno_counts *done, const techno_counts *need) {
            done->slm_acked >= need->slm_acked && done->slp_acked >= need->slp_acked;
 }
 
-techno_counts techno_done(engine *e) {
+techno_counts techno_done(const techno_counts *counts) {
     techno_counts c;
-    c.std_freed = ATOMIC_GET(e->done.std_freed);
-    c.std_acked = ATOMIC_GET(e->done.std_acked);
-    c.late_freed = ATOMIC_GET(e->done.late_freed);
-    c.slm_acked = ATOMIC_GET(e->done.slm_acked);
-    c.slp_acked = ATOMIC_GET(e->done.slp_acked);
+    c.std_freed = ATOMIC_GET(counts->std_freed);
+    c.std_acked = ATOMIC_GET(counts->std_acked);
+    c.late_freed = ATOMIC_GET(counts->late_freed);
+    c.slm_acked = ATOMIC_GET(counts->slm_acked);
+    c.slp_acked = ATOMIC_GET(counts->slp_acked);
     return c;
+}
+
+static uint32_t free_spindle_slot(const engine *e) {
+    uint32_t i = 0;
+    while (i <= HLI_TU_AX_STD_SYNC_MAXIDX && e->spindle_slots[0][i].used) i++;
+    return i;
+}
+
+static uint32_t free_std_slot(const engine *e) {
+    uint32_t i = 0;
+    while (i < STD_UNITS && e->std_slots[i].used) i++;
+    return i;
+}
+
+/* An event that cannot be run yet: a gate that is not open, a repeated function without a free unit. */
+bool techno_blocked(engine *e, const piece *p) {
+    if (p->gated && !gate_open(p->replay ? &e->done_again : &e->done, &p->need)) return true;
+    if (!(p->flags & NC_OUTPUT) || p->synch & LATE) return false;
+    if (p->type == NC_S) return free_spindle_slot(e) > HLI_TU_AX_STD_SYNC_MAXIDX;
+    if (p->replay) return free_std_slot(e) >= STD_UNITS;
+    return !store_at(e, p->origin)->put_out && e->std_slots[p->unit].used;
 }
 
 /* ------------------------------------------------------------------------------------------------ GEO */
@@ -189,14 +249,16 @@ static void count(uint64_t *counter) { ATOMIC_SET(*counter, *counter + 1); }
 static void acknowledge(engine *e, techno_slot *s) {
     if (s->acked) return;
     s->acked = true;
-    if (s->synch & SYNCH_MVS_SLM) count(&e->done.slm_acked);
-    else if (s->synch & SYNCH_MVS_SLP) count(&e->done.slp_acked);
-    else if (s->synch & WAITS) count(&e->done.std_acked);
+    techno_counts *done = s->replay ? &e->done_again : &e->done;
+    if (s->synch & SYNCH_MVS_SLM) count(&done->slm_acked);
+    else if (s->synch & SYNCH_MVS_SLP) count(&done->slp_acked);
+    else if (s->synch & WAITS) count(&done->std_acked);
 }
 
 static void release(engine *e, techno_slot *s, bool late) {
+    techno_counts *done = s->replay ? &e->done_again : &e->done;
     s->used = false;
-    count(late ? &e->done.late_freed : &e->done.std_freed);
+    count(late ? &done->late_freed : &done->std_freed);
 }
 
 static void fill_function(engine *e, TECHNO_UNIT_CH *u, const piece *p) {
@@ -220,15 +282,30 @@ static void fill_tool(engine *e, TECHNO_UNIT_CH *u, const piece *p) {
     memcpy(&u->attribut_r, &t, sizeof t);
 }
 
+static void fill_spindle(engine *e, TECHNO_UNIT_CH *u, const piece *p) {
+    HLI_S_PROZESS s;
+    memset(&s, 0, sizeof s);
+    s.pos = (int32_t)lrint(fmax(-2e9, fmin(2e9, p->dist0 * 1e4)));
+    s.rev = (int32_t)lrint(fmin(2e9, p->value * 6000.0)); /* rev/min as 1e-3 degrees/s */
+    s.move_cmd = p->code == 19 ? 0 : (uint16_t)p->code;
+    s.pos_cmd = p->code == 19 ? 19 : 0;
+    s.axis_nr = (uint16_t)e->cfg.spindle_id[0];
+    s.synch_mode = p->synch;
+    s.satz_nr = p->n;
+    s.zeilen_nr = p->count;
+    memcpy(&u->attribut_r, &s, sizeof s);
+}
+
 /* Data first, done_w FALSE, please_rw TRUE last. */
 static void put_out(engine *e, TECHNO_UNIT_CH *u, techno_slot *s, const piece *p) {
     memset(&u->attribut_r, 0, sizeof u->attribut_r);
-    if (p->type == NC_T) fill_tool(e, u, p);
+    if (p->type == NC_S) fill_spindle(e, u, p);
+    else if (p->type == NC_T) fill_tool(e, u, p);
     else fill_function(e, u, p);
-    store_u16_relaxed(&u->fkt_ctrl_r, p->type == NC_M ? 1 : p->type == NC_H ? 2 : 4);
+    store_u16_relaxed(&u->fkt_ctrl_r, p->type == NC_M ? 1 : p->type == NC_H ? 2 : p->type == NC_S ? 3 : 4);
     store_u8_release(&u->done_w, 0);
     store_u8_release(&u->please_rw, 1);
-    *s = (techno_slot){.used = true, .synch = p->synch};
+    *s = (techno_slot){.used = true, .synch = p->synch, .replay = p->replay};
 }
 
 static uint32_t free_late_slot(const engine *e) {
@@ -237,13 +314,36 @@ static uint32_t free_late_slot(const engine *e) {
     return i;
 }
 
+/* Spindle functions go to the spindle's axis area. */
+static void output_spindle(engine *e, piece *p) {
+    HLI_AXIS *axis = e->segment ? &e->segment->axis[e->cfg.axis_count] : NULL;
+    bool present = axis && !e->suppressed && load_u8_acquire(&axis->head.plc_present_w);
+    uint32_t i = free_spindle_slot(e);
+    techno_slot here = {.used = true, .synch = p->synch, .replay = p->replay};
+    if (!present) {
+        e->techno_unseen++;
+        acknowledge(e, &here);
+        release(e, &here, false);
+        return;
+    }
+    e->techno_functions++;
+    put_out(e, (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i], &e->spindle_slots[0][i], p);
+    e->spindle_open[0]++;
+    if (!p->replay && ATOMIC_GET(e->simulate_now) && !(p->synch & SYNCH_FWD)) acknowledge(e, &e->spindle_slots[0][i]);
+    if (i >= e->spindle_used) store_u16_relaxed(&axis->used_units_std_sync_r, (uint16_t)(e->spindle_used = i + 1));
+}
+
 void techno_output(engine *e, piece *p) {
     if (p->put_out) return;
     p->put_out = true;
+    if (p->type == NC_S) {
+        output_spindle(e, p);
+        return;
+    }
     bool late = p->synch & LATE;
-    bool present = e->channel && load_u8_acquire(&e->channel->head.plc_present_w);
-    uint32_t index = late ? free_late_slot(e) : p->unit;
-    techno_slot here = {.used = true, .synch = p->synch}, *s = present ? (late ? &e->late_slots[index] : &e->std_slots[index]) : &here;
+    bool present = e->channel && !e->suppressed && load_u8_acquire(&e->channel->head.plc_present_w);
+    uint32_t index = late ? free_late_slot(e) : p->replay ? free_std_slot(e) : p->unit;
+    techno_slot here = {.used = true, .synch = p->synch, .replay = p->replay}, *s = present ? (late ? &e->late_slots[index] : &e->std_slots[index]) : &here;
     if (!present) {
         e->techno_unseen++;
         acknowledge(e, s);
@@ -252,33 +352,48 @@ void techno_output(engine *e, piece *p) {
     }
     e->techno_functions++;
     put_out(e, late ? &e->channel->techno_unit_late_sync[index] : &e->channel->techno_unit_std_sync[index], s, p);
+    if (!p->replay && ATOMIC_GET(e->simulate_now) && !(p->synch & SYNCH_FWD)) acknowledge(e, s);
     if (late) {
         e->late_open++;
     } else {
         e->std_open++;
-        store_u16_relaxed(&e->channel->used_units_std_sync_r, (uint16_t)(index + 1));
+        if (index >= e->std_used) store_u16_relaxed(&e->channel->used_units_std_sync_r, (uint16_t)(e->std_used = index + 1));
     }
     store_u16_relaxed(&e->channel->used_units_late_sync_r, (uint16_t)e->late_open);
 }
 
-static void look_at(engine *e, TECHNO_UNIT_CH *u, techno_slot *s, bool late) {
-    if (!s->used) return;
+/* What the PLC has done with a unit; true if it is free now. */
+static bool look_at_unit(engine *e, TECHNO_UNIT_CH *u, techno_slot *s, bool late) {
+    if (!s->used) return false;
     bool fetched = !load_u8_acquire(&u->please_rw), done = load_u8_acquire(&u->done_w);
     if (fetched && done) acknowledge(e, s);
-    if (!fetched || ((s->synch & (WAITS | LATE)) && !s->acked)) return;
+    if (!fetched || ((s->synch & (WAITS | LATE)) && !s->acked)) return false;
     release(e, s, late);
+    return true;
+}
+
+static void look_at_spindle(engine *e) {
+    if (!e->cfg.spindle_count || !e->spindle_open[0]) return;
+    HLI_AXIS *axis = &e->segment->axis[e->cfg.axis_count];
+    for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++)
+        if (look_at_unit(e, (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i], &e->spindle_slots[0][i], false)) e->spindle_open[0]--;
+    if (!e->spindle_open[0]) store_u16_relaxed(&axis->used_units_std_sync_r, (uint16_t)(e->spindle_used = 0));
+}
+
+static void look_at(engine *e, TECHNO_UNIT_CH *u, techno_slot *s, bool late) {
+    if (!look_at_unit(e, u, s, late)) return;
     if (late) e->late_open--;
-    else if (--e->std_open == 0) store_u16_relaxed(&e->channel->used_units_std_sync_r, 0);
+    else if (--e->std_open == 0) store_u16_relaxed(&e->channel->used_units_std_sync_r, (uint16_t)(e->std_used = 0));
 }
 
 static void look_at_early(engine *e) {
     while (e->early_done < ATOMIC_GET(e->early_head)) {
         const early_output *o = &e->early[e->early_done % EARLY_MAX];
-        double rest = o->path - e->geo.path;
-        bool passed = ATOMIC_GET(e->piece_done) > o->piece;
+        double rest = o->path - (e->geo.path - e->geo.path_shift);
+        bool passed = ATOMIC_GET(e->store_done) > o->piece;
         if (!passed && rest > o->distance && rest > o->time * e->geo.v) return;
-        if (!passed && e->done.std_freed < o->free_before) return;
-        if (!passed) techno_output(e, piece_at(e, o->piece));
+        if (!passed && (e->done.std_freed < o->free_before || e->std_slots[store_at(e, o->piece)->unit].used)) return;
+        if (!passed) techno_output(e, store_at(e, o->piece));
         ATOMIC_SET(e->early_done, e->early_done + 1);
     }
 }
@@ -286,9 +401,11 @@ static void look_at_early(engine *e) {
 /* Once a cycle: what the PLC fetched and acknowledged; early outputs that are due. */
 void techno_cycle(engine *e) {
     if (e->channel) {
+        techno_clear_units(e);
         for (uint32_t i = 0; i < STD_UNITS; i++) look_at(e, &e->channel->techno_unit_std_sync[i], &e->std_slots[i], false);
         for (uint32_t i = 0; i < LATE_UNITS; i++) look_at(e, &e->channel->techno_unit_late_sync[i], &e->late_slots[i], true);
         store_u16_relaxed(&e->channel->used_units_late_sync_r, (uint16_t)e->late_open);
+        look_at_spindle(e);
     }
     look_at_early(e);
 }

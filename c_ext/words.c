@@ -8,6 +8,7 @@
 #define ZERO_MM 1e-9  /* shorter motions do not move */
 #define TURNS_MAX 1e6 /* of one helix */
 #define SAME_ANGLE 1e-6 /* rad: an arc about a kept centre that sweeps less is a full turn */
+#define UNCORRECTED_MM 0.01 /* G164: largest difference of the radii at start and end */
 #define PI 3.14159265358979323846
 #define CENTRE_WORDS (NC_WORD_I | NC_WORD_J | NC_WORD_K)
 
@@ -36,7 +37,9 @@ void nc_modal_init(nc_modal *m)
     memset(m->letter_axis, -1, sizeof m->letter_axis);
     for (int i = 0; i < 3; i++)
         m->main_axis[i] = -1;
-    m->unit = m->feed_unit = 1.0;
+    for (int i = 0; i < NC_AXES; i++)
+        m->mirror[i] = m->share[i] = 1.0;
+    m->unit = m->feed_unit = m->feed_factor = 1.0;
     m->plane = 17;
     m->absolute = 1;
     m->centre_limit = 2.0;
@@ -85,6 +88,9 @@ static int update_values(nc_modal *m, const nc_words *w)
         m->feed = w->f;
         m->feed_unit = m->unit;
     }
+    for (int i = 0; i < 3; i++)
+        if (w->set & (NC_WORD_I << i))
+            m->centre_word[i] = w->centre[i];
     if (w->set & NC_WORD_R) {
         if (!in_range(w->r * m->unit))
             return NC_ERROR_RANGE;
@@ -100,7 +106,8 @@ static int find_target(nc_modal *m, const nc_words *w, double *target)
     for (int i = 0; i < m->axes; i++) {
         if (!(w->axis_set & (1u << i)))
             continue;
-        double value = m->rotary[i] ? w->axis[i] : w->axis[i] * m->unit;
+        double word = w->axis[i] * m->mirror[i] * m->share[i];
+        double value = m->rotary[i] ? word : word * m->unit;
         if (m->absolute)
             m->offset[i] = m->offset_next[i];
         double end = value + (m->absolute ? m->offset[i] : m->pos[i]);
@@ -188,6 +195,12 @@ static int correct_centre(const nc_modal *m, arc *a, double r_start)
     double my = given[1] - (a->start[1] + 0.5 * a->chord[1]);
     double along = mx * ux + my * uy, height = my * ux - mx * uy;
     double r_end = hypot(mx - 0.5 * a->chord[0], my - 0.5 * a->chord[1]);
+    if (m->rules & NC_RULE_NO_CORRECTION) {
+        if (fabs(r_end - r_start) > UNCORRECTED_MM)
+            return NC_ERROR_RADII;
+        arc_about_centre(a, r_start);
+        return 0;
+    }
     int keep = m->rules & NC_RULE_KEEP_CENTRE;
     double deviation = fmax(keep ? 0.0 : fabs(along), fabs(r_end - r_start));
     if (deviation > m->centre_limit && deviation > m->centre_ratio * r_start)
@@ -233,7 +246,7 @@ static int add_turns(arc *a, double dz, double pitch)
 static int programmed_centre(const nc_modal *m, const nc_words *w, const int *plane, const int *axis, arc *a)
 {
     for (int i = 0; i < 2; i++) {
-        double word = w->set & (NC_WORD_I << plane[i]) ? w->centre[plane[i]] * m->unit : 0.0;
+        double word = w->set & (NC_WORD_I << plane[i]) ? w->centre[plane[i]] * m->unit * m->mirror[axis[i]] : 0.0;
         a->center[i] = word + (m->centre_absolute ? m->offset[axis[i]] : a->start[i]);
         if (!in_range(word) || !in_range(a->center[i]))
             return NC_ERROR_RANGE;
@@ -261,7 +274,7 @@ static int circle_motion(const nc_modal *m, const nc_words *w, const double *tar
     int axis[3] = {m->main_axis[plane[0]], m->main_axis[plane[1]], m->main_axis[plane[2]]};
     if (axis[0] < 0 || axis[1] < 0)
         return NC_ERROR_PLANE_AXIS;
-    arc a = {.sense = m->motion == 3 ? 1.0 : -1.0};
+    arc a = {.sense = (m->motion == 3 ? 1.0 : -1.0) * m->mirror[axis[0]] * m->mirror[axis[1]]};
     for (int i = 0; i < 2; i++) {
         a.start[i] = m->pos[axis[i]];
         a.chord[i] = target[axis[i]] - a.start[i];
@@ -294,7 +307,7 @@ static int set_feed(const nc_modal *m, const double *target, nc_block *out)
     }
     if (!(m->feed > 0.0))
         return NC_ERROR_FEED;
-    out->feed = m->feed * (only_rotary_axes_move(m, target) ? 1.0 : m->feed_unit) / 60.0;
+    out->feed = m->feed * m->feed_factor * (only_rotary_axes_move(m, target) ? 1.0 : m->feed_unit) / 60.0;
     return 0;
 }
 
@@ -326,6 +339,8 @@ int nc_block_from_words(nc_modal *m, const nc_words *w, nc_block *out, int *emit
 {
     double target[NC_AXES];
     *emitted = 0;
+    if (w->n)
+        m->n = w->n;
     int plane_error = m->compensated && w->plane >= 0 && w->plane != m->plane ? NC_ERROR_PLANE_COMPENSATED : 0;
     update_codes(m, w);
     int error = update_values(m, w);

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-__all__ = ["Cell", "CncError", "RunResult"]
+__all__ = ["Cell", "CncError", "RunResult", "start_plc"]
 
 
 def __getattr__(name: str) -> Any:
@@ -15,4 +15,8 @@ def __getattr__(name: str) -> Any:
         from .errors import CncError  # noqa: PLC0415
 
         return CncError
+    if name == "start_plc":
+        from .stepping import start_plc  # noqa: PLC0415
+
+        return start_plc
     raise AttributeError(f"module 'cnc_core' has no attribute {name!r}")

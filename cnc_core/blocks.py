@@ -38,9 +38,9 @@ TYPE_NAMES: dict[int, str] = {
     COMPENSATION: "compensation",
     SMOOTHING: "smoothing",
 }
-RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED = 1, 2, 4, 8, 16, 32, 64
-ELEMENT, PIECE = 128, 256  # motion that only the PLC sees; motion that is only executed
-EVENT_EXPL_SYN = 2
+RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
+EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
 PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}

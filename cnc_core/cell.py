@@ -23,9 +23,11 @@ from types import TracebackType
 from typing import Any
 
 from hli import segment
+from hli.errors import HliError
 from plc_client.task import refuse_cell_start
 
 from . import recorder
+from .channel import OUT_FOLDER
 from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
@@ -33,6 +35,8 @@ from .errors import CncError, Place
 POLL_S = 0.005
 GRACE_S = 3.5  # after one side ended: how long the other may take to notice
 PLC_CHOICES = "a file, a class of a file, or builtin:NAME"
+NO_PLC = "none"
+STALL_S = 0.5  # without a PLC: how long the program may stand at a stop that nobody will leave
 
 
 @dataclass
@@ -93,6 +97,8 @@ class PlcChoice:
         """From None (acknowledge everything), ``builtin:NAME``, a file, or a task class of an importable file."""
         if plc is None:
             plc = "builtin:acknowledge"
+        if plc == NO_PLC:
+            return cls(())
         if isinstance(plc, type):
             return cls._of_class(plc)
         text = str(plc)
@@ -101,6 +107,14 @@ class PlcChoice:
         if not Path(text).is_file():
             raise CncError(901001, "PLC program not found", Place(text))
         return cls(("--file", str(Path(text).resolve())))
+
+    def online(self, watch: Sequence[str], force: dict[str, Any]) -> PlcChoice:
+        """The same PLC with a watch list and forced symbols."""
+        if not self.arguments and (watch or force):
+            raise CncError(902001, f"watch list and forced symbols need a PLC, not {NO_PLC!r}")
+        more = [part for path in watch for part in ("--watch", path)]
+        more += [part for path, value in force.items() for part in ("--force", f"{path}={value}")]
+        return PlcChoice((*self.arguments, *more))
 
     @classmethod
     def _of_class(cls, plc: type) -> PlcChoice:
@@ -164,10 +178,15 @@ class _Job:
     """One run on its way."""
 
     cnc: _Child
-    plc: _Child
+    plc: _Child | None
     folder: Path
     name: str
     started: float
+    stalled: bool = False
+
+    @property
+    def children(self) -> list[_Child]:
+        return [child for child in (self.cnc, self.plc) if child is not None]
 
 
 class Cell:
@@ -208,10 +227,19 @@ class Cell:
         out: str | Path | None = None,
         record: str | Path | None = None,
         hold_start: bool = False,
+        lenient: bool = False,
+        autostart: bool = True,
+        watch: Sequence[str] = (),
+        force: dict[str, Any] | None = None,
     ) -> RunResult:
         """Run the program to its end.
 
-        ``plc``: a file, a task class, ``builtin:NAME``, or None (acknowledges everything).
+        ``plc``: a file, a task class, ``builtin:NAME``, None (acknowledges everything), or ``"none"``: no PLC process
+        at all, in virtual time; functions count as acknowledged, a stop that waits for "continue" ends the run with an
+        error.  ``out``: folder for files the program writes, by default ``hli-cosim-out``.  ``lenient``: as for
+        ``Program``.  ``autostart=False``: the program stands ready, the PLC starts it by ``mode_and_state``.
+        ``watch``: symbols of the HLI or of a task, recorded at every scan (``result.plc["watch"]``); ``force``:
+        symbols held at a value.
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -221,11 +249,14 @@ class Cell:
             raise CncError(901001, "file not found", Place(str(program)))
         if target:
             recorder.check_target(target)
-        choice = PlcChoice.of(plc, plc_args)
+        choice = PlcChoice.of(plc, plc_args).online(watch, force or {})
         segment.sweep()
-        folder = Path(out) if out else None
+        folder = Path(out) if out else OUT_FOLDER
         before = _files(folder)
-        self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, target is not None)
+        options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
+        self._job = self._start(
+            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart}
+        )
         try:
             _supervise(self._job)
         except BaseException:
@@ -242,30 +273,31 @@ class Cell:
             self.close()
 
     def _start(
-        self, program: Path, choice: PlcChoice, clock: str, dialect: str | None, hold: bool, record: bool
+        self, program: Path, choice: PlcChoice, clock: str, record: bool, options: dict[str, Any]
     ) -> _Job:
         folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
-        options = CncOptions(
+        alone = not choice.arguments
+        chosen = CncOptions(
             program,
             name,
             config=self.config_path,
-            dialect=dialect,
-            clock=clock,
+            clock="freerun" if alone and clock == "lockstep" else clock,  # the same cycles, and nobody to wait for
+            wait_plc=not alone,
             service=self.service,
             report=folder / "cnc.json",
             record=folder / "samples.f64" if record else None,
             once=True,
-            hold_start=hold,
+            **options,
         )
         started = time.monotonic()
-        cnc = _Child("cnc", "cnc_core.cnc_process", [options.as_json()], folder)
+        cnc = _Child("cnc", "cnc_core.cnc_process", [chosen.as_json()], folder)
         arguments = ["--name", name, *choice.arguments, "--report", str(folder / "plc.json"), "--once"]
-        plc = _Child("plc", "plc_client", arguments, folder)
+        plc = None if alone else _Child("plc", "plc_client", arguments, folder)
         return _Job(cnc, plc, folder, name, started)
 
     def _collect(self, job: _Job, target: Path | None) -> RunResult:
-        cnc, plc = job.cnc.report(), job.plc.report()
+        cnc, plc = job.cnc.report(), job.plc.report() if job.plc is not None else {}
         result = RunResult(wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[])
         for key in (
             "cycles",
@@ -304,6 +336,9 @@ def _files(folder: Path | None) -> dict[str, int]:
 def _supervise(job: _Job) -> None:
     """Until both have ended; when one has, the other gets a short time to follow."""
     alone_since = 0.0
+    if job.plc is None:
+        _supervise_alone(job)
+        return
     while not (job.cnc.ended and job.plc.ended):
         time.sleep(POLL_S)
         if job.cnc.ended or job.plc.ended:
@@ -313,12 +348,30 @@ def _supervise(job: _Job) -> None:
                 return
 
 
+def _supervise_alone(job: _Job) -> None:
+    """Without a PLC: until the CNC has ended, or stands where only a PLC could help."""
+    view: segment.Segment | None = None
+    since = 0.0
+    while not job.cnc.ended:
+        time.sleep(POLL_S)
+        try:
+            view = view or segment.attach(job.name)
+        except HliError:
+            continue
+        since = (since or time.monotonic()) if view.root.channel[0].bahn_state.wait_continue_r else 0.0
+        if since and time.monotonic() - since > STALL_S:
+            job.stalled = True
+            break
+    if view is not None:
+        view.close()
+
+
 def _stop(job: _Job) -> None:
     """End both processes: ask, then insist."""
-    for child in (job.cnc, job.plc):
+    for child in job.children:
         if not child.ended:
             child.process.terminate()
-    for child in (job.cnc, job.plc):
+    for child in job.children:
         child.end(1.0)
 
 
@@ -329,6 +382,16 @@ def _handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:
 
 def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
     """The end of the run as the user should see it."""
+    if job.stalled:
+        result.end = "error"
+        result.errors.append(CncError(905024).as_json())
+    if job.plc is None:
+        if not cnc:
+            result.end = "aborted"
+            result.errors.append(_died("CNC", job.cnc))
+        elif result.errors and cnc.get("source"):
+            result.error_text = cnc["source"]
+        return
     plc_failed = job.plc.process.poll() != 0 and (not result.plc or bool(result.plc.get("error")))
     if cnc.get("source") and result.errors:
         result.error_text = cnc["source"]
@@ -336,12 +399,18 @@ def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
     if plc_failed and plc_error and "died" not in plc_error:
         result.end = "error"
         result.errors.append(_plc_error(plc_error))
+    elif cnc.get("aborted_by_plc") and not plc_failed:
+        result.errors = result.errors or [CncError(905023).as_json()]
     elif not cnc or plc_failed or result.end == "aborted":
         result.end = "aborted"
         who, child = ("CNC", job.cnc) if not cnc else ("PLC", job.plc)
-        last = child.said().splitlines()
-        detail = f": {last[-1]}" if last and "Killed" not in last[-1] else ""
-        result.errors.append(CncError(905001, f"the {who} process died{detail}").as_json())
+        result.errors.append(_died(who, child))
+
+
+def _died(who: str, child: _Child) -> dict[str, Any]:
+    last = child.said().splitlines()
+    detail = f": {last[-1]}" if last and "Killed" not in last[-1] else ""
+    return CncError(905001, f"the {who} process died{detail}").as_json()
 
 
 def _plc_error(text: str) -> dict[str, Any]:

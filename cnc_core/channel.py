@@ -2,23 +2,49 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from . import external
 from .blocks import BlockBatch
 from .config import CellConfig
 from .engine import Engine
 from .errors import CncError
-from .port import Wait
+from .frontend.machine import External
+from .port import ExternalValue, Wait
 from .program import Program
+
+OUT_FOLDER = Path("hli-cosim-out")
 
 
 class LivePort:
-    """The running channel as the front end sees it; positions are those at the last drain."""
+    """The running channel as the front end sees it; positions and time are those at the last drain.
 
-    def __init__(self, start: npt.NDArray[np.float64]) -> None:
+    ``areas``: writable buffers of the external variables, "channel" and "global", as they were latched.
+    ``put_out``: where a write (area, byte, data) goes besides.
+    ``folder``: where files go that the program writes; it is made with the first.
+    """
+
+    answers = True
+
+    def __init__(
+        self,
+        start: npt.NDArray[np.float64],
+        areas: dict[str, Any] | None = None,
+        folder: Path = OUT_FOLDER,
+        skip_levels: int = 0,
+        put_out: Callable[[int, int, bytes], None] | None = None,
+    ) -> None:
+        self._put_out = put_out
+        self.interrupted = False
+        self.latched_s = 0.0
+        self.levels = skip_levels
+        self._areas = areas or {"channel": bytearray(external.AREA_BYTES), "global": bytearray(external.AREA_BYTES)}
+        self._folder = folder
         self.latched = start.copy()
         self.messages: list[str] = []
 
@@ -28,12 +54,50 @@ class LivePort:
     def message(self, text: str) -> None:
         self.messages.append(text)
 
+    def now_s(self) -> float:
+        return self.latched_s
+
+    def skip_levels(self) -> int:
+        return self.levels
+
+    def read_external(self, variable: External, element: int) -> ExternalValue:
+        return external.read(self._areas[variable.scope], variable, element)
+
+    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+        area = self._areas[variable.scope]
+        external.write(area, variable, element, value)
+        if self._put_out:
+            begin = external.place(variable, element)
+            data = bytes(area[begin : begin + variable.blocks_per_element * external.BLOCK_BYTES])
+            self._put_out(0 if variable.scope == "channel" else 1, begin, data)
+
+    def append_file(self, name: str, text: str) -> None:
+        path = self._folder / name
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("a", encoding="utf-8") as file:
+                file.write(text)
+        except OSError as error:
+            raise CncError(901004, f"{path}: {error.strerror}") from None
+
 
 class Preparation:
     """Pumps one program into one engine. ``error``: why it ended early; the rows ahead of the error are executed."""
 
-    def __init__(self, path: Path, cell: CellConfig, dialect: str | None, engine: Engine) -> None:
-        self.port = LivePort(cell.axis_values("start_mm"))
+    def __init__(
+        self,
+        path: Path,
+        cell: CellConfig,
+        dialect: str | None,
+        engine: Engine,
+        port: LivePort | None = None,
+        *,
+        lenient: bool = False,
+    ) -> None:
+        position = np.array(list(engine.state.position)[: engine.axes])
+        self.port = port or LivePort(position)
+        self.port.latched = position.copy()
+        self._cycle_s = cell.cycle_s
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
@@ -41,7 +105,9 @@ class Preparation:
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         try:
-            self.program: Program | None = Program(path, cell, dialect, self.port)
+            self.program: Program | None = Program(
+                path, cell, dialect, self.port, lenient=lenient, start=position
+            )
         except CncError as error:
             self.program = None
             self._end(error)
@@ -49,7 +115,7 @@ class Preparation:
     def pump(self) -> None:
         """Push rows until the ring is full, the program waits, or it ends."""
         try:
-            while not self.done and not self.waiting and self._step():
+            while not (self.done or self.waiting or self.port.interrupted) and self._step():
                 pass
         except CncError as error:
             self._end(error)
@@ -57,6 +123,7 @@ class Preparation:
     def drained(self) -> None:
         """Everything handed out so far has been executed: go on reading."""
         state = self.engine.state
+        self.port.latched_s = int(state.cycle) * self._cycle_s
         self.port.latched = np.array(list(state.position)[: self.engine.axes])
         self.waiting = False
 
@@ -79,6 +146,10 @@ class Preparation:
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")
         return True
+
+    def close(self) -> None:
+        """Nothing more is read; the rows pushed so far are executed or have been left out."""
+        self.done = True
 
     def _end(self, error: CncError | None) -> None:
         self.error = error

@@ -40,6 +40,9 @@ DIALECT_HELP = "isg, iso, isons or osai; default: by content and file extension"
 File = Annotated[Path, typer.Argument(help="NC program")]
 Config = Annotated[Path | None, typer.Option("--config", help="cell.toml; default: the built-in machine X Y Z")]
 Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
+Lenient = Annotated[
+    bool, typer.Option("--lenient", help="isg: unknown # commands and undefined M functions are warnings")
+]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
@@ -79,12 +82,18 @@ def load(config: Path | None) -> Any:
 
 
 def open_program(
-    file: Path, config: Path | None, dialect: str | None, *, collect: bool = False, tolerance: float = 0.0
+    file: Path,
+    config: Path | None,
+    dialect: str | None,
+    *,
+    collect: bool = False,
+    lenient: bool = False,
+    tolerance: float = 0.0,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
 
-    program = Program(file, load(config), dialect, collect=collect, tolerance=tolerance)
+    program = Program(file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance)
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
@@ -97,7 +106,9 @@ def say_warnings(program: Any) -> None:
 
 # ------------------------------------------------------------------------------------------------ programs
 @app.command()
-def check(file: File, config: Config = None, dialect: Dialect = None, as_json: Json = False) -> None:
+def check(
+    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+) -> None:
     """Parse and execute a program without motion and report all its errors.
 
     Example: hli-cosim check part.nc --json
@@ -105,7 +116,7 @@ def check(file: File, config: Config = None, dialect: Dialect = None, as_json: J
     count, errors = 0, []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(file, config, dialect, collect=True)
+            program = open_program(file, config, dialect, collect=True, lenient=lenient)
             count = sum(map(len, program.batches()))
         errors = program.errors
         say_warnings(program)
@@ -122,14 +133,16 @@ def check(file: File, config: Config = None, dialect: Dialect = None, as_json: J
 
 
 @app.command()
-def blocks(file: File, config: Config = None, dialect: Dialect = None, as_json: Json = False) -> None:
+def blocks(
+    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
 
     Example: hli-cosim blocks part.nc --json
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect)
+    program = open_program(file, config, dialect, lenient=lenient)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -174,6 +187,7 @@ def plan(
     picture: Annotated[Path | None, typer.Option(help="draw path, speed and acceleration to this .png")] = None,
     config: Config = None,
     dialect: Dialect = None,
+    lenient: Lenient = False,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -186,7 +200,7 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect, tolerance=tolerance)
+    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance)
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)
@@ -207,11 +221,20 @@ def plan(
 
 
 # ------------------------------------------------------------------------------------------------ co-simulation
+Watched = Annotated[
+    list[str] | None, typer.Option("--watch", metavar="SYMBOL", help="record this symbol at every scan; repeatable")
+]
+Forced = Annotated[
+    list[str] | None, typer.Option("--force", metavar="SYMBOL=VALUE", help="hold this symbol at a value; repeatable")
+]
+
+
 @app.command()
 def run(
     file: File,
     plc: Annotated[
-        str | None, typer.Option(help="PLC program (Python file with @task classes); default: acknowledges everything")
+        str | None,
+        typer.Option(help="PLC program (Python file with @task classes), or none; default: acknowledges everything"),
     ] = None,
     clock: Annotated[str, typer.Option(help="lockstep, freerun or realtime")] = "lockstep",
     service: Annotated[
@@ -219,21 +242,33 @@ def run(
     ] = None,
     out_dir: Annotated[Path, typer.Option("--out", help="folder for files the program writes")] = Path("hli-cosim-out"),
     record: Annotated[Path | None, typer.Option(help="record every cycle to this .npz, .csv or .parquet")] = None,
+    watch: Watched = None,
+    force: Forced = None,
+    autostart: Annotated[
+        bool, typer.Option("--autostart/--no-autostart", help="start the program, or leave that to the PLC")
+    ] = True,
     config: Config = None,
     dialect: Dialect = None,
+    lenient: Lenient = False,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
 
     Example: hli-cosim run part.nc --plc my_plc.py --record part.npz
     """
+    from plc_client.online import parse_force  # noqa: PLC0415
+
     from .cell import Cell  # noqa: PLC0415
 
     _one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
     if service:
         _one_of("--service", service, ("cyclic", "immediate"))
     with progress(f"running {file.name}"), Cell(config, clock=clock, service=service) as cell:
-        result = cell.run(file, plc, dialect=dialect, out=out_dir, record=record)
+        symbols = dict(parse_force(text) for text in force or [])
+        result = cell.run(
+            file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
+            watch=watch or (), force=symbols,
+        )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")
     _say_run_errors(result)
@@ -396,6 +431,9 @@ def cnc(
     wait: Annotated[
         bool, typer.Option("--wait/--no-wait", help="start the program when a PLC has attached, or at once")
     ] = True,
+    autostart: Annotated[
+        bool, typer.Option("--autostart/--no-autostart", help="start the program, or leave that to the PLC")
+    ] = True,
     config: Config = None,
     dialect: Dialect = None,
 ) -> None:
@@ -408,7 +446,9 @@ def cnc(
     _one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
     if service:
         _one_of("--service", service, ("cyclic", "immediate"))
-    options = CncOptions(file, name, config=config, dialect=dialect, clock=clock, service=service, wait_plc=wait)
+    options = CncOptions(
+        file, name, config=config, dialect=dialect, clock=clock, service=service, wait_plc=wait, autostart=autostart
+    )
     err.print(f"CNC on segment {name!r}, {clock}; " + ("waiting for a PLC" if wait else "running") + "; Ctrl-C ends it")
     raise typer.Exit(run_cnc(options))
 
@@ -417,8 +457,11 @@ def cnc(
 def plc(
     file: Annotated[Path, typer.Argument(help="Python file with @task classes")],
     name: Annotated[str, typer.Option(help="name of the shared-memory segment")] = "hli-cosim",
+    report: Annotated[Path | None, typer.Option(help="write statistics and watch list here at the end (JSON)")] = None,
+    watch: Watched = None,
+    force: Forced = None,
 ) -> None:
-    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back.
+    """Run the PLC side alone: waits for the CNC, re-attaches when it comes back; SIGUSR1 restarts the PLC.
 
     Example: hli-cosim plc my_plc.py --name my-cell
     """
@@ -427,7 +470,10 @@ def plc(
     if not file.is_file():
         raise CncError(901001, "file not found", Place(str(file)))
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
-    raise typer.Exit(plc_main(["--name", name, "--file", str(file)]))
+    arguments = ["--name", name, "--file", str(file), *(("--report", str(report)) if report else ())]
+    arguments += [part for path in watch or [] for part in ("--watch", path)]
+    arguments += [part for text in force or [] for part in ("--force", text)]
+    raise typer.Exit(plc_main(arguments))
 
 
 # ------------------------------------------------------------------------------------------------ tools
@@ -436,6 +482,9 @@ def types(
     st: Annotated[bool, typer.Option("--st", help="IEC 61131-3 Structured Text")] = False,
     c: Annotated[bool, typer.Option("--c", help="C header")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="JSON")] = False,
+    twincat: Annotated[
+        Path | None, typer.Option(help="with --st: write .TcDUT and .TcGVL files of a TwinCAT 3 project to this folder")
+    ] = None,
 ) -> None:
     """Print the HLI layout for PLC compilers, C programs and tools.
 
@@ -445,6 +494,13 @@ def types(
 
     if st + c + as_json != 1:
         raise typer.BadParameter("give one of --st, --c, --json")
+    if twincat is not None:
+        if not st:
+            raise typer.BadParameter("--twincat goes with --st")
+        twincat.mkdir(parents=True, exist_ok=True)
+        for name, text in export.twincat_files().items():
+            (twincat / name).write_text(text, encoding="utf-8")
+        return
     sys.stdout.write(
         export.st_types() if st else export.c_header() if c else json.dumps(export.json_layout(), indent=1) + "\n"
     )

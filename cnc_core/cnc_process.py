@@ -13,6 +13,7 @@ import os
 import resource
 import signal
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -24,10 +25,11 @@ from hli._sync import lib as sync
 from hli import layout, segment
 from hli.errors import HliError
 
-from .channel import Preparation
+from .channel import OUT_FOLDER, LivePort, Preparation
 from .config import CellConfig, load_config
 from .engine import Engine, Event
 from .errors import CncError, Place
+from .mode_control import READY, SELECTED, ModeControl
 from .recorder import PartWriter
 
 KERNEL_VERSION = b"hli-cosim 0.1"
@@ -41,6 +43,9 @@ RECORD_ROWS = 16384
 SLICE_S = 0.1  # how long one wait may last before signals and the PLC's life are looked at
 CHUNK_CYCLES = 20_000  # cycles between two looks in virtual time
 LINGER_S = 30.0  # longest wait, in wall time, for a PLC to finish behind the program's end
+FIRST_SCAN_S = 5.0  # longest wait for the first scan of a PLC that has attached
+SKIP_LEVELS = 0x3FF  # program_block_ignore: bit n - 1 is level n
+NO_FUNCTIONS = 0x2000  # execution_mode: no output of M, H and T functions
 IDLE_CYCLES = 1  # cycles served at a time while nothing moves and the clock is free
 
 
@@ -61,6 +66,9 @@ class CncOptions:
     wait_plc: bool = True
     lookahead: int | None = None
     core: int = -1
+    lenient: bool = False
+    out: Path | None = None
+    autostart: bool = True
 
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""
@@ -78,13 +86,16 @@ def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program
     channel.bahn_state.prog_name_r = program.encode("latin-1", "replace")[:259]
     channel.bahn_state.file_offset_r = -1
     channel.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
-    channel.channel_mc_control.mode_and_state.state_r.mode = 2  # HLI_IMCM_AUTOMATIC_MODE
     for i, (name, axis) in enumerate(cell.axes.items()):
         number, kind = axis.id or i + 1, 2 if axis.kind == "rotary" else 1
         coord, head = channel.bahn_state.coord_r[i], root.axis[i].head
         coord.log_axis_nr_r = head.log_ax_n_r = number
         coord.axis_type_r = head.axis_type_r = kind
         coord.name = name.encode()
+        head.sizeof_interface_r = ctypes.sizeof(layout.HLI_AXIS)
+    for i, spindle in enumerate(cell.spindles.values(), len(cell.axes)):
+        head = root.axis[i].head
+        head.log_ax_n_r, head.axis_type_r = spindle.id, 4
         head.sizeof_interface_r = ctypes.sizeof(layout.HLI_AXIS)
     side = root.sidecar.cnc
     side.pid, side.start = os.getpid(), sync.hs_process_start(os.getpid())
@@ -108,8 +119,15 @@ class CncProcess:
         self.wall_time_s = 0.0
         self.started_with_plc = False
         self.warnings = list(self.cell.warnings())
+        self.errors: list[CncError] = []
+        self.messages: list[str] = []
+        self.blocks = 0
+        self.dialect: str | None = None
+        self.preparation: Preparation | None = None
+        self.watchdog: CncError | None = None
         segment.sweep()
-        self.segment = segment.create(options.name, 1, len(self.cell.axes), ready=False)
+        axes = len(self.cell.axes) + len(self.cell.spindles)
+        self.segment = segment.create(options.name, 1, axes, ready=False)
         try:
             self._set_up(options)
         except BaseException:
@@ -133,16 +151,22 @@ class CncProcess:
         self.recorder = PartWriter(options.record) if options.record else None
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
-        self.preparation = Preparation(options.file, self.cell, options.dialect, self.engine)
+        self.engine.stand_by()
+        scratch = Path(tempfile.gettempdir()) / f"hli-cosim-{os.getpid()}-MDI.nc"
+        self._scratch = scratch
+        after = READY if self.cell.channel.state_after_program == "READY" else SELECTED
+        self.modes = ModeControl(self.engine, self, options.file.resolve().parent, scratch, after, self._report_error)
+        self.modes.select(options.file)
 
     # ---------------------------------------------------------------- life
     def on_signal(self, number: int, _frame: Any) -> None:
         self.stop_signal = number
+        if self.preparation:
+            self.preparation.port.interrupted = True
 
     def run(self) -> None:
         """Publish, wait for the PLC, drive the program, stay for the PLC's last scans."""
         try:
-            self.preparation.pump()
             if self.service == "immediate":
                 self.engine.serve_start()
             self.segment.publish()
@@ -153,6 +177,8 @@ class CncProcess:
     def _close(self) -> None:
         self.engine.stop()
         self.engine.serve_stop()
+        self._collect_program()
+        self._scratch.unlink(missing_ok=True)
         if self.driving_since:
             self.wall_time_s = time.monotonic() - self.driving_since
         self._take_samples()
@@ -181,20 +207,110 @@ class CncProcess:
 
     # ---------------------------------------------------------------- driving
     def _drive(self) -> None:
-        self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_STARTING)
+        self.engine.set_phase(layout.HLI_PHASE_STARTING)
         if not self._wait_for_plc():
             return
         self.started_with_plc = bool(self.side.plc.attached)
         self.driving_since = time.monotonic()
+        self.engine.hold_start(self.options.hold_start)
+        if self.options.clock == "realtime" and not self.options.hold_start:
+            self.engine.start()
+        if not self._first_scan():
+            return
+        if not self.modes.running and self.options.autostart:
+            self.modes.start()
         if self.options.hold_start:
             self._serve_held()
             return
-        self.engine.set_phase(layout.HLI_PHASE_RUNNING)
-        self.engine.hold_start(False)
-        if self.options.clock == "realtime":
-            self.engine.start()
         while not self.stop_signal and self._once_round():
             pass
+
+    def _first_scan(self) -> bool:
+        """Until the PLC has scanned once, so that what it commands before the start counts; False if it was lost."""
+        plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
+        while not self.stop_signal and plc.attached and not plc.scans and time.monotonic() < until:
+            self._look_at_plc()
+            time.sleep(0.0005)
+        if self.options.clock == "realtime":
+            return not self._plc_lost()
+        cycle = int(self.engine.state.cycle)
+        while not self.stop_signal and int(self.engine.state.cycle) == cycle and not self._plc_lost():
+            self._handle(self.engine.run(1, int(SLICE_S * 1e9)))
+            self._look_at_plc()
+            if not self.side.plc.attached:
+                break
+        return not self._plc_lost()
+
+    # ---------------------------------------------------------------- programs
+    def start_program(self, path: Path) -> None:
+        """Begin a program where the axes stand (hli_reference 1.4)."""
+        if self.options.clock == "realtime":
+            self.engine.stop()
+        self._collect_program()
+        self.engine.begin_program()
+        self.end, self.ended_at = "aborted", 0.0
+        self.engine.set_error(0)
+        self.engine.set_program_name(path.name)
+        self.engine.suppress_functions(bool(self._execution_mode() & NO_FUNCTIONS))
+        sizes = self.cell.external_bytes
+        port = LivePort(
+            self.cell.axis_values("start_mm"),
+            {scope: self.engine.external(area, sizes[scope]) for area, scope in enumerate(("channel", "global"))},
+            self.options.out or OUT_FOLDER,
+            self._skip_levels() | self.cell.skip_mask,
+            self.engine.write_external,
+        )
+        self.preparation = Preparation(
+            path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient
+        )
+        self.preparation.pump()
+        self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_RUNNING)
+        if self.options.clock == "realtime" and not self.options.hold_start:
+            self.engine.start()
+
+    def abort_program(self) -> None:
+        """Brake and leave out the rest."""
+        if self.preparation:
+            self.preparation.close()
+        self.engine.abort()
+
+    def _enabled(self, unit: Any) -> int:
+        """Command of a level unit that is evaluated at program start; 0 if the PLC does not enable it."""
+        return int(unit.command_w) if self.channel.head.plc_present_w and unit.enable_w else 0
+
+    def _skip_levels(self) -> int:
+        unit = self.channel.decoder_mc_control.program_block_ignore
+        unit.state_r = self._enabled(unit) & SKIP_LEVELS
+        return int(unit.state_r)
+
+    def _execution_mode(self) -> int:
+        unit = self.channel.decoder_mc_control.execution_mode
+        mode = self._enabled(unit)
+        if mode & ~NO_FUNCTIONS:
+            self._report_error(CncError(905021, f"execution_mode {mode:#x} is not supported"))
+            mode = 0
+        unit.state_r = mode
+        return mode
+
+    def _report_error(self, error: CncError) -> None:
+        """An error that belongs to no program: told to the PLC and in the report, it ends nothing."""
+        self.engine.post_error(error)
+        self.warnings.append(str(error))
+        if not self.options.once:
+            print(error, file=sys.stderr, flush=True)
+
+    def _collect_program(self) -> None:
+        """Take over what the last program has said, ahead of the next one or of the end."""
+        preparation, self.preparation = self.preparation, None
+        if preparation is None:
+            return
+        self.blocks += preparation.blocks
+        self.messages += preparation.port.messages
+        self.warnings += self.log_warnings()
+        if preparation.program:
+            self.dialect = preparation.program.dialect
+        if preparation.error and preparation.error not in self.errors:
+            self.errors.append(preparation.error)
 
     def _wait_for_plc(self) -> bool:
         """Until a PLC has attached (at once if none is awaited); False if a signal came first."""
@@ -212,7 +328,7 @@ class CncProcess:
             self._look_at_plc()
             if self._plc_lost():
                 return
-        self.end = "error" if self.preparation.error else "completed"
+        self.end = "error" if self.preparation and self.preparation.error else "completed"
 
     def _once_round(self) -> bool:
         """Run a stretch, handle its event; False when the work is done."""
@@ -233,29 +349,53 @@ class CncProcess:
         return IDLE_CYCLES if self.ended_at else CHUNK_CYCLES
 
     def _handle(self, event: Event) -> None:
-        if event is Event.NEED_BLOCKS:
-            self.preparation.pump()
-        elif event is Event.DRAINED:
-            self.preparation.drained()
-            self.preparation.pump()
+        preparation = self.preparation
+        if event is Event.NEED_BLOCKS and preparation:
+            preparation.pump()
+        elif event is Event.DRAINED and preparation:
+            preparation.drained()
+            preparation.pump()
+        elif event is Event.MODE_COMMAND:
+            command = self.engine.take_mode_command()
+            if command:
+                self.modes.handle(command)
+        elif event is Event.PLC_ERROR:
+            self._plc_error()
+        elif event is Event.WATCHDOG:
+            self._watchdog()
         elif event is Event.PROGRAM_END:
             self._program_ended()
         elif event is Event.RECORD_FULL:
             self._take_samples()
 
+    def _plc_error(self) -> None:
+        record = self.engine.take_plc_error()
+        if record:
+            self.messages.append(f"PLC error {record[0]}, reaction class {record[1]}")
+
+    def _watchdog(self) -> None:
+        """The PLC has not shown that it lives: the program ends with an error; a restart is required."""
+        self.watchdog = CncError(270053)
+        if self.modes.running:
+            self.modes.abort()
+
     def _program_ended(self) -> None:
         self.ended_at = time.monotonic()
-        error = self.preparation.error
-        self.end = "error" if error else "completed"
-        if error:
-            self.channel.bahn_state.error_id_r = error.code
-            self.channel.bahn_state.error_r = True
-            if not self.options.once:
-                print(error, file=sys.stderr, flush=True)
+        error = self.preparation.error if self.preparation else None
+        if self.watchdog:
+            error, self.watchdog = self.watchdog, None
+            self.errors.append(error)
+        elif error:
+            self.engine.post_error(error)
+        self.end = "error" if error else "aborted" if self.modes.aborted else "completed"
+        self.engine.set_error(error.code if error else 0)
+        if error and not self.options.once:
+            print(error, file=sys.stderr, flush=True)
         self.engine.set_phase(layout.HLI_PHASE_ENDED)
+        self.modes.program_ended(error)
 
     def _work_is_done(self, event: Event) -> bool:
-        if not self.ended_at or not self.options.once:
+        if not self.ended_at or not self.options.once or self.modes.running:
             return False
         if event is Event.PLC_FINISHED or not self.started_with_plc:
             return True
@@ -294,14 +434,14 @@ class CncProcess:
 
     def report(self) -> dict[str, Any]:
         """Everything the launcher needs, as JSON."""
-        state, preparation = self.engine.state, self.preparation
-        errors = [preparation.error.as_json()] if preparation.error else []
-        source = preparation.error.place.source if preparation.error else ""
+        state = self.engine.state
+        errors = [error.as_json() for error in self.errors]
+        source = self.errors[0].place.source if self.errors else ""
         return {
             "cycles": int(state.cycle),
             "sim_time_s": int(state.cycle) * self.cell.cycle_s,
             "wall_time_s": self.wall_time_s,
-            "blocks": preparation.blocks,
+            "blocks": self.blocks,
             "requests": {
                 "mode1": int(state.requests_mode1),
                 "mode2": int(state.requests_mode2),
@@ -313,11 +453,12 @@ class CncProcess:
             "techno_wait_cycles": int(state.techno_wait_cycles),
             "record_lost": int(state.record_lost),
             "end": self.end,
-            "messages": preparation.port.messages,
-            "warnings": self.warnings + self.log_warnings(),
+            "aborted_by_plc": self.modes.aborted,
+            "messages": self.messages,
+            "warnings": self.warnings,
             "errors": errors,
             "source": source,
-            "dialect": preparation.program.dialect if preparation.program else None,
+            "dialect": self.dialect,
             "fault": int(state.fault),
             "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
         }
@@ -356,7 +497,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if args.parent is not None and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
         return 1
     given: dict[str, Any] = {
-        k: Path(v) if k in ("file", "config", "report", "record") and v else v for k, v in args.options.items()
+        k: Path(v) if k in ("file", "config", "report", "record", "out") and v else v for k, v in args.options.items()
     }
     try:
         return run_cnc(CncOptions(**given))

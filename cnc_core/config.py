@@ -13,12 +13,13 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from .blocks import NC_AXES
 from .errors import ConfigError, Place
-from .frontend.machine import ProgramMachine, Tool
+from .frontend.machine import External, ProgramMachine, Tool
 
+EXTERNAL_BLOCKS = 1000  # 24-byte blocks of one area of external variables
 MIN_FB_STORAGE = 65536  # P-STUP-00033: smaller values other than 0 are raised to it, with a warning
 LOOKAHEAD_BLOCKS = {  # low, standard, high by build generation
     "2.11.28+": {"LOW": 30, "STANDARD": 120, "HIGH": 190},
@@ -34,7 +35,8 @@ KNOWN_FUNCTIONS = {
 DEFAULT_M_SYNCH: dict[int, str] = dict.fromkeys((0, 1, 2, 3, 4, 5, 17, 19, 29, 30), "NO_SYNCH") | dict.fromkeys(
     (6, 7, 8, 9, 10, 11, 40, 41, 42, 43, 44, 45), "NO_SYNCH"
 )
-SYNCH_NAMES = Literal["NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS", "MVS_SLM", "MVS_SLP", "MEP_SVS", "MET_SVS"]
+SYNCH_BASES = ("NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS", "MVS_SLM", "MVS_SLP", "MEP_SVS", "MET_SVS")
+SYNCH_FLAGS = ("BWD_SYNCH", "FWD_SYNCH")
 SYNCH: dict[str, int] = {  # values of P-CHAN-00041 (hli_reference 6.4)
     "NO_SYNCH": 0,
     "MOS": 0x1,
@@ -45,7 +47,33 @@ SYNCH: dict[str, int] = {  # values of P-CHAN-00041 (hli_reference 6.4)
     "MVS_SLP": 0x8000,
     "MEP_SVS": 0x1000000,
     "MET_SVS": 0x2000000,
+    "BWD_SYNCH": 0x400000,
+    "FWD_SYNCH": 0x800000,
 }
+
+
+def synch_value(text: str) -> int:
+    """Value of a synchronisation type: one base type, flags joined by ``|``. ValueError if it is none."""
+    words = [word.strip() for word in text.split("|")]
+    unknown = [word for word in words if word not in SYNCH]
+    if unknown:
+        near = difflib.get_close_matches(unknown[0], SYNCH, n=1, cutoff=0.0)[0]
+        raise ValueError(f"unknown synchronisation type {unknown[0]!r}; did you mean {near!r}?")
+    bases = [word for word in words if word in SYNCH_BASES]
+    if len(bases) != 1 or len(set(words)) < len(words):
+        raise ValueError(f"{text!r}: one of {', '.join(SYNCH_BASES)}, and flags {', '.join(SYNCH_FLAGS)} with |")
+    value = 0
+    for word in words:
+        value |= SYNCH[word]
+    return 0 if bases == ["NO_SYNCH"] else value
+
+
+def _checked_synch(text: str) -> str:
+    synch_value(text)
+    return text
+
+
+SynchName = Annotated[str, AfterValidator(_checked_synch)]
 
 Positive = Annotated[float, Field(gt=0, lt=1e12, allow_inf_nan=False)]
 Finite = Annotated[float, Field(gt=-1e12, lt=1e12, allow_inf_nan=False)]
@@ -85,6 +113,39 @@ class ToolConfig(_Table):
     length_mm: Finite = 0.0
 
 
+class ExternalConfig(_Table):
+    """A variable ``V.E.<name>`` that the program shares with the PLC, in 24-byte blocks.
+
+    ``block``: the first one, counted from 1; by default the next free one of its scope, in the order of the file.
+    """
+
+    type: Literal["BOOLEAN", "SGN08", "UNS08", "SGN16", "UNS16", "SGN32", "UNS32", "REAL64", "STRING"] = "REAL64"
+    scope: Literal["channel", "global"] = "channel"
+    block: Annotated[int, Field(ge=1, le=1000)] | None = None
+    size: Annotated[int, Field(ge=1, le=1000)] | None = None
+    characters: Annotated[int, Field(ge=1, le=126)] = 23
+    synchronised: bool = True
+
+
+SPINDLE_SYNCH = Literal["NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS"]
+
+
+class SpindleConfig(_Table):
+    """A spindle: an axis area behind those of the channel's axes, with the synchronisation of its functions."""
+
+    id: Annotated[int, Field(ge=1, le=65535)]
+    m3_synch: SPINDLE_SYNCH = "NO_SYNCH"
+    m4_synch: SPINDLE_SYNCH = "NO_SYNCH"
+    m5_synch: SPINDLE_SYNCH = "NO_SYNCH"
+    m19_synch: SPINDLE_SYNCH = "NO_SYNCH"
+    s_synch: SPINDLE_SYNCH = "NO_SYNCH"
+
+    @property
+    def functions(self) -> dict[int, str]:
+        """Synchronisation by M number; 0: an S word alone."""
+        return {3: self.m3_synch, 4: self.m4_synch, 5: self.m5_synch, 19: self.m19_synch, 0: self.s_synch}
+
+
 class ChannelConfig(_Table):
     """Channel parameters."""
 
@@ -97,10 +158,22 @@ class ChannelConfig(_Table):
     fb_storage_size: Uns32 = 1_000_000
     service: Literal["cyclic", "immediate"] = "cyclic"
     rapid_override_mode: Annotated[int, Field(ge=0, le=3)] = 0
-    m_synch: dict[str, SYNCH_NAMES] = Field(default_factory=dict)
-    h_synch: dict[str, SYNCH_NAMES] = Field(default_factory=dict)
-    tool_synch: SYNCH_NAMES = "NO_SYNCH"
+    m_synch: dict[str, SynchName] = Field(default_factory=dict)
+    h_synch: dict[str, SynchName] = Field(default_factory=dict)
+    tool_synch: SynchName = "NO_SYNCH"
     m_pre_outp: dict[str, NotNegative] = Field(default_factory=dict)
+    g_programs: dict[str, str] = Field(default_factory=dict)
+    m6_program: str = ""
+    skip_levels: list[Annotated[int, Field(ge=1, le=10)]] = Field(default_factory=list)
+
+    @field_validator("g_programs")
+    @classmethod
+    def _user_codes(cls, value: dict[str, str]) -> dict[str, str]:
+        for key in value:
+            if not (key.isdigit() and key == str(int(key)) and (80 <= int(key) <= 89 or 800 <= int(key) <= 839)):
+                raise ValueError(f"{key!r} is none of the G functions 80..89, 800..839")
+        return value
+    state_after_program: Literal["SELECTED", "READY"] = "SELECTED"
 
     @field_validator("m_synch", "h_synch", "m_pre_outp")
     @classmethod
@@ -153,6 +226,65 @@ class CellConfig(_Table):
     axes: dict[str, AxisConfig] = Field(default_factory=_default_axes)
     channel: ChannelConfig = Field(default_factory=ChannelConfig)
     tools: dict[str, ToolConfig] = Field(default_factory=dict)
+    external: dict[str, ExternalConfig] = Field(default_factory=dict)
+    zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _offset_names(self) -> CellConfig:
+        for key, values in self.zero_offsets.items():
+            if not key.isdigit() or not 1 <= int(key) <= 96 or key != str(int(key)):
+                raise ValueError(f"zero offset {key!r} is not a number 1..96 (1 is G54)")
+            for axis in values:
+                if axis not in self.axes:
+                    raise ValueError(f"zero offset {key}: the machine has no axis {axis!r}")
+        return self
+
+    @model_validator(mode="after")
+    def _external_places(self) -> CellConfig:
+        taken: dict[tuple[str, int], str] = {}
+        for variable in self.externals.values():
+            for block in range(variable.number, variable.number + variable.blocks):
+                if block > EXTERNAL_BLOCKS:
+                    raise ValueError(f"external {variable.name}: beyond the {EXTERNAL_BLOCKS} blocks of the area")
+                other = taken.setdefault((variable.scope, block), variable.name)
+                if other != variable.name:
+                    raise ValueError(f"external {variable.name}: block {block} belongs to {other} already")
+        return self
+
+    @property
+    def externals(self) -> dict[str, External]:
+        """Variables shared with the PLC by name in capitals, every one with its place."""
+        found: dict[str, External] = {}
+        free = {"channel": 1, "global": 1}
+        for name, c in self.external.items():
+            number = c.block or free[c.scope]
+            made = External(name.upper(), c.type, number, c.size, c.scope, c.synchronised, c.characters)
+            free[c.scope] = max(free[c.scope], number + made.blocks)
+            found[name.upper()] = made
+        return found
+
+    @property
+    def external_bytes(self) -> dict[str, int]:
+        """Bytes of the external-variable areas that are in use, by scope."""
+        out = {"channel": 0, "global": 0}
+        for variable in self.externals.values():
+            out[variable.scope] = max(out[variable.scope], (variable.number - 1 + variable.blocks) * 24)
+        return out
+
+    @property
+    def skip_mask(self) -> int:
+        """Bit 0 is block skip level 1."""
+        return sum(1 << (level - 1) for level in set(self.channel.skip_levels))
+    spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _numbers_differ(self) -> CellConfig:
+        ids = [axis.id or i for i, axis in enumerate(self.axes.values(), 1)] + [s.id for s in self.spindles.values()]
+        if len(set(ids)) < len(ids):
+            raise ValueError(f"logical axis numbers {ids} are not all different")
+        if len(self.spindles) > 1:
+            raise ValueError("a channel has one spindle here")
+        return self
 
     @field_validator("axes")
     @classmethod
@@ -164,14 +296,6 @@ class CellConfig(_Table):
                 raise ValueError(
                     f"axis name {name!r}: letters and digits, upper case, beginning with one of XYZUVWQABC"
                 )
-        return axes
-
-    @field_validator("axes")
-    @classmethod
-    def _axis_ids(cls, axes: dict[str, AxisConfig]) -> dict[str, AxisConfig]:
-        ids = [axis.id or i for i, axis in enumerate(axes.values(), 1)]
-        if len(set(ids)) < len(ids):
-            raise ValueError(f"logical axis numbers {ids} are not all different")
         return axes
 
     @field_validator("tools")
@@ -202,15 +326,21 @@ class CellConfig(_Table):
         """(axes,) one parameter of every axis."""
         return np.array([getattr(a, key) for a in self.axes.values()], dtype=np.float64)
 
-    def program_machine(self) -> ProgramMachine:
-        """What programs see of this cell."""
+    def program_machine(self, start: np.ndarray[Any, np.dtype[np.float64]] | None = None) -> ProgramMachine:
+        """What programs see of this cell, with the axes at ``start`` (axes,) if that is given."""
         return ProgramMachine(
             axes=self.axis_names,
             rotary=tuple(a.kind == "rotary" for a in self.axes.values()),
             main=self.main_axes,
-            start=self.axis_values("start_mm"),
+            start=self.axis_values("start_mm") if start is None else start.copy(),
             tools={int(k): Tool(t.radius_mm, t.length_mm) for k, t in self.tools.items()},
             m_functions=self.m_functions,
+            externals=self.externals,
+            zero_offsets={int(k): v for k, v in self.zero_offsets.items()},
+            g_programs={int(k): v for k, v in self.channel.g_programs.items()},
+            m6_program=self.channel.m6_program,
+            velocity=self.axis_values("v_max_mm_s"),
+            limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
         )
 
     def warnings(self) -> list[str]:
@@ -225,7 +355,12 @@ class CellConfig(_Table):
 
 
 def _known_keys(path: tuple[Any, ...]) -> list[str]:
-    tables: dict[str, type[_Table]] = {"axes": AxisConfig, "tools": ToolConfig}
+    tables: dict[str, type[_Table]] = {
+        "axes": AxisConfig,
+        "tools": ToolConfig,
+        "external": ExternalConfig,
+        "spindles": SpindleConfig,
+    }
     if len(path) == 1:
         return list(CellConfig.model_fields)
     model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))

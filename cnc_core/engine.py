@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from . import _engine
 from .blocks import NC_AXES, NC_BLOCK, BlockBatch
-from .config import SYNCH, CellConfig
-from .errors import CncError
+from .config import CellConfig, synch_value
+from .errors import ERRORS, CncError
 
 _module: Any = _engine
 ffi, lib = _module.ffi, _module.lib
@@ -43,6 +43,21 @@ class Event(IntEnum):
     RECORD_FULL = lib.ENGINE_RECORD_FULL
     PLC_FINISHED = lib.ENGINE_PLC_FINISHED
     FAULT = lib.ENGINE_FAULT
+    MODE_COMMAND = lib.ENGINE_MODE_COMMAND
+    WATCHDOG = lib.ENGINE_WATCHDOG
+    PLC_ERROR = lib.ENGINE_PLC_ERROR
+
+
+@dataclass(frozen=True)
+class ModeCommand:
+    """HLI_PROC_TRANS_TO_MODE_STATE as the PLC wrote it."""
+
+    from_mode: int
+    from_state: int
+    to_mode: int
+    to_state: int
+    parameter: str
+    state: int  # in which it came
 
 
 @dataclass(frozen=True)
@@ -75,7 +90,9 @@ def _engine_config(cell: CellConfig, window: int | None, clock: int, service: in
     config.fb_storage_size = cell.channel.storage
     config.rapid_override_mode = cell.channel.rapid_override_mode
     config.channel, config.service, config.clock = channel, service, clock
-    config.rotary = sum(1 << i for i, a in enumerate(cell.axes.values()) if a.kind == "rotary")
+    config.axis_id[0 : len(names)] = [axis.id or i for i, axis in enumerate(cell.axes.values(), 1)]
+    config.spindle_count = len(cell.spindles)
+    config.spindle_id[0 : len(cell.spindles)] = [spindle.id for spindle in cell.spindles.values()]
     return config
 
 
@@ -120,8 +137,12 @@ class Engine:
         functions += [(lib.NC_H, int(n), name, 0.0) for n, name in cell.channel.h_synch.items()]
         functions.append((lib.NC_T, 0, cell.channel.tool_synch, 0.0))
         for kind, number, name, pre_output in functions:
-            if SYNCH[name] and lib.engine_set_synch(self._handle, kind, number, SYNCH[name], pre_output) != 0:
+            synch = synch_value(name)
+            if synch and lib.engine_set_synch(self._handle, kind, number, synch, pre_output) != 0:
                 raise MemoryError("synchronisation tables")
+        for spindle in cell.spindles.values():
+            for what, name in spindle.functions.items():
+                lib.engine_set_spindle_synch(self._handle, what, synch_value(name))
 
     def close(self) -> None:
         """Stop all threads and free the engine; further calls are errors."""
@@ -136,12 +157,86 @@ class Engine:
         pool = ffi.cast("double *", batch.pool.ctypes.data) if len(batch.pool) else ffi.NULL
         taken = int(lib.engine_push(self._handle, pointer, len(rows), pool, len(batch.pool)))
         if taken < 0:
-            raise CncError(-taken, f"line {int(rows[0]['line'])}: the engine refuses this row ({int(rows[0]['type'])})")
+            number, line = -taken, int(rows[0]["line"])
+            raise CncError(number, f"line {line}: {ERRORS[number]} (row of type {int(rows[0]['type'])})")
         return taken
 
     def finish(self) -> None:
         """No further rows will come."""
         lib.engine_finish(self._handle)
+
+    def stand_by(self) -> None:
+        """No program is active: the engine only serves and publishes until ``begin_program``."""
+        lib.engine_stand_by(self._handle)
+
+    def begin_program(self) -> None:
+        """A program starts where the axes stand; distance, block count and log begin anew. No thread may run."""
+        lib.engine_begin_program(self._handle)
+
+    def abort(self) -> None:
+        """Brake, leave out the rest, report ``Event.PROGRAM_END``; no row may be pushed after it."""
+        lib.engine_abort(self._handle)
+
+    def reset_channel(self) -> None:
+        """Clear pending technology units."""
+        lib.engine_reset_channel(self._handle)
+
+    def external(self, area: int, size: int) -> Any:
+        """Buffer of ``size`` bytes: external variables (area 0: channel, 1: global) as the last cycle latched them."""
+        pointer = lib.engine_external(self._handle, area, size)
+        if pointer == ffi.NULL:
+            raise MemoryError("external variables")
+        return ffi.buffer(pointer, size)
+
+    def write_external(self, area: int, offset: int, data: bytes) -> None:
+        """Bytes for the external variables that the next cycle puts out. CncError if it keeps no more of them."""
+        if lib.engine_write_external(self._handle, area, offset, data, len(data)) != 1:
+            raise CncError(904005)
+
+    def set_program_name(self, name: str) -> None:
+        """``prog_name_r``, from the next cycle on."""
+        lib.engine_set_program_name(self._handle, name.encode("latin-1", "replace")[:259])
+
+    def set_error(self, code: int) -> None:
+        """``error_id_r`` and ``error_r``, from the next cycle on; 0: no error."""
+        lib.engine_set_error(self._handle, code)
+
+    def suppress_functions(self, suppressed: bool) -> None:
+        """Count technology functions as acknowledged instead of putting them out (execution mode 0x2000)."""
+        lib.engine_suppress_functions(self._handle, int(suppressed))
+
+    def set_mode(self, mode: int, state: int) -> None:
+        """Publish the operation mode and its state (``hli.layout.HLI_IMCM_*``)."""
+        lib.engine_set_mode(self._handle, mode, state)
+
+    @property
+    def mode_state(self) -> int:
+        """State of the operation mode; HOLD and back happen inside the engine."""
+        return int(lib.engine_mode_state(self._handle))
+
+    def take_mode_command(self) -> ModeCommand | None:
+        """The command that ``Event.MODE_COMMAND`` told of."""
+        out = ffi.new("engine_mode_command *")
+        if not lib.engine_take_mode_command(self._handle, out):
+            return None
+        parameter = ffi.string(out.parameter).decode("latin-1").strip()
+        return ModeCommand(out.from_mode, out.from_state, out.to_mode, out.to_state, parameter, out.state)
+
+    def post_error(self, error: CncError, n: int = 0) -> None:
+        """Send an error record to the PLC (MC_ERROR)."""
+        out = ffi.new("engine_error *")
+        out.id, out.line, out.column, out.n = error.code, error.place.line, max(0, error.place.column), n
+        out.reaction_class = out.recovery_class = 2
+        name = error.place.file.rsplit("/", 1)[-1].encode("latin-1", "replace")[:255]
+        ffi.memmove(out.program, name, len(name))
+        lib.engine_post_error(self._handle, out)
+
+    def take_plc_error(self) -> tuple[int, int] | None:
+        """(number, reaction class) of the error record that the PLC sent."""
+        number, reaction = ffi.new("uint32_t *"), ffi.new("uint32_t *")
+        if not lib.engine_take_plc_error(self._handle, number, reaction):
+            return None
+        return int(number[0]), int(reaction[0])
 
     def expect_drain(self) -> None:
         """Report ``Event.DRAINED`` when all rows pushed so far are executed."""

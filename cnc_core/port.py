@@ -12,6 +12,10 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.frontend.machine import External
+
+ExternalValue = float | str
+
 
 class Wait(Enum):
     """Why ``FrontEnd.read`` stopped before the end: resume by calling it again when this has come true."""
@@ -25,6 +29,11 @@ class Wait(Enum):
 class ChannelPort(Protocol):
     """The channel as the front end sees it."""
 
+    @property
+    def answers(self) -> bool:
+        """Waits are answered by a machine that moves; a program may wait as long as it likes."""
+        ...
+
     def position(self) -> npt.NDArray[np.float64]:
         """Command position of all channel axes, mm or degrees, latched when the last wait came true."""
         ...
@@ -33,16 +42,57 @@ class ChannelPort(Protocol):
         """A line for the operator (warnings, #MSG)."""
         ...
 
+    def now_s(self) -> float:
+        """Machine time, s, latched when the last wait came true."""
+        ...
+
+    def skip_levels(self) -> int:
+        """Bit mask of the block skip levels that are switched on, latched at program start."""
+        ...
+
+    def read_external(self, variable: External, element: int) -> ExternalValue:
+        """An element of a variable that the PLC shares, as it is now."""
+        ...
+
+    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+        """Write it at once."""
+        ...
+
+    def append_file(self, name: str, text: str) -> None:
+        """Add text to a file in the folder of the run; ``name`` is relative and stays inside."""
+        ...
+
 
 class OfflinePort:
-    """A channel that does not move: waits are true at once, messages are kept."""
+    """A channel that does not move: waits are true at once, messages and texts are kept, nothing is written."""
 
-    def __init__(self, position: npt.NDArray[np.float64]) -> None:
+    answers = False
+
+    def __init__(self, position: npt.NDArray[np.float64], skip_levels: int = 0) -> None:
         self._position = np.array(position, dtype=np.float64)
+        self._skip_levels = skip_levels
+        self._external: dict[tuple[str, str, int], ExternalValue] = {}
         self.messages: list[str] = []
+        self.texts: dict[str, str] = {}  # what a run would have written, by file name
 
     def position(self) -> npt.NDArray[np.float64]:
         return self._position.copy()
 
     def message(self, text: str) -> None:
         self.messages.append(text)
+
+    def now_s(self) -> float:
+        return 0.0
+
+    def skip_levels(self) -> int:
+        return self._skip_levels
+
+    def read_external(self, variable: External, element: int) -> ExternalValue:
+        initial: ExternalValue = "" if variable.type == "STRING" else 0.0
+        return self._external.get((variable.scope, variable.name, element), initial)
+
+    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+        self._external[variable.scope, variable.name, element] = value
+
+    def append_file(self, name: str, text: str) -> None:
+        self.texts[name] = self.texts.get(name, "") + text

@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+import numpy.typing as npt
+
 from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
@@ -38,6 +41,7 @@ class FrontEnd(Protocol):
 
     errors: list[CncError]
     warnings: list[CncError]
+    files: list[Path]
 
     def read(self, rows: int) -> BlockBatch | Wait | None: ...
 
@@ -58,9 +62,9 @@ def source_place(path: Path, line: int) -> Place:
 
 def _whole_blocks(refused: RefusedRow) -> BlockBatch:
     """The rows ahead of a refused one, without those of its own block."""
-    rows, line = refused.ahead.rows, refused.error.place.line
-    keep = len(rows)
-    while keep and rows["line"][keep - 1] == line:
+    rows, keep = refused.ahead.rows, len(refused.ahead.rows)
+    name, wanted = ("count", refused.count) if refused.count else ("line", refused.error.place.line)
+    while keep and rows[name][keep - 1] == wanted:
         keep -= 1
     return BlockBatch(rows[:keep], refused.ahead.pool)
 
@@ -68,7 +72,9 @@ def _whole_blocks(refused: RefusedRow) -> BlockBatch:
 class Program:
     """Rows of one program file, after all stages.
 
-    ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).
+    ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
+    ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
+    calls so; for ISG unknown # commands and undefined M functions are warnings.
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -80,17 +86,21 @@ class Program:
         port: ChannelPort | None = None,
         *,
         collect: bool = False,
+        lenient: bool = False,
+        start: npt.NDArray[np.float64] | None = None,
         tolerance: float = 0.0,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
-        machine = cell.program_machine()
-        self.port = port or OfflinePort(machine.start)
+        machine = cell.program_machine(start)
+        self.port = port or OfflinePort(machine.start, cell.skip_mask)
         self.dialect = dialect or frontend.detect(self.path)
-        self.reader: FrontEnd = frontend.create(self.dialect, self.path, machine, self.port, collect=collect)
+        self.reader: FrontEnd = frontend.create(
+            self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
+        )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
         compensation = RadiusCompensation(
-            machine.start, machine.main, self._place, self._warn, self._own_errors.append if collect else None
+            machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
         stages: list[Stage] = [compensation, DropZeroLength(), self.smoothing, AxisLimits(cell, self._place)]
@@ -99,7 +109,9 @@ class Program:
     @property
     def errors(self) -> list[CncError]:
         """All errors found so far, in order of their lines."""
-        return sorted([*self.reader.errors, *self._own_errors], key=lambda e: e.place.line)
+        order = {str(path): i for i, path in enumerate(self.reader.files)}
+        found = [*self.reader.errors, *self._own_errors]
+        return sorted(found, key=lambda e: (order.get(e.place.file, len(order)), e.place.line))
 
     def read(self, rows: int = BATCH_ROWS) -> BlockBatch | Wait | None:
         """The next final rows, a wait, or None at the end.
@@ -113,13 +125,15 @@ class Program:
         except CncError as error:
             return self._behind_held(error)
         if isinstance(item, BlockBatch):
+            if not len(item):
+                return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
         if item is Wait.DRAINED or item is None:
             return self._behind_held(item)
         return item
 
-    def _place(self, _file: int, line: int) -> Place:
-        return source_place(self.path, line)
+    def _place(self, file: int, line: int) -> Place:
+        return source_place(self.reader.files[file], line)
 
     def _warn(self, warning: CncError) -> None:
         self.reader.warnings.append(warning)
@@ -148,10 +162,16 @@ class Program:
             return step()
         except RefusedRow as refused:
             if self.collect:
-                self._own_errors.append(refused.error)
+                self._collect_once(refused.error)
                 return unstaged
             self._next = refused.error
             return _whole_blocks(refused)
+
+    def _collect_once(self, error: CncError) -> None:
+        """Of a line that comes again, only the first error of a kind."""
+        key = (error.code, error.place.file, error.place.line)
+        if all((e.code, e.place.file, e.place.line) != key for e in self._own_errors):
+            self._own_errors.append(error)
 
     def batches(self) -> Iterator[BlockBatch]:
         """All rows of a program that nobody drives: stops, M functions and waits are acknowledged at once."""

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import re
+import uuid
 from typing import Any
 
 from . import layout
@@ -34,6 +36,19 @@ _ST_TYPES = {
     "c_ulong": "ULINT",
     "c_long": "LINT",
 }
+
+
+_ST_HEAD = """(* Generated from the hli-cosim layout. Names, types and semantics are the HLI's;
+   byte offsets are this emulation's own. *)
+"""
+GVL_CONSTANTS, GVL_VARIABLES = "HLI_Global_Constants", "HLI_Global_Variables"
+ST_RENAMED = {"date": "error_date"}
+"""Members whose names are reserved words of IEC 61131-3."""
+ST_CONSTANTS = {
+    "HLI_INTF_M_FKT": 1, "HLI_INTF_H_FKT": 2, "HLI_INTF_SPINDEL": 3, "HLI_INTF_TOOL": 4,
+    "HLI_AXIS_READY": 1, "HLI_AXIS_ACTIVE": 3, "HLI_AXIS_HOLD": 5, "HLI_AXIS_ERROR": 7,
+}  # fmt: skip
+"""Values a PLC program compares members with (hli_reference 4.2, 6.2); modes and states stand in the layout."""
 
 
 def layout_hash() -> bytes:
@@ -73,6 +88,7 @@ def c_header(asserts: bool = True) -> str:
 
 
 def _st_member(name: str, ctype: Any) -> str:
+    name = ST_RENAMED.get(name, name)
     if layout.is_string(ctype):
         return f"{name} : STRING({ctype._length_ - 1});"
     base, dims = layout.element_type(ctype)
@@ -87,27 +103,64 @@ def _public(cls: type[ctypes.Structure]) -> bool:
     return not cls.__name__.startswith(("HLI_SEGMENT", "HLI_SIDE"))
 
 
+def _st_constants() -> dict[str, int]:
+    public = re.compile("HLI_(.*_(MAXIDX|LAENGE)|(CLAH|IMCM)_.*)")
+    return {name: value for name, value in layout.CONSTANTS.items() if public.fullmatch(name)} | ST_CONSTANTS
+
+
+def _st_structure(cls: Any) -> str:
+    if cls is layout.HLI_EXT_VAR:  # gpVECh[i]^[n], as in the manual
+        return f"TYPE {cls.__name__} : ARRAY [0..{layout.HLI_EXT_VAR_MAXIDX}] OF UDINT;\nEND_TYPE\n"
+    members = [f"    {_st_member(name, ctype)}" for name, ctype in cls._fields_]
+    return "\n".join([f"TYPE {cls.__name__} :", "STRUCT", *members, "END_STRUCT", "END_TYPE"]) + "\n"
+
+
+def _st_constant_list() -> str:
+    lines = [f"    {name} : UDINT := {value};" for name, value in _st_constants().items()]
+    return "\n".join(["VAR_GLOBAL CONSTANT", *lines, "END_VAR"]) + "\n"
+
+
+def _st_pointer_list() -> str:
+    """The global pointers; NULL until the PLC library has set them."""
+    words = "POINTER TO HLI_EXT_VAR"
+    members = [
+        "gpPform : POINTER TO HLI_PLATFORM;",
+        f"gpCh : ARRAY [0..{layout.HLI_SYS_CH_MAXIDX}] OF POINTER TO HLI_CHANNEL;",
+        f"gpAx : ARRAY [0..{layout.HLI_SYS_AX_MAXIDX}] OF POINTER TO HLI_AXIS;",
+        f"gpVECh : ARRAY [0..{layout.HLI_SYS_CH_MAXIDX}] OF {words};",
+        f"gpVEGlobal : {words};",
+        "gNrCh : UINT;",
+        "gNrAx : UINT;",
+    ]
+    return "\n".join(["VAR_GLOBAL", *(f"    {m}" for m in members), "END_VAR"]) + "\n"
+
+
+def _st_structures() -> list[Any]:
+    return [cls for cls in layout.structures() if _public(cls)]
+
+
 def st_types() -> str:
-    """TYPE declarations and the global pointers, for TwinCAT and CODESYS style compilers."""
-    out = ["(* Generated from the hli-cosim layout. Names, types and semantics are the HLI's;"]
-    out += ["   byte offsets are this emulation's own. *)", ""]
-    out.append("VAR_GLOBAL CONSTANT")
-    for name, value in layout.CONSTANTS.items():
-        if name.endswith(("_MAXIDX", "_LAENGE")) or name.startswith("HLI_CLAH_"):
-            out.append(f"    {name} : UDINT := {value};")
-    out += ["END_VAR", ""]
-    for cls in layout.structures():
-        if not _public(cls):
-            continue
-        out += [f"TYPE {cls.__name__} :", "STRUCT"]
-        out += [f"    {_st_member(name, ctype)}" for name, ctype in cls._fields_]  # type: ignore[misc]
-        out += ["END_STRUCT", "END_TYPE", ""]
-    out += ["VAR_GLOBAL", "    gpPform : POINTER TO HLI_PLATFORM;"]
-    out.append(f"    gpCh : ARRAY [0..{layout.HLI_SYS_CH_MAXIDX}] OF POINTER TO HLI_CHANNEL;")
-    out.append(f"    gpAx : ARRAY [0..{layout.HLI_SYS_AX_MAXIDX}] OF POINTER TO HLI_AXIS;")
-    out.append(f"    gpVECh : ARRAY [0..{layout.HLI_SYS_CH_MAXIDX}] OF POINTER TO HLI_EXT_VAR;")
-    out += ["    gpVEGlobal : POINTER TO HLI_EXT_VAR;", "    gNrCh : UINT;", "    gNrAx : UINT;", "END_VAR"]
-    return "\n".join(out) + "\n"
+    """Constants, TYPE declarations and the global pointers in one text, for TwinCAT and CODESYS style compilers."""
+    parts = [_ST_HEAD, _st_constant_list(), *map(_st_structure, _st_structures()), _st_pointer_list()]
+    return "\n".join(parts)
+
+
+def twincat_files() -> dict[str, str]:
+    """The same as files of a TwinCAT 3 project (name -> content), to be added as existing items."""
+    files = {f"{cls.__name__}.TcDUT": _tc_object("DUT", cls.__name__, _st_structure(cls)) for cls in _st_structures()}
+    for name, text in ((GVL_CONSTANTS, _st_constant_list()), (GVL_VARIABLES, _st_pointer_list())):
+        files[f"{name}.TcGVL"] = _tc_object("GVL", name, text)
+    return files
+
+
+def _tc_object(kind: str, name: str, declaration: str) -> str:
+    """The same Id for the same name: files that are written again replace the old ones."""
+    identity = uuid.uuid5(uuid.NAMESPACE_URL, f"hli-cosim/{kind}/{name}")
+    return (
+        '<?xml version="1.0" encoding="utf-8"?>\n<TcPlcObject Version="1.1.0.1">\n'
+        f'  <{kind} Name="{name}" Id="{{{identity}}}">\n    <Declaration><![CDATA[{declaration}]]></Declaration>\n'
+        f"  </{kind}>\n</TcPlcObject>\n"
+    )
 
 
 def json_layout() -> dict[str, Any]:

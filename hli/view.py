@@ -18,13 +18,16 @@ import difflib
 import math
 from collections.abc import Iterator
 from functools import cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from . import layout
 from ._sync import ffi, lib
 from .segment import Segment
+
+if TYPE_CHECKING:
+    from .symbol import Symbol
 
 FLAG_NAMES = frozenset({"please_rw", "done_w"})
 BLOCK_DTYPE = np.dtype(layout.HLI_CONTOUR_LOOKAHEAD_BLOCK)
@@ -80,6 +83,7 @@ class View:
 
     __slots__ = ("__weakref__", "_c", "_parent", "_subs")
     _names: tuple[str, ...] = ()
+    _known: frozenset[str] = frozenset()  # the same for a quick look
 
     def __init__(self, structure: Any, parent: View | None = None) -> None:
         object.__setattr__(self, "_c", structure)
@@ -98,7 +102,7 @@ class View:
         raise AttributeError(self._unknown(name))
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name in self._names:
+        if name in self._known:
             object.__setattr__(self, name, value)
         else:
             raise AttributeError(self._unknown(name))
@@ -260,7 +264,7 @@ def view_class(structure: type[ctypes.Structure]) -> type[View]:
         members["__getitem__"] = lambda self, index: self.value[index]
         members["__setitem__"] = lambda self, index, value: self.value.__setitem__(index, value)
     names = tuple(name for name in members if not name.startswith(("__", "fill_", "as_array")))
-    return type(structure.__name__, (View,), {**members, "_names": names})
+    return type(structure.__name__, (View,), {**members, "_names": names, "_known": frozenset(names)})
 
 
 def _aliases(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:
@@ -301,6 +305,15 @@ class Areas:
         self.gpVECh = _configured(root.ext_var_channel, self.gNrCh)
         self.gpVEGlobal: Any = root.ext_var_global
         self.sidecar: Any = root.sidecar
+
+    def symbol(self, path: str) -> Symbol:
+        """The variable behind a TwinCAT-style path: ``symbol("HLI_Global_Variables.gpCh[0]^....").value``.
+
+        Raises SymbolError (a ValueError) that says where the path stops.
+        """
+        from .symbol import resolve  # noqa: PLC0415 (symbols are built on views)
+
+        return resolve(self, path)
 
 
 def _configured(views: ViewArray, count: int) -> tuple[Any, ...]:

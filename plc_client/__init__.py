@@ -10,7 +10,8 @@ from hli.errors import (
     HliVersionError,
 )
 
-from .blocks import AcknowledgeAll, AutoContinue, ContourLookahead, FeedControl, TechnoFunction
+from . import blocks as _blocks
+from .blocks import *  # noqa: F403 (every function block, by the names of blocks.__all__)
 from .client import Hli, connect
 from .iec import CTD, CTU, CTUD, F_TRIG, R_TRIG, RS, SR, TOF, TON, TP
 from .task import PlcError, task
@@ -26,10 +27,6 @@ __all__ = [
     "TOF",
     "TON",
     "TP",
-    "AcknowledgeAll",
-    "AutoContinue",
-    "ContourLookahead",
-    "FeedControl",
     "Hli",
     "HliAccessError",
     "HliError",
@@ -39,7 +36,7 @@ __all__ = [
     "HliTimeout",
     "HliVersionError",
     "PlcError",
-    "TechnoFunction",
     "connect",
     "task",
 ]
+__all__ += _blocks.__all__

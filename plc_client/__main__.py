@@ -18,8 +18,10 @@ from hli.errors import HliError, HliNotFound, HliNotReady
 
 from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
+from .guard import Guard
+from .online import Forces, SymbolTable, Watch, parse_force
 from .scan import Ending, Program, Scanner, report
-from .task import PlcError, load_tasks, spec_of
+from .task import PlcError, load_tasks
 
 _RETRY_S = 0.05
 _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
@@ -28,12 +30,24 @@ _FIRST_ATTACH_S = 30.0  # with --once: a CNC that starts at the same time
 class Process:
     """Attach, scan, and (unless ``once``) attach again, until the end or a signal."""
 
-    def __init__(self, name: str, once: bool) -> None:
-        self._name = name
+    def __init__(self, args: argparse.Namespace) -> None:
+        self._args = args
+        self._name: str = args.name
         self.programs: list[Program] = []
-        self._once = once
+        self._once: bool = args.once
         self._scanner: Scanner | None = None
         self.signal = 0
+        self.watch = Watch()
+        self._guard = Guard(self._give_up)
+
+    def load(self) -> None:
+        """Raises PlcError, ValueError: what the arguments name cannot be loaded."""
+        self.programs = _programs(self._args)
+
+    def on_restart(self, _number: int, _frame: Any) -> None:
+        """SIGUSR1: PLC restart before the next scan, with the file read anew; the CNC runs on."""
+        if self._scanner is not None:
+            self._scanner.request_restart()
 
     def on_signal(self, number: int, _frame: Any) -> None:
         """Signal handler: end after the current scan; the second signal ends a scan that never returns."""
@@ -69,10 +83,37 @@ class Process:
         return None
 
     def _scan(self, hli: Hli) -> Ending:
-        self._scanner = Scanner(hli, self.programs)
+        self._scanner = Scanner(hli, self.programs, watch=self.watch, forces=Forces(), guard=self._guard)
+        self._scanner.before_restart = self._read_anew
+        self._add_symbols(self._scanner)
         if self.signal:
             self._scanner.stop()
         return self._scanner.run()
+
+    def _read_anew(self) -> None:
+        """The classes of the file as it is now; a task whose class is gone keeps its old one."""
+        if self._args.builtin:
+            return
+        classes = {c.__qualname__: c for c in load_tasks(self._args.file, self._args.qualname)}
+        for program in self.programs:
+            program.factory = classes.get(program.name, program.factory)
+
+    def _add_symbols(self, scanner: Scanner) -> None:
+        table = SymbolTable(scanner._hli, self.programs)
+        for path in self._args.watch:
+            self.watch.add(path, table[path])
+        for text in self._args.force:
+            path, value = parse_force(text)
+            scanner.forces.force(path, table[path], value)
+
+    def _give_up(self, text: str) -> None:
+        """A task hangs and nothing interrupts it: tell what is known and leave."""
+        program = next((p for p in self.programs if p.has("cyclic")), None)
+        error = f"task watchdog: {text}" + (f" ({', '.join(p.name for p in self.programs)})" if program else "")
+        print(error, file=sys.stderr, flush=True)
+        if self._args.report is not None:
+            _store(self._args.report, {**report([], 0, stats.HANDSHAKES.quantiles()), "error": error})
+        os._exit(1)
 
     def _wait_gone(self) -> None:
         """After a shutdown: do not attach to the CNC that is just leaving."""
@@ -84,22 +125,23 @@ def main(argv: Sequence[str] | None = None) -> int:
     args = _arguments(argv)
     if args.parent is not None and lib.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
         return 1
-    process = Process(args.name, args.once)
+    process = Process(args)
     error = ""
     interrupted = False
     try:
-        process.programs += _programs(args)
+        process.load()
         signal.signal(signal.SIGTERM, process.on_signal)
         signal.signal(signal.SIGINT, process.on_signal)
+        signal.signal(signal.SIGUSR1, process.on_restart)
         process.run()
         interrupted = process.signal == signal.SIGINT
     except (PlcError, HliError, ValueError, OSError) as problem:
         error = str(problem)
     except KeyboardInterrupt:
         interrupted = process.signal != signal.SIGTERM
-    for number in (signal.SIGTERM, signal.SIGINT):
+    for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
         signal.signal(number, signal.SIG_IGN)  # what is left takes no time and ends by itself
-    error = _write_report(args.report, process.programs, error)
+    error = _write_report(args.report, process, error)
     if error:
         print(error, file=sys.stderr)
         return 1
@@ -116,31 +158,37 @@ def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--args", type=json.loads, default={}, help="JSON object for --builtin")
     parser.add_argument("--report", type=Path, help="write a JSON report here at the end")
     parser.add_argument("--once", action="store_true", help="end with the CNC instead of waiting for the next one")
+    parser.add_argument("--watch", action="append", default=[], metavar="SYMBOL", help="record a symbol at every scan")
+    parser.add_argument("--force", action="append", default=[], metavar="SYMBOL=VALUE", help="hold a symbol at a value")
     parser.add_argument("--parent", type=int, help="end when this parent process dies")
     return parser.parse_args(argv)
 
 
 def _programs(args: argparse.Namespace) -> list[Program]:
     if args.builtin:
-        cls = builtin.load(args.builtin)
-        return [Program(cls(args.args), args.builtin, spec_of(cls))]
+        return [Program.of(builtin.load(args.builtin), args.args, name=args.builtin)]
     return [Program.of(cls) for cls in load_tasks(args.file, args.qualname)]
 
 
-def _write_report(path: Path | None, programs: list[Program], error: str) -> str:
+def _write_report(path: Path | None, process: Process, error: str) -> str:
     """Write the report beside its name, then rename; returns the error text, with that of ``result()`` added."""
     if path is None:
         return error
+    counts = (stats.HANDSHAKES.n, stats.HANDSHAKES.quantiles())
     try:
-        content = report(programs, stats.HANDSHAKES.n, stats.HANDSHAKES.quantiles())
-        text = json.dumps({**content, "error": error or None})
+        content = {**report(process.programs, *counts, process.watch), "error": error or None}
+        json.dumps(content)
     except (PlcError, TypeError, ValueError) as problem:
         error = error or f"result() of a task: {problem}"
-        text = json.dumps({**report([], stats.HANDSHAKES.n, stats.HANDSHAKES.quantiles()), "error": error})
-    part = path.with_name(f"{path.name}.{os.getpid()}.part")
-    part.write_text(text)
-    part.replace(path)
+        content = {**report([], *counts), "error": error}
+    _store(path, content)
     return error
+
+
+def _store(path: Path, content: dict[str, Any]) -> None:
+    part = path.with_name(f"{path.name}.{os.getpid()}.part")
+    part.write_text(json.dumps(content))
+    part.replace(path)
 
 
 if __name__ == "__main__":

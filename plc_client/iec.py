@@ -41,7 +41,9 @@ class _Timer:
     def _elapsed(self) -> bool:
         """Refresh ET (held at PT) and tell whether PT has passed; exact to the ns."""
         limit_ns = max(round(self.PT * _NS), 0)
-        passed_ns = self._now_ns() - self._start_ns
+        now = self._now_ns()
+        self._start_ns = min(self._start_ns, now)  # a CNC that was started anew counts from 0
+        passed_ns = now - self._start_ns
         self.ET = min(passed_ns, limit_ns) / _NS
         return passed_ns >= limit_ns
 
@@ -80,10 +82,12 @@ class TP(_Timer):
 
     def __call__(self, IN: bool, PT: float | None = None) -> bool:
         rising, _ = self._inputs(IN, PT)
-        if rising and not self._running:
-            self._begin()
         if self._running:
-            self._running = self.Q = not self._elapsed()
+            self._running = not self._elapsed()
+        if rising and not self._running:  # also in the scan that finds the last pulse over
+            self._begin()
+            self._running = not self._elapsed()
+        self.Q = self._running
         if not self._running and not self.IN:
             self.ET = 0.0
         return self.Q

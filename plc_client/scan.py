@@ -1,13 +1,14 @@
-"""The scan runtime: tasks in priority order at their intervals, against one CNC.
+"""The scan runtime: inputs latched, tasks in priority order at their intervals, outputs published; against one CNC.
 
 One ``Scanner`` lives from attachment to the end of that CNC (``Ending``); ``plc_client.__main__`` makes a new one
 after a re-attachment.  Order after attachment: every task's ``setup()``, then ``plc_present_w``, then a scan at once.
+One scan: latch the clock and the input image, write forced values, run the tasks that are due, write forced values,
+record the watch list; then the CNC runs on and sees all that was written.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import Any
 
@@ -17,12 +18,17 @@ from hli import layout
 
 from . import clock
 from .client import Hli
+from .guard import Guard, TaskOverrun
+from .image import InputImage
+from .online import Forces, SymbolTable, Watch
 from .pace import Pacer, pacer_of
-from .stats import Reservoir
-from .task import PlcError, TaskSpec, describe, spec_of
+from .program import Program, task_statistics
+from .task import PlcError
 
 SCANS_AFTER_END = 10
 _FLAG_CHECK_NS = 100_000_000
+
+__all__ = ["SCANS_AFTER_END", "Ending", "Program", "Scanner", "report"]
 
 
 class Ending(Enum):
@@ -33,134 +39,149 @@ class Ending(Enum):
     STOPPED = "stopped"  # signal or stop()
 
 
-@dataclass
-class Program:
-    """One task of the user with its statistics, which outlive re-attachments."""
-
-    instance: Any
-    name: str
-    spec: TaskSpec
-    times: Reservoir = field(default_factory=Reservoir)
-    overruns: int = 0
-    due: int = 0
-    interval_ticks: int = 1
-    scans_after_end: int = 0
-
-    @classmethod
-    def of(cls, task_class: type, *args: Any) -> Program:
-        """Instance of a user's class; PlcError names the place if the constructor fails."""
-        try:
-            instance = task_class(*args)
-        except (Exception, SystemExit) as error:
-            raise PlcError(describe(error)) from error
-        return cls(instance, task_class.__qualname__, spec_of(task_class))
-
-    def call(self, method: str, *args: Any) -> Any:
-        """Call one of the user's methods; PlcError names the place if it fails."""
-        try:
-            return getattr(self.instance, method)(*args)
-        except (Exception, SystemExit) as error:
-            raise PlcError(describe(error)) from error
-
-    def has(self, method: str) -> bool:
-        """Whether the user gave this optional method."""
-        return callable(getattr(self.instance, method, None))
-
-    def schedule(self, now: int) -> None:
-        """Set the next due tick behind `now`; intervals that passed entirely without a scan are overruns."""
-        missed = max(now - self.due, 0) // self.interval_ticks
-        self.overruns += missed
-        self.due += (missed + 1) * self.interval_ticks
-
-    def report(self) -> dict[str, Any]:
-        """Statistics of this task."""
-        return {
-            "interval_s": self.spec.interval,
-            "priority": self.spec.priority,
-            "scans": self.times.n,
-            "overruns": self.overruns,
-            **self.times.summary_us(),
-        }
-
-
 class Scanner:
-    """Runs the programs against one CNC until it ends."""
+    """Runs the programs against one CNC until it ends, or scan by scan (``start``, ``scan``, ``next_due``)."""
 
-    def __init__(self, hli: Hli, programs: Sequence[Program], pacer: Pacer | None = None) -> None:
+    def __init__(
+        self,
+        hli: Hli,
+        programs: Sequence[Program],
+        pacer: Pacer | None = None,
+        *,
+        watch: Watch | None = None,
+        forces: Forces | None = None,
+        guard: Guard | None = None,
+        may_finish: bool = True,
+    ) -> None:
         self._hli = hli
-        self._programs = sorted(programs, key=lambda p: p.spec.priority)
+        self._may_finish = may_finish
+        self.programs = sorted(programs, key=lambda p: p.spec.priority)
         self._pacer = pacer or pacer_of(hli)
-        self._stop = False
+        self._on_wall = hli.cnc.clock == layout.HLI_CLOCK_REALTIME
+        self.watch = watch if watch is not None else Watch()
+        self.forces = forces if forces is not None else Forces()
+        self._guard = guard or Guard()
+        self._own_guard = guard is None
+        self._stop = self._restart = False
+        self.before_restart: Callable[[], None] = lambda: None
         self._end_seen = False
         self._next_check_ns = 0
+        self._latched_ns = 0
+        self._live_ns = lambda: self._latched_ns
         self._counters: Any = hli.plc._c  # the structure itself: twice a scan, nothing to check
         self._plc = hli.plc
+        self._image = InputImage(hli)
         self._bahn_state = hli.gpCh[0].bahn_state
+        self.symbols = SymbolTable(hli, self.programs)
 
     def stop(self) -> None:
         """End after the current scan; may be called from a signal handler."""
         self._stop = True
 
+    def request_restart(self) -> None:
+        """Restart the PLC before the next scan; may be called from a signal handler."""
+        self._restart = True
+
     def run(self) -> Ending:
         """Setup, presence, scans.  Raises PlcError when the user's code fails."""
-        self._setup()
-        while True:
-            self._scan_due()
-            self._tell_finished()
-            ending = self._wait_next()
-            if ending is not None:
-                return ending
+        try:
+            self.start()
+            while True:
+                self.scan()
+                ending = self._wait_next()
+                if ending is not None:
+                    return ending
+        except TaskOverrun as error:  # the watchdog bit just when the call had returned after all
+            raise PlcError("task watchdog: a task took too long") from error
+        finally:
+            self.close()
 
-    # -- steps
-    def _setup(self) -> None:
-        self._latch_clock()
-        for program in self._programs:
+    def close(self) -> None:
+        """The connection's views read the memory again; ends the watchdog's thread."""
+        self._image.close()
+        if self._own_guard:
+            self._guard.close()
+
+    # -- the steps of a PLC's life
+    def start(self) -> None:
+        """Latch, ``setup()`` of all tasks, ``plc_present_w``; the first scan is due now."""
+        self._latch()
+        for program in self.programs:
+            program.guard = self._guard
             program.interval_ticks = self._pacer.ticks(program.spec.interval)
             program.scans_after_end = 0
+            program.started_ns = -1
             if program.has("setup"):
                 program.call("setup", self._hli)
+        self.watch.rebind(self.symbols)
+        self.forces.rebind(self.symbols)
         self._hli.set_present()
         now = self._pacer.now()
-        for program in self._programs:
+        for program in self.programs:
             program.due = now
 
-    def _latch_clock(self) -> None:
-        latched = self._hli.cell_time_ns
-        clock.set_source(lambda: latched)
+    def restart(self) -> None:
+        """PLC restart beside a CNC that runs on: new instances, ``setup()`` again (it must rewrite all ``_w`` data)."""
+        self._restart = False
+        self.before_restart()
+        for program in self.programs:
+            program.restart()
+        self.start()
 
-    def _scan_due(self) -> None:
+    def next_due(self) -> int:
+        """Tick of the next scan."""
+        return min(p.due for p in self.programs)
+
+    def scan(self) -> None:
+        """Inputs, logic of all tasks that are due, outputs."""
+        if self._restart:
+            self.restart()
         now = self._pacer.now()
-        self._latch_clock()
-        for program in self._programs:
+        self._latch()
+        if self.forces:
+            self.forces.apply()
+        for program in self.programs:
             if program.due <= now:
-                self._scan(program)
+                self._cyclic(program)
                 program.schedule(now)
+        if self.forces:
+            self.forces.apply()
+        if self.watch:
+            self.watch.record(self._latched_ns / 1e9)
         self._counters.scans += 1
         self._counters.heartbeat += 1
+        self._tell_finished()
 
-    def _scan(self, program: Program) -> None:
+    # -- steps of one scan
+    def _latch(self) -> None:
+        self._latched_ns = self._hli.cell_time_ns
+        clock.set_source(self._live_ns)
+        self._image.latch()
+
+    def _cyclic(self, program: Program) -> None:
         begin = lib.hs_monotonic_ns()
+        program.begins(begin if self._on_wall else self._latched_ns, round(program.spec.interval * 1e9))
         program.call("cyclic")
         program.times.add(lib.hs_monotonic_ns() - begin)
         program.scans_after_end += self._end_seen
 
     def _tell_finished(self) -> None:
         """The PLC's wish to end: the program has ended, each task had its scans since and says it is finished."""
-        ended = self._hli.phase == layout.HLI_PHASE_ENDED or self._bahn_state.program_end_r
+        ended = self._bahn_state._c.program_end_r or self._hli.phase == layout.HLI_PHASE_ENDED
         if ended != self._end_seen:
             self._end_seen = ended
-            for program in self._programs:
+            for program in self.programs:
                 program.scans_after_end = 0
-        if not ended or self._plc.finished:
+        if not (ended and self._may_finish) or self._plc.finished:
             return
-        if all(p.scans_after_end >= SCANS_AFTER_END for p in self._programs) and self._all_finished():
+        if all(p.scans_after_end >= SCANS_AFTER_END for p in self.programs) and self._all_finished():
             self._hli.finish()
 
     def _all_finished(self) -> bool:
-        return all(p.call("finished") for p in self._programs if p.has("finished"))
+        return all(p.call("finished") for p in self.programs if p.has("finished"))
 
     def _wait_next(self) -> Ending | None:
-        due = min(p.due for p in self._programs)
+        due = self.next_due()
         while True:
             if self._stop:
                 return Ending.STOPPED
@@ -181,14 +202,17 @@ class Scanner:
         return True
 
 
-def report(programs: Sequence[Program], requests: int, handshake_ns: dict[str, int]) -> dict[str, Any]:
-    """The JSON report of a PLC process: statistics and what the tasks' ``result()`` give."""
+def report(
+    programs: Sequence[Program], requests: int, handshake_ns: dict[str, int], watch: Watch | None = None
+) -> dict[str, Any]:
+    """The JSON report of a PLC process: statistics, what the tasks' ``result()`` give, the watch list."""
     results = {p.name: p.call("result") for p in programs if p.has("result")}
     return {
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),
-        "tasks": {p.name: p.report() for p in programs},
+        "tasks": task_statistics(programs),
         "requests": requests,
         "handshake_ns": handshake_ns,
         "result": next(iter(results.values())) if len(results) == 1 else results or None,
+        **({"watch": watch.report()} if watch else {}),
     }

@@ -23,8 +23,10 @@ class Reservoir:
 
     def add(self, value: int) -> None:
         """Take one value."""
-        self.min = value if self.n == 0 else min(self.min, value)
-        self.max = max(self.max, value)
+        if value > self.max or not self.n:
+            self.max = value
+        if value < self.min or not self.n:
+            self.min = value
         self.total += value
         self.n += 1
         if len(self._kept) < self._size:

@@ -15,6 +15,7 @@ from typing import Any, TypeVar
 
 _T = TypeVar("_T", bound=type)
 _ATTRIBUTE = "__plc_task__"
+WATCHDOG_S = 10.0
 _FRAMEWORK = Path(__file__).resolve().parent
 _INSTALLED = tuple(Path(sysconfig.get_path(key)).resolve() for key in ("stdlib", "purelib", "platlib"))
 
@@ -49,25 +50,32 @@ def refuse_cell_start() -> None:
 
 @dataclass(frozen=True)
 class TaskSpec:
-    """Interval in seconds of the cell's clock; tasks due at the same time run in order of priority, lowest first."""
+    """Interval in seconds of the cell's clock; tasks due at the same time run in order of priority, lowest first.
+
+    ``watchdog``: seconds of wall time one call may take; 0 switches it off.
+    """
 
     interval: float = 0.001
     priority: int = 0
+    watchdog: float = WATCHDOG_S
 
 
-def task(interval: float = 0.001, priority: int = 0) -> Callable[[_T], _T]:
+def task(interval: float = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S) -> Callable[[_T], _T]:
     """Class decorator: an instance's ``cyclic()`` runs every ``interval`` seconds of the cell's clock.
 
     ``setup(hli)`` runs once after each attachment, before the first scan.  Optional: ``finished()`` (after the
-    program's end: may the cell go?) and ``result()`` (any JSON value for the report).
+    program's end: may the cell go?) and ``result()`` (any JSON value for the report).  A ``cyclic()`` that has not
+    returned after ``watchdog`` seconds of wall time ends the PLC with an error that names the line (0: never).
     """
     if not interval > 0.0:
         raise ValueError(f"task interval {interval} s: above 0")
+    if not watchdog >= 0.0:
+        raise ValueError(f"task watchdog {watchdog} s: 0 (off) or more")
 
     def mark(cls: _T) -> _T:
         if not callable(getattr(cls, "cyclic", None)):
             raise TypeError(f"task {cls.__name__} has no method cyclic()")
-        setattr(cls, _ATTRIBUTE, TaskSpec(interval, priority))
+        setattr(cls, _ATTRIBUTE, TaskSpec(interval, priority, watchdog))
         return cls
 
     return mark
@@ -119,7 +127,7 @@ def _import(path: Path) -> ModuleType:
         sys.path.append(folder)  # behind everything installed: neighbours can be imported, nothing is shadowed
     try:
         with loading(path):
-            spec.loader.exec_module(module)
+            exec(compile(path.read_bytes(), str(path), "exec"), vars(module))  # never an older compiled file
     except CellStartRefused:
         pass  # the file runs its own cell further down: its classes stand above, and that cell is this one
     except (Exception, SystemExit) as error:

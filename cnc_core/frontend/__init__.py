@@ -35,10 +35,18 @@ class FrontEnd(Protocol):
     def close(self) -> None: ...
 
 
-def create(dialect: str, path: Path, machine: ProgramMachine, port: ChannelPort, collect: bool = False) -> FrontEnd:
-    """The front end of ``dialect`` for one program."""
+def create(
+    dialect: str,
+    path: Path,
+    machine: ProgramMachine,
+    port: ChannelPort,
+    collect: bool = False,
+    *,
+    lenient: bool = False,
+) -> FrontEnd:
+    """The front end of ``dialect`` for one program; ``lenient`` as the dialect understands it."""
     if dialect == "isg":
-        return IsgFrontEnd(path, machine, port, collect=collect)
+        return IsgFrontEnd(path, machine, port, collect=collect, lenient=lenient)
     if dialect == "iso":
         return IsoFrontEnd(path, machine, port, collect=collect)
     known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"

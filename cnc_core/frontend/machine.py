@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -17,12 +18,40 @@ class Tool:
 
 
 @dataclass(frozen=True)
+class External:
+    """A variable shared with the PLC: ``number`` is its first 24-byte block (from 1), ``size`` None or elements.
+
+    ``type``: BOOLEAN, SGN08 .. UNS32, REAL64 or STRING; a text has at most 23 characters a block.
+    """
+
+    name: str
+    type: str
+    number: int
+    size: int | None = None
+    scope: Literal["channel", "global"] = "channel"
+    synchronised: bool = True
+    characters: int = 23
+
+    @property
+    def blocks(self) -> int:
+        """24-byte blocks it takes."""
+        return (self.size or 1) * self.blocks_per_element
+
+    @property
+    def blocks_per_element(self) -> int:
+        return -(-(self.characters + 1) // 24) if self.type == "STRING" else 1
+
+
+@dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
 
     ``main``: channel index of the geometry's X, Y, Z axis, -1 where the machine has none.
     ``start``: (axes,) position at program start, mm or degrees.
     ``m_functions``: synchronisation type (P-CHAN-00041) by M number; what is absent is undefined.
+    ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
+    name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
+    ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
     """
 
     axes: tuple[str, ...]
@@ -31,3 +60,9 @@ class ProgramMachine:
     start: npt.NDArray[np.float64]
     tools: dict[int, Tool] = field(default_factory=dict)
     m_functions: dict[int, str] = field(default_factory=dict)
+    externals: dict[str, External] = field(default_factory=dict)
+    zero_offsets: dict[int, dict[str, float]] = field(default_factory=dict)
+    g_programs: dict[int, str] = field(default_factory=dict)
+    m6_program: str = ""
+    velocity: npt.NDArray[np.float64] | None = None
+    limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None

@@ -108,10 +108,10 @@ class RadiusCompensation:
 
     def _refuse(self, number: int, parts: list[Rows], pool: FloatArray) -> None:
         """Report and go on without compensation, or stop the stream behind the rows in ``parts``."""
-        error = self._error(number)
+        error, count = self._error(number), int(self._state.place.count)
         lib.nc_offset_forget(self._state)
         if self._collect is None:
-            raise RefusedRow(error, BlockBatch(np.concatenate(parts), pool))
+            raise RefusedRow(error, BlockBatch(np.concatenate(parts), pool), count)
         self._collect(error)
 
 

@@ -20,11 +20,14 @@ from .polynomial import joined
 
 
 class RefusedRow(Exception):  # noqa: N818 - it is the row that is refused, the error is inside
-    """A stage refuses a row: the error, and the final rows ahead of that row."""
+    """A stage refuses a row: the error, the final rows ahead of that row, and its ``count`` (0 if not known).
 
-    def __init__(self, error: CncError, ahead: BlockBatch) -> None:
+    A line comes again in a loop, its ``count`` does not.
+    """
+
+    def __init__(self, error: CncError, ahead: BlockBatch, count: int = 0) -> None:
         super().__init__(str(error))
-        self.error, self.ahead = error, ahead
+        self.error, self.ahead, self.count = error, ahead, count
 
 
 class Stage(Protocol):
@@ -58,12 +61,12 @@ class DropZeroLength:
         pass
 
 
-def _tried(step: Callable[[], BlockBatch]) -> tuple[BlockBatch, CncError | None]:
+def _tried(step: Callable[[], BlockBatch]) -> tuple[BlockBatch, RefusedRow | None]:
     """The rows of one step, and why there are no more of them."""
     try:
         return step(), None
     except RefusedRow as refused:
-        return refused.ahead, refused.error
+        return refused.ahead, refused
 
 
 class Pipeline:
@@ -82,7 +85,7 @@ class Pipeline:
             try:
                 parts.append(self._from(i + 1, stage.drain))
             except RefusedRow as refused:
-                raise RefusedRow(refused.error, joined([*parts, refused.ahead])) from None
+                raise RefusedRow(refused.error, joined([*parts, refused.ahead]), refused.count) from None
         return joined(parts)
 
     def _from(self, first: int, source: Callable[[], BlockBatch]) -> BlockBatch:
@@ -92,7 +95,7 @@ class Pipeline:
             batch, later = _tried(partial(stage.push, batch))
             refusal = later or refusal
         if refusal:
-            raise RefusedRow(refusal, batch)
+            raise RefusedRow(refusal.error, batch, refusal.count)
         return batch
 
     def resync(self, position: npt.NDArray[np.float64]) -> None:

@@ -56,7 +56,8 @@ class AxisLimits:
         if beyond.any():
             row, axis = (int(i) for i in np.argwhere(beyond)[0])
             value = low[row, axis] if low[row, axis] < self.low[axis] else high[row, axis]
-            raise RefusedRow(self._error(rows[row], axis, value), BlockBatch(batch.rows[: moving[row]], batch.pool))
+            ahead = BlockBatch(batch.rows[: moving[row]], batch.pool)
+            raise RefusedRow(self._error(rows[row], axis, value), ahead, int(rows["count"][row]))
         return batch
 
     def _reach(self, rows: npt.NDArray[Any], pool: FloatArray) -> tuple[FloatArray, FloatArray]:

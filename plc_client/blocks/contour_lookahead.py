@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -11,13 +12,24 @@ from hli.handshake import BLOCK_ROWS
 from hli.view import BLOCK_DTYPE
 
 from .arbiter import Arbiter, Request
+from .base import FunctionBlock
 from .paging import ContourFollower, LogReader
 
 ERROR_REQUEST = 1
 """error_id: start_position or length is not a finite number; nothing was requested."""
 
 
-class ContourLookahead:
+class LookaheadState(Enum):
+    """States of the block (docs/plc.md draws them)."""
+
+    IDLE = "idle"
+    QUEUED = "queued"
+    PENDING = "pending"
+    DONE = "done"
+    ERROR = "error"
+
+
+class ContourLookahead(FunctionBlock):
     """Requests contour elements from the CNC; called once per scan, never waits.
 
     ``fb(start_position, length)`` without ``execute`` is continuous: each call takes the answer that has arrived and
@@ -45,9 +57,9 @@ class ContourLookahead:
     """
 
     def __init__(self, unit: Any) -> None:
+        super().__init__()
         self.unit = unit
-        self.done = self.busy = self.error = self.full = False
-        self.error_id = 0
+        self.full = False
         self.blocks: np.ndarray[Any, Any] = np.zeros(0, BLOCK_DTYPE)
         self.answer_request: Request | None = None
         self._arbiter = Arbiter.of(unit)
@@ -100,6 +112,16 @@ class ContourLookahead:
     def lost_distance(self) -> float:
         """Path length of the elements ``follow()`` came too late for, 0.1 um."""
         return self._contour.lost_distance if self._contour is not None else 0.0
+
+    @property
+    def state(self) -> LookaheadState:  # type: ignore[override]
+        """IDLE, QUEUED (another block's turn), PENDING (placed), DONE, ERROR."""
+        if self.error:
+            return LookaheadState.ERROR
+        if self._open:
+            waiting = self._arbiter.is_waiting(self._deliver)
+            return LookaheadState.QUEUED if waiting else LookaheadState.PENDING
+        return LookaheadState.DONE if self.done else LookaheadState.IDLE
 
     # -- for the paging helpers: the same steps one by one
     def poll(self) -> bool:

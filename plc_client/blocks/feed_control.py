@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-OVERRIDE_MAX_PERCENT = 200.0
+from .level import OVERRIDE_MAX_PERCENT, command
 
 
 class FeedControl:
@@ -34,9 +34,3 @@ class FeedControl:
         """Give the units back to the operator's values."""
         for unit in (self._control.override, self._control.override_valid, self._control.feedhold):
             unit.enable_w = False
-
-
-def command(unit: Any, value: Any) -> None:
-    """Command a level unit: the value before the enable, so that no old value ever acts."""
-    unit.command_w = value
-    unit.enable_w = True

@@ -34,7 +34,7 @@ class LogReader:
     def __call__(self) -> Blocks:
         """The new entries (maybe none); asks for more as long as the CNC reports more."""
         fresh = self._fb.poll()
-        count = self._fb.unit.state.count_logged_blocks
+        count = self._fb.unit._c.state.count_logged_blocks  # the memory itself, never older than the answer
         if count < self.index:
             self.index = 0
             self._stale = self._fb.busy
@@ -83,7 +83,7 @@ class ContourFollower:
         if not length > 0.0:
             raise ValueError(f"length {length}: a range above 0 (0.1 um) is needed")
         fresh = self._fb.poll()  # first the answer, then the distances: a reset seen here makes the answer stale
-        known = self._fb.unit.state.max_dist_prog_start
+        known = self._fb.unit._c.state.max_dist_prog_start
         if self._was_reset(known):
             self._begin_again()
             fresh = False
@@ -96,7 +96,7 @@ class ContourFollower:
     def _was_reset(self, known: float) -> bool:
         fell, backward = False, False
         if self._channel is not None:
-            state = self._channel.bahn_state
+            state = self._channel._c.bahn_state  # the memory itself, never older than the answer
             before, self._distance = self._distance, state.dist_prog_start
             before_backward, self._backward = self._backward, state.backward_active_r
             backward = before_backward or self._backward

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, NamedTuple
 
 from hli._sync import ffi, lib
@@ -11,7 +11,7 @@ from hli._sync import ffi, lib
 from hli import layout
 from hli.view import View, view_class
 
-from .feed_control import command
+from .level import command
 
 KINDS = {1: "M", 2: "H", 3: "S", 4: "T"}  # fkt_ctrl_r: HLI_INTF_M_FKT, _H_FKT, _SPINDEL, _TOOL
 _PAYLOADS: dict[int, Any] = {
@@ -53,7 +53,7 @@ class TechnoFunction(NamedTuple):
     late: bool
 
 
-class _Array:
+class TechnoArray:
     """One technology array of a channel or axis with its pointers cast once."""
 
     def __init__(self, area: View, area_name: str, late: bool) -> None:
@@ -61,18 +61,21 @@ class _Array:
         self.area_name, self.late = area_name, late
         self._units = units  # keeps the memory alive
         self._pointers = [unit._pointer() for unit in units]
+        self._first, self._count = self._pointers[0], len(self._pointers)
         self._copy = layout.TECHNO_UNIT_CH()
         self._target = ffi.cast("void *", ctypes.addressof(self._copy))
 
-    def __call__(self) -> Iterator[TechnoFunction]:
-        """Fetch (please_rw FALSE) and acknowledge (done_w TRUE) every function that is offered."""
-        index = lib.hs_techno_next(self._pointers[0], len(self._pointers), 0)
+    def fetch_all(self) -> Iterator[tuple[int, TechnoFunction]]:
+        """Fetch (please_rw FALSE) every function that is offered: its unit's index and its content, in order."""
+        index = lib.hs_techno_next(self._first, self._count, 0)
         while index >= 0:
-            unit = self._pointers[index]
-            lib.hs_techno_fetch(unit, self._target)
-            yield self._decode()
-            lib.hs_techno_done(unit)
-            index = lib.hs_techno_next(self._pointers[0], len(self._pointers), index + 1)
+            lib.hs_techno_fetch(self._pointers[index], self._target)
+            yield index, self._decode()
+            index = lib.hs_techno_next(self._first, self._count, index + 1)
+
+    def acknowledge(self, index: int) -> None:
+        """Acknowledge (done_w TRUE) the function of a unit."""
+        lib.hs_techno_done(self._pointers[index])
 
     def _decode(self) -> TechnoFunction:
         code = self._copy.fkt_ctrl_r
@@ -82,6 +85,28 @@ class _Array:
         return TechnoFunction(KINDS.get(code, "?"), number, payload, self.area_name, self.late)
 
 
+class TechnoArea:
+    """Both arrays of a channel or axis; they lie side by side, so that one look finds out that nothing is there."""
+
+    def __init__(self, area: View, name: str) -> None:
+        self._arrays = [TechnoArray(area, name, late) for late in (False, True)]
+        std, late = area.techno_unit_std_sync, area.techno_unit_late_sync
+        self._first, self._count = std[0]._pointer(), len(std) + len(late)
+        assert late[0]._address - std[0]._address == len(std) * ctypes.sizeof(layout.TECHNO_UNIT_CH)
+
+    def fetch_all(self) -> Iterable[tuple[TechnoArray, int, TechnoFunction]]:
+        """Every function that is offered, std array first."""
+        if lib.hs_techno_next(self._first, self._count, 0) < 0:
+            return ()
+        return ((array, *found) for array in self._arrays for found in array.fetch_all())
+
+
+def techno_areas(hli: Any) -> list[TechnoArea]:
+    """The configured areas, axes first."""
+    areas = [TechnoArea(area, f"gpAx[{i}]") for i, area in enumerate(hli.gpAx) if area is not None]
+    return areas + [TechnoArea(area, f"gpCh[{i}]") for i, area in enumerate(hli.gpCh) if area is not None]
+
+
 class AcknowledgeAll:
     """Fetches and acknowledges all technology functions of all channels and axes (two-flag protocol), axes first.
 
@@ -89,17 +114,16 @@ class AcknowledgeAll:
     """
 
     def __init__(self, hli: Any, on_function: Callable[[TechnoFunction], None] | None = None) -> None:
-        areas = [(area, f"gpAx[{i}]") for i, area in enumerate(hli.gpAx) if area is not None]
-        areas += [(area, f"gpCh[{i}]") for i, area in enumerate(hli.gpCh) if area is not None]
-        self._arrays = [_Array(area, name, late) for area, name in areas for late in (False, True)]
+        self._areas = techno_areas(hli)
         self._on_function = on_function
 
     def __call__(self) -> list[TechnoFunction]:
         """One scan."""
-        functions = []
-        for array in self._arrays:
-            for function in array():
+        functions: list[TechnoFunction] = []
+        for area in self._areas:
+            for array, index, function in area.fetch_all():
                 if self._on_function is not None:
                     self._on_function(function)
                 functions.append(function)
+                array.acknowledge(index)
         return functions

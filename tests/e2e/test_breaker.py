@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome, command
+from conftest import T1, Outcome, command, wait_for_cycle
 
 from plc_client import connect
 
@@ -185,7 +185,7 @@ def test_sigterm_keeps_the_recording(program: Write, tmp_path: Path) -> None:
     record = tmp_path / "r.npz"
     path = program("F600\n" + "G1 X50\nX0\n" * 100)
     launcher = subprocess.Popen(command("run", path, "--clock", "realtime", "--record", record), stderr=subprocess.PIPE)
-    time.sleep(2.0)
+    wait_for_cycle(launcher.pid, 200)
     launcher.send_signal(signal.SIGTERM)
     launcher.communicate(timeout=90)
     assert launcher.returncode == 143

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome, command
+from conftest import T1, Outcome, command, wait_for_cycle
 from plc_follow import Follow, FollowByHand
 
 from cnc_core import Cell
@@ -164,7 +164,7 @@ def test_interrupt_ends_both_sides_and_keeps_the_recording(program: Write, tmp_p
         stderr=subprocess.PIPE,
     )
     wait_for_children(process.pid, 2)
-    time.sleep(1.0)
+    wait_for_cycle(process.pid, 100)
     os.killpg(process.pid, signal.SIGINT)
     process.communicate(timeout=90)
     assert process.returncode == 130

@@ -1,7 +1,8 @@
 """Golden programs: ``tests/golden/<dialect>_<case>/program.*`` gives exactly ``expected.blocks``.
 
-One JSON object a line: rows as ``Block.as_json``, waits in their place, then the errors.  The machine has X Y Z and a
-rotary axis A, tool 1 (radius 5, length 20 mm), M3 M5 M8.  ``HLI_COSIM_GOLDEN=write`` writes the expectations anew.
+One JSON object a line: rows as ``Block.as_json``, waits in their place, for ISG warnings and messages, then the errors.
+The machine has X Y Z and a rotary axis A, tool 1 (radius 5, length 20 mm), M3 M5 M8, G54 and G55, V.E.GO and V.E.A.B.
+``HLI_COSIM_GOLDEN=write`` writes the expectations anew.
 """
 
 import json
@@ -13,7 +14,7 @@ import pytest
 
 from cnc_core.blocks import blocks
 from cnc_core.frontend import create
-from cnc_core.frontend.machine import ProgramMachine, Tool
+from cnc_core.frontend.machine import External, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
 from cnc_core.port import OfflinePort, Wait
 
@@ -26,6 +27,11 @@ MACHINE = ProgramMachine(
     start=np.zeros(4),
     tools={1: Tool(5.0, 20.0)},
     m_functions={3: "MOS", 5: "MOS", 8: "MVS_SVS"},
+    externals={"GO": External("GO", "UNS32", 1), "A.B": External("A.B", "REAL64", 2, 3)},
+    zero_offsets={1: {"X": 100.0, "Y": 10.0}, 2: {"X": -50.0, "Z": 5.0}},
+    g_programs={80: "g80.nc"},
+    velocity=np.full(4, 300.0),
+    limits=(np.full(4, -1000.0), np.full(4, 1000.0)),
 )
 
 
@@ -38,6 +44,9 @@ def lines_of(path):
             yield {"wait": item.value}
         else:
             yield from (block.as_json() for block in blocks(item, start, MACHINE.axes, MACHINE.main))
+    if path.parent.name.startswith("isg_"):
+        yield from ({"warning": w.code, "line": w.place.line} for w in front_end.warnings)
+        yield from ({"message": text} for text in port.messages if not text.startswith(str(path.parent)))
     for error in front_end.errors:
         yield {name: value for name, value in error.as_json().items() if name != "file"}
 

@@ -134,3 +134,80 @@ def test_bistables_differ_when_both_inputs_are_true() -> None:
     assert rs(False, False)
     assert not sr(False, True)
     assert not rs(False, True)
+
+
+def test_tp_edge_in_the_scan_that_finds_the_pulse_over() -> None:
+    """The pulse ended between two scans, then IN rose: a new pulse, not a lost edge."""
+    clock_ = Clock()
+    pulse, out = TP(PT=0.010, now_ns=clock_), []
+    for ms, value in ((0, True), (5, False), (12, True), (20, True), (22, True)):
+        clock_.ns = ms * MS
+        out.append((pulse(value), pulse.ET))
+    assert out == [(True, 0.0), (True, 0.005), (True, 0.0), (True, 0.008), (False, 0.010)]
+
+
+def test_tp_with_pt_zero_gives_no_pulse_and_et_falls_with_in() -> None:
+    """ET is held at PT as long as IN stays TRUE."""
+    clock_ = Clock()
+    assert not TP(PT=0.0, now_ns=clock_)(True)
+    pulse = TP(PT=0.002, now_ns=clock_)
+    shown = []
+    for i, value in enumerate([True, True, True, True, False]):
+        clock_.ns = i * MS
+        pulse(value)
+        shown.append(pulse.ET)
+    assert shown == [0.0, 0.001, 0.002, 0.002, 0.0]
+
+
+def test_tof_holds_et_at_pt_until_in_comes_back() -> None:
+    """Standard figure: ET runs after the fall, stays at PT, is 0 with IN."""
+    clock_ = Clock()
+    timer, shown = TOF(PT=0.002, now_ns=clock_), []
+    for i, value in enumerate([True, False, False, False, False, True]):
+        clock_.ns = i * MS
+        timer(value)
+        shown.append((timer.Q, timer.ET))
+    assert shown == [(True, 0.0), (True, 0.0), (True, 0.001), (False, 0.002), (False, 0.002), (True, 0.0)]
+
+
+def test_pt_may_change_while_a_timer_runs() -> None:
+    """The new PT counts from the same start."""
+    clock_ = Clock()
+    timer = TON(PT=0.010, now_ns=clock_)
+    timer(True)
+    clock_.ns = 4 * MS
+    assert timer(True, PT=0.003)
+
+
+def test_timers_survive_a_clock_that_begins_anew() -> None:
+    """After a CNC restart the cell's clock counts from 0: the timer runs its time from there."""
+    clock_ = Clock()
+    clock_.ns = 1000 * MS
+    timer = TON(PT=0.003, now_ns=clock_)
+    timer(True)
+    clock_.ns = 0
+    assert not timer(True)
+    clock_.ns = 3 * MS
+    assert timer(True)
+
+
+def test_f_trig_is_silent_in_its_first_call() -> None:
+    """TwinCAT and CODESYS start with the memory at TRUE: no edge before there was a TRUE."""
+    assert not F_TRIG()(False)
+
+
+def test_ctd_and_ctud_stop_at_their_lower_limit() -> None:
+    """CV is an INT."""
+    down, both = CTD(PV=1), CTUD(PV=1)
+    down.CV = both.CV = -32768
+    down(True)
+    both(CD=True)
+    assert (down.CV, both.CV) == (-32768, -32768)
+
+
+def test_edges_during_reset_are_used_up() -> None:
+    """A counting input that rose under R does not count when R falls."""
+    counter = CTU(PV=5)
+    counter(True, R=True)
+    counter(True)
+    assert counter.CV == 0

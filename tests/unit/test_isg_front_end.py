@@ -106,13 +106,16 @@ def test_error_in_continuation_names_its_physical_line(front_end):
 
 
 def test_program_lines(front_end):
-    """%NAME opens the main program; a later % line ends it with a warning; local subprograms are refused."""
-    reader = front_end("; head\n%MAIN\nG00 X1\n%L OTHER\nX2\n")
+    """%NAME opens the main program; a later % line ends it, with a warning unless it is a local subprogram."""
+    reader = front_end("; head\n%MAIN\nG00 X1\n%OTHER\nX2\n")
     assert len(rows_of(reader)) == 1
     assert reader.program_name == "MAIN"
     assert reader.block_count == 4
     assert [w.code for w in reader.warnings] == [900020]
-    assert error_of(front_end("%L SUB\nM17\n%MAIN\n")).code == 900003
+    reader = front_end("%L SUB\nG00 X5\nM17\n%MAIN\nG00 X1\n%L BEHIND\nX3\n")
+    assert rows_of(reader)["end"][:, 0].tolist() == [1.0]
+    assert not reader.warnings
+    assert error_of(front_end("%L SUB\nM17\n")).code == 907033
     assert error_of(front_end("G00 X1\n%MAIN\n")).code == 900017
 
 

@@ -28,7 +28,7 @@ def read(tmp_path):
     def run(text, **options):
         path = tmp_path / "program.ngc"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        reader = IsoFrontEnd(path, MACHINE, OfflinePort(MACHINE.start), **options)
+        reader = IsoFrontEnd(path, MACHINE, OfflinePort(MACHINE.start, options.pop("switches", 0)), **options)
         batches = [batch.rows for batch in read_all(reader, 7)]
         return (np.concatenate(batches) if batches else np.empty(0)), reader
 
@@ -55,9 +55,11 @@ def test_spellings_of_one_line(read, line, scan):
 
 
 def test_block_delete(read):
-    """Lines with `/` are executed unless the switch is on; a number behind it is the switch's."""
+    """`/` lines are skipped while their switch is on; without a number it is switch 1."""
     assert len(read("G0 X9\n/X8\n/2 X7\n")[0]) == 3
-    assert len(read("G0 X9\n/X8\n/2 X7\n", block_delete=True)[0]) == 1
+    assert len(read("G0 X9\n/X8\n/2 X7\n", switches=0b01)[0]) == 2
+    assert len(read("G0 X9\n/X8\n/2 X7\n", switches=0b11)[0]) == 1
+
 
 
 def test_columns_count_in_the_line_of_the_file(read):

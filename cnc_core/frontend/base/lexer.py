@@ -16,6 +16,7 @@ from cnc_core.errors import CncError, Place
 class Kind(Enum):
     NUMBER = "number"
     NAME = "name"
+    VARIABLE = "variable"  # of the dialects whose pattern has this group
     STRING = "string"
     OP = "operator"
     END = "end"
@@ -83,6 +84,14 @@ class TokenStream:
         if token.kind is not Kind.END:
             self._at += 1
         return token
+
+    @property
+    def place(self) -> int:
+        """Where the cursor stands, for ``go_to``."""
+        return self._at
+
+    def go_to(self, place: int) -> None:
+        self._at = place
 
     def accept(self, *texts: str) -> Token | None:
         return self.next() if self.is_op(*texts) else None

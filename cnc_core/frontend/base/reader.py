@@ -1,79 +1,150 @@
-"""The resumable reader under the front ends: plain lines through the C scanner, other blocks through the dialect."""
+"""The resumable reader under the front ends: plain lines through the C scanner, other blocks through the dialect.
+
+Program levels, jumps and repeated blocks: ``cnc_core.frontend.base.flow``.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from cnc_core.blocks import NC_BLOCK, BlockBatch
-from cnc_core.errors import CncError, Place
+from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base import scanner
 from cnc_core.frontend.base.block_text import BlockText
+from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.source import Source
 from cnc_core.port import ChannelPort, Wait
 
 Item = Row | Wait | CncError
+LEVELS_MAX = 21  # the main program and 20 subprograms in each other
+BREATH_BLOCKS = 100_000  # blocks without a row before ``read`` returns, empty-handed
+WAIT_BLOCKS = 1000  # what a wait counts for where nobody answers
+WARNINGS_MAX = 1000  # of one number
+IDLE_BLOCKS_MAX = 5_000_000  # blocks without a row (and, where somebody answers, without a wait): error 907001
+
+
+@dataclass
+class Prepared:
+    """A block, ready to be executed any number of times.  ``end``: place of the file behind it.
+
+    ``drain``: everything handed out before has to be executed first, each time.
+    """
+
+    text: BlockText
+    run: Callable[[], Sequence[Row | Wait]]
+    drain: bool = False
+    end: int = 0
 
 
 class BlockReader(ABC):
     """Reads one program; a dialect says how a block is taken from the text and what it does.
 
+    A dialect whose blocks come only once implements ``_execute``; one with loops and subprograms overrides
+    ``_prepare``, asks ``flow`` for jumps and calls, and says at ``_level_ended`` what the end of a text means.
+
     ``collect``: an erroneous block is put into ``errors`` and skipped; otherwise ``read`` raises its error, after the
     rows of all blocks before it.  ``scan=False`` sends every line through the parser (tests).
     """
 
+    levels_max, too_deep = LEVELS_MAX, 907002
+
     def __init__(self, path: Path, modal: Modal, port: ChannelPort, *, collect: bool, scan: bool) -> None:
         self.errors: list[CncError] = []
         self.warnings: list[CncError] = []
-        self.files: list[Path] = [path]
+        self.flow = Flow(path, self.levels_max, self.too_deep)
+        self.files = self.flow.files
         self.modal = modal
+        self.idle_blocks_max = IDLE_BLOCKS_MAX
         self._port = port
         self._collect = collect
         self._scan = scan
-        self._source = Source(path)
         self._queue: deque[Item] = deque()
         self._ended = False
+        self._drained = False  # the wait in front of the next block has come true
+        self._idle = 0
+        self._breath = 0
+        self.block_now: BlockText | None = None  # being prepared or executed
+        self._lines_left = 0  # of the block that is being executed, behind its first one
+        self.mark = START  # where the block begins that is being prepared
+        self._shown: dict[int, int] = {}
+        self._seen: set[tuple[int, str, int, int, str]] = set()
+        self.flow.source  # noqa: B018  the file is opened here, so that its absence shows at once
+
+    def _prepare(self, block: BlockText) -> Prepared:
+        """What a block does, without doing it."""
+        return Prepared(block, lambda: self._execute(block))
 
     @abstractmethod
     def _take_block(self) -> BlockText | None:
         """The next block's text; None at the end of the file."""
 
-    @abstractmethod
     def _execute(self, block: BlockText) -> Sequence[Row | Wait]:
         """Rows and waits of one block; sets ``_ended`` behind the program's end."""
+        raise NotImplementedError
 
     def _plain(self) -> bool:
         """Plain lines mean what the scanner takes them for."""
         return True
+
+    def _may_drain(self) -> bool:
+        """The program may wait here until everything before is executed."""
+        return True
+
+    def _refuse_drain(self) -> Sequence[Row | Wait]:
+        """It may not: the error that says why."""
+        raise NotImplementedError
+
+    def _level_ended(self) -> None:
+        """The file of the current level has ended: back to the caller, or the program's end."""
+        if len(self.flow.levels) == 1:
+            self._ended = True
+            return
+        self.flow.leave()
+        self._move()
 
     @property
     def block_count(self) -> int:
         """Physical lines read so far."""
         return self.modal.count
 
+    @property
+    def _source(self) -> Source:
+        return self.flow.level.file.source
+
+    @_source.setter
+    def _source(self, source: Source) -> None:
+        self.flow.file.source = source
+
     def read(self, rows: int) -> BlockBatch | Wait | None:
-        """Up to ``rows`` rows, a reason to wait, or None at the program's end."""
+        """Up to ``rows`` rows, a reason to wait, or None at the program's end.
+
+        No row at all: nothing yet, ask again.  So a program that computes for a long time can be interrupted.
+        """
         if rows < 1:
             raise ValueError("rows must be positive")
         out = np.empty(rows, NC_BLOCK)
+        self._breath = 0
         filled = self._fill(out)
         if filled:
             return BlockBatch(out[:filled])
         if not self._queue:
-            return None
+            return None if self._ended else BlockBatch.empty()
         if isinstance(self._queue[0], CncError):
             raise self._queue[0]
         wait = self._queue.popleft()
         assert isinstance(wait, Wait)
+        self._idle = 0 if self._port.answers else self._idle + WAIT_BLOCKS
         return wait
 
     def close(self) -> None:
-        self._source.close()
+        self.flow.close()
 
     def _fill(self, out: Row) -> int:
         """Rows into ``out`` until it is full, or a wait, an error or the end is next."""
@@ -85,8 +156,9 @@ class BlockReader(ABC):
                     break
                 out[filled] = item[0]
                 filled += 1
+                self._idle = 0
                 self._queue.popleft()
-            elif self._ended:
+            elif self._ended or self._breath >= BREATH_BLOCKS:
                 break
             else:
                 filled += self._advance(out[filled:])
@@ -94,35 +166,100 @@ class BlockReader(ABC):
 
     def _advance(self, out: Row) -> int:
         """Plain lines into ``out``, then one block of another kind into the queue; rows written to ``out``."""
+        file = self.flow.level.file
+        if file.blocks and (prepared := file.blocks.get(file.source.position)) is not None:
+            self._run(prepared)
+            if self._ended:
+                self.flow.close()
+            return 0
         stop, rows = scanner.OTHER, 0
         if self._scan and self._plain():
-            rows, stop = self.modal.scan(self._source, out)
+            rows, stop = self.modal.scan(file.source, out)
+        if rows:
+            self._idle = 0
         if stop in (scanner.OTHER, scanner.ERROR):
-            self._block()
+            self._block(file)
+        elif stop == scanner.MORE and file.source.exhausted:
+            self._level_ended()
         elif stop == scanner.MORE:
-            self._ended = self._source.exhausted
-            if not self._ended:
-                self._source.refill()
+            file.source.refill()
         if self._ended:
-            self._source.close()
+            self.flow.close()
         return rows
 
-    def _block(self) -> None:
+    def _block(self, file: ProgramFile) -> None:
         """One block through the parser: its rows, waits or error into the queue."""
+        position = file.source.position
+        self.mark = Mark(position, self.modal.line)
         block = self._take_block()
         if block is None:
-            self._ended = True
+            self._level_ended()
             return
-        self.modal.count_lines(1)
         try:
-            self._queue.extend(self._execute(block))
+            prepared = self._prepare(block)
         except CncError as error:
+            self.modal.count_lines(block.lines_read)
             self._error(error, block)
-        self.modal.count_lines(block.lines_read - 1)
+            return
+        prepared.end = file.source.position
+        if self.flow.level.repeats:
+            file.keep_block(position, prepared)
+        if prepared.drain and not self._drained and self._may_drain():
+            file.source.seek(position)
+        self._run(prepared)
+
+    def _run(self, prepared: Prepared) -> None:
+        """Execute a block, or wait first."""
+        if prepared.drain and not self._drained and self._may_drain():
+            self._queue.append(Wait.DRAINED)
+            self._drained = True
+            return
+        refused, self._drained = prepared.drain and not self._drained, False
+        self._breathe()
+        block, modal = prepared.text, self.modal
+        self.flow.source.seek(prepared.end)
+        modal.count_lines(1)
+        self._lines_left = block.lines_read - 1
+        self.block_now = block
+        try:
+            items = self._refuse_drain() if refused else prepared.run()
+            if items:
+                self._queue.extend(items)
+        except CncError as error:
+            self.flow.forget()
+            self._error(error, block)
+        if self._lines_left:
+            modal.count_lines(self._lines_left)
+        if self.flow.asked:
+            self._move()
+
+    def _move(self) -> None:
+        """Go where the block has asked to go."""
+        mark, read = self.flow.apply(Mark(self._source.position, self.modal.line))
+        self.modal.go_to(self.flow.file.number, mark.line, read)
+
+    def _breathe(self) -> None:
+        """Count the blocks since the last row."""
+        self._breath += 1
+        self._idle += 1
+        if self._idle > self.idle_blocks_max:
+            error = CncError(907001, f"{ERRORS[907001]} ({self.idle_blocks_max} blocks)", self._here())
+            self.errors.append(error)
+            if not self._collect:
+                self._queue.append(error)
+            self._ended = True
+
+    def _here(self) -> Place:
+        return Place(str(self.flow.file.path), self.modal.line + 1, 1)
 
     def _error(self, error: CncError, block: BlockText) -> None:
+        """Report an error of a block; of a block that comes again, only once."""
         error = located(error, block)
-        self.errors.append(error)
+        place = error.place
+        key = (error.code, place.file, place.line, place.column, error.text)
+        if key not in self._seen:
+            self._seen.add(key)
+            self.errors.append(error)
         if error.code == 900006:
             self.modal.assume_feed()  # one error for one missing feed
         if not self._collect:
@@ -130,6 +267,15 @@ class BlockReader(ABC):
             self._ended = True
 
     def _warn(self, code: int, text: str, place: Place) -> None:
+        """A warning; of a block that comes again, only once."""
+        key = (code, place.file, place.line, place.column, text)
+        shown = self._shown.get(code, 0)
+        if shown > WARNINGS_MAX or key in self._seen:
+            return
+        self._shown[code] = shown + 1
+        if shown == WARNINGS_MAX:
+            text = f"{text} (further warnings of this number are not shown)"
+        self._seen.add(key)
         warning = CncError(code, text, place)
         self.warnings.append(warning)
         self._port.message(str(warning))

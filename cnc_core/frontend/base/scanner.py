@@ -18,8 +18,13 @@ AXIS_LETTERS = "XYZUVWQABC"
 CENTRE_BITS = {"I": lib.NC_WORD_I, "J": lib.NC_WORD_J, "K": lib.NC_WORD_K}
 
 RADIUS_ONCE, NO_PITCH, KEEP_CENTRE = lib.NC_RULE_RADIUS_ONCE, lib.NC_RULE_NO_PITCH, lib.NC_RULE_KEEP_CENTRE
+NO_CORRECTION = lib.NC_RULE_NO_CORRECTION
 NO_EQUALS, MESSAGES = lib.NC_RULE_NO_EQUALS, lib.NC_RULE_MESSAGES
 
+MODAL_NAMES = (
+    *("motion", "plane", "absolute", "centre_absolute", "exact_stop", "unit"),
+    *("feed", "feed_unit", "radius", "has_radius"),
+)
 Row = npt.NDArray[Any]  # (1,) of NC_BLOCK
 
 
@@ -99,6 +104,15 @@ class Modal:
         return int(self._modal.count)
 
     @property
+    def n(self) -> int:
+        """N number programmed last."""
+        return int(self._modal.n)
+
+    @n.setter
+    def n(self, n: int) -> None:
+        self._modal.n = n
+
+    @property
     def programmed(self) -> int:
         """Plain lines read that held a word."""
         return int(self._modal.programmed)
@@ -107,6 +121,12 @@ class Modal:
     def position(self) -> npt.NDArray[np.float64]:
         """Programmed position of all channel axes, machine coordinates."""
         return np.array(list(self._modal.pos)[: self._modal.axes], dtype=np.float64)
+
+    def go_to(self, file: int, line: int, read: int = 0) -> None:
+        """What is read next stands behind ``line`` lines of ``file``; ``read`` lines count as read on the way."""
+        self._modal.file = file
+        self._modal.line = line
+        self._modal.count += read
 
     def count_lines(self, lines: int) -> None:
         """Physical lines that a parser has read."""
@@ -117,6 +137,74 @@ class Modal:
         """(axes,) machine minus programmed coordinates, mm or degrees; acts at once, moves nothing."""
         for i, value in enumerate(offset):
             self._modal.zero[i] = self._modal.offset[i] = float(value)
+        lib.nc_modal_offsets(self._modal)
+
+    def set_next_offset(self, offset: npt.NDArray[np.float64]) -> None:
+        """As ``set_offset``, but acts on each axis from its next absolute word on."""
+        for i, value in enumerate(offset):
+            self._modal.zero[i] = float(value)
+        lib.nc_modal_offsets(self._modal)
+
+    def set_offset_of(self, axis: int) -> None:
+        """The next offset of one axis acts at once."""
+        self._modal.offset[axis] = self._modal.offset_next[axis]
+
+    def set_mirror(self, mirror: npt.NDArray[np.float64], share: npt.NDArray[np.float64]) -> None:
+        """(axes,) 1 or -1, and the driven share of an axis word (0.5: diameters); from the next word on."""
+        for i, (sign, part) in enumerate(zip(mirror, share, strict=True)):
+            self._modal.mirror[i], self._modal.share[i] = float(sign), float(part)
+
+    @property
+    def offset_in_force(self) -> npt.NDArray[np.float64]:
+        """(axes,) machine minus programmed coordinates as they are now, tool length included."""
+        return np.array(list(self._modal.offset)[: self._modal.axes], dtype=np.float64)
+
+    @property
+    def offset_next(self) -> npt.NDArray[np.float64]:
+        """(axes,) what is in force from each axis's next absolute word on, tool length included."""
+        return np.array(list(self._modal.offset_next)[: self._modal.axes], dtype=np.float64)
+
+    @property
+    def centre_words(self) -> tuple[float, float, float]:
+        """I, J, K as last programmed."""
+        i, j, k = self._modal.centre_word
+        return float(i), float(j), float(k)
+
+    @property
+    def radius_word(self) -> float:
+        """R as last programmed."""
+        return float(self._modal.radius / self._modal.unit)
+
+    @property
+    def feed(self) -> float:
+        """F as programmed, per minute; 0: none yet."""
+        return float(self._modal.feed)
+
+    @feed.setter
+    def feed(self, feed: float) -> None:
+        self._modal.feed = feed
+
+    @property
+    def feed_unit(self) -> float:
+        """mm per unit of length that F was programmed in."""
+        return float(self._modal.feed_unit)
+
+    def set_rule(self, bit: int, on: bool) -> None:
+        """Switch one of the dialect's rules."""
+        self._modal.rules = self._modal.rules | bit if on else self._modal.rules & ~bit
+
+    def set_feed_factor(self, factor: float) -> None:
+        """Programmed override of the feed, 1 for 100 %."""
+        self._modal.feed_factor = factor
+
+    def saved(self) -> tuple[Any, ...]:
+        """The modal functions and the words that a cycle gives back to its caller."""
+        return tuple(getattr(self._modal, name) for name in MODAL_NAMES)
+
+    def restore(self, saved: tuple[Any, ...]) -> None:
+        """What ``saved`` has given."""
+        for name, value in zip(MODAL_NAMES, saved, strict=True):
+            setattr(self._modal, name, value)
         lib.nc_modal_offsets(self._modal)
 
     @property

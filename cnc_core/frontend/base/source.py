@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import BinaryIO
 
@@ -13,10 +14,10 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class Source:
-    """Chunks of a program file for the scanner, single lines for the parser.
+    """Chunks of a program file for the scanner, single lines for the parser, any place of it for jumps.
 
     ``buffer[offset:]`` is what has been read from the file and not been consumed; ``final`` says that the file ends
-    with it.
+    with it.  What is consumed stays in the buffer until the next chunk is read, so short jumps back cost nothing.
     """
 
     def __init__(self, path: Path, chunk_bytes: int = CHUNK_BYTES) -> None:
@@ -24,12 +25,14 @@ class Source:
         self.buffer = b""
         self.offset = 0
         self.final = False
+        self._base = 0  # place of buffer[0] in the file
         self._chunk_bytes = chunk_bytes
         self._file = self._open()
         while not self.final and len(self.buffer) < len(BYTE_ORDER_MARK):
             self.refill()
         if self.buffer.startswith(BYTE_ORDER_MARK):
             self.offset = len(BYTE_ORDER_MARK)
+        self._begin = self.offset
 
     def _open(self) -> BinaryIO:
         try:
@@ -49,6 +52,44 @@ class Source:
     def exhausted(self) -> bool:
         return self.final and self.offset >= len(self.buffer)
 
+    @property
+    def position(self) -> int:
+        """Bytes of the file in front of what comes next."""
+        return self._base + self.offset
+
+    def seek(self, position: int) -> None:
+        """Go on at a place that ``position`` has told before."""
+        position = max(position, self._begin)
+        offset = position - self._base
+        if 0 <= offset <= len(self.buffer):
+            self.offset = offset
+            return
+        try:
+            self._file.seek(position)
+        except OSError as error:
+            raise self._unreadable(error) from None
+        self.buffer, self.offset, self._base, self.final = b"", 0, position, False
+
+    def hop(self, pattern: re.Pattern[bytes]) -> int:
+        """Consume whole lines up to the first one that ``pattern`` finds something in; how many they were.
+
+        The pattern must not match across line breaks.
+        """
+        lines = 0
+        while True:
+            found = pattern.search(self.buffer, self.offset)
+            end = found.start() if found else len(self.buffer)
+            begin = self.buffer.rfind(b"\n", self.offset, end) + 1 or self.offset
+            lines += self.buffer.count(b"\n", self.offset, begin)
+            self.offset = begin
+            if found or self.final or len(self.buffer) - begin > LINE_BYTES:
+                break
+            self.refill()
+        if not found and self.final and not self.exhausted:  # a last line without a line break
+            lines += 1
+            self.offset = len(self.buffer)
+        return lines
+
     def refill(self) -> None:
         """Drop what is consumed and read one chunk more."""
         try:
@@ -56,10 +97,9 @@ class Source:
         except OSError as error:
             raise self._unreadable(error) from None
         self.buffer = self.buffer[self.offset :] + chunk
+        self._base += self.offset
         self.offset = 0
         self.final = not chunk
-        if self.final:
-            self._file.close()
 
     def line(self) -> str | None:
         """The next physical line without its line break and trailing blanks; None at the end of the file.
@@ -69,6 +109,8 @@ class Source:
         if self.exhausted:
             return None
         end = self._line_end()
+        if self.exhausted:
+            return None  # the file ended with a line break, which shows only now
         raw = self.buffer[self.offset : end if end >= 0 else len(self.buffer)]
         self.offset += len(raw) + (1 if end >= 0 else 0)
         if end < 0 and not self.final:

@@ -2,46 +2,95 @@
 
 from __future__ import annotations
 
-from cnc_core.blocks import DWELL, HAS_VALUE, STANDSTILL, H, M, S, T
+from dataclasses import replace
+
+from cnc_core.blocks import DWELL, FLUSH, HAS_VALUE, STANDSTILL, H, M, S, T, motion_planes
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.compensation import Compensation
 from cnc_core.frontend.base.lexer import fail
-from cnc_core.frontend.base.scanner import Modal, Row
-from cnc_core.frontend.isg.words import Function, Words
-from cnc_core.frontend.machine import ProgramMachine, Tool
+from cnc_core.frontend.base.scanner import NO_CORRECTION, MotionWords, Row
+from cnc_core.frontend.isg import gcodes
+from cnc_core.frontend.isg.calls import Call, positional
+from cnc_core.frontend.isg.context import Context
+from cnc_core.frontend.isg.feeds import Feeds
+from cnc_core.frontend.isg.words import Function, WordBlock, Words
+from cnc_core.frontend.machine import Tool
 
 DWELL_MAX_S = 1e6
 STOPS = (0, 1)
 PROGRAM_ENDS = (2, 30)
 SUBPROGRAM_ENDS = (17, 29)  # in the main program they end it
+AT_END = STOPS + PROGRAM_ENDS + SUBPROGRAM_ENDS
 DWELL_WORDS = frozenset({"N", "S", "G motion"})
 
 
 class Executor:
-    """State of the channel beyond the modal state of the motions: spindle, tool."""
+    """State of the channel beyond the modal state of the motions: spindle, tool, offsets, feed mode.
 
-    def __init__(self, machine: ProgramMachine, modal: Modal) -> None:
-        self._machine = machine
-        self._modal = modal
+    Behind ``execute``: ``program_end`` and ``level_end`` say what the block ends, ``calls`` what it calls.
+    """
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+        self._machine, self._modal, self._offsets = context.machine, context.modal, context.offsets
+        self.feeds: Feeds = Feeds(context.machine, context.modal)
         self.spindle_rev_min = 0.0
-        self.tool = 0
+        self.tool: int = 0
+        self.data: int = 0
         self.tool_data = Tool()
-        self.compensation = Compensation(modal)
-        self.ended = False
+        self.compensation: Compensation = Compensation(context.modal)
+        self.stored: dict[str, float] = {}
+        self._mentioned: set[str] = set()
+        self.program_end = self.level_end = False
+        self.calls: list[Call] = []
 
-    def execute(self, words: Words) -> list[Row]:
-        """Rows of one block; sets ``ended`` when the block ends the program."""
+    def execute(self, block: WordBlock) -> list[Row]:
+        """Rows of one block."""
+        words = block.evaluate()
+        if block.simple and self.feeds.plain and not self.compensation.choice.active:
+            return self._plain_motion(words) if block.words else []
+        self.program_end = self.level_end = False
+        self.calls = []
         if words.is_dwell:
             return [self._dwell(words)]
         self._check(words)
+        words = self._non_motions(words)
         before = self._switch_rows(words)
         plane = words.motion.plane or self._modal.plane
-        before += self.compensation.update(words.codes, self.tool_data.radius_mm, plane, words.motion.n)
+        before += self.compensation.update(words.codes, self._radius(plane), plane, words.motion.n)
         motion = self._motion(words)
         self.compensation.settle()
         after = self._end_rows(words)
-        self.ended = any(f.number in PROGRAM_ENDS + SUBPROGRAM_ENDS for f in words.functions["M"])
+        numbers = [f.number for f in words.functions["M"]]
+        self.program_end = any(n in PROGRAM_ENDS for n in numbers)
+        self.level_end = any(n in SUBPROGRAM_ENDS for n in numbers)
+        self._calls(words)
         return before + motion + after
+
+    def stored_without_effect(self, name: str, offset: int) -> None:
+        """Say once that something is only kept."""
+        if name not in self._mentioned:
+            self._mentioned.add(name)
+            self._context.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
+
+    def not_compensated(self, name: str, offset: int) -> None:
+        if self.compensation.choice.active:
+            raise fail(906003, f"{name}: {ERRORS[906003]}", offset)
+
+    def change_tool(self, radius: bool, value_mm: float) -> None:
+        """V.G.WZ_AKT.R and .L."""
+        self.tool_data = (
+            replace(self.tool_data, radius_mm=value_mm) if radius else replace(self.tool_data, length_mm=value_mm)
+        )
+        self._offsets.set_tool_length(self.tool_data.length_mm)
+
+    def _plain_motion(self, words: Words) -> list[Row]:
+        error, row = self._modal.apply(words.motion)
+        if error:
+            raise fail(error, ERRORS[error], words.motion.offset or 0)
+        return [] if row is None else [row]
+
+    # checks
 
     def _check(self, words: Words) -> None:
         for function in words.functions["M"]:
@@ -53,13 +102,131 @@ class Executor:
 
     def _check_m(self, function: Function) -> None:
         number = function.number
-        if number not in STOPS + PROGRAM_ENDS + SUBPROGRAM_ENDS and number not in self._machine.m_functions:
-            raise fail(
-                900009,
-                f"M{number} is not defined: give its synchronisation in the cell configuration "
-                f"(m_synch of M{number}, P-CHAN-00041)",
-                function.offset,
-            )
+        if number in AT_END or number in self._machine.m_functions or (number == 6 and self._m6()):
+            return
+        text = (
+            f"M{number} is not defined: give its synchronisation in the cell configuration "
+            f"(m_synch of M{number}, P-CHAN-00041)"
+        )
+        if not self._context.lenient:
+            raise fail(900009, text, function.offset)
+        self._context.warn(907041, text, function.offset)
+
+    def _m6(self) -> str:
+        return self._context.programs.get("M6", self._machine.m6_program)
+
+    def _radius(self, plane: int) -> float:
+        """Of the tool; negative swaps the side, as mirroring one axis of the plane does."""
+        sign = 1.0
+        for place in motion_planes(plane)[:2]:
+            axis = self._machine.main[place]
+            sign *= 1.0 if axis < 0 else float(self._offsets.mirror[axis])
+        return self.tool_data.radius_mm * sign
+
+    # functions that move nothing
+
+    def _non_motions(self, words: Words) -> Words:
+        """Offsets, mirroring, diameter, feed modes; the words that are left for the motion."""
+        codes = words.codes
+        if not codes:
+            return self._feed_word(words)
+        takers = [code for code in gcodes.AXIS_TAKERS if f"G{code}" in codes]
+        if len(takers) > 1:
+            raise fail(908005, ERRORS[908005], codes[f"G{takers[1]}"])
+        if words.motion.absolute is not None or words.motion.inch is not None:
+            self._select_first(words)
+        self._modes(words)
+        self._selections(words)
+        if takers:
+            words = self._take_axes(takers[0], words)
+        self._stored_codes(words)
+        return self._feed_word(words)
+
+    def _select_first(self, words: Words) -> None:
+        """G90, G91, G70, G71 count for everything in their block."""
+        self._modal.apply(MotionWords(absolute=words.motion.absolute, inch=words.motion.inch))
+
+    def _modes(self, words: Words) -> None:
+        for mode in gcodes.FEED_MODES:
+            if f"G{mode}" in words.codes:
+                self.feeds.choose(mode)
+        if "G51" in words.codes or "G52" in words.codes:
+            self._offsets.diameter = "G51" in words.codes
+            self._offsets.update()
+        if "G164" in words.codes or "G165" in words.codes:
+            self._modal.set_rule(NO_CORRECTION, "G164" in words.codes)
+
+    def _selections(self, words: Words) -> None:
+        """Zero offsets and mirroring."""
+        codes = words.codes
+        for code in range(53, 60):
+            if f"G{code}" in codes:
+                self._zero_offset(code - 53, codes[f"G{code}"])
+        if 159 in words.values:
+            self._zero_offset(round(words.values[159]), codes["G159"])
+        for code, (x, y) in gcodes.MIRRORS.items():
+            if f"G{code}" in codes and (x, y) != self._signs():
+                self.not_compensated(f"G{code}", codes[f"G{code}"])
+                self._offsets.set_mirror(x, y)
+
+    def _signs(self) -> tuple[float, float]:
+        signs = [1.0 if axis < 0 else float(self._offsets.mirror[axis]) for axis in self._machine.main[:2]]
+        return signs[0], signs[1]
+
+    def _zero_offset(self, number: int, offset: int) -> None:
+        self._offsets.check_number(number, offset)
+        if number != self._offsets.number:
+            self.not_compensated("a change of the zero offset", offset)
+        self._offsets.select(number)
+
+    def _take_axes(self, code: int, words: Words) -> Words:
+        offset, axes = words.codes[f"G{code}"], words.motion.axis
+        if code == 92:
+            self.not_compensated("G92", offset)
+            self._offsets.set_g92(axes, add=not self._modal.absolute)
+        elif code == 160:
+            self._exclude(words, offset)
+        elif code == 351:
+            self._mirror_axes(axes, offset)
+        elif code != 74:
+            for axis, value in axes.items():
+                self.stored[f"G{code} {self._offsets.names[axis]}"] = value
+        elif not axes:
+            raise fail(900004, "G74 without axis words", offset)
+        return replace(words, motion=replace(words.motion, axis={}))
+
+    def _exclude(self, words: Words, offset: int) -> None:
+        if 160 not in words.values:
+            raise fail(900004, "G160 without =number", offset)
+        number = round(words.values[160])
+        self._offsets.check_number(number, offset)
+        for axis, value in words.motion.axis.items():
+            if value not in (0.0, 1.0):
+                raise fail(900012, f"G160 {self._offsets.names[axis]}{value:g}: 0 or 1 is expected", offset)
+        self._offsets.exclude(number, {axis: value == 1.0 for axis, value in words.motion.axis.items()})
+
+    def _mirror_axes(self, axes: dict[int, float], offset: int) -> None:
+        if any(value not in (1.0, -1.0) for value in axes.values()):
+            raise fail(20860, ERRORS[20860], offset)
+        self.not_compensated("G351", offset)
+        for axis, value in axes.items():
+            self._offsets.mirror[axis] = value
+        self._offsets.update()
+
+    def _stored_codes(self, words: Words) -> None:
+        for name, offset in words.codes.items():
+            code = int(name[1:])
+            if code in gcodes.STORED:
+                self.stored[name] = words.values.get(code, 1.0)
+                self.stored_without_effect(name, offset)
+
+    def _feed_word(self, words: Words) -> Words:
+        if self.feeds.plain or words.motion.f is None:
+            return words
+        self.feeds.word(words.motion.f, words.offsets["F"])
+        return replace(words, motion=replace(words.motion, f=None))
+
+    # rows
 
     def _switch_rows(self, words: Words) -> list[Row]:
         """S, T, D and the M and H functions that stand before the motion."""
@@ -72,13 +239,22 @@ class Executor:
             rows.append(self._modal.row(T, n, code=words.tool))
         if words.data is not None:
             self._select_tool_data(words.data)
-        at_end = STOPS + PROGRAM_ENDS + SUBPROGRAM_ENDS
-        rows += [self._function(M, f, n) for f in words.functions["M"] if f.number not in at_end]
+        if "G74" in words.codes:
+            rows.append(self._modal.row(FLUSH, n, flags=STANDSTILL))
+            self.stored_without_effect("G74 (the axes are referenced)", words.codes["G74"])
+        for function in words.functions["M"]:
+            if function.number == 6 and self._m6():
+                continue
+            if function.number == 19 and words.position is not None:
+                rows.append(self._modal.row(M, n, code=19, value=words.position, flags=HAS_VALUE))
+            elif function.number not in AT_END:
+                rows.append(self._function(M, function, n))
         return rows + [self._function(H, f, n) for f in words.functions["H"]]
 
     def _select_tool_data(self, number: int) -> None:
+        self.data = number
         self.tool_data = self._machine.tools[number] if number else Tool()
-        self._modal.set_tool_length(self.tool_data.length_mm)
+        self._offsets.set_tool_length(self.tool_data.length_mm)
 
     def _function(self, kind: int, function: Function, n: int, flags: int = 0) -> Row:
         if function.value is None:
@@ -86,17 +262,44 @@ class Executor:
         return self._modal.row(kind, n, code=function.number, value=function.value, flags=flags | HAS_VALUE)
 
     def _motion(self, words: Words) -> list[Row]:
+        start = None if self.feeds.plain else self._modal.position
         error, row = self._modal.apply(words.motion)
+        offset = words.motion.offset
         if error:
-            offset = words.motion.offset
             raise fail(error, ERRORS[error], offset if offset is not None else words.offsets.get("F", 0))
-        return [] if row is None else [row]
+        if row is None:
+            return []
+        if start is not None:
+            self.feeds.apply(row, start, self.spindle_rev_min, offset or 0)
+        return [row]
 
     def _end_rows(self, words: Words) -> list[Row]:
         """M00 and M01, then the program end."""
         functions = sorted(words.functions["M"], key=lambda f: f.number in PROGRAM_ENDS)
         ends = [f for f in functions if f.number in STOPS + PROGRAM_ENDS]
         return [self._function(M, f, words.motion.n, STANDSTILL) for f in ends]
+
+    # calls
+
+    def _calls(self, words: Words) -> None:
+        """Subprograms that are executed at the end of the block."""
+        self.calls = [] if words.call is None else [words.call]
+        for function in words.functions["M"]:
+            if function.number == 6 and self._m6():
+                self.calls.append(Call(self._m6(), False, function.offset))
+        for name, offset in words.codes.items():
+            code = int(name[1:])
+            if code not in gcodes.USER_CODES:
+                continue
+            program = self._context.programs.get(name, self._machine.g_programs.get(code, ""))
+            if not program:
+                raise fail(20131, f"unknown G function G{code:02d}: no subprogram is assigned to it", offset)
+            arguments = positional(words.arguments) if words.arguments else None
+            self.calls.append(Call(program, False, offset, arguments))
+        if len(self.calls) > 1:
+            raise fail(900011, "more than one subprogram call in a block", self.calls[1].offset)
+
+    # dwell
 
     def _dwell(self, words: Words) -> Row:
         self._check_alone(words)

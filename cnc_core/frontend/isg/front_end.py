@@ -1,73 +1,363 @@
-"""ISG front end: plain lines through the C scanner, every other block through the parser, rows out in batches."""
+"""ISG front end: plain lines through the C scanner, every other block compiled, kept if it comes again, executed."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
+from cnc_core.blocks import BlockBatch
+from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, check_length, read_block, strip_comments
-from cnc_core.frontend.base.expression import NoVariables, VariableSource
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
-from cnc_core.frontend.base.reader import BlockReader
+from cnc_core.frontend.base.reader import Prepared, located
 from cnc_core.frontend.base.scanner import Modal, Row
-from cnc_core.frontend.isg.commands import CommandParser
+from cnc_core.frontend.base.variables import Scope
+from cnc_core.frontend.isg import macros
+from cnc_core.frontend.isg.calls import Finder, LevelData
+from cnc_core.frontend.isg.commands import Command, CommandParser
+from cnc_core.frontend.isg.context import Context
+from cnc_core.frontend.isg.control import Control
+from cnc_core.frontend.isg.control_parser import parse, parse_old
+from cnc_core.frontend.isg.declarations import DeclarationParser
 from cnc_core.frontend.isg.execute import Executor
-from cnc_core.frontend.isg.words import WordParser
+from cnc_core.frontend.isg.formulas import Formulas
+from cnc_core.frontend.isg.offsets import Offsets
+from cnc_core.frontend.isg.program_levels import Items, ProgramLevels, Run
+from cnc_core.frontend.isg.rt_loop import RealTimeLoop
+from cnc_core.frontend.isg.search import OPENERS, Frame, Searcher
+from cnc_core.frontend.isg.store import Store
+from cnc_core.frontend.isg.system import System
+from cnc_core.frontend.isg.text import PATTERN, Head, head_of
+from cnc_core.frontend.isg.words import WordBlock, WordParser, Words
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
-NAME_CHARACTERS = 83
+SKIP_LEVELS = 10
 
 
-class IsgFrontEnd(BlockReader):
-    """Resumable reader of one program."""
+class IsgFrontEnd(ProgramLevels):
+    """Resumable reader of one program.
+
+    ``lenient``: unknown # commands and undefined M functions are warnings.  ``static``: V.S variables that survive.
+    """
 
     def __init__(
-        self, path: Path, machine: ProgramMachine, port: ChannelPort, *, collect: bool = False, scan: bool = True
+        self,
+        path: Path,
+        machine: ProgramMachine,
+        port: ChannelPort,
+        *,
+        collect: bool = False,
+        scan: bool = True,
+        lenient: bool = False,
+        static: Scope | None = None,
     ) -> None:
-        super().__init__(path, Modal(machine), port, collect=collect, scan=scan)
-        self.executor = Executor(machine, self.modal)
-        self.program_name: str | None = None
+        modal = Modal(machine)
+        super().__init__(path, modal, port, collect=collect, scan=scan)
+        store = Store(port, machine.externals, lenient=lenient, static=static)
+        self.context = Context(
+            machine, modal, port, self.flow, store, System(), Offsets(machine, modal), self._warn_at, lenient
+        )
+        self.context.system.context = self.context
+        self.context.loop = RealTimeLoop(modal, self._place_now)
+        self.context.executor = self.executor = Executor(self.context)
         self._axes = {name.upper(): machine.axes.index(name) for name in sorted(machine.axes, key=len, reverse=True)}
-        self._variables: VariableSource = NoVariables()
-        self._statements = 0
+        self._searcher = Searcher(self.context, lambda: self._skip_mask)
+        self.control = Control(self.context, self._searcher)
+        self.control.line_behind = lambda: self.modal.line + self._lines_left
+        self._finder = Finder(self.context, path.parent)
+        self._skip_mask = port.skip_levels()
+        self._declaring = self._declared_ahead = False
+        self._executing = True
+        if collect:
+            self._searcher.visit = self._visit
+        self._main.user = LevelData()
+
+    # reading
 
     def _take_block(self) -> BlockText | None:
         return read_block(self._source, self.modal.line)
 
-    def _execute(self, block: BlockText) -> list[Row | Wait]:
+    def _plain(self) -> bool:
+        return self.executor.feeds.plain and not self._declaring
+
+    def _may_drain(self) -> bool:
+        return not self.executor.compensation.choice.active
+
+    def _refuse_drain(self) -> Items:
+        raise fail(20651, f"{ERRORS[20651]}: deselect it with G40", 0)
+
+    def _prepare(self, block: BlockText) -> Prepared:
         check_length(block)
-        stream = TokenStream(strip_comments(block.text))
-        if stream.at_end:
-            return []
+        self.block_now = block
+        text = strip_comments(block.text)
+        if '"' in text and self.context.macros and not _keeps_quotes(text):
+            text, origin = macros.expand(text, self.context.macros)
+            block = macros.ExpandedBlock(block.file, text, block.lines, block.lines_read, tuple(origin))
+            self.block_now = block
+        try:
+            run, drain = self._compile(text)
+        except CncError as error:
+            if self._executing:
+                self._open_frame(text)
+            raise located(error, block) from None
+        return Prepared(block, run, drain)
+
+    def _visit(self, block: BlockText, head: Head) -> None:
+        """Check a block that is not executed."""
+        before = self.block_now, self._declaring
+        self._executing, self._declaring = False, self._declared_ahead
+        if head.sign == "#" and head.word in ("VAR", "ENDVAR"):
+            self._declared_ahead = head.word == "VAR"
+        try:
+            self._prepare(block)
+        except CncError as error:
+            self._error(error, block)
+        finally:
+            self.block_now, self._declaring = before
+            self._executing = True
+
+    def _open_frame(self, text: str) -> None:
+        """A wrong statement that opens others still needs its end."""
+        head = head_of(text)
+        if self._collect and head.sign == "$" and head.word in OPENERS and "GOTO" not in head.text.upper():
+            self.flow.level.nest.append(Frame(head.word, self.mark, once=True))
+
+    def _place_now(self, offset: int) -> Place:
+        """Where in the file an offset of the present block stands."""
+        assert self.block_now is not None
+        return self.block_now.place(offset)
+
+    # compiling
+
+    def _compile(self, text: str) -> tuple[Run, bool]:
+        """What the block does, and whether everything before has to be executed first."""
+        if not text.strip():
+            return _nothing, False
+        stream = TokenStream(text, PATTERN)
         if stream.is_op("%"):
-            self._program_line(stream, block)
-            return []
-        self._statements += 1
-        parser = WordParser(stream, self._axes, self._variables)
-        parser.n_number()
-        if stream.accept("#"):
-            return CommandParser(stream, self.modal, self._variables, parser.words.motion.n).execute()
-        rows = self.executor.execute(parser.parse())
-        self._ended = self._ended or self.executor.ended
-        return [*rows]
+            return self._program_line(stream), False
+        if self._skipped(stream):
+            return _nothing, False
+        formulas = Formulas(stream, self.context.store, self.context.system, self.context.machine, self.context.lenient)
+        if self._declaring and not _is_endvar(stream):
+            return self._declarations(stream, formulas), False
+        made = macros.definition(text)
+        if made:
+            return self._macro(*made), False
+        parser = WordParser(stream, self._axes, formulas, self.context)
+        if parser.n_number():
+            stream.accept(":")
+        self._label(stream)
+        run = self._statement(stream, formulas, parser)
+        return self._counted(run), formulas.drain or self._command_drains
 
-    def _program_line(self, stream: TokenStream, block: BlockText) -> None:
-        """``%NAME`` opens the main program; a later one ends it."""
-        offset = stream.next().offset
-        name = stream.text[offset + 1 :].strip()
-        if self.program_name is not None:
-            self._warn(900020, f"the main program ends at %{name}", block.place(offset))
-            self._ended = True
+    def read(self, rows: int) -> BlockBatch | Wait | None:
+        item = super().read(rows)
+        error = self.context.loop.at_end() if item is None else None
+        if error is not None:
+            self.errors.append(error)
+            if not self._collect:
+                raise error
+        return item
+
+    def _statement(self, stream: TokenStream, formulas: Formulas, parser: WordParser) -> Run:
+        self._command_drains = False
+        block = parser.block
+        if stream.is_op("$"):
+            stream.next()
+            control, steps = parse(self.control, stream, formulas, self.mark), block.steps
+
+            def run_control() -> Items:
+                self._set_n(steps)
+                control()
+                return ()
+
+            return run_control
+        commands: list[tuple[bool, Command]] = []
+        while not stream.at_end:
+            if not stream.is_op("#"):
+                parser.word()
+                continue
+            stream.next()
+            special = self._special(stream, formulas)
+            if special is not None:
+                return special
+            commands.append((block.words, CommandParser(stream, formulas, self.context, self._axes).parse()))
+        if not commands:
+            return lambda: self._words(block)
+        return self._with_commands(commands, parser)
+
+    def _set_n(self, steps: list[Callable[[Words], None]]) -> None:
+        """The N number of a block that has no other words."""
+        if steps:
+            words = Words()
+            for step in steps:
+                step(words)
+            self.modal.n = words.motion.n
+        else:
+            self.modal.n = 0
+
+    def _with_commands(self, commands: list[tuple[bool, Command]], parser: WordParser) -> Run:
+        """Commands in front of the words, the words, commands behind them."""
+        block, offset = parser.block, 0
+        self._command_drains = any(command.drain for _, command in commands)
+        exempt = any(command.behind for _, command in commands)
+        if (block.words or len(commands) > 1) and not exempt:
+            self._warn_at(907043, "words beside a # command: they are executed too", offset)
+
+        number = block.steps[:1] if block.words and "N" in block.offsets else [] if block.words else block.steps
+
+        def run() -> Items:
+            self._set_n(number)
+            items: list[Row | Wait] = []
+            try:
+                for behind, command in commands:
+                    if not behind:
+                        items += command.run()
+                if block.words:
+                    items += self._words(block)
+                for behind, command in commands:
+                    if behind:
+                        items += command.run()
+            finally:
+                for _, command in commands:
+                    if command.behind:
+                        command.behind()
+            return items
+
+        return run
+
+    def _counted(self, run: Run) -> Run:
+        data = self._data
+
+        def counted() -> Items:
+            data.statements += 1
+            items = run()
+            self.context.loop.check(items, self._ended)
+            return items
+
+        return counted
+
+    def _words(self, block: WordBlock) -> Items:
+        executor = self.executor
+        rows = executor.execute(block)
+        if block.simple:
+            return rows
+        if executor.program_end:
+            self._program_end()
+        elif executor.level_end:
+            self._level_end()
+        elif executor.calls:
+            call = executor.calls[0]
+            executor.calls = []
+            self._call(call, rows)
+        return rows
+
+    # parts of blocks
+
+    def _skipped(self, stream: TokenStream) -> bool:
+        """``/`` or ``/1`` .. ``/10`` in front of the block, and that level is switched on."""
+        if not stream.is_op("/"):
+            return False
+        offset, level = stream.next().offset, 1
+        token = stream.current
+        if token.kind is Kind.NUMBER:
+            stream.next()
+            level = int(token.text) if token.text.isdigit() else 0
+        if not 1 <= level <= SKIP_LEVELS:
+            raise fail(900012, f"block skip level out of range 1..{SKIP_LEVELS}", offset)
+        return bool(self._skip_mask >> (level - 1) & 1)
+
+    def _label(self, stream: TokenStream) -> None:
+        """``[NAME]``, with or without a colon behind it."""
+        if not stream.is_op("["):
             return
-        if stream.is_name("L") and stream.following.kind is not Kind.END and _blank_behind(stream):
-            raise fail(900003, f"local subprogram %{name} is not supported", offset)
-        if self.modal.programmed or self._statements:
-            raise fail(900017, f"%{name}: a command stands before the first program definition", offset)
-        if len(name) > NAME_CHARACTERS:
-            raise fail(900012, f"program name longer than {NAME_CHARACTERS} characters", offset)
-        self.program_name = name
+        offset = stream.current.offset
+        end = stream.text.find("]", offset)
+        if end < 0:
+            raise fail(900013, "bracket is not closed", offset)
+        if not stream.text[offset + 1 : end].strip():
+            raise fail(900004, "label without a name", offset)
+        stream.skip_to(end + 1)
+        stream.accept(":")
+
+    def _macro(self, name: str, text: str) -> Run:
+        def run() -> Items:
+            if self.context.macros.get(name) != text:
+                self.context.macros[name] = text
+                for file in self.flow.known_files:
+                    file.blocks.clear()  # they may mean something else now
+            return ()
+
+        return run
+
+    def _declarations(self, stream: TokenStream, formulas: Formulas) -> Run:
+        lines = DeclarationParser(stream, formulas, self.context.store).parse()
+
+        def run() -> Items:
+            for line in lines:
+                line()
+            return ()
+
+        return run
+
+    def _special(self, stream: TokenStream, formulas: Formulas) -> Run | None:
+        """Commands that change how the text is read."""
+        word, offset = stream.current.text.upper(), stream.current.offset
+        follow = stream.following.text.upper()
+        if word in ("VAR", "ENDVAR"):
+            return self._var(stream, word, offset)
+        if word == "COMMENT":
+            return self._comment(stream, follow, offset)
+        if word in ("IF", "ELSE", "ENDIF"):
+            return _of(parse_old(self.control, stream, formulas, self.mark))
+        return None
+
+    def _var(self, stream: TokenStream, word: str, offset: int) -> Run:
+        stream.next()
+        if not stream.at_end:
+            raise fail(900010, f"unexpected {stream.current.text!r} behind #{word}", stream.current.offset)
+
+        def run() -> Items:
+            if word == "ENDVAR" and not self._declaring:
+                raise fail(907020, "#ENDVAR without #VAR", offset)
+            self._declaring = word == "VAR"
+            return ()
+
+        return run
+
+    def _comment(self, stream: TokenStream, follow: str, offset: int) -> Run:
+        code = 20566 if follow == "BEGIN" else 20569
+        if follow not in ("BEGIN", "END"):
+            raise fail(900010, "#COMMENT: expected BEGIN or END", offset)
+        stream.next()
+        stream.next()
+        if not stream.at_end or stream.text[: offset - 1].replace("#", "").strip():
+            raise fail(code, f"#COMMENT {follow} stands alone in its block", offset)
+        if follow == "END":
+            raise fail(20569, "#COMMENT END without #COMMENT BEGIN", offset)
+        return _of(self.control.comment(offset))
 
 
-def _blank_behind(stream: TokenStream) -> bool:
-    """A blank follows the current token."""
-    return stream.text[stream.current.offset + len(stream.current.text) :][:1].isspace()
+def _nothing() -> Items:
+    return ()
+
+
+def _of(run: Callable[[], None]) -> Run:
+    def items() -> Items:
+        run()
+        return ()
+
+    return items
+
+
+def _is_endvar(stream: TokenStream) -> bool:
+    return stream.is_op("#") and stream.following.text.upper() == "ENDVAR"
+
+
+def _keeps_quotes(text: str) -> bool:
+    """Blocks whose quoted texts are no macros: definitions and messages."""
+    head = head_of(text)
+    texts = head.sign == "#" and head.word in ("MSG", "ERROR", "FILE", "FILENAME")
+    return texts or macros.definition(text) is not None

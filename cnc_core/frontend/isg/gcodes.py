@@ -36,13 +36,9 @@ GROUPS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
 )
 GROUP_OF: dict[int, tuple[str, int]] = {code: (name, error) for name, error, codes in GROUPS for code in codes}
 
-# Initial states: nothing that could end them is supported, so they change nothing.
-INITIAL = frozenset(
-    {8, 12, 20, 52, 53, 69, 94, 97, 117, 135, 140, 150, 163, 165, 202, 260, 900}
-)  # fmt: skip
-
-# Calls of subprograms that the configuration assigns: unknown as long as nothing is assigned.
+# Calls of subprograms: of the configuration or of #FILE NAME.
 USER_CODES = frozenset({*range(80, 90), *range(800, 840)})
+USER_VALUES = 50
 
 
 def _motion(code: int) -> Callable[[MotionWords], None]:
@@ -80,13 +76,37 @@ EFFECTS: dict[int, Callable[[MotionWords], None]] = {
     360: _flag("exact_stop", True),
 }
 
+# What the C scanner reads too.
+PLAIN = frozenset({*range(4), 17, 18, 19, 90, 91})
+
 # Tool radius compensation: cnc_core.frontend.base.compensation.
 COMPENSATION = frozenset({5, 10, 11, 25, 26, 40, 41, 42, 138, 139, 237, 239})
 
+# Executed by cnc_core.frontend.isg.execute.
+OFFSETS = frozenset({*range(53, 60), 92, 159, 160})
+MIRRORS = {20: (1.0, 1.0), 21: (-1.0, 1.0), 22: (1.0, -1.0), 23: (-1.0, -1.0)}
+DIAMETER = frozenset({51, 52})
+FEED_MODES = (93, 94, 95, 194)
+EXECUTED = OFFSETS | DIAMETER | frozenset({*MIRRORS, *FEED_MODES, 74, 164, 165, 351})
+
+# Initial states, and what is always so here: they change nothing.
+INITIAL = frozenset({8, 12, 69, 97, 117, 135, 140, 150, 163, 202, 260})
+
+# Accepted and kept, without effect on the rows; said once in a warning.
+STORED = frozenset({9, 13, 61, 900, 901, 261, 115, 116, 127, 128, *range(129, 135), 136, 137, 166, 167, 193})
+STORED |= frozenset({230, 231, 233, 293, 333, 334, 338, 339})
+
+# With ``=value``.
+VALUED = frozenset({115, 128, 129, 131, 133, 134, 159, 160, 231, 233, 333, 334, 338, 339})
+VALUE_OPTIONAL = frozenset({115})
+
+# Axis words of the block belong to these functions and move nothing.
+AXIS_TAKERS = frozenset({74, 92, 127, 130, 132, 136, 160, 230, 351})
+
+ACCEPTED = INITIAL | STORED | EXECUTED | COMPENSATION
+
 # Known to the manual and refused by name.
 REFUSED = frozenset(
-    {9, 13, 21, 22, 23, 33, 51, *range(54, 60), 61, 63, 66, 68, 74, 92, 93, 95, 96, 98, 99}
-    | {*range(100, 109), 112, 115, 116, *range(127, 135), 136, 137, 141, 151, 159, 160, 164, 166, 167}
-    | {193, 194, 196, 200, 201, 230, 231, 233, 236, 238, 261, 293, 301, 302, 303, 310, 331, 332, 333, 334}
-    | {338, 339, 351, 901}
+    {33, 63, 66, 68, 96, 98, 99, *range(100, 109), 112, 141, 151, 196, 200, 201, 236, 238, 301, 302, 303, 310}
+    | {331, 332}
 )

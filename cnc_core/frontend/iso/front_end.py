@@ -16,12 +16,13 @@ from cnc_core.frontend.iso.words import WordParser
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
+SWITCHES = 10
 SHOWN = ("DEBUG", "PRINT")  # with the values of parameters in the text
 REFUSED_COMMENTS = ("LOG", "LOGOPEN", "LOGAPPEND", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE")
 
 
 class IsoFrontEnd(BlockReader):
-    """Resumable reader of one program.  ``block_delete``: lines that begin with ``/`` are skipped."""
+    """Resumable reader of one program; lines that begin with ``/`` are skipped while their switch is on."""
 
     def __init__(
         self,
@@ -31,11 +32,10 @@ class IsoFrontEnd(BlockReader):
         *,
         collect: bool = False,
         scan: bool = True,
-        block_delete: bool = False,
     ) -> None:
         super().__init__(path, Modal(machine, RULES), port, collect=collect, scan=scan)
         self.executor = Executor(machine, self.modal, self._warn_here)
-        self._block_delete = block_delete
+        self._switches = port.skip_levels()
         self._axes = {name.upper(): i for i, name in enumerate(machine.axes) if len(name) == 1}
         self._statements = 0
         self._place = Place()
@@ -62,11 +62,8 @@ class IsoFrontEnd(BlockReader):
         if stream.accept("%"):
             self._percent(stream)
             return []
-        if stream.accept("/"):
-            if self._block_delete:
-                return []
-            if stream.current.kind is Kind.NUMBER:
-                stream.next()  # the switch's number
+        if stream.accept("/") and self._switched_on(stream):
+            return []
         words = WordParser(stream, self._axes, self.executor.frame.parameters).parse()
         for key, value in words.assignments:
             self.executor.frame.parameters.assign(key, value)
@@ -76,6 +73,16 @@ class IsoFrontEnd(BlockReader):
         rows = self.executor.execute(words)
         self._ended = self._ended or self.executor.ended
         return [*rows]
+
+    def _switched_on(self, stream: TokenStream) -> bool:
+        """Whether the block delete switch, 1 if no number is given, is on (program_block_ignore, skip_levels)."""
+        switch = 1
+        if stream.current.kind is Kind.NUMBER:
+            token = stream.next()
+            switch = int(token.text) if token.text.isdigit() else 0
+            if not 1 <= switch <= SWITCHES:
+                raise fail(900012, f"block delete switch out of range 1..{SWITCHES}", token.offset)
+        return bool(self._switches >> (switch - 1) & 1)
 
     def _percent(self, stream: TokenStream) -> None:
         """The first line may be ``%``; a later one ends the program."""

@@ -1,0 +1,74 @@
+"""The pair: how much faster than real time CNC and PLC run together, at 1 ms, and the CNC with nothing attached.
+
+``pytest bench/test_bench_pair.py --benchmark-enable``; figures stand in ``extra_info``. Nothing timed is asserted. In
+lockstep the two processes wait for each other once a millisecond of machine time, spinning: two free cores are needed.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cnc_core import Cell
+from plc_client.mock import line
+from plc_client.runner import PlcRunner
+
+PLC = {
+    "empty": "class Task:\n    def cyclic(self): pass\n",
+    "look_ahead": (
+        "class Task:\n"
+        "    def setup(self, hli):\n"
+        "        self.ahead, self.override = ContourAhead(hli.gpCh[0]), Override(hli.gpCh[0])\n"
+        "    def cyclic(self):\n"
+        "        arcs = self.ahead()['compensated_radius'] > 0\n"
+        "        self.override(path=60.0 if arcs[:20].any() else 100.0)\n"
+    ),
+}
+
+
+def part(folder: Path, minutes: float) -> Path:
+    """Lines of 100 mm at 100 mm/s."""
+    path = folder / "part.nc"
+    lines = [f"X{100 * (i % 2)} Y{i * 0.1:.1f}" for i in range(round(minutes * 60))]
+    path.write_text("\n".join(["G01 F6000", *lines, "M30", ""]))
+    return path
+
+
+@pytest.mark.parametrize("name", ["none", "acknowledge", *PLC])
+def test_pair(benchmark: Any, tmp_path: Path, name: str) -> None:
+    """Lockstep with a Python PLC; ``none``: nothing attached."""
+    program = part(tmp_path, 1.0 if name != "none" else 20.0)
+    plc: Any = name if name == "none" else None if name == "acknowledge" else tmp_path / "plc.py"
+    if name in PLC:
+        plc.write_text(f"from plc_client import ContourAhead, Override, task\n@task(interval=0.001)\n{PLC[name]}")
+
+    def run() -> Any:
+        with Cell() as cell:
+            return cell.run(program, plc)
+
+    result = benchmark.pedantic(run, rounds=1)
+    assert result.end == "completed"
+    scans = {k: v["mean_us"] for k, v in result.plc.get("tasks", {}).items()}
+    benchmark.extra_info.update(realtime_factor=result.realtime_factor, cycles=result.cycles, mean_scan_us=scans)
+
+
+class Empty:
+    """What the runtime itself costs."""
+
+    def cyclic(self) -> None:
+        pass
+
+
+def test_scan_cost(benchmark: Any) -> None:
+    """One scan of an empty task: latch, schedule, statistics."""
+    with PlcRunner.on_mock(Empty, [line(1)]) as plc:
+        scanner = plc._scanner
+
+        def scan() -> None:
+            for program in scanner.programs:
+                program.due = 0
+            scanner.scan()
+
+        benchmark(scan)

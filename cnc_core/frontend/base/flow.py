@@ -1,0 +1,201 @@
+"""Program flow over source files: program levels, calls and returns, jumps, and what is remembered of a file for them.
+
+Nothing here is an index of lines.  A place is a ``Mark`` (bytes and lines in front of it), which jumps seek; blocks
+that are executed again keep their prepared form in a bounded table of their file; places that had to be searched for
+(the other branch of a condition, labels, subprograms) are remembered in a bounded table too.  A program that is read
+once from top to bottom fills neither, so its length does not matter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from cnc_core.errors import CncError
+from cnc_core.frontend.base.source import Source
+
+FILES_OPEN = 16  # subprogram files kept open for the next call
+BLOCKS_KEPT = 20_000  # prepared blocks of one file
+PLACES_KEPT = 20_000  # found places of one file
+
+
+class Mark(NamedTuple):
+    """A place in front of a physical line: bytes and physical lines of the file before it."""
+
+    position: int
+    line: int
+
+
+START = Mark(0, 0)
+
+
+class ProgramFile:
+    """One source file.  ``number``: its index in the program's file table.
+
+    ``blocks``: prepared blocks by position.  ``places``: found places by whatever tells them apart.
+    """
+
+    def __init__(self, path: Path, number: int) -> None:
+        self.path, self.number = path, number
+        self.blocks: dict[int, Any] = {}
+        self.places: dict[Hashable, Any] = {}
+        self._source: Source | None = None
+
+    @property
+    def source(self) -> Source:
+        if self._source is None:
+            self._source = Source(self.path)
+        return self._source
+
+    @source.setter
+    def source(self, source: Source) -> None:
+        self._source = source
+
+    def keep_block(self, position: int, block: Any) -> None:
+        if len(self.blocks) >= BLOCKS_KEPT:
+            self.blocks.clear()
+        self.blocks[position] = block
+
+    def keep_place(self, key: Hashable, place: Any) -> None:
+        if len(self.places) >= PLACES_KEPT:
+            self.places.clear()
+        self.places[key] = place
+
+    def close(self) -> None:
+        if self._source is not None:
+            self._source.close()
+            self._source = None
+
+
+@dataclass
+class Level:
+    """One program level: a main program or a subprogram that is being executed.
+
+    ``start``: where it begins.  ``back``: where its caller goes on.  ``nest``: open control statements, innermost last.
+    ``user``: what else the dialect keeps with a level.  ``repeats``: its blocks may come again.
+    """
+
+    file: ProgramFile
+    start: Mark
+    name: str = ""
+    back: Mark = START
+    nest: list[Any] = field(default_factory=list)
+    repeats: bool = False
+    user: Any = None
+
+
+class Flow:
+    """The stack of program levels.
+
+    Jumps, calls and returns are asked for while a block is executed (``jump``, ``skip``, ``call``, ``leave``) and made
+    by ``apply`` behind it; a block asks for one of them.  ``levels_max``: including the main program; error
+    ``too_deep`` beyond.
+    """
+
+    def __init__(self, path: Path, levels_max: int, too_deep: int) -> None:
+        self.files: list[Path] = [path]
+        self._known: dict[Path, ProgramFile] = {}
+        self._levels_max, self._too_deep = levels_max, too_deep
+        self.levels: list[Level] = [Level(self.file_of(path), START)]
+        self.level = self.levels[0]
+        self._asked: tuple[str, Any] | None = None
+
+    # files
+
+    def file_of(self, path: Path) -> ProgramFile:
+        """The file as it is known already, or a new entry of the file table."""
+        known = self._known.get(path)
+        if known is None:
+            number = 0 if not self._known else len(self.files)
+            if number:
+                self.files.append(path)
+            known = self._known[path] = ProgramFile(path, number)
+        return known
+
+    @property
+    def known_files(self) -> list[ProgramFile]:
+        return list(self._known.values())
+
+    @property
+    def file(self) -> ProgramFile:
+        return self.level.file
+
+    @property
+    def source(self) -> Source:
+        return self.level.file.source
+
+    def close(self) -> None:
+        for file in self._known.values():
+            file.close()
+
+    # what a block may ask for
+
+    @property
+    def asked(self) -> bool:
+        return self._asked is not None
+
+    @property
+    def ends(self) -> bool:
+        """The block has asked to leave the level."""
+        return self._asked is not None and self._asked[0] == "leave"
+
+    def jump(self, mark: Mark) -> None:
+        """Go on at ``mark``; lines between are not read."""
+        self.level.repeats = True
+        self._ask("jump", mark)
+
+    def skip(self, mark: Mark) -> None:
+        """Go on at ``mark``, which stands further down; the lines up to it count as read."""
+        self._ask("skip", mark)
+
+    def call(self, level: Level) -> None:
+        """Execute a subprogram, then go on behind this block."""
+        if len(self.levels) >= self._levels_max:
+            raise CncError(self._too_deep, f"more than {self._levels_max - 1} subprograms in each other")
+        self._ask("call", level)
+
+    def leave(self) -> None:
+        """Back to the caller."""
+        self._ask("leave", None)
+
+    def _ask(self, what: str, value: Any) -> None:
+        assert self._asked is None
+        self._asked = (what, value)
+
+    def forget(self) -> None:
+        """The block that asked has failed."""
+        self._asked = None
+
+    # what the reader does behind the block
+
+    def apply(self, here: Mark) -> tuple[Mark, int]:
+        """Make what the block has asked for.  ``here``: behind the block.
+
+        Returns the place to go on at, in ``file``, and how many lines count as read on the way.
+        """
+        assert self._asked is not None
+        (what, value), self._asked = self._asked, None
+        if what == "call":
+            return self._enter(value, here), 0
+        if what == "leave":
+            return self._return(), 0
+        self.source.seek(value.position)
+        return value, value.line - here.line if what == "skip" else 0
+
+    def _enter(self, level: Level, here: Mark) -> Mark:
+        level.back = here
+        level.repeats = True
+        self.levels.append(level)
+        self.level = level
+        self.source.seek(level.start.position)
+        return level.start
+
+    def _return(self) -> Mark:
+        left = self.levels.pop()
+        self.level = self.levels[-1]
+        if left.file not in [level.file for level in self.levels] and len(self._known) > FILES_OPEN:
+            left.file.close()
+        self.source.seek(left.back.position)
+        return left.back

@@ -1,0 +1,44 @@
+"""Everything the parts of the front end share: one object per program."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from cnc_core.frontend.base.flow import Flow
+from cnc_core.frontend.base.scanner import Modal
+from cnc_core.frontend.isg.offsets import Offsets
+from cnc_core.frontend.isg.store import Store
+from cnc_core.frontend.isg.system import System
+from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.port import ChannelPort
+
+if TYPE_CHECKING:
+    from cnc_core.frontend.isg.execute import Executor
+    from cnc_core.frontend.isg.rt_loop import RealTimeLoop
+
+Warn = Callable[[int, str, int], None]
+
+
+@dataclass
+class Context:
+    """``warn``: a warning with its offset in the block.  ``macros``: by name.  ``programs``: #FILE NAME by key.
+
+    ``lenient``: unknown # commands and undefined M functions are warnings.
+    """
+
+    machine: ProgramMachine
+    modal: Modal
+    port: ChannelPort
+    flow: Flow
+    store: Store
+    system: System
+    offsets: Offsets
+    warn: Warn
+    lenient: bool = False
+    macros: dict[str, str] = field(default_factory=dict)
+    programs: dict[str, str] = field(default_factory=dict)
+    signals: dict[int, int] = field(default_factory=dict)
+    executor: Executor = field(init=False)
+    loop: RealTimeLoop = field(init=False)

@@ -1,0 +1,149 @@
+"""What lies between programmed and machine coordinates: zero offsets, G92, #PSET, mirroring, diameter.
+
+A programmed value is mirrored first, then #PSET, G92, the zero offset and the tool length are added.  All offsets act
+on an axis from its next absolute word on; #PSET acts at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.errors import ERRORS
+from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.scanner import Modal
+from cnc_core.frontend.machine import ProgramMachine
+
+Array = npt.NDArray[np.float64]
+NUMBER_MAX = 96
+ZERO, ADD_ZERO, PSET, TOOL = "ZERO", "ADD_ZERO", "PSET", "TOOL"
+KINDS = (ZERO, ADD_ZERO, PSET, TOOL)
+# without effect here: no such offset exists
+EMPTY_KINDS = ("CLAMP", "MEASURE", "MANUAL")
+
+
+class Offsets:
+    """Offsets of one channel, mm or degrees by channel index."""
+
+    def __init__(self, machine: ProgramMachine, modal: Modal) -> None:
+        self._modal, self._axes = modal, len(machine.axes)
+        self.rotary = machine.rotary
+        self.names = [name.upper() for name in machine.axes]
+        self.first_main = machine.main[0]
+        self.main = machine.main
+        self.table: dict[int, Array] = {}
+        for number, values in machine.zero_offsets.items():
+            row = self.stored(number)
+            for name, value in values.items():
+                row[self.names.index(name)] = value
+        self.excluded: dict[int, npt.NDArray[np.bool_]] = {}
+        self.number = 0
+        self.active = self._zeros()
+        self.g92 = self._zeros()
+        self.pset = self._zeros()
+        self.mirror = np.ones(self._axes)
+        self.diameter = False
+        self.suppressed: frozenset[str] = frozenset()
+        self.machine_coordinates = False  # #MCS ON
+        self.tool_length_mm = 0.0
+
+    def _zeros(self) -> Array:
+        return np.zeros(self._axes)
+
+    def scale(self, axis: int) -> float:
+        """mm or degrees per programmed unit of an axis."""
+        return 1.0 if self.rotary[axis] else self._modal.unit_mm
+
+    def stored(self, number: int) -> Array:
+        """The row of the table, 1 is G54."""
+        return self.table.setdefault(number, self._zeros())
+
+    def check_number(self, number: int, offset: int) -> None:
+        if not 0 <= number <= NUMBER_MAX:
+            raise fail(907060, f"zero offset {number} out of range 0..{NUMBER_MAX}", offset)
+
+    # selections
+
+    def select(self, number: int) -> None:
+        """G53 (0), G54 (1), ... G159=i."""
+        self.number = number
+        self.active = self._zeros() if number == 0 else self.stored(number).copy()
+        if number in self.excluded:
+            self.active[self.excluded[number]] = 0.0
+        self.update()
+
+    def exclude(self, number: int, axes: dict[int, bool]) -> None:
+        """G160: the offset does not act on the axes that are True."""
+        mask = self.excluded.setdefault(number, np.zeros(self._axes, dtype=bool))
+        for axis, disabled in axes.items():
+            mask[axis] = disabled
+        if number == self.number:
+            self.select(number)
+
+    def set_g92(self, words: dict[int, float], *, add: bool) -> None:
+        """Programmed values by axis."""
+        for axis, value in words.items():
+            self.g92[axis] = value * self.scale(axis) + (self.g92[axis] if add else 0.0)
+        self.update()
+
+    def set_pset(self, words: dict[int, float], offset: int) -> None:
+        """The position of the axes gets these programmed values."""
+        if (self.mirror < 0).any():
+            raise fail(20612, ERRORS[20612], offset)
+        position = self._modal.position
+        for axis, value in words.items():
+            share = 0.5 if self.diameter and axis == self.first_main else 1.0
+            rest = self._total()[axis] - self.pset[axis] + self._length(axis)
+            self.pset[axis] = position[axis] - rest - value * self.scale(axis) * share
+        self.update()
+        for axis in words:
+            self._modal.set_offset_of(axis)
+
+    def clear_pset(self, axes: Iterable[int]) -> None:
+        for axis in axes:
+            self.pset[axis] = 0.0
+        self.update()
+
+    def set_mirror(self, x: float, y: float) -> None:
+        """G20-G23: signs of the first and second main axis."""
+        for axis, sign in zip(self.main, (x, y), strict=False):
+            if axis >= 0:
+                self.mirror[axis] = sign
+        self.update()
+
+    def set_tool_length(self, length_mm: float) -> None:
+        self.tool_length_mm = length_mm
+        self.update()
+
+    def update(self) -> None:
+        """Make a change of any part act from each axis's next absolute word on."""
+        share = np.ones(self._axes)
+        if self.diameter and self.first_main >= 0:
+            share[self.first_main] = 0.5
+        self._modal.set_mirror(self.mirror, share)
+        self._modal.set_next_offset(self._total())
+        self._modal.set_tool_length(0.0 if self._off(TOOL) else self.tool_length_mm)
+
+    def _off(self, kind: str) -> bool:
+        return self.machine_coordinates or kind in self.suppressed
+
+    def _total(self) -> Array:
+        """Without the tool length."""
+        total = self._zeros()
+        for kind, part in ((ZERO, self.active), (ADD_ZERO, self.g92), (PSET, self.pset)):
+            if not self._off(kind):
+                total += part
+        return total
+
+    def _length(self, axis: int) -> float:
+        return float(self._modal.offset_next[axis] - self._total()[axis])
+
+    # what programs read
+
+    def programmed(self, axis: int, machine_value: float) -> float:
+        """A machine coordinate as a program would write it."""
+        share = 0.5 if self.diameter and axis == self.first_main else 1.0
+        value = machine_value - float(self._modal.offset_in_force[axis])
+        return value * float(self.mirror[axis]) / (self.scale(axis) * share)

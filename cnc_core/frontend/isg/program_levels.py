@@ -1,0 +1,180 @@
+"""Program levels of the dialect: % lines, calls and returns, program ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from cnc_core.errors import CncError, Place
+from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, read_block
+from cnc_core.frontend.base.flow import Level, Mark
+from cnc_core.frontend.base.lexer import TokenStream, fail
+from cnc_core.frontend.base.reader import BlockReader
+from cnc_core.frontend.base.scanner import Row
+from cnc_core.frontend.isg.calls import Call, Finder, LevelData, local_name
+from cnc_core.frontend.isg.context import Context
+from cnc_core.frontend.isg.control import Control
+from cnc_core.frontend.isg.search import Searcher
+from cnc_core.frontend.isg.text import PROGRAMS, head_of
+from cnc_core.port import Wait
+
+NAME_CHARACTERS = 83
+Items = Sequence[Row | Wait]
+Run = Callable[[], Items]
+
+
+class ProgramLevels(BlockReader):
+    """The part of the front end that knows where programs begin and end."""
+
+    context: Context
+    control: Control
+    _finder: Finder
+    _searcher: Searcher
+    _declaring: bool
+
+    @property
+    def program_name(self) -> str | None:
+        """Of the main program, if it has one."""
+        return self._main.name or None
+
+    @property
+    def _main(self) -> Level:
+        return self.flow.levels[0]
+
+    @property
+    def _data(self) -> LevelData:
+        data: LevelData = self.flow.level.user
+        return data
+
+    def _warn_at(self, code: int, text: str, offset: int) -> None:
+        block = self.block_now
+        self._warn(code, text, block.place(offset) if block is not None else Place(str(self.flow.file.path)))
+
+    # % lines
+
+    def _program_line(self, stream: TokenStream) -> Run:
+        """``%NAME`` opens the main program of a file, ``%L NAME`` a local subprogram; any other ends the level."""
+        offset, mark = stream.next().offset, self.mark
+        name = stream.text[offset + 1 :].strip()
+
+        def run() -> Items:
+            data, local = self._data, local_name(stream.text)
+            if data.local or data.named or (local is None and self._began()):
+                return self._next_program(name, local, offset)
+            if local is not None:
+                if self._began():
+                    return self._next_program(name, local, offset)
+                self._skip_local(name)
+                return ()
+            if len(name) > NAME_CHARACTERS:
+                raise fail(900012, f"program name longer than {NAME_CHARACTERS} characters", offset)
+            data.named = True
+            self.flow.level.start = mark
+            self.flow.level.name = name
+            return ()
+
+        return run
+
+    def _began(self) -> bool:
+        """A command stands before: the text up to here is a program without a name."""
+        data = self._data
+        return bool(data.statements or self.modal.programmed > data.programmed)
+
+    def _next_program(self, name: str, local: str | None, offset: int) -> Items:
+        """The level ends at a later % line."""
+        data = self._data
+        if local is None and not data.local:
+            if not data.named:
+                raise fail(900017, f"%{name}: a command stands before the first program definition", offset)
+            if self.context.lenient:
+                self._warn_at(907040, f"%{name} inside the program is taken as a comment", offset)
+                return ()
+            self._warn_at(900020, f"the main program ends at %{name}", offset)
+        try:
+            self.control.check_closed()
+        finally:
+            self._level_end()
+        return ()
+
+    def _skip_local(self, name: str) -> None:
+        """A local subprogram in front of the main program: on to the next % line."""
+        source, line = self._source, self.modal.line + self._lines_left
+        before = source.position
+        while True:
+            line += source.hop(PROGRAMS)
+            mark = Mark(source.position, line)
+            block = read_block(source, line)
+            if block is None:
+                source.seek(before)
+                raise fail(907033, f"%{name} is the last program of the file, and there is no main program", 0)
+            line += block.lines_read
+            if head_of(block.text).sign == "%":
+                source.seek(before)
+                self.flow.skip(mark)
+                return
+
+    # calls and ends
+
+    def _call(self, call: Call, rows: list[Row]) -> None:
+        try:
+            self.flow.call(self._finder.level(call))
+        except CncError as error:
+            self._queue.extend(rows)
+            error.place.column = error.place.column or call.offset
+            raise
+
+    def _move(self) -> None:
+        """Scopes follow the program levels."""
+        depth, left = len(self.flow.levels), self.flow.level
+        super()._move()
+        if len(self.flow.levels) > depth:
+            data = self._data
+            data.programmed = self.modal.programmed
+            self.context.store.push(data.arguments)
+        elif len(self.flow.levels) < depth:
+            self.context.store.pop()
+            if left.user.saved is not None:
+                mode, modal = left.user.saved
+                self.context.executor.feeds.choose(mode)
+                self.modal.restore(modal)
+
+    def _level_end(self) -> None:
+        """M17, M29."""
+        if len(self.flow.levels) > 1:
+            self.flow.leave()
+        else:
+            self._end()
+
+    def _program_end(self) -> None:
+        """M02, M30."""
+        if len(self.flow.levels) > 1:
+            self._warn_at(907032, "M02 or M30 inside a subprogram ends the whole program", 0)
+        self._end()
+
+    def _end(self) -> None:
+        """The program is over."""
+        self._ended = True
+        if self._collect and len(self.flow.levels) == 1:
+            self._check_uncalled()
+
+    def _check_uncalled(self) -> None:
+        """Local subprograms of the main file that nobody has called."""
+        file = self._main.file
+        for mark in self._finder.locals_of(file).values():
+            if (file.number, mark) not in self._finder.called:
+                self.flow.level.start = mark
+                for _ in self._searcher.skipped(mark):
+                    pass
+
+    def _level_ended(self) -> None:
+        """The end of the file, or of its part."""
+        try:
+            self.control.check_closed()
+            if self._declaring:
+                self._declaring = False
+                raise fail(907021, "#VAR without #ENDVAR", 0)
+        except CncError as error:
+            last = PhysicalLine(0, max(1, self.modal.line), "")
+            self._error(error, BlockText(str(self.flow.file.path), lines=[last]))
+        super()._level_ended()
+        if self._ended:
+            self._end()

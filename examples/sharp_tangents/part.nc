@@ -1,0 +1,12 @@
+%sharp_part
+( long lines and corners of 90, 135 and 45 degrees, one after an arc )
+N10 G17 G90 G71
+N20 G01 X120 Y0 F12000
+N30 G01 Y80
+N40 G01 X60 Y20
+N50 G01 X20 Y60
+N60 G01 Y80
+N70 G02 X40 Y100 I20 J0
+N80 G01 X120
+N90 G01 X120 Y130
+N100 M30

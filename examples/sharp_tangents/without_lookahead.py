@@ -1,0 +1,13 @@
+"""Full feed everywhere: the CNC brakes for the corners as hard as the drives can."""
+
+from plc_client import Override, task
+
+
+@task(interval=0.001)
+class Feed:
+    def setup(self, hli):
+        self.override = Override(hli.gpCh[0])
+        self.percent = 100.0
+
+    def cyclic(self):
+        self.override(path=self.percent)

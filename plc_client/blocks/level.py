@@ -1,0 +1,294 @@
+"""Level control units (hli_reference 2.2): the PLC's value counts as long as it is enabled."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any
+
+from .base import ERROR_INPUT, ERROR_NOT_PRESENT, FunctionBlock, present
+
+
+class LevelState(Enum):
+    """States of a level block (docs/plc.md draws them)."""
+
+    RELEASED = "released"  # enable FALSE: the operator's value counts
+    COMMANDED = "commanded"  # command_w is set, the CNC does not show it yet
+    EFFECTIVE = "effective"  # state_r shows the command
+    ERROR = "error"
+
+
+def command(unit: Any, value: Any) -> None:
+    """Command a level unit: the value before the enable, so that no old value ever acts."""
+    memory = unit._c  # reading the structure itself is quick; writing goes through the checks of the view
+    if memory.command_w != value or type(memory.command_w) is not type(value):
+        unit.command_w = value
+    if not memory.enable_w:
+        unit.enable_w = True
+
+
+class LevelUnit(FunctionBlock):
+    """One level unit: ``LevelUnit(ch.bahn_mc_control.feedhold)(enable=True, value=True)`` once per scan.
+
+    Outputs: ``value`` (what the CNC uses, ``state_r``), ``request`` (what the operator asks for, ``request_r``),
+    ``done`` (the CNC uses the command), ``busy`` (not yet), ``enabled`` (by this block).
+    ``enable`` FALSE gives the unit back to the operator.
+    """
+
+    def __init__(self, unit: Any) -> None:
+        super().__init__()
+        self.unit = unit
+        self._area = _area_of(unit)
+        self.state = LevelState.RELEASED
+        self.value: Any = unit.state_r
+        self.request: Any = unit.request_r
+        self.enabled = False
+
+    def __call__(self, enable: bool, value: Any) -> Any:
+        """One scan; returns what the CNC uses.  A value the unit cannot hold is error 1 and changes nothing."""
+        self.error_id = self._command(value) if enable else self._release()
+        memory = self.unit._c
+        self.value, self.request = memory.state_r, memory.request_r
+        self.state = self._state_now(enable)
+        self.done, self.busy = self.state is LevelState.EFFECTIVE, self.state is LevelState.COMMANDED
+        self.error = self.state is LevelState.ERROR
+        return self.value
+
+    def _command(self, value: Any) -> int:
+        try:
+            command(self.unit, value)
+        except (OverflowError, TypeError):
+            return ERROR_INPUT
+        self.enabled = True
+        return 0 if present(self._area) else ERROR_NOT_PRESENT
+
+    def _release(self) -> int:
+        if self.enabled:  # only once: the unit may be another block's by now
+            self.unit.enable_w = self.enabled = False
+        return 0
+
+    def release(self) -> None:
+        """Give the unit back to the operator."""
+        self(False, 0)
+
+    def _state_now(self, enable: bool) -> LevelState:
+        if self.error_id:
+            return LevelState.ERROR
+        if not enable:
+            return LevelState.RELEASED
+        return LevelState.EFFECTIVE if self.value == self.unit._c.command_w else LevelState.COMMANDED
+
+
+def _area_of(unit: Any) -> Any:
+    """The channel or axis around a control unit."""
+    area = unit._parent
+    while not hasattr(type(area), "head"):
+        area = area._parent
+    return area
+
+
+class _Levels(FunctionBlock):
+    """Several level units commanded together; the outputs are those of all."""
+
+    def __init__(self, **units: Any) -> None:
+        super().__init__()
+        self._levels = {name: LevelUnit(unit) for name, unit in units.items()}
+        self.state = LevelState.RELEASED
+
+    def _run(self, enable: bool, **values: Any) -> None:
+        levels = []
+        for name, level in self._levels.items():
+            value = values[name]
+            if value is not None:
+                levels.append(level)
+            if value is not None or level.enabled:
+                level(enable and value is not None, value)
+        failed = next((level for level in levels if level.error), None)
+        self.error, self.error_id = failed is not None, failed.error_id if failed else 0
+        self.done = bool(levels) and all(level.done for level in levels)
+        self.busy = any(level.busy for level in levels)
+        self.state = (
+            LevelState.ERROR if self.error else
+            LevelState.EFFECTIVE if self.done else
+            LevelState.COMMANDED if self.busy else LevelState.RELEASED
+        )  # fmt: skip
+
+    def _refuse(self) -> None:
+        """An input is not usable: error 1, the units keep what they have."""
+        self.error, self.error_id, self.state = True, ERROR_INPUT, LevelState.ERROR
+        self.done = self.busy = False
+
+    def release(self) -> None:
+        """Give the units back to the operator's values."""
+        for level in self._levels.values():
+            level.release()
+        self.done = self.busy = False
+        self.state = LevelState.RELEASED
+
+
+class FeedHold(_Levels):
+    """``bahn_mc_control.feedhold``: ``FeedHold(ch)(hold=True)`` brakes and stands; the mode stays ACTIVE.
+
+    Output ``standing``: the hold acts and nothing moves.
+    """
+
+    def __init__(self, ch: Any) -> None:
+        super().__init__(feedhold=ch.bahn_mc_control.feedhold)
+        self._status = ch.bahn_state
+        self.standing = False
+
+    def __call__(self, hold: bool, enable: bool = True) -> bool:
+        """One scan; returns ``standing``."""
+        self._run(enable, feedhold=hold)
+        self.standing = bool(self._status.feedhold_active_r) and self._status.active_feed_r == 0
+        return self.standing
+
+
+class Override(_Levels):
+    """Path and rapid override in percent (0..200 in steps of 0.1); None leaves one of them to the operator.
+
+    ``bahn_mc_control.override``, ``override_valid``, ``rapid_override``, ``rapid_override_valid``.  Outputs ``path``
+    and ``rapid``: percent the units show, ``effective``: percent the path follows now.
+    """
+
+    def __init__(self, ch: Any) -> None:
+        c = ch.bahn_mc_control
+        super().__init__(
+            override=c.override, override_valid=c.override_valid,
+            rapid=c.rapid_override, rapid_valid=c.rapid_override_valid,
+        )  # fmt: skip
+        self._status = ch.bahn_state
+        self.path = self.rapid = self.effective = 100.0
+
+    def __call__(self, path: float | None = 100.0, rapid: float | None = None, enable: bool = True) -> None:
+        """One scan; a value outside 0..200 (or NaN) is error 1 and changes nothing."""
+        if not all(p is None or 0.0 <= p <= OVERRIDE_MAX_PERCENT for p in (path, rapid)):
+            self._refuse()
+            return
+        self._run(
+            enable,
+            override=_tenths(path), override_valid=None if path is None else True,
+            rapid=_tenths(rapid), rapid_valid=None if rapid is None else True,
+        )  # fmt: skip
+        self.path = self._levels["override"].unit._c.state_r / 10.0
+        self.rapid = self._levels["rapid"].unit._c.state_r / 10.0
+        self.effective = self._status.override_r / 10.0
+
+
+OVERRIDE_MAX_PERCENT = 200.0
+
+
+def _tenths(percent: float | None) -> int | None:
+    return None if percent is None else round(percent * 10.0)
+
+
+class OptionalStop(_Levels):
+    """``bahn_mc_control.m01_stop_enable``: M01 stops at the block's end."""
+
+    def __init__(self, ch: Any) -> None:
+        super().__init__(stop=ch.bahn_mc_control.m01_stop_enable)
+
+    def __call__(self, stop: bool, enable: bool = True) -> None:
+        """One scan."""
+        self._run(enable, stop=stop)
+
+
+class RtLoop(_Levels):
+    """``bahn_mc_control.rt_loop_enable``: as long as TRUE, ``#RT WHILE`` begins another pass (V.RTG.LOOP.ENABLED)."""
+
+    def __init__(self, ch: Any) -> None:
+        super().__init__(loop=ch.bahn_mc_control.rt_loop_enable)
+
+    def __call__(self, loop: bool, enable: bool = True) -> None:
+        """One scan."""
+        self._run(enable, loop=loop)
+
+
+SKIP_LEVELS = 10
+
+
+class SkipLevels(_Levels):
+    """``decoder_mc_control.program_block_ignore``: the skip levels 1..10 whose ``/n`` blocks are left out.
+
+    Evaluated at program start only; a change while a program runs acts on the next one.
+    """
+
+    def __init__(self, ch: Any) -> None:
+        super().__init__(mask=ch.decoder_mc_control.program_block_ignore)
+
+    def __call__(self, levels: tuple[int, ...] = (), enable: bool = True) -> None:
+        """One scan; a level outside 1..10 is error 1 and changes nothing."""
+        if any(not 1 <= level <= SKIP_LEVELS for level in levels):
+            self._refuse()
+            return
+        self._run(enable, mask=sum({1 << (level - 1) for level in levels}))
+
+
+class PathDirection(_Levels):
+    """Backward and simulated forward motion on the path: ``backward_motion``, ``simulate_motion``.
+
+    Outputs ``backward_active`` (the path runs backwards), ``distance`` (``dist_prog_start``, which decreases then).
+    ``clear_storage`` commands ``backward_storage_off`` (only without an active program).
+    """
+
+    def __init__(self, ch: Any) -> None:
+        c = ch.bahn_mc_control
+        super().__init__(backward=c.backward_motion, simulate=c.simulate_motion, storage_off=c.backward_storage_off)
+        self._status = ch.bahn_state
+        self.backward_active = False
+        self.distance = 0.0
+
+    def __call__(
+        self, backward: bool = False, simulate: bool = False, clear_storage: bool = False, enable: bool = True
+    ) -> None:
+        """One scan; backward and simulated forward motion together are error 1."""
+        if backward and simulate:
+            self._refuse()
+            return
+        self._run(enable, backward=backward, simulate=simulate, storage_off=clear_storage)
+        self.backward_active = bool(self._status.backward_active_r)
+        self.distance = float(self._status.dist_prog_start)
+
+
+class ExternalSpeed(_Levels):
+    """External path speed, 1 um/s, negative = backward: ``ext_command_speed``, ``ext_command_speed_valid``."""
+
+    def __init__(self, ch: Any) -> None:
+        c = ch.bahn_mc_control
+        super().__init__(speed=c.ext_command_speed, valid=c.ext_command_speed_valid)
+
+    def __call__(self, speed: int, enable: bool = True) -> None:
+        """One scan."""
+        self._run(enable, speed=speed, valid=True)
+
+
+class AxisControl(_Levels):
+    """One axis or spindle ``gpAx[i]``: releases, feedhold and its own override (percent; None: none).
+
+    ``lr_mc_control.release_feedhold``, ``drive_on``, ``torque_permission``, ``ipo_mc_control.feedhold``, ``override``,
+    ``override_valid``.  A falling release brakes the path; every axis that shall move must be released.
+    """
+
+    def __init__(self, ax: Any) -> None:
+        lr, ipo = ax.lr_mc_control, ax.ipo_mc_control
+        super().__init__(
+            release=lr.release_feedhold, drive_on=lr.drive_on, torque=lr.torque_permission,
+            feedhold=ipo.feedhold, override=ipo.override, override_valid=ipo.override_valid,
+        )  # fmt: skip
+
+    def __call__(
+        self,
+        release: bool = True,
+        feedhold: bool = False,
+        override: float | None = None,
+        drive_on: bool = True,
+        torque_permission: bool = True,
+        enable: bool = True,
+    ) -> None:
+        """One scan; an override outside 0..200 is error 1 and changes nothing."""
+        if override is not None and not 0.0 <= override <= OVERRIDE_MAX_PERCENT:
+            self._refuse()
+            return
+        self._run(
+            enable, release=release, drive_on=drive_on, torque=torque_permission, feedhold=feedhold,
+            override=_tenths(override), override_valid=None if override is None else True,
+        )  # fmt: skip

@@ -1,0 +1,251 @@
+"""Operation modes and program control: ``channel_mc_control.mode_and_state`` (hli_reference 5.4).
+
+One command at a time: the unit's semaphore is waited for before anything is written, set after all data, and the
+command counts as done only when ``state_r`` shows it.  All blocks on one channel share one turn, so that two of them in
+one scan never overwrite each other's command.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from typing import Any
+from weakref import WeakValueDictionary
+
+from .. import clock
+from .base import ACTIVE_STATES, ERROR_CNC, ERROR_INPUT, ERROR_NOT_PRESENT, TIMEOUT_S, ExecuteBlock, State, present
+
+ERROR_TRANSITION = 270061
+"""The target state is not allowed in the target mode (the CNC's number for the same thing)."""
+PARAMETER_MAX = 299
+
+
+class Mode(IntEnum):
+    """HLI_IMCM_*_MODE."""
+
+    STANDBY = 1
+    AUTOMATIC = 2
+    MDI = 3
+    MANUAL = 4
+    REFERENCE = 5
+
+
+class ProcessState(IntEnum):
+    """HLI_IMCM_PROCESS_*; 7 to 15 are transient, RESETTING is also what a reset asks for."""
+
+    DESELECTED = 1
+    SELECTED = 2
+    READY = 3
+    ACTIVE = 4
+    HOLD = 5
+    ERROR = 6
+    SELECTING = 7
+    DESELECTING = 8
+    PREPARING = 9
+    CLEARING = 10
+    STARTING = 11
+    ABORTING = 12
+    STOPPING = 13
+    RESUMING = 14
+    RESETTING = 15
+
+
+_STANDBY_TARGETS = frozenset({1, 2, 3})
+_TARGETS = frozenset({1, 2, 3, 4, 5, 15})
+_RESTING = frozenset({ProcessState.DESELECTED, ProcessState.SELECTED, ProcessState.READY})
+
+
+_SILENT_NS = 500_000_000
+
+
+class _Turn:
+    """Which block's command is in a unit; a block that is not called for half a second has lost its turn."""
+
+    _all: WeakValueDictionary[int, _Turn] = WeakValueDictionary()
+
+    def __init__(self) -> None:
+        self.holder: ModeControl | None = None
+        self.called_ns = 0
+
+    def free_for(self, block: ModeControl) -> bool:
+        holder = self.holder
+        if holder is None or holder is block or holder.state not in ACTIVE_STATES:
+            return True
+        return clock.now_ns() - self.called_ns > _SILENT_NS
+
+    @classmethod
+    def of(cls, unit: Any) -> _Turn:
+        found = cls._all.get(unit._address)
+        if found is None:
+            found = cls._all[unit._address] = cls()
+        return found
+
+
+class ModeControl(ExecuteBlock):
+    """Any transition: ``ModeControl(ch)(execute, Mode.AUTOMATIC, ProcessState.ACTIVE, parameter="part.nc")``.
+
+    The interface passes intermediate states by itself: SELECTED to ACTIVE in one command is legal.  ``parameter`` is
+    the program's name (AUTOMATIC) or the text (MDI), at most 299 characters.  ``from_*`` 0: do not care.
+
+    Outputs beside the usual ones: ``mode``, ``process_state`` (what the CNC shows).  ``error_id`` 1 (input), 2
+    (``plc_present_w`` FALSE), 3 (not taken in time), 4 (taken, not reached in time), 5 (the CNC went to ERROR),
+    270061 (target state not allowed; found here, nothing is sent).
+    """
+
+    def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
+        super().__init__(timeout_s)
+        self._ch = ch
+        self._unit = ch.channel_mc_control.mode_and_state
+        self._status = ch.bahn_state
+        self._turn = _Turn.of(self._unit)
+        self._target = (0, 0)
+        self._origin = (0, 0)
+        self._parameter = ""
+        self._end_was_false = False
+        self.mode = self.process_state = 0
+
+    def __call__(
+        self,
+        execute: bool,
+        to_mode: int = Mode.AUTOMATIC,
+        to_state: int = ProcessState.ACTIVE,
+        parameter: str = "",
+        from_mode: int = 0,
+        from_state: int = 0,
+    ) -> bool:
+        """One scan; the inputs count in the call with the rising edge.  Returns ``done``."""
+        if self.state not in ACTIVE_STATES:
+            self._target, self._origin, self._parameter = (to_mode, to_state), (from_mode, from_state), parameter
+        self._look()
+        if self._turn.holder is self:
+            self._turn.called_ns = clock.now_ns()
+        return self._run(execute)
+
+    def _look(self) -> None:
+        state = self._unit.state_r
+        self.mode, self.process_state = state.mode, state.state
+
+    # -- the command
+    def _check(self) -> int:
+        mode, state = self._target
+        if not isinstance(self._parameter, str) or len(self._parameter.encode()) > PARAMETER_MAX:
+            return ERROR_INPUT
+        if mode not in tuple(Mode):
+            return ERROR_INPUT
+        if state not in (_STANDBY_TARGETS if mode == Mode.STANDBY else _TARGETS):
+            return ERROR_TRANSITION
+        return 0 if present(self._ch) else ERROR_NOT_PRESENT
+
+    def _may_send(self) -> bool:
+        if self._unit.command_semaphor_rw or not self._turn.free_for(self):
+            return False
+        self._turn.holder, self._turn.called_ns = self, clock.now_ns()
+        return True
+
+    def _send(self) -> None:
+        unit, command = self._unit, self._unit.command_w
+        command.from_mode, command.from_state = self._origin
+        command.to_mode, command.to_state = self._target
+        command.parameter = self._parameter
+        unit.enable_w = True
+        self._end_was_false = False
+        unit.command_semaphor_rw = True  # last: release order
+
+    def _taken(self) -> bool:
+        return not self._unit.command_semaphor_rw
+
+    def _reached(self) -> bool:
+        mode, state = self._target
+        if state == ProcessState.RESETTING:
+            return self.process_state in _RESTING
+        if self.mode == mode and self.process_state == state:
+            return True
+        return state == ProcessState.ACTIVE and self._ran_through()
+
+    def _ran_through(self) -> bool:
+        """A program shorter than a scan: its end was not there since the command, now it is."""
+        ended = bool(self._status.program_end_r)
+        self._end_was_false |= not ended
+        return ended and self._end_was_false and self.process_state in _RESTING
+
+    def _failed(self) -> int:
+        error = self.process_state == ProcessState.ERROR and self._target[1] != ProcessState.RESETTING
+        return ERROR_CNC if error else 0
+
+    def _leave(self) -> None:
+        if self._turn.holder is self:
+            self._turn.holder = None
+
+
+class SelectProgram(ModeControl):
+    """AUTOMATIC, READY with a program: ``SelectProgram(ch)(execute, "part.nc")``."""
+
+    def __call__(self, execute: bool, program: str = "") -> bool:  # type: ignore[override]
+        """One scan."""
+        return super().__call__(execute, Mode.AUTOMATIC, ProcessState.READY, program)
+
+
+class StartProgram(ModeControl):
+    """AUTOMATIC, ACTIVE; with a name also selects: ``StartProgram(ch)(execute, "part.nc")``."""
+
+    def __call__(self, execute: bool, program: str = "") -> bool:  # type: ignore[override]
+        """One scan."""
+        return super().__call__(execute, Mode.AUTOMATIC, ProcessState.ACTIVE, program)
+
+
+class StopProgram(ModeControl):
+    """HOLD in the mode the channel is in; only from ACTIVE."""
+
+    def __call__(self, execute: bool) -> bool:  # type: ignore[override]
+        """One scan."""
+        self._look()
+        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.HOLD, "", 0, ProcessState.ACTIVE)
+
+
+class ResumeProgram(ModeControl):
+    """ACTIVE again; only from HOLD."""
+
+    def __call__(self, execute: bool) -> bool:  # type: ignore[override]
+        """One scan."""
+        self._look()
+        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.ACTIVE, "", 0, ProcessState.HOLD)
+
+
+class AbortProgram(ModeControl):
+    """SELECTED: ends a program that is ACTIVE or in HOLD."""
+
+    def __call__(self, execute: bool) -> bool:  # type: ignore[override]
+        """One scan."""
+        self._look()
+        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.SELECTED)
+
+
+class ResetChannel(ModeControl):
+    """Reset (``to_state`` 15); done when the channel rests again."""
+
+    def __call__(self, execute: bool) -> bool:  # type: ignore[override]
+        """One scan."""
+        self._look()
+        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.RESETTING)
+
+
+class RunMdi(ModeControl):
+    """MDI, ACTIVE with the text of the blocks: ``RunMdi(ch)(execute, "G01 X10 F1000")``."""
+
+    def __call__(self, execute: bool, text: str = "") -> bool:  # type: ignore[override]
+        """One scan."""
+        return super().__call__(execute, Mode.MDI, ProcessState.ACTIVE, text)
+
+
+__all__ = [
+    "AbortProgram",
+    "Mode",
+    "ModeControl",
+    "ProcessState",
+    "ResetChannel",
+    "ResumeProgram",
+    "RunMdi",
+    "SelectProgram",
+    "StartProgram",
+    "State",
+    "StopProgram",
+]

@@ -1,0 +1,101 @@
+"""The PLC's input image: what the CNC shows, latched once per scan.
+
+In lockstep the CNC stands while the PLC scans; in freerun and realtime it runs on, and a task that reads
+``dist_prog_start`` twice would see two values.  With an image all tasks of one scan see the same state, the same in
+every clock: ``bahn_state``, ``decoder_state`` and ``contour_lookahead.state`` of the channels (channel 0 consistent
+under the seqlock), ``lr_state`` of the axes.  Control units, semaphores, technology units stay the memory itself.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+from hli._sync import ffi, lib
+
+from hli import layout
+from hli.errors import HliTimeout
+from hli.handshake import OK, word_pointer
+from hli.view import view_class
+
+_load, _snapshot, _move = lib.hs_load_u32, lib.hs_snapshot, ffi.memmove
+_TRIES = 1000
+_ROUNDS = 1000
+
+
+class _Copy:
+    """One stretch of the memory and its private copy."""
+
+    def __init__(self, area: Any, offset: int, size: int) -> None:
+        self.bytes = ctypes.create_string_buffer(size)
+        self.source = area._pointer(offset)
+        self.target = ffi.cast("void *", ctypes.addressof(self.bytes))
+        self.size = size
+
+    def structure(self, cls: type[ctypes.Structure], offset: int = 0) -> ctypes.Structure:
+        return cls.from_buffer(self.bytes, offset)
+
+
+class InputImage:
+    """Replaces the status views of a connection by views of copies; ``latch()`` refreshes them.
+
+    ``close()`` gives the views of the memory back.  Views taken before stay what they were.
+    """
+
+    def __init__(self, hli: Any) -> None:
+        self._seq = word_pointer(hli.root, "channel_seq")
+        self._replaced: list[tuple[Any, str]] = []
+        self._locked: list[_Copy] = []
+        self._plain: list[_Copy] = []
+        for i, channel in enumerate(hli.gpCh):
+            if channel is not None:
+                self._channel(channel, self._plain if i else self._locked)
+        for axis in hli.gpAx:
+            if axis is not None:
+                self._axis(axis)
+        self.latch()
+
+    def _channel(self, channel: Any, copies: list[_Copy]) -> None:
+        """``decoder_state`` and ``bahn_state`` lie side by side: one copy."""
+        start, status = layout.HLI_CHANNEL.decoder_state.offset, layout.HLI_CHANNEL.bahn_state
+        both = _Copy(channel, start, status.offset + status.size - start)
+        self._replace(channel, "decoder_state", both.structure(layout.HLI_DECODER_STATE))
+        self._replace(channel, "bahn_state", both.structure(layout.HLI_BAHN_STATE, status.offset - start))
+        unit, state = channel.contour_lookahead, layout.HLI_CONTOUR_LOOKAHEAD.state
+        ahead = _Copy(unit, state.offset, state.size)
+        self._replace(unit, "state", ahead.structure(layout.HLI_CONTOUR_LOOKAHEAD_STATE))
+        copies += [both, ahead]
+
+    def _axis(self, axis: Any) -> None:
+        place = layout.HLI_AXIS.lr_state
+        copy = _Copy(axis, place.offset, place.size)
+        self._replace(axis, "lr_state", copy.structure(layout.HLI_LR_STATE))
+        self._plain.append(copy)
+
+    def _replace(self, view: Any, name: str, structure: ctypes.Structure) -> None:
+        view._subs[name] = view_class(type(structure))(structure, view)
+        self._replaced.append((view, name))
+
+    def latch(self) -> None:
+        """Copy everything once; channel 0's copies belong to one cycle.  HliTimeout: the CNC died while it wrote."""
+        for _ in range(_ROUNDS):
+            if self._one_cycle():
+                break
+        else:
+            raise HliTimeout("input image: no undisturbed copy of the channel's state")
+        for copy in self._plain:
+            _move(copy.target, copy.source, copy.size)
+
+    def _one_cycle(self) -> bool:
+        """Copy what the seqlock covers; False if the CNC wrote meanwhile."""
+        before = _load(self._seq)
+        for copy in self._locked:
+            if _snapshot(self._seq, copy.source, copy.target, copy.size, _TRIES) != OK:
+                return False
+        return bool(_load(self._seq) == before)
+
+    def close(self) -> None:
+        """The connection's status views read the memory again."""
+        for view, name in self._replaced:
+            view._subs.pop(name, None)
+        self._replaced.clear()

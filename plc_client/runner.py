@@ -1,0 +1,218 @@
+"""A PLC program in the caller's own process, scan by scan: for tests, notebooks and debugging.
+
+The same tasks, the same runtime and the same memory as in a PLC process; only the waiting differs.  Against a mock CNC
+(``PlcRunner.on_mock``) the CNC's cycles run in the same thread; against a real CNC process in lockstep
+(``PlcRunner(connect(...), ...)``) it is stepped through the handshake.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+
+from hli import layout
+from hli.symbol import Symbol
+
+from .client import Hli, connect
+from .guard import Guard
+from .mock import MockCnc, Step
+from .pace import CyclePacer
+from .program import Program, task_statistics
+from .scan import Scanner
+from .task import PlcError, load_tasks
+
+LIMIT_S = 3600.0
+"""Cell time after which ``run_until`` gives up."""
+TOLERANCE = 0.001
+"""0.1 nm: distances are sums of many steps."""
+
+
+class _MockPacer(CyclePacer):
+    """The mock runs its cycles when the PLC waits for them."""
+
+    def __init__(self, hli: Hli, cnc: MockCnc) -> None:
+        super().__init__(hli)
+        self._cnc = cnc
+
+    def wait(self, due: int) -> bool:
+        self._cnc.run_to(due)
+        return True
+
+
+Tasks = Sequence[type | str | Path] | type | str | Path
+
+
+def task_classes(tasks: Tasks) -> list[type]:
+    """Task classes from classes and files of classes."""
+    given = tasks if isinstance(tasks, (list, tuple)) else [tasks]
+    found: list[type] = []
+    for item in given:
+        found += [item] if isinstance(item, type) else load_tasks(str(item))
+    return found
+
+
+class PlcRunner:
+    """PLC tasks under the control of the caller; lockstep only.
+
+    A fresh runner has done its ``setup()`` and no scan.  ``step()`` runs scans; the ``run_to_*`` methods stop before
+    the scan whose inputs first fulfil the condition: the task has not seen them yet, the caller has.
+    """
+
+    def __init__(
+        self, hli: Hli, tasks: Tasks, cnc: MockCnc | None = None, close: Callable[[], dict[str, Any]] | None = None
+    ) -> None:
+        if hli.cnc.clock != layout.HLI_CLOCK_LOCKSTEP:
+            raise PlcError("a PlcRunner needs a CNC in lockstep")
+        self.hli = hli
+        self.cnc = cnc
+        self._close = close
+        self.cnc_report: dict[str, Any] = {}  # of a CNC process, after close()
+        self._pacer = _MockPacer(hli, cnc) if cnc is not None else CyclePacer(hli)
+        programs = [Program.of(cls) for cls in task_classes(tasks)]
+        self._guard = Guard()
+        self._scanner = Scanner(hli, programs, self._pacer, guard=self._guard, may_finish=False)
+        self.tasks: dict[str, Program] = {p.name.rpartition(".")[2]: p for p in programs}
+        self._scanner.start()
+
+    @classmethod
+    def on_mock(cls, tasks: Tasks, script: Sequence[Step] | MockCnc = (), **options: Any) -> PlcRunner:
+        """A runner with a mock CNC of its own (``options``: those of ``MockCnc``)."""
+        cnc = script if isinstance(script, MockCnc) else MockCnc(script, **options)
+        try:
+            return cls(connect(cnc.name, present=False), tasks, cnc)
+        except BaseException:
+            cnc.close()
+            raise
+
+    # -- life
+    def close(self) -> None:
+        """Detach; removes the mock, ends a CNC process that was started for this runner."""
+        self._scanner.close()
+        self._guard.close()
+        self.hli.close()
+        if self.cnc is not None:
+            self.cnc.close()
+        if self._close is not None:
+            self.cnc_report = self._close()
+
+    def __enter__(self) -> PlcRunner:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    # -- what there is
+    def __getitem__(self, name: str) -> Any:
+        """The instance of a task by its class's name; after a restart the new one."""
+        return self.tasks[name].instance
+
+    @property
+    def task(self) -> Any:
+        """The instance of the only task (the first one)."""
+        return next(iter(self.tasks.values())).instance
+
+    @property
+    def ch(self) -> Any:
+        """Channel 0."""
+        return self.hli.gpCh[0]
+
+    @property
+    def cycle(self) -> int:
+        """Completed CNC cycles."""
+        return self.hli.cycle
+
+    @property
+    def time_s(self) -> float:
+        """Cell time."""
+        return self.hli.cell_time_s
+
+    @property
+    def distance(self) -> float:
+        """``dist_prog_start`` now, 0.1 um."""
+        return float(self.ch._c.bahn_state.dist_prog_start)
+
+    @property
+    def ended(self) -> bool:
+        """Whether the program has ended."""
+        return bool(self.ch._c.bahn_state.program_end_r)
+
+    def statistics(self) -> dict[str, dict[str, Any]]:
+        """Scans, times, jitter, overruns of every task."""
+        return task_statistics(self._scanner.programs)
+
+    # -- running
+    def step(self, scans: int = 1) -> None:
+        """So many scans: scan, then the CNC's cycles up to the next one."""
+        for _ in range(scans):
+            self._scanner.scan()
+            self._wait(self._scanner.next_due())
+
+    def _wait(self, due: int) -> None:
+        while not self._pacer.wait(due):
+            if not self.hli.alive() or self.hli.phase == layout.HLI_PHASE_SHUTDOWN:
+                raise PlcError(f"the CNC behind segment {self.hli.name!r} has ended")
+
+    def run_until(self, condition: Callable[[], Any], limit_s: float = LIMIT_S) -> None:
+        """Scans until the condition is true; PlcError when it is not after ``limit_s`` of cell time."""
+        end = self.time_s + limit_s
+        while not condition():
+            if self.time_s >= end:
+                raise PlcError(f"{_text_of(condition)} did not come true within {limit_s:g} s of cell time")
+            self.step()
+
+    def run_to_cycle(self, cycle: int) -> None:
+        """Scans until so many cycles are completed."""
+        self.run_until(lambda: self.cycle >= cycle)
+
+    def run_to_time(self, seconds: float) -> None:
+        """Scans until this cell time."""
+        self.run_until(lambda: self.time_s >= seconds - 1e-12)
+
+    def run_to_distance(self, distance: float, limit_s: float = LIMIT_S) -> None:
+        """Scans until the tool has passed this path distance (0.1 um) or the program has ended."""
+        self.run_until(lambda: self.distance >= distance - TOLERANCE or self.ended, limit_s)
+
+    def run_to_end(self, limit_s: float = LIMIT_S, scans_behind: int = 10) -> None:
+        """Scans to the program's end and some behind it."""
+        self.run_until(lambda: self.ended, limit_s)
+        self.step(scans_behind)
+
+    def restart(self) -> None:
+        """PLC restart beside the CNC that stays as it is: new instances, ``setup()`` again."""
+        self._scanner.restart()
+
+    # -- online
+    def symbol(self, path: str) -> Symbol:
+        """A variable of the HLI or of a task, by its path."""
+        return self._scanner.symbols[path]
+
+    def force(self, path: str, value: Any) -> None:
+        """Hold a symbol at a value, twice a scan, until ``unforce``."""
+        self._scanner.forces.force(path, self.symbol(path), value)
+
+    def unforce(self, path: str | None = None) -> None:
+        """Let one symbol go, or all."""
+        self._scanner.forces.unforce(path)
+
+    def watch(self, *paths: str) -> None:
+        """Record these symbols at the end of every scan from now on."""
+        for path in paths:
+            self._scanner.watch.add(path, self.symbol(path))
+
+    def trace(self) -> dict[str, np.ndarray[Any, Any]]:
+        """What was watched: ``t`` (s) and one array per path."""
+        return self._scanner.watch.columns()
+
+
+def _text_of(condition: Callable[[], Any]) -> str:
+    try:
+        return f"the condition ({' '.join(inspect.getsource(condition).split())[:80]})"
+    except (OSError, TypeError):
+        return "the condition"

@@ -1,0 +1,3 @@
+G00
+L CYCLE [NAME=c.cyc @P1=5 @P3=[1+2]]
+X[EXIST[@P1]]

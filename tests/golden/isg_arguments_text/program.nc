@@ -1,0 +1,1 @@
+L CYCLE [NAME="c.cyc" @P1="abc" @P2=3]

@@ -1,0 +1,7 @@
+V.P.X=0
+#VAR
+V.S.VAR[5]=[5,10,10,15,20]
+#ENDVAR
+G00 X[V.S.VAR[4]] Y[V.S.VAR[0]]
+X[V.S.VAR[5]]
+X[V.S.VAR[-1]]

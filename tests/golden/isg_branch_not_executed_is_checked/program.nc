@@ -1,0 +1,7 @@
+G00
+$IF 0
+X1 G77
+Q5
+#NONSENSE
+$ENDIF
+%L S

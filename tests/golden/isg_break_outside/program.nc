@@ -1,0 +1,2 @@
+$BREAK
+$CONTINUE

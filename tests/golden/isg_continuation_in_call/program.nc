@@ -1,0 +1,4 @@
+G00
+L CYCLE [NAME=c.nc \
+ @P1=5 \
+ ]

@@ -1,0 +1,3 @@
+G94 F600 G01 X1
+L CYCLE [NAME=c.cyc]
+X3

@@ -1,0 +1,9 @@
+%L S
+V.CYC.OUT = 7
+M17
+%M
+#VAR
+V.CYC.OUT
+#ENDVAR
+LL S
+G00 X[V.CYC.OUT]

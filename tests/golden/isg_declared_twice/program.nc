@@ -1,0 +1,4 @@
+#VAR
+V.P.A : SGN08 = 1
+V.P.A : SGN16 = 1
+#ENDVAR

@@ -1,0 +1,9 @@
+P1=0
+G00
+$DO
+P1=P1+1
+X[P1]
+$IF P1==3
+$BREAK
+$ENDIF
+$ENDDO

@@ -1,0 +1,3 @@
+V.P.N = "sub.nc"
+G00
+L V.P.N

@@ -1,0 +1,8 @@
+$IF 1
+$ELSE
+$ELSE
+$ENDIF
+$IF 0
+$ELSE
+$ELSE
+$ENDIF

@@ -1,0 +1,5 @@
+G00
+$FOR V.P.I=3,1,-1
+X[V.P.I]
+$ENDFOR
+Y[V.P.I]

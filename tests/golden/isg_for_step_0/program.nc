@@ -1,0 +1,5 @@
+G00
+$FOR P1=0,5,0
+X[P1+1]
+$BREAK
+$ENDFOR

@@ -1,0 +1,4 @@
+%MAIN
+G00 X1
+L sub.nc
+X2

@@ -1,0 +1,2 @@
+G00 X5 L sub.nc
+X6

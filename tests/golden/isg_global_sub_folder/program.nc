@@ -1,0 +1,2 @@
+G00
+L subs/a.nc

@@ -1,0 +1,7 @@
+%L IN
+X20
+M17
+%SUB
+X10
+LL IN
+M17

@@ -1,0 +1,5 @@
+G00
+$GOTO [end]
+X1
+[END]
+X2

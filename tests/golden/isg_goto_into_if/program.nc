@@ -1,0 +1,9 @@
+G00
+$GOTO [IN]
+$IF 0
+[IN]
+X1
+$ELSE
+X2
+$ENDIF
+X3

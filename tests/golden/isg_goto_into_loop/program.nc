@@ -1,0 +1,5 @@
+P1=1
+$GOTO [IN]
+$WHILE P1<1
+[IN]
+$ENDWHILE

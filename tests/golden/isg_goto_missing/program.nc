@@ -1,0 +1,2 @@
+$GOTO [NONE]
+$GOTO N7

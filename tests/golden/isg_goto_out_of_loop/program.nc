@@ -1,0 +1,7 @@
+G00
+$FOR P1=1,9,1
+X[P1]
+$IF P1==2 $GOTO [OUT]
+$ENDFOR
+[OUT]
+Y1

@@ -1,0 +1,7 @@
+%L S
+$GOTO [A]
+M17
+%M
+[A]
+LL S
+G00 X1

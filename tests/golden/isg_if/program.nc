@@ -1,0 +1,8 @@
+P1=2
+G00
+$IF P1 == 2
+X1
+$ENDIF
+$IF P1 == 3
+X2
+$ENDIF

@@ -1,0 +1,6 @@
+G00
+$IF 0
+X1
+$ELSE
+X2
+$ENDIF

@@ -1,0 +1,11 @@
+G00
+$IF 1
+$IF 0
+X1
+$ELSE
+X2
+$ENDIF
+X3
+$ELSE
+X4
+$ENDIF

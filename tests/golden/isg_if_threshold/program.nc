@@ -1,0 +1,10 @@
+G00
+$IF 0.49
+X1
+$ENDIF
+$IF -0.5
+X2
+$ENDIF
+$IF 0.5
+X3
+$ENDIF

@@ -1,0 +1,4 @@
+"M" = "X5"
+G00 "M"
+#INIT MACRO TAB
+X0 "M"

@@ -1,0 +1,7 @@
+#VAR
+V.P.I : SGN32
+#ENDVAR
+V.P.I=2.5
+G00 X[V.P.I]
+V.P.I=-2.5
+X[V.P.I]

@@ -1,0 +1,4 @@
+G00
+$GOTO [END]
+X1
+[END]: X2

@@ -1,0 +1,8 @@
+%L SUB
+X10
+M17
+%MAIN
+G00 X1
+LL SUB
+X2
+M30

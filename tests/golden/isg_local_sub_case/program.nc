@@ -1,0 +1,6 @@
+%L Sub
+X1
+M17
+%MAIN
+G00
+LL SUB

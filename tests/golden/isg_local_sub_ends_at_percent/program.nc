@@ -1,0 +1,8 @@
+%L A
+X1
+%L B
+X2
+%MAIN
+G00 X0
+LL A
+LL B

@@ -1,0 +1,11 @@
+%L A
+X1
+LL B
+X3
+M17
+%L B
+X2
+M17
+%MAIN
+G00
+LL A

@@ -1,0 +1,12 @@
+%L A
+P1=P1+1
+X[P1]
+$IF P1<5
+LL A
+$ENDIF
+Y[P1]
+P1=P1-1
+M17
+%MAIN
+G00 P1=0
+LL A

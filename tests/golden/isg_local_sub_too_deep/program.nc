@@ -1,0 +1,5 @@
+%L A
+LL A
+M17
+%MAIN
+LL A

@@ -1,0 +1,8 @@
+%L S
+#VAR
+V.L.A = 9
+#ENDVAR
+M17
+%M
+LL S
+G00 X[V.L.A]

@@ -1,0 +1,13 @@
+%L S
+G00 X[V.L.A]
+#VAR
+V.L.A = 9
+#ENDVAR
+Y[V.L.A]
+M17
+%M
+#VAR
+V.L.A = 5
+#ENDVAR
+LL S
+Z[V.L.A]

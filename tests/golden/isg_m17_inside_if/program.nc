@@ -1,0 +1,11 @@
+%L S
+$IF 1
+X1
+M17
+$ENDIF
+X2
+M17
+%M
+G00
+LL S
+X3

@@ -1,0 +1,3 @@
+#FILE NAME [M6="m6.nc"]
+T1 M6
+G00 X2

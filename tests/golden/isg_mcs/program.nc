@@ -1,0 +1,5 @@
+G54 G00 X1
+#MCS ON
+X1
+#MCS OFF
+X1

@@ -1,0 +1,2 @@
+V.P.T="abcdef"
+#MSG ["%s", MID[V.P.T,2,4]]

@@ -1,0 +1,6 @@
+#MSG ["a %d %5.2f %s %% %D", 3.6, 2.5, "b", 4]
+#MSG SYN ["x"]
+#MSG [HMI]["y"]
+#MSG ["%d"]
+#MSG ["%d", 1, 2]
+#MSG ["%d", "t"]

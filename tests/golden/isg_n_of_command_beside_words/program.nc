@@ -1,0 +1,3 @@
+N10 #FLUSH X3
+N20 P1=5 #MSG ["%d", P1]
+G00 X[V.G.BLOCK_NR]

@@ -1,0 +1,10 @@
+%L S
+X[P1]
+M17
+%M
+G00
+$FOR P1=1,3,1
+$IF P1 != 2
+LL S
+$ENDIF
+$ENDFOR

@@ -1,0 +1,12 @@
+P1=1
+G00
+#IF P1
+X1
+#ELSE
+G77 nonsense
+#ENDIF
+#IF 0
+X2
+#ELSE
+X3
+#ENDIF

@@ -1,0 +1,4 @@
+%MAIN
+G00 X1
+%OTHER
+X2

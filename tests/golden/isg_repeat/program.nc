@@ -1,0 +1,6 @@
+P1=0
+G00
+$REPEAT
+P1=P1+1
+X[P1]
+$UNTIL P1>=3

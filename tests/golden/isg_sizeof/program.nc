@@ -1,0 +1,6 @@
+#VAR
+V.P.A[4]
+V.P.B[2][3]
+V.P.C
+#ENDVAR
+G00 X[SIZEOF[V.P.A]] Y[SIZEOF[V.P.B,2]] Z[SIZEOF[V.P.C]]

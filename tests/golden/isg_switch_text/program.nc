@@ -1,0 +1,10 @@
+V.P.T="ab"
+G00
+$SWITCH V.P.T
+$CASE "cd"
+X1
+$BREAK
+$CASE "ab"
+X2
+$BREAK
+$ENDSWITCH

@@ -1,0 +1,2 @@
+#MSG ["%s %s", INT_STR[5], REAL_STR[2.5]]
+G00 X[STR_INT["7"]] Y[STR_REAL["1.5"]] Z[STRING_TO_INT["3"]]

@@ -1,0 +1,5 @@
+D1 G00 Z0
+V.G.WZ_AKT.L = 30
+Z0
+V.G.WZ_AKT.R = 1
+X[V.G.WZ_AKT.R]

@@ -1,0 +1,2 @@
+X[10+V.G.@P[2].VALID] Y[V.G.@P[3].VALID]
+M17

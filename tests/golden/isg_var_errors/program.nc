@@ -1,0 +1,7 @@
+#VAR
+X10
+V.L.A : REAL32
+V.G.X = 1
+P0 = 1
+#ENDVAR
+#ENDVAR

@@ -1,0 +1,4 @@
+#SIGNAL [ID=5]
+#WAIT [SYN ID=5]
+#WAIT [ID=5]
+#WAIT [P[1]=2]

@@ -1,0 +1,6 @@
+V.G.NP[3].V.X = 7
+G00 G56 X1
+V.G.NP_AKT.V.X = 9
+X1
+G56 X1
+Y[V.G.NP[3].V.X]
