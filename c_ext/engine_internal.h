@@ -91,6 +91,8 @@ typedef struct piece {
     double jump[NC_AXES];    /* |change of direction| per axis at the start */
     double jump_max;
     uint64_t element;        /* element id; events: id of the next element */
+    bool mapped;             /* covers part of the elements from `element` to before `element_end` (mapping.c) */
+    uint64_t element_end;
     double value;
     uint64_t mate;           /* real-time loop: its other end in the store; distance reset: first element before it */
     double path0, dist0;     /* at the start of the whole piece: mm since program start, displayed distance mm */
@@ -228,6 +230,7 @@ typedef struct geo {
     double consumed_s;
     double position[NC_AXES];
     uint64_t active;      /* active element */
+    double element_distance; /* programmed distance in the active element, mm; mapped pieces */
     uint32_t epoch;
     uint64_t epoch_first;
     double path;          /* mm since program start, real-time loops counted as often as they are driven */
@@ -258,6 +261,9 @@ struct engine {
     uint32_t push_epoch;
     uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
+    double element_end[NC_AXES]; /* programmed end of the last element */
+    uint64_t map_element; /* where the pieces pushed so far end in the elements ... */
+    double map_from;      /* ... and mm behind its start */
     uint32_t last_count;  /* block_count of the last motion */
     uint64_t loop_begin;  /* piece that begins the real-time loop being pushed */
     bool in_loop;
@@ -384,6 +390,11 @@ typedef struct strip {
     const double *reserve;
 } strip;
 void curve_piece_spans(engine *e, piece *p, const strip *strips, int n);
+
+/* mapping.c */
+void map_behind_element(engine *e);
+void map_piece(engine *e, piece *p, double programmed);
+void map_position(engine *e, const piece *p);
 
 /* ring.c */
 bool ring_has_room(engine *e);

@@ -50,6 +50,8 @@ void engine_reset_channel(engine *e) { clear_units(e); }
 
 static void begin_preparation(engine *e) {
     memcpy(e->last_end, e->geo.position, sizeof e->last_end);
+    memcpy(e->element_end, e->geo.position, sizeof e->element_end);
+    map_behind_element(e);
     e->has_tangent = e->has_motion_piece = e->stop_pending = e->m01_pending = e->in_loop = false;
     e->distance = e->pushed_path = 0.0;
     e->push_epoch++;

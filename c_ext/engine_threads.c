@@ -103,6 +103,7 @@ static void lock_memory(engine *e) {
     (void)!mlock(e, sizeof *e);
     (void)!mlock(e->store, (e->store_mask + 1) * sizeof(piece));
     (void)!mlock(e->pieces, PIECE_RING * sizeof(piece));
+    (void)!mlock(e->curves, (e->store_mask + 1) * sizeof(curve));
     (void)!mlock(e->phase_ring, PHASE_RING * sizeof(phase));
     (void)!mlock(e->elements, (e->element_mask + 1) * sizeof(element));
 }

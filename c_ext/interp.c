@@ -19,7 +19,9 @@ static void enter_piece(engine *e, uint64_t i) {
     if (!is_motion(p)) return;
     g->rapid = p->feed <= 0.0;
     g->feed = p->feed;
-    ATOMIC_SET(g->active, p->element);
+    place_on_path(g, p, 0.0);
+    if (p->mapped) map_position(e, p);
+    else ATOMIC_SET(g->active, p->element);
 }
 
 /* Distances change their meaning here; `marks` lets the look-ahead service see either the old or the new one. */
@@ -96,6 +98,7 @@ static void leave_piece(engine *e) {
         place_on_path(g, p, p->length);
         memcpy(g->position, p->end, sizeof g->position);
         g->s = p->length;
+        if (p->mapped) map_position(e, p);
     } else {
         run_event(e, p);
     }
@@ -204,6 +207,7 @@ static void evaluate(engine *e) {
     if (!is_motion(p)) return;
     if (g->has_phase) g->s = phase_position(&g->now, p, g->t);
     place_on_path(g, p, g->s);
+    if (p->mapped) map_position(e, p);
     piece_position(e, p, g->s, g->position);
 }
 

@@ -25,6 +25,7 @@
 #define NC_RT_LOOP_END 13
 #define NC_EVENT 14
 #define NC_COMPENSATION 15 /* consumed by the radius compensation stage */
+#define NC_SMOOTHING 16    /* consumed by the smoothing stage */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */
@@ -34,6 +35,8 @@
 #define NC_WAIT 16        /* flush: the front end waits until it is executed */
 #define NC_HAS_VALUE 32   /* M, H: additional value was programmed */
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
+#define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
+#define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */
@@ -50,6 +53,8 @@
 /* An NC_COMPENSATION row says which tool radius compensation holds from here on: `code` 40, 41, 42; `value` the tool
  * radius, mm, negative swaps the side; `plane` 17, 18, 19; `pool` how it is selected and deselected: 138, 139, 237, 239
  * or 5; `degree` outer corners: 25 lines, 26 arcs; `flags` NC_CONTOUR_FEED. */
+/* An NC_SMOOTHING row says how the contour is smoothed from here on: `code` 0 exactly, 1 within `value` mm (0: as configured)
+ * and `radius` degrees of the rotary axes (0: as configured); turns over `angle` rad (0: as configured) stay corners. */
 typedef struct nc_block {
     double end[NC_AXES];
     double length;            /* path length: main axes, rotary axes when only they move */

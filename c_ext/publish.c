@@ -203,8 +203,10 @@ static void publish_bahn(engine *e) {
     const piece *p = g->piece == UINT64_MAX ? NULL : piece_at(e, g->piece);
     bool motion = p && is_motion(p);
     store_f64_relaxed(&b->dist_prog_start, display_distance(e));
-    store_f64_relaxed(&b->dist_to_go_r, motion ? (p->length - g->s) * TENTH_UM : 0.0);
-    store_u32_relaxed(&b->covered_distance_r, motion ? (uint32_t)lrint(1000.0 * g->s / p->length) : 0);
+    double length = motion && p->mapped ? element_at(e, g->active)->facts.length / TENTH_UM : motion ? p->length : 0.0;
+    double driven = motion && p->mapped ? fmin(g->element_distance, length) : motion ? g->s : 0.0;
+    store_f64_relaxed(&b->dist_to_go_r, (length - driven) * TENTH_UM);
+    store_u32_relaxed(&b->covered_distance_r, length > 0.0 ? (uint32_t)lrint(1000.0 * driven / length) : 0);
     store_u32_relaxed(&b->block_count_r, g->count);
     store_u32_relaxed(&b->block_number_r, g->n);
     store_u32_relaxed(&b->command_feed_r, (uint32_t)dint(g->feed * 1000.0));

@@ -20,6 +20,8 @@ static bool row_is_finite(const engine *e, const nc_block *r) {
 }
 
 static bool row_is_supported(engine *e, const nc_block *r, const double *pool, int64_t pool_n) {
+    if (r->flags & NC_ELEMENT && r->type == NC_POLYNOMIAL) return false;
+    if (r->flags & NC_PIECE && !(r->value >= 0 && e->element_head > 0)) return false;
     switch (r->type) {
     case NC_LINEAR:
         return r->length > 0 && (r->feed > 0 || (r->flags & NC_RAPID));
@@ -134,16 +136,32 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     e->has_pending_gate = false;
     p->stop_after = row->flags & NC_EXACT_STOP;
     e->stop_pending = p->stop_after;
-    p->element = e->element_head;
     p->path0 = e->pushed_path;
-    p->dist0 = e->distance / TENTH_UM;
     p->path_rate = p->dist_rate = 1.0;
     p->whole = p->length;
-    push_element(e, p, row);
+    if (row->flags & NC_PIECE) {
+        map_piece(e, p, row->value);
+    } else {
+        p->element = e->element_head;
+        p->dist0 = e->distance / TENTH_UM;
+        push_element(e, p, row);
+        memcpy(e->element_end, row->end, sizeof e->element_end);
+        map_behind_element(e);
+    }
     e->pushed_path += p->length;
     memcpy(e->last_end, row->end, sizeof e->last_end);
     e->last_count = p->count;
     e->has_motion_piece = true;
+}
+
+/* A programmed motion that smoothed pieces execute: an element without a piece. */
+static void push_programmed(engine *e, const nc_block *row) {
+    piece p;
+    memset(&p, 0, sizeof p);
+    memcpy(p.start, e->element_end, sizeof p.start);
+    piece_build(e, &p, row);
+    push_element(e, &p, row);
+    memcpy(e->element_end, row->end, sizeof e->element_end);
 }
 
 /* #RT WHILE .. #RT ENDWHILE: both ends know each other. Behind the loop the distance is not known until it is left. */
@@ -195,6 +213,10 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
 static void push_row(engine *e, const nc_block *row) {
     if (e->spindle_pending && (row->count != e->spindle_row.count || row->type <= NC_POLYNOMIAL)) techno_spindle_word(e);
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
+    if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
+        push_programmed(e, row);
+        return;
+    }
     if (row->type <= NC_POLYNOMIAL) techno_before_motion(e, row);
     if (techno_push(e, row)) return;
     if (row->type == NC_EVENT && row->code == NC_EVENT_EXPL_SYN) techno_expl_syn(e, row);

@@ -19,6 +19,7 @@ NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
+SMOOTHING = 16
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -35,8 +36,10 @@ TYPE_NAMES: dict[int, str] = {
     RT_LOOP_END: "rt_loop_end",
     EVENT: "event",
     COMPENSATION: "compensation",
+    SMOOTHING: "smoothing",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
@@ -177,8 +180,10 @@ class Block:
 def blocks(
     batch: BlockBatch, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]
 ) -> Iterator[Block]:
-    """One ``Block`` a row; ``start`` (axes,) is the position before the batch and is advanced in place."""
+    """One ``Block`` a row that is executed; ``start`` (axes,), the position before the batch, is advanced in place."""
     for row in batch.rows:
+        if row["flags"] & ELEMENT and row["type"] <= POLYNOMIAL:
+            continue
         yield Block(row, start.copy(), axes, main, batch.pool)
-        if row["type"] <= POLYNOMIAL:
+        if row["type"] <= POLYNOMIAL and not row["flags"] & ELEMENT:
             start[:] = row["end"][: len(start)]

@@ -82,12 +82,18 @@ def load(config: Path | None) -> Any:
 
 
 def open_program(
-    file: Path, config: Path | None, dialect: str | None, *, collect: bool = False, lenient: bool = False
+    file: Path,
+    config: Path | None,
+    dialect: str | None,
+    *,
+    collect: bool = False,
+    lenient: bool = False,
+    tolerance: float = 0.0,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
 
-    program = Program(file, load(config), dialect, collect=collect, lenient=lenient)
+    program = Program(file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance)
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
@@ -191,11 +197,10 @@ def plan(
     from .planning import plan_program, save_samples  # noqa: PLC0415
     from .recorder import check_writable  # noqa: PLC0415
 
-    del tolerance  # the planner of this version drives the exact path, which keeps every tolerance
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect, lenient=lenient)
+    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance)
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .blocks import BlockBatch
+from .blocks import PIECE, POLYNOMIAL, BlockBatch
 from .config import CellConfig
 from .engine import Engine, Event, Samples
 from .program import Program
@@ -63,7 +63,7 @@ class Feeder:
                     self.done = True
                     return
                 self.batch, self.first = batch, 0
-                self.rows += len(batch)
+                self.rows += int(((batch.rows["flags"] & PIECE == 0) | (batch.rows["type"] > POLYNOMIAL)).sum())
                 self.seen(batch)
                 continue
             taken = self.engine.push(self.batch, self.first)

@@ -17,11 +17,23 @@ from .blocks import BlockBatch
 from .config import CellConfig
 from .errors import CncError, Place
 from .geometry.radius_comp import RadiusCompensation
-from .geometry.stage import DropZeroLength, Pipeline, RefusedRow
+from .geometry.smoothing import Smoothing, SmoothingMachine
+from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
+
+
+def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
+    rotary = [axis.kind == "rotary" for axis in cell.axes.values()]
+    linear = [axis for axis in cell.axes.values() if axis.kind == "linear"] or list(cell.axes.values())
+    return SmoothingMachine(
+        main=cell.main_axes,
+        rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),
+        accel=min(axis.a_max_mm_s2 for axis in linear),
+        feed=min(axis.v_max_mm_s for axis in linear),
+    )
 
 
 class FrontEnd(Protocol):
@@ -63,6 +75,7 @@ class Program:
     ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
+    ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
     def __init__(
@@ -75,6 +88,7 @@ class Program:
         collect: bool = False,
         lenient: bool = False,
         start: npt.NDArray[np.float64] | None = None,
+        tolerance: float = 0.0,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
@@ -88,7 +102,9 @@ class Program:
         compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
-        self.pipeline = Pipeline([compensation, DropZeroLength(), AxisLimits(cell, self._place)])
+        self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
+        stages: list[Stage] = [compensation, DropZeroLength(), self.smoothing, AxisLimits(cell, self._place)]
+        self.pipeline = Pipeline(stages)
 
     @property
     def errors(self) -> list[CncError]:

@@ -10,12 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .blocks import CIRCULAR, POLYNOMIAL, RAPID, motion_planes
+from .blocks import CIRCULAR, ELEMENT, PIECE, POLYNOMIAL, RAPID, motion_planes
 from .config import CellConfig
 from .engine import Samples
 from .geometry.polynomial import ORDER, coefficients, distance, normalised
 
 FloatArray = npt.NDArray[np.float64]
+
+
+NEIGHBOURS = 6  # elements looked at on either side where a smooth piece covers several
 
 
 class ElementTable:
@@ -32,7 +35,7 @@ class ElementTable:
 
     def add(self, rows: npt.NDArray[Any], pool: FloatArray | None = None) -> None:
         """Append the motion rows of a batch; ``pool`` holds the coefficients of its polynomials."""
-        motion = rows[rows["type"] <= POLYNOMIAL]
+        motion = rows[(rows["type"] <= POLYNOMIAL) & ((rows["flags"] & PIECE) == 0)]
         if not len(motion):
             return
         ends = motion["end"][:, : self.axes]
@@ -70,6 +73,16 @@ class ElementTable:
         if self.rows is None:
             return np.zeros(len(element))
         index = element - self.first
+        out = self._element_distance(index, pos)
+        smoothed = np.flatnonzero(self.rows["flags"][index] & ELEMENT)
+        for k in range(1, NEIGHBOURS + 1):  # which element is under the tool is known roughly there
+            for side in (index[smoothed] + k, index[smoothed] - k):
+                near = np.clip(side, 0, len(self.rows) - 1)
+                out[smoothed] = np.minimum(out[smoothed], self._element_distance(near, pos[smoothed]))
+        return out
+
+    def _element_distance(self, index: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
+        assert self.rows is not None
         rows, starts = self.rows[index], self.starts[index]
         ends = rows["end"][:, : self.axes]
         out = _line_distance(starts, ends, pos)
@@ -134,7 +147,7 @@ class TrajectoryCheck:
         self.deviation = max(self.deviation, float(self.table.distance(samples.element, samples.pos).max()))
         self.tail = q[-3:].copy()
         self.last_element = int(samples.element[-1])
-        self.table.drop_before(self.last_element)
+        self.table.drop_before(self.last_element - NEIGHBOURS)
 
     def finish(self) -> None:
         """The axes stand from the last sample on."""

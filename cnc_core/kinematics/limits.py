@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import CIRCULAR, POLYNOMIAL, BlockBatch, motion_planes
+from ..blocks import CIRCULAR, ELEMENT, POLYNOMIAL, BlockBatch, motion_planes
 from ..config import CellConfig
 from ..errors import CncError, Place
 from ..geometry.polynomial import bernstein, coefficients, extremes, normalised
@@ -46,7 +46,7 @@ class AxisLimits:
         self.last = cell.axis_values("start_mm") if start is None else start.copy()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
-        moving = np.flatnonzero(batch.rows["type"] <= POLYNOMIAL)
+        moving = np.flatnonzero((batch.rows["type"] <= POLYNOMIAL) & ((batch.rows["flags"] & ELEMENT) == 0))
         if not len(moving):
             return batch
         rows = batch.rows[moving]

@@ -1,0 +1,151 @@
+/* Inside of the smoothing stage. */
+#ifndef SMOOTH_INTERNAL_H
+#define SMOOTH_INTERNAL_H
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+#include "curve.h"
+#include "smooth.h"
+
+#define ORDER 6
+#define SIZE_GROWTH 0.7  /* of the wanted span length per distance from a kink */
+#define SPANS_FULL 60    /* spans that make a window worth solving */
+#define SPANS_ROOM 160   /* spans a window can hold at the most */
+#define COMMIT_SPANS 30  /* committed of a full window */
+#define NODES 2048       /* nodes of the section in work */
+#define SITES (NODES + SPANS_ROOM)
+#define CONTROLS (SPANS_ROOM + 5)
+#define KNOTS (CONTROLS + 6)
+
+typedef enum node_kind {
+    NODE_VERTEX, /* within a smooth section */
+    NODE_BREAK,  /* the path passes it exactly; sections end and begin */
+    NODE_TAIL,   /* on a long line: a section ends here and the line goes on */
+    NODE_HEAD    /* on a long line: the next section begins */
+} node_kind;
+
+/* A point of the programmed contour; coordinates scaled so that every group of axes has the tolerance of the linear ones. */
+typedef struct node {
+    double q[NC_AXES];
+    double t;      /* scaled chord length since the last resync */
+    double d;      /* programmed distance, mm */
+    double turn;   /* rad, between the chords at it */
+    double size;   /* wanted length of a knot span around it */
+    double slack;  /* deviation used up by the chord that ends here (points left out, arcs) */
+    double feed;   /* of the chord that ends here; 0 rapid */
+    double len;    /* of that chord as programmed, scaled */
+    uint8_t kind;
+    bool mark;     /* a piece must end here: feed changes, or a row that is not motion takes effect */
+    uint32_t n, line, count;
+    uint16_t file;
+} node;
+
+/* A row waiting to be written, with the contour parameter it takes effect at. */
+typedef struct held_row {
+    nc_block row;
+    double t;
+    bool motion;
+} held_row;
+
+typedef struct site {
+    double q[NC_AXES], t, basis[ORDER], weight, target;
+    int span;
+    double miss;  /* residual over target */
+    double allowed;
+} site;
+
+typedef struct window {
+    double tau[KNOTS];              /* knots */
+    double c[CONTROLS][NC_AXES];    /* control points */
+    double m[SPANS_ROOM][ORDER][ORDER]; /* basis functions of each span as polynomials of x = 0..1 */
+    double rho[SPANS_ROOM], raise[SPANS_ROOM];
+    site sites[SITES];
+    double band[CONTROLS][ORDER];
+    int spans, sites_n, fixed_head, fixed_tail;
+} window;
+
+/* What is kept of the last accepted window. */
+typedef struct carry {
+    bool valid;
+    double tau[KNOTS], c[CONTROLS][NC_AXES];
+    int spans;   /* certified spans not committed yet */
+} carry;
+
+struct nc_smooth {
+    nc_smooth_config cfg;
+    double scale[NC_AXES];  /* scaled = scale * axis value */
+    uint16_t main_mask;
+    double tol;             /* of all groups, in scaled coordinates; 0: off */
+    /* intake */
+    double last[NC_AXES];   /* programmed position, scaled */
+    double t, d;
+    bool has_function;       /* rows that are not motion came with this block_count last */
+    uint32_t function_count;
+    double skipped;          /* farthest point left out behind the last node */
+    double merged[32][NC_AXES]; /* points left out on the last chord, collinear */
+    int merged_n;
+    double measure;          /* knot spans that the settled nodes ask for */
+    node nodes[NODES];
+    int n_nodes;            /* node 0 is where what is written so far ends */
+    /* rows waiting */
+    held_row *held;
+    size_t held_n, held_first, held_room;
+    /* section in work */
+    window w;
+    carry keep;
+    /* output */
+    nc_block *rows;
+    size_t rows_n, rows_room;
+    double *pool;
+    size_t pool_n, pool_room;
+    double out_at[NC_AXES]; /* end of the last piece, axis units */
+    double out_t;           /* and its contour parameter */
+    nc_block line;          /* straight piece not written yet */
+    bool has_line;
+    double line_start[NC_AXES], line_t;
+    bool no_memory;
+    double finer; /* factor of all span lengths, below 1 after a failure */
+    nc_smooth_stats stats;
+};
+
+static inline bool in_main(const nc_smooth *s, int axis) { return s->main_mask >> axis & 1; }
+static inline double dot(const double *a, const double *b, int n) {
+    double sum = 0.0;
+    for (int i = 0; i < n; i++) sum += a[i] * b[i];
+    return sum;
+}
+
+/* smooth_spline.c */
+void spline_span_basis(const double *tau, int span, double m[ORDER][ORDER]);
+void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]);
+void spline_solve(window *w, int axes);
+void spline_piece(const window *w, int span, int axes, double out[][ORDER]);
+
+/* smooth_certify.c */
+typedef struct contour {
+    const node *nodes; /* chords from nodes[0] on, of the section */
+    int n;
+} contour;
+typedef struct verdict {
+    double worst;      /* largest deviation over what is allowed */
+    double t;          /* where */
+} verdict;
+verdict certify_piece(nc_smooth *s, double c[][ORDER], double t0, double t1, const contour *path, int *chord);
+
+/* smooth_window.c: the section from what is written up to nodes[end]; not final: more of it will come */
+void window_advance(nc_smooth *s, int end, bool final);
+/* smooth.c */
+void drop_nodes(nc_smooth *s, int n);
+
+/* smooth_corner.c */
+/* The exact chords from nodes[0] (from contour parameter out_t on) to nodes[end] with blends at the corners between. */
+void corner_path(nc_smooth *s, int end);
+
+/* smooth_emit.c */
+void emit_hold(nc_smooth *s, const nc_block *row, double t, bool motion);
+void emit_line(nc_smooth *s, const node *from, const node *to, double t0, double t1);
+void emit_curve(nc_smooth *s, double c[][ORDER], double t0, double t1, const node *at);
+void emit_flush(nc_smooth *s);
+void emit_row(nc_smooth *s, const nc_block *row);
+uint32_t emit_pool(nc_smooth *s, const double *values, size_t n);
+#endif
