@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.blocks import POLYNOMIAL
+from cnc_core.blocks import NC_BLOCK, POLYNOMIAL
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.errors import CncError
 from cnc_core.port import OfflinePort
@@ -63,5 +63,5 @@ def run(folder: Path, text: str, config: str = "", files: dict[str, str] | None 
     port = OfflinePort(np.zeros(4))
     program = Program(path, cell, "isons", port, **options)
     batches = [batch.rows.copy() for batch in program.batches()]
-    rows = np.concatenate(batches) if batches else np.empty(0)
+    rows = np.concatenate(batches) if batches else np.empty(0, NC_BLOCK)
     return Outcome(rows, program.reader, port, program.errors)

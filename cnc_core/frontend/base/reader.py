@@ -159,6 +159,8 @@ class BlockReader(ABC):
         file = self.flow.level.file
         if file.blocks and (prepared := file.blocks.get(file.source.position)) is not None:
             self._run(prepared)
+            if self._ended:
+                self.flow.close()
             return 0
         stop, rows = scanner.OTHER, 0
         if self._scan and self._plain():

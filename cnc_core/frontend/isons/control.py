@@ -104,13 +104,16 @@ class Indexer:
 
 
 class Control:
-    """Executes control words.  ``report`` gets the structural errors of a file; ``visit`` lines that are skipped."""
+    """Executes control words.  ``report`` gets the structural errors of a file, without it the first one is raised.
+
+    ``visit`` gets the lines that are skipped.
+    """
 
     def __init__(
         self,
         flow: Flow,
         line: Callable[[], int],
-        report: Callable[[CncError, BlockText], None],
+        report: Callable[[CncError, BlockText], None] | None,
         visit: Callable[[Mark, Mark], None] | None,
     ) -> None:
         self._flow, self._line, self._report, self._visit = flow, line, report, visit
@@ -122,7 +125,11 @@ class Control:
         if known is None:
             known = file.places["index"] = Indexer(file).build()
             for error, block in known.errors:
-                self._report(error, block)
+                error.at(block.place(error.place.column))
+                if self._report is not None:
+                    self._report(error, block)
+        if known.errors and self._report is None:
+            raise known.errors[0][0]
         return known
 
     def skip_branch(self, position: int) -> None:

@@ -104,6 +104,13 @@ class Executor:
         modal.apply(MotionWords(centre_absolute=not p["ARC_REL"]))
         self.output.refresh()
 
+    def follow_scanner(self) -> None:
+        """Plain lines may have changed the plane."""
+        if self.plane_code and self.plane_code != self.modal.plane:
+            self._set_plane(*PLANE_AXES[self.modal.plane], 0)
+            self.transform.plane = self.plane_pair
+            self.transform.rebuild()
+
     @property
     def plain(self) -> bool:
         """The scanner may read plain lines."""
@@ -126,6 +133,7 @@ class Executor:
     def execute(self, block: WordBlock) -> list[Row | Wait]:
         values = {name: value() for name, value in block.values.items()}
         words = Words(block, values, {code: index() for code, _, index in block.g if index})
+        self.follow_scanner()
         self.output.follow(self.modal)
         self.ended, self.calls = False, []
         if block.n:

@@ -92,7 +92,9 @@ class IsonsFrontEnd(BlockReader):
         self.executor.positioner_offset = positioners.set_offset
         self.executor.speed_copied = lambda speed: self.system.shared.write("K", 9, speed, 0)
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
-        self.control = Control(self.flow, lambda: self.modal.line, self._error, self._visit if collect else None)
+        self.control = Control(
+            self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None
+        )
         self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
         self._written: set[str] = set()  # files of this program
         self.flow.level.user = LevelData(MAIN, self.store.scope)
@@ -190,15 +192,11 @@ class IsonsFrontEnd(BlockReader):
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
         output = self.executor.output
-        limits = output.limits.low, output.limits.high
-        file = self.flow.file
+        bounds, file = output.bounds, self.flow.file
         rows = super()._advance(out)
         if not rows:
             return 0
-        now = output.limits.low, output.limits.high
-        output.limits.low, output.limits.high = limits
-        wrong = output.check(out[:rows])
-        output.limits.low, output.limits.high = now
+        wrong = bounds.check(out[:rows], output.names)
         if wrong is None:
             return rows
         line = int(out[wrong[0]]["line"])

@@ -46,6 +46,8 @@ class Instructions:
             return None
         self._start = token.offset
         self._stream.next()
+        if name in _STRUCTURE:
+            self._f.control.index()
         run = make(self)
         if not self._stream.at_end:
             text = f"unexpected {self._stream.current.text!r} behind {name}"
@@ -480,6 +482,7 @@ _TABLE: dict[str, Make] = {
     "SDO_DL": Instructions._sdo_write,
     "SAVE_T": Instructions._save_tools,
 }
+_STRUCTURE = frozenset({"IF", "ELSE", "END_IF", "LOOP", "END_LOOP"})
 _POSITIONERS: dict[str, Make] = {
     "PA": lambda i: i._position(False),
     "PD": lambda i: i._position(True),

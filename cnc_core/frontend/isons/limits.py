@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import POLYNOMIAL
 from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.machine import ProgramMachine
 
 UNIT_MM = 0.001
-TOLERANCE_MM = 1e-9
 
 
 class Limits:
-    """Which limit is in force at each end of each axis; only the ends of motions are judged here, whole arcs behind."""
+    """Which limit is in force at each end of each axis."""
 
     def __init__(self, machine: ProgramMachine, parameters: Parameters) -> None:
         self._names, self._parameters = [name.upper() for name in machine.axes], parameters
@@ -46,14 +42,3 @@ class Limits:
                 if secondary <= bool(self._secondary[end, i]) and self._parameters.given(name):
                     found[i] = self._parameters[name] * UNIT_MM
         return found
-
-    def first_beyond(self, rows: npt.NDArray[Any]) -> tuple[int, str] | None:
-        """Index of the first row that ends beyond a limit in force, and what is wrong with it."""
-        ends = rows["end"][:, : len(self._names)]
-        beyond = (ends < self.low - TOLERANCE_MM) | (ends > self.high + TOLERANCE_MM)
-        beyond &= (rows["type"] <= POLYNOMIAL)[:, None]
-        if not beyond.any():
-            return None
-        row, axis = (int(i) for i in np.argwhere(beyond)[0])
-        text = f"axis {self._names[axis]} would reach {ends[row, axis]:g}, in force is "
-        return row, f"{text}{self.low[axis]:g} to {self.high[axis]:g}"

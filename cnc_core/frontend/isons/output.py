@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,8 +23,34 @@ OFF = 40
 PERPENDICULAR = 138
 MITRE, ARC = 25, 26
 MITRE_DEGREES = 45.0
-SAME_MM = 1e-9
+SAME_MM = TOLERANCE_MM = 1e-9
 Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Bounds:
+    """What rows have to keep: feeds in mm/s, ends of the axes (None: the cell's own limits are enough)."""
+
+    slowest: float
+    fastest: float
+    low: Array | None = None
+    high: Array | None = None
+
+    def check(self, rows: npt.NDArray[Any], names: Sequence[str]) -> tuple[int, str] | None:
+        """Bound the feeds; the first row beyond a limit in force, and what is wrong with it."""
+        if self.slowest > 0.0 or self.fastest < math.inf:
+            driven = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & RAPID) == 0)
+            rows["feed"][driven] = np.clip(rows["feed"][driven], min(self.slowest, self.fastest), self.fastest)
+        if self.low is None or self.high is None:
+            return None
+        ends = rows["end"][:, : len(names)]
+        beyond = (ends < self.low - TOLERANCE_MM) | (ends > self.high + TOLERANCE_MM)
+        beyond &= (rows["type"] <= POLYNOMIAL)[:, None]
+        if not beyond.any():
+            return None
+        row, axis = (int(i) for i in np.argwhere(beyond)[0])
+        text = f"axis {names[axis]} would reach {ends[row, axis]:g}, in force is "
+        return row, f"{text}{self.low[axis]:g} to {self.high[axis]:g}"
 
 
 class Output:
@@ -31,6 +59,7 @@ class Output:
     def __init__(self, machine: ProgramMachine, modal: Modal, parameters: Parameters) -> None:
         self._modal, self._parameters = modal, parameters
         self._axes = len(machine.axes)
+        self.names = [name.upper() for name in machine.axes]
         self.corners = Corners(self._axes, modal.position)
         self.limits = Limits(machine, parameters)
         self.side = OFF
@@ -46,12 +75,14 @@ class Output:
     def refresh(self) -> None:
         """Take over the parameters."""
         p = self._parameters
-        self._slowest, self._fastest = p.speed("FEEDMIN") / 60.0, p.speed("FEEDMAX") / 60.0
         self.limits.refresh()
+        slowest, fastest = p.speed("FEEDMIN") / 60.0, p.speed("FEEDMAX") / 60.0 or math.inf
+        ends = (self.limits.low, self.limits.high) if self.limits.active else (None, None)
+        self.bounds = Bounds(slowest, fastest, *ends)
 
     @property
     def plain(self) -> bool:
-        """Rows may pass by: ``check`` is all they need."""
+        """Rows may pass by: ``bounds`` is all they need."""
         return self.side == OFF and not self.corners.active
 
     def follow(self, modal: Modal) -> None:
@@ -70,16 +101,8 @@ class Output:
         """What the corners hold."""
         return [out for part in self.corners.flush() for out in self._final(part)]
 
-    def check(self, rows: npt.NDArray[Any]) -> tuple[int, str] | None:
-        """Bound the feeds; the first row beyond a limit in force."""
-        if self._slowest or self._fastest:
-            driven = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & RAPID) == 0)
-            highest = self._fastest or math.inf
-            rows["feed"][driven] = np.clip(rows["feed"][driven], min(self._slowest, highest), highest)
-        return self.limits.first_beyond(rows) if self.limits.active else None
-
     def _final(self, row: Row) -> list[Row]:
-        wrong = self.check(row)
+        wrong = self.bounds.check(row, self.names)
         if wrong is not None:
             raise CncError(903001, wrong[1])
         if row["type"][0] > POLYNOMIAL:

@@ -181,6 +181,7 @@ class System:
 
     def _special(self, index: int) -> float:
         executor = self.executor
+        executor.follow_scanner()
         frame, modal = executor.frame, executor.modal
         axis = frame.length_axis
         length = float((frame.length + frame.length_extra)[axis]) if axis >= 0 else 0.0

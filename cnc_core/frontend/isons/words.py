@@ -110,7 +110,7 @@ class WordParser:
             self._positioner("DP", offset)
             return
         letter = name[0]
-        if letter not in SINGLE_LETTERS:
+        if letter not in SINGLE_LETTERS or len(name) > 1:
             raise fail(900001, f"unknown word {name}", offset)
         self._stream.take_letters(1)
         if letter == "P" and self._stream.is_op("["):
