@@ -186,6 +186,8 @@ static int read_word(cursor *c, const nc_modal *m, nc_words *w)
 /* Past a closed comment without a bracket inside, and without a comma where that may be a message. */
 static int skip_comment(cursor *c, uint32_t rules)
 {
+    if (rules & NC_RULE_NO_BRACKETS)
+        return 0;
     char stop = rules & NC_RULE_MESSAGES ? ',' : '(';
     for (c->at++; c->at < c->end && *c->at != '(' && *c->at != stop; c->at++)
         if (*c->at == ')') {

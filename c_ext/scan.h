@@ -34,6 +34,9 @@
 #define NC_RULE_NO_EQUALS 8   /* not plain: `=` in a word */
 #define NC_RULE_NO_CORRECTION 32 /* G164: the centre stays as programmed, the radii may differ by 0.01 mm */
 #define NC_RULE_MESSAGES 16   /* not plain: a comment with a comma, it may be a message */
+#define NC_RULE_PLANE_CENTRE 64 /* I, J: first and second axis of the plane, whichever it is; K is no centre word */
+#define NC_RULE_CENTRE_DISTANCE 128 /* under G91 centre words count from the start, whatever centre_absolute says */
+#define NC_RULE_NO_BRACKETS 256 /* not plain: `(` */
 
 /* numbers of cnc_core.errors */
 #define NC_ERROR_PLANE_COMPENSATED 20133

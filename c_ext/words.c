@@ -245,20 +245,28 @@ static int add_turns(arc *a, double dz, double pitch)
 /* Centre from the words, in machine coordinates. */
 static int programmed_centre(const nc_modal *m, const nc_words *w, const int *plane, const int *axis, arc *a)
 {
+    int absolute = m->centre_absolute && (m->absolute || !(m->rules & NC_RULE_CENTRE_DISTANCE));
     for (int i = 0; i < 2; i++) {
-        double word = w->set & (NC_WORD_I << plane[i]) ? w->centre[plane[i]] * m->unit * m->mirror[axis[i]] : 0.0;
-        a->center[i] = word + (m->centre_absolute ? m->offset[axis[i]] : a->start[i]);
+        int letter = m->rules & NC_RULE_PLANE_CENTRE ? i : plane[i];
+        double word = w->set & (NC_WORD_I << letter) ? w->centre[letter] * m->unit * m->mirror[axis[i]] : 0.0;
+        a->center[i] = word + (absolute ? m->offset[axis[i]] : a->start[i]);
         if (!in_range(word) || !in_range(a->center[i]))
             return NC_ERROR_RANGE;
     }
     return 0;
 }
 
+/* Place of the centre word that is none of the plane's. */
+static int third_letter(const nc_modal *m, const int *plane)
+{
+    return m->rules & NC_RULE_PLANE_CENTRE ? 2 : plane[2];
+}
+
 static int find_arc(const nc_modal *m, const nc_words *w, const int *plane, const int *axis, arc *a)
 {
-    uint32_t third = NC_WORD_I << plane[2];
+    uint32_t third = NC_WORD_I << third_letter(m, plane);
     uint32_t in_plane = w->set & CENTRE_WORDS & ~third;
-    if ((w->set & third) && (m->rules & NC_RULE_NO_PITCH) && (w->centre[plane[2]] != 0.0 || !in_plane))
+    if ((w->set & third) && (m->rules & NC_RULE_NO_PITCH) && (w->centre[third_letter(m, plane)] != 0.0 || !in_plane))
         return NC_ERROR_NO_CENTRE;
     if (!in_plane && m->has_radius)
         return arc_by_radius(m, a);
@@ -284,7 +292,7 @@ static int circle_motion(const nc_modal *m, const nc_words *w, const double *tar
     if (!error && a.radius > RANGE_MM)
         error = NC_ERROR_RANGE;
     double dz = axis[2] < 0 ? 0.0 : target[axis[2]] - m->pos[axis[2]];
-    if (!error && (w->set & (NC_WORD_I << plane[2])))
+    if (!error && (w->set & (NC_WORD_I << plane[2])) && !(m->rules & NC_RULE_PLANE_CENTRE))
         error = add_turns(&a, dz, fabs(w->centre[plane[2]] * m->unit));
     if (error)
         return error;

@@ -72,10 +72,20 @@ class LivePort:
             self._put_out(0 if variable.scope == "channel" else 1, begin, data)
 
     def append_file(self, name: str, text: str) -> None:
+        self._put(name, text, "a")
+
+    def write_file(self, name: str, text: str) -> None:
+        self._put(name, text, "w")
+
+    def read_file(self, name: str) -> str | None:
+        path = self._folder / name
+        return path.read_text(encoding="utf-8") if path.is_file() else None
+
+    def _put(self, name: str, text: str, how: str) -> None:
         path = self._folder / name
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open("a", encoding="utf-8") as file:
+            with path.open(how, encoding="utf-8") as file:
                 file.write(text)
         except OSError as error:
             raise CncError(901004, f"{path}: {error.strerror}") from None

@@ -17,7 +17,9 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from .blocks import NC_AXES
 from .errors import ConfigError, Place
+from .frontend.isons_cell import IO_BLOCKS
 from .frontend.machine import External, ProgramMachine, Tool
+from .isons_config import IsonsConfig
 
 EXTERNAL_BLOCKS = 1000  # 24-byte blocks of one area of external variables
 MIN_FB_STORAGE = 65536  # P-STUP-00033: smaller values other than 0 are raised to it, with a warning
@@ -228,6 +230,29 @@ class CellConfig(_Table):
     tools: dict[str, ToolConfig] = Field(default_factory=dict)
     external: dict[str, ExternalConfig] = Field(default_factory=dict)
     zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
+    isons: IsonsConfig = Field(default_factory=IsonsConfig)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _isons_axes(cls, data: Any) -> Any:
+        """IsoNs machine parameters set what the axes' tables leave open."""
+        table = data.get("isons") if isinstance(data, dict) else None
+        if not isinstance(table, dict) or not any(key == key.upper() for key in table):
+            return data
+        isons, axes = IsonsConfig.model_validate(table), data.get("axes", {name: {} for name in "XYZ"})
+        if not isinstance(axes, dict) or not all(isinstance(axis, dict) for axis in axes.values()):
+            return data
+        return data | {"axes": {name: isons.axis_settings(name, axis) | axis for name, axis in axes.items()}}
+
+    @model_validator(mode="after")
+    def _isons_places(self) -> CellConfig:
+        if "isons" in self.model_fields_set:
+            places = range(self.isons.io_block, self.isons.io_block + IO_BLOCKS)
+            for variable in self.externals.values():
+                behind = variable.number + variable.blocks
+                if variable.scope == "global" and behind > places.start and variable.number < places.stop:
+                    raise ValueError(f"external {variable.name}: its block belongs to isons.io_block")
+        return self
 
     @model_validator(mode="after")
     def _offset_names(self) -> CellConfig:
@@ -341,6 +366,7 @@ class CellConfig(_Table):
             m6_program=self.channel.m6_program,
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
+            isons=self.isons.machine,
         )
 
     def warnings(self) -> list[str]:
@@ -355,14 +381,17 @@ class CellConfig(_Table):
 
 
 def _known_keys(path: tuple[Any, ...]) -> list[str]:
-    tables: dict[str, type[_Table]] = {
+    tables: dict[str, type[BaseModel]] = {
         "axes": AxisConfig,
         "tools": ToolConfig,
         "external": ExternalConfig,
         "spindles": SpindleConfig,
+        "isons": IsonsConfig,
     }
     if len(path) == 1:
         return list(CellConfig.model_fields)
+    if path[0] == "isons" and len(path) == 2:
+        return list(IsonsConfig.model_fields)
     model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))
     return list(model.model_fields) if model else []
 

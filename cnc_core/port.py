@@ -62,6 +62,14 @@ class ChannelPort(Protocol):
         """Add text to a file in the folder of the run; ``name`` is relative and stays inside."""
         ...
 
+    def write_file(self, name: str, text: str) -> None:
+        """Write a file in the folder of the run, over what it held."""
+        ...
+
+    def read_file(self, name: str) -> str | None:
+        """Text of a file in the folder of the run, None if there is none."""
+        ...
+
 
 class OfflinePort:
     """A channel that does not move: waits are true at once, messages and texts are kept, nothing is written."""
@@ -96,3 +104,9 @@ class OfflinePort:
 
     def append_file(self, name: str, text: str) -> None:
         self.texts[name] = self.texts.get(name, "") + text
+
+    def write_file(self, name: str, text: str) -> None:
+        self.texts[name] = text
+
+    def read_file(self, name: str) -> str | None:
+        return self.texts.get(name)

@@ -10,6 +10,7 @@ from cnc_core.errors import CncError, Place
 from cnc_core.frontend.detect import detect as detect
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.iso import IsoFrontEnd
+from cnc_core.frontend.isons import IsonsFrontEnd
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
@@ -49,5 +50,7 @@ def create(
         return IsgFrontEnd(path, machine, port, collect=collect, lenient=lenient)
     if dialect == "iso":
         return IsoFrontEnd(path, machine, port, collect=collect)
+    if dialect == "isons":
+        return IsonsFrontEnd(path, machine, port, collect=collect)
     known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"
     raise CncError(901003, f"dialect {dialect} is not available yet{known}", Place(file=str(path)))

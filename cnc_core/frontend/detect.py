@@ -8,7 +8,7 @@ from pathlib import Path
 DEFAULT_DIALECT = "isg"
 EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg"} | dict.fromkeys(
     (".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso"
-)
+) | {".isons": "isons"}
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
 # what cannot stand in a program of the other dialect
@@ -18,6 +18,11 @@ _SIGNS = {
     ),
     "iso": re.compile(
         r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]", re.I
+    ),
+    "isons": re.compile(
+        r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB|MARKER|DIM)\b|^\s*@\w+\s*$"
+        r"|\$(?!IF\b)[A-Z_]\w*\s*=|[A-Z]\s*\[[^\]\n]*\$",
+        re.M | re.I,
     ),
 }
 

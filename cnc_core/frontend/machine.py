@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.frontend.isons_cell import IsonsCell
+
 
 @dataclass(frozen=True)
 class Tool:
@@ -52,6 +54,7 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
+    ``isons``: what only the IsoNs dialect knows.
     """
 
     axes: tuple[str, ...]
@@ -66,3 +69,4 @@ class ProgramMachine:
     m6_program: str = ""
     velocity: npt.NDArray[np.float64] | None = None
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
+    isons: IsonsCell | None = None

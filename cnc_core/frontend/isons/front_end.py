@@ -1,0 +1,362 @@
+"""IsoNs front end: plain lines through the C scanner, every other block compiled, kept if it comes again, executed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from cnc_core.blocks import BlockBatch
+from cnc_core.errors import CncError
+from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
+from cnc_core.frontend.base.flow import START, Level, Mark
+from cnc_core.frontend.base.lexer import TokenStream, fail
+from cnc_core.frontend.base.reader import BlockReader, Prepared, located
+from cnc_core.frontend.base.scanner import (
+    CENTRE_DISTANCE,
+    KEEP_CENTRE,
+    NO_BRACKETS,
+    NO_EQUALS,
+    NO_PITCH,
+    PLANE_CENTRE,
+    RADIUS_ONCE,
+    Modal,
+    MotionWords,
+    Row,
+    Rules,
+)
+from cnc_core.frontend.isons.canopen import Nodes
+from cnc_core.frontend.isons.clock import Clock
+from cnc_core.frontend.isons.control import Control
+from cnc_core.frontend.isons.execute import Executor
+from cnc_core.frontend.isons.formulas import Formulas
+from cnc_core.frontend.isons.instructions import Instructions
+from cnc_core.frontend.isons.macros import Macros
+from cnc_core.frontend.isons.parameters import Parameters
+from cnc_core.frontend.isons.positioners import Positioners
+from cnc_core.frontend.isons.store import Store, UserScope
+from cnc_core.frontend.isons.system import System
+from cnc_core.frontend.isons.text import PATTERN, label_of, strip_remark
+from cnc_core.frontend.isons.words import WordBlock, WordParser
+from cnc_core.frontend.isons_cell import IsonsCell
+from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.port import ChannelPort, Wait
+
+RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS
+LEVELS_MAX = 101
+MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
+Items = Sequence[Row | Wait]
+Run = Callable[[], Items]
+
+
+@dataclass
+class LevelData:
+    """What the dialect keeps with a program level.  ``arguments``: of an HM call, taken from the end."""
+
+    kind: str
+    scope: UserScope
+    arguments: list[float] = field(default_factory=list)
+    degrees: bool = False
+
+
+class IsonsFrontEnd(BlockReader):
+    """Resumable reader of one program."""
+
+    levels_max, too_deep = LEVELS_MAX, 907002
+
+    def __init__(
+        self,
+        path: Path,
+        machine: ProgramMachine,
+        port: ChannelPort,
+        *,
+        collect: bool = False,
+        scan: bool = True,
+    ) -> None:
+        cell = machine.isons or IsonsCell()
+        self.parameters = Parameters(cell.parameters)
+        modal = Modal(machine, Rules(RULE_BITS, centre_limit_mm=self.parameters.length("SGLR"), centre_ratio=0.0))
+        super().__init__(path, modal, port, collect=collect, scan=scan)
+        self.port = port
+        self.clock = Clock(port)
+        self.store = Store(self.warn)
+        self.macros = Macros(path, cell)
+        self.nodes = Nodes(cell.canopen)
+        positioners = Positioners(cell.positioners, self.parameters, self.clock)
+        self.system = System(port, cell, self.clock, positioners)
+        self.executor = Executor(
+            machine, modal, port, cell, self.parameters, self.clock, self.warn,
+            lambda kind, number: self.macros.find(kind, number) is not None,
+        )  # fmt: skip
+        self.system.executor = self.executor
+        self.executor.positioner_offset = positioners.set_offset
+        self.executor.speed_copied = lambda speed: self.system.shared.write("K", 9, speed, 0)
+        modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
+        self.control = Control(
+            self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None
+        )
+        self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
+        self._written: set[str] = set()  # files of this program
+        self.flow.level.user = LevelData(MAIN, self.store.scope)
+        self._closing = False
+        self._failed: CncError | None = None
+        self._event("M_START")
+
+    @property
+    def answers(self) -> bool:
+        return self._port.answers
+
+    @property
+    def _data(self) -> LevelData:
+        data: LevelData = self.flow.level.user
+        return data
+
+    # reading
+
+    def _take_block(self) -> BlockText | None:
+        return read_line(self._source, self.modal.line)
+
+    def _plain(self) -> bool:
+        return self.executor.plain
+
+    def _prepare(self, block: BlockText) -> Prepared:
+        check_length(block)
+        self.block_now = block
+        try:
+            run, drain = self._compile(strip_remark(block.text))
+        except CncError as error:
+            raise located(error, block) from None
+        return Prepared(block, run, drain)
+
+    def _compile(self, text: str) -> tuple[Run, bool]:
+        """What the block does, and whether everything before has to be executed first."""
+        if not text.strip():
+            return _nothing, False
+        if label_of(text) is not None:
+            self.control.index()
+            return _nothing, False
+        stream = TokenStream(text, PATTERN)
+        formulas = Formulas(stream, self.store, self.system)
+        parser = WordParser(stream, formulas, self.executor.axes)
+        parser.n_number()
+        instructions = Instructions(self, stream, formulas)
+        run = instructions.parse()
+        if run is not None:
+            return run, formulas.drain or instructions.drain
+        block = parser.parse()
+        return (lambda: self._words(block)), formulas.drain
+
+    def _words(self, block: WordBlock) -> Items:
+        for target, value in block.assignments:
+            target(value())
+        if block.empty:
+            return ()
+        items = self.executor.execute(block)
+        if self.executor.ended:
+            items += self._end_rows()
+            self._finish()
+        elif self.executor.calls:
+            kind, number, offset, arguments = self.executor.calls[0]
+            items += self._before_macro()
+            self._call_macro(kind, number, arguments, offset)
+        return items
+
+    def _before_macro(self) -> list[Row | Wait]:
+        """M and HM wait until everything before has been executed; not while the tool is compensated."""
+        if self.executor.output.side != 40:
+            return []
+        return [*self._end_rows(), Wait.DRAINED]
+
+    def _end_rows(self) -> list[Row | Wait]:
+        """What the corners still hold."""
+        return [*self.executor.output.flush()]
+
+    def _visit(self, begin: Mark, end: Mark) -> None:
+        """Check the blocks that a branch leaves out."""
+        before, mark = self.block_now, self.mark
+        source = self._source
+        place, line = source.position, begin.line
+        while source.position < end.position:
+            self.mark = Mark(source.position, line)
+            block = read_line(source, line)
+            if block is None:
+                break
+            line += 1
+            try:
+                self._prepare(block)
+            except CncError as error:
+                self._error(error, block)
+        source.seek(place)
+        self.block_now, self.mark = before, mark
+
+    def _advance(self, out: Row) -> int:
+        """As the base; scanned rows are bounded by feed and limits."""
+        output = self.executor.output
+        bounds, file = output.bounds, self.flow.file
+        rows = super()._advance(out)
+        if not rows:
+            return 0
+        wrong = bounds.check(out[:rows], output.names)
+        if wrong is None:
+            return rows
+        line = int(out[wrong[0]]["line"])
+        error = CncError(903001, wrong[1])
+        self._queue.clear()
+        self._error(error, BlockText(str(file.path), lines=[PhysicalLine(0, line, "")]))
+        if self._collect:
+            return rows
+        self.flow.close()
+        return wrong[0]
+
+    # program levels
+
+    def _call(self, kind: str, path: Path | None, mark: Mark, data: LevelData, offset: int) -> None:
+        file = self.flow.file if path is None else self.flow.file_of(path)
+        try:
+            self.flow.call(Level(file, mark, kind, user=data))
+        except CncError as error:
+            error.place.column = error.place.column or offset
+            raise
+
+    def call_subroutine(self, name: str, offset: int) -> None:
+        """GOSUB."""
+        mark = self.control.target(name, offset)
+        self._call(SUBROUTINE, None, mark, LevelData(SUBROUTINE, self.store.scope), offset)
+
+    def return_from_subroutine(self, offset: int) -> None:
+        if self._data.kind != SUBROUTINE:
+            raise fail(909123, "RETURN without GOSUB", offset)
+        self.flow.leave()
+
+    def call_import(self, name: str, offset: int) -> None:
+        path = self.macros.imported(name, self.flow.file.path, offset)
+        self._call(IMPORTED, path, START, LevelData(IMPORTED, self.store.scope), offset)
+
+    def end_import(self, offset: int) -> None:
+        if self._data.kind != IMPORTED:
+            raise fail(909123, "END_IMPORT outside an imported file", offset)
+        self.flow.leave()
+
+    def _call_macro(self, kind: str, number: int, arguments: list[float], offset: int) -> None:
+        path = self.macros.find(kind, number)
+        if path is None:
+            raise fail(909124, f"macro {kind}{number} not found beside the program or in the macro folder", offset)
+        self._call(MACRO, path, START, LevelData(MACRO, UserScope(), arguments), offset)
+
+    def macro_arguments(self, offset: int) -> list[float]:
+        """Arguments of the innermost macro that have not been taken."""
+        for level in reversed(self.flow.levels):
+            if level.user.kind == MACRO:
+                arguments: list[float] = level.user.arguments
+                return arguments
+        raise fail(909121, "GET outside an HM macro", offset)
+
+    def _move(self) -> None:
+        super()._move()
+        self.store.scope = self._data.scope
+
+    def _level_ended(self) -> None:
+        """The end of a file."""
+        if self._data.kind == SUBROUTINE:
+            last = BlockText(str(self.flow.file.path), lines=[PhysicalLine(0, max(1, self.modal.line), "")])
+            self._error(fail(909123, "the subroutine has no RETURN", 0), last)
+            self._finish()
+        elif len(self.flow.levels) == 1:
+            self.control.index() if self._collect else None
+            self._finish()
+        else:
+            super()._level_ended()
+
+    def end_program(self) -> None:
+        """END_PROGRAM: of a macro or an imported file too it ends the program."""
+        self._finish()
+
+    # events and the end
+
+    def _event(self, name: str) -> bool:
+        """Call the macro of an event now; False if there is none."""
+        number = self.macros.event(name)
+        if number is None:
+            return False
+        path = self.macros.find("M", number)
+        if path is None:
+            text = f"{name}: macro M{number} not found beside the program or in the macro folder"
+            self._error(CncError(909124, text), BlockText(str(self.flow.file.path), lines=[PhysicalLine(0, 1, "")]))
+            return False
+        self.flow.call(Level(self.flow.file_of(path), START, MACRO, user=LevelData(MACRO, UserScope())))
+        BlockReader._move(self)
+        self.store.scope = self._data.scope
+        return True
+
+    def _finish(self) -> None:
+        """The program has ended: rows held back, the END macro, then nothing more."""
+        self._queue.extend(self._end_rows())
+        if self._closing:
+            self._ended = True
+            return
+        self._closing = True
+        self.flow.forget()
+        del self.flow.levels[1:]
+        self.flow.level = self.flow.levels[0]
+        if self.macros.event("M_END") is None:
+            self._ended = True
+            return
+        self._end_here()
+
+    def _end_here(self) -> None:
+        """Nothing of the main file follows behind the END macro."""
+        file = self.flow.file
+        file.source.seek(file.path.stat().st_size)
+        if not self._event("M_END"):
+            self._ended = True
+
+    def _error(self, error: CncError, block: BlockText) -> None:
+        """Behind an error that ends the program the ERROR macro is executed; the error comes last."""
+        super()._error(error, block)
+        if self._collect or self._closing:
+            return
+        number = self.macros.event("M_ERROR")
+        if number is None or self.macros.find("M", number) is None:
+            return
+        self._closing = True
+        failed = self._queue.pop()
+        assert isinstance(failed, CncError)
+        self._failed = failed
+        self._ended = False
+        self.flow.forget()
+        del self.flow.levels[1:]
+        self.flow.level = self.flow.levels[0]
+        file = self.flow.file
+        file.source.seek(file.path.stat().st_size)
+        self._event("M_ERROR")
+
+    def read(self, rows: int) -> BlockBatch | Wait | None:
+        item = super().read(rows)
+        if item is None and self._failed is not None:
+            raise self._failed
+        return item
+
+    # files and messages
+
+    def text_of(self, name: str) -> str | None:
+        """A file that the program reads: written by itself, beside the program, in the folder of the run."""
+        if name in self._written:
+            return self._port.read_file(name)
+        text = name.replace("\\", "/")
+        path = Path(text) if Path(text).is_absolute() else self.flow.files[0].parent / text
+        if path.is_file():
+            return path.read_text(encoding="utf-8", errors="replace")
+        return None if Path(text).is_absolute() or ".." in Path(text).parts else self._port.read_file(text)
+
+    def write_file(self, name: str, text: str) -> None:
+        self._written.add(name)
+        self._port.write_file(name, text)
+
+    def warn(self, code: int, text: str, offset: int) -> None:
+        block = self.block_now
+        if block is not None:
+            self._warn(code, text, block.place(offset))
+
+
+def _nothing() -> Items:
+    return ()

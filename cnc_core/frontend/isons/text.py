@@ -1,0 +1,41 @@
+"""Text of one block: tokens, remarks, labels, control words."""
+
+from __future__ import annotations
+
+import re
+
+AXIS_LETTERS = "XYZABCUVW"  # the order of all axis indices
+PATTERN = re.compile(
+    r"""(?P<NUMBER>[0-9]+(?:\.[0-9]*)?|\.[0-9]+)
+      | (?P<VARIABLE>\$(?:\s?_|\s)?[A-Za-z0-9][A-Za-z0-9_]*)
+      | (?P<NAME>[A-Za-z_]+)
+      | (?P<STRING>"[^"]*")
+      | (?P<OP>&&|\|\||<>|>=|<=|<<|>>|\S)""",
+    re.X,
+)
+LABEL = re.compile(r"\s*(?:N\s*\d+\s*)?@\s*(.*?)\s*$", re.I)
+HEAD = re.compile(r"\s*(?:N\s*\d+\s*)?([A-Za-z_]+)", re.I)
+LABEL_SIGNS = frozenset("+-*/^()<>=|&!~ \t")
+
+
+def strip_remark(text: str) -> str:
+    """The text without its remark: ``//``, ``;`` and ``'`` reach to the end of the line, outside of quotes."""
+    quoted = False
+    for i, char in enumerate(text):
+        if char == '"':
+            quoted = not quoted
+        elif not quoted and (char in ";'" or text.startswith("//", i)):
+            return text[:i]
+    return text
+
+
+def label_of(text: str) -> str | None:
+    """Name in capitals if the block (without its remark) defines a label."""
+    found = LABEL.match(text)
+    return found[1].upper() if found else None
+
+
+def head_word(text: str) -> str:
+    """The block's first word in capitals, behind its N number."""
+    found = HEAD.match(text)
+    return found[1].upper() if found else ""
