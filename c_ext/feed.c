@@ -52,6 +52,7 @@ static piece *feed_gate(engine *e, const piece *from, techno_counts need) {
     p->code = EVENT_GATE;
     p->flags = 0;
     p->need = need;
+    p->dir = (int8_t)e->feed.dir;
     p->gated = p->replay = true;
     p->stop_before = false;
     publish_run(e);
@@ -384,9 +385,12 @@ static bool cut_rest_piece(engine *e) {
     e->feed.has_motion = true;
     bool cut = stop < p->length - 1e-9;
     if (cut) shorten(e, p, stop);
-    e->feed.next = cut ? p->origin : p->origin + 1;
-    e->feed.at = cut ? p->from + p->length : -1.0;
+    double at = p->from + p->length; /* behind an earlier stop the piece is a part already */
+    bool left = at < p->whole - 1e-9;
+    e->feed.next = left ? p->origin : p->origin + 1;
+    e->feed.at = left ? at : -1.0;
     feed_stop(e, p);
+    e->feed.stop = true; /* the path comes to rest here, whatever is inserted: only that is sure to be possible */
     return true;
 }
 
@@ -431,7 +435,7 @@ static place stand_place(engine *e) {
         return (place){e->feed.next + 1, 0.0};
     }
     const piece *p = piece_at(e, e->plan.piece);
-    if (!is_motion(p) && !p->inserted) return (place){p->origin + (forward ? 0 : 1), 0.0};
+    if (!is_motion(p) && !p->inserted) return (place){p->origin + (p->dir > 0 ? 0 : 1), 0.0}; /* fed before the last turn, it may be */
     double s = p->inserted ? p->from : p->from + p->dir * e->plan.s;
     return s >= p->whole - 1e-9 ? (place){p->origin + 1, 0.0} : (place){p->origin, fmax(0.0, s)};
 }
@@ -460,9 +464,24 @@ static bool wants_abort(engine *e) { return ATOMIC_GET(e->abort_now) == 1; }
 
 bool feed_job_pending(engine *e) { return wants_abort(e) || wants_turn(e) || wants_shortcut(e); }
 
+/* Nothing is left to stand in: an empty piece in its place tells where the path stands, should it turn again. */
+static void stand_at(engine *e, place at) {
+    piece *p = piece_at(e, e->piece_head);
+    memset(p, 0, sizeof *p);
+    p->kind = PIECE_EVENT;
+    p->type = NC_FLUSH;
+    p->dir = 1;
+    p->inserted = true;
+    p->origin = at.i;
+    p->from = at.s;
+    p->whole = INFINITY;
+}
+
 /* The run ring goes on with new pieces; the one GEO stands in is left as it is. */
-static void begin_run(engine *e) {
-    cut_run(e, e->plan.piece < e->piece_head ? e->plan.piece : e->piece_head);
+static void begin_run(engine *e, place at) {
+    bool stands_in_piece = e->plan.piece < e->piece_head;
+    cut_run(e, stands_in_piece ? e->plan.piece : e->piece_head);
+    if (!stands_in_piece) stand_at(e, at);
     e->plan.piece = ++e->piece_head;
     e->plan.s = e->plan.v = 0.0;
     e->plan.capped = e->plan.piece;
@@ -472,7 +491,7 @@ static void begin_run(engine *e) {
 static void turn(engine *e) {
     place at = stand_place(e);
     if (e->feed.dir > 0 && at.i > e->feed.frontier) e->feed.frontier = at.i;
-    begin_run(e);
+    begin_run(e, at);
     e->feed.dir = -e->feed.dir;
     e->feed.next = e->feed.dir > 0 || at.s > 0.0 ? at.i : at.i - 1;
     e->feed.at = at.s > 0.0 ? at.s : -1.0;
@@ -534,7 +553,7 @@ static void shortcut(engine *e) {
     place at = stand_place(e);
     target to = shortcut_target(e, at, head);
     if (!to.found && rows_to_come(e)) return;
-    begin_run(e);
+    begin_run(e, at);
     e->feed.at = -1.0;
     e->feed.next = at.i;
     e->feed.displaced = true;
@@ -558,7 +577,7 @@ static void shortcut(engine *e) {
 /* The program ends here: everything that is left is left out. */
 static void leave_out_rest(engine *e) {
     uint64_t head = ATOMIC_GET(e->store_head);
-    begin_run(e);
+    begin_run(e, (place){head, 0.0});
     e->feed.dir = 1;
     e->feed.next = head;
     e->feed.at = -1.0;
@@ -572,7 +591,7 @@ static void leave_out_rest(engine *e) {
 }
 
 void feed_begin_program(engine *e) {
-    begin_run(e);
+    begin_run(e, (place){ATOMIC_GET(e->store_head), 0.0});
     memset(&e->feed.pushed, 0, sizeof e->feed.pushed);
     e->feed.dir = 1;
     e->feed.next = e->feed.frontier = e->feed.program_first = e->store_head;

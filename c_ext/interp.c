@@ -233,10 +233,16 @@ bool geo_drained(engine *e) {
 }
 
 static void note_end(engine *e) {
-    if (e->program_end || !ATOMIC_GET(e->finished) || !geo_drained(e) || e->feed.dir < 0) return;
+    if (e->program_end || !ATOMIC_GET(e->finished) || !geo_drained(e) || e->feed.dir < 0 || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE) return;
     e->geo.v = 0.0;
     ATOMIC_SET(e->program_active, 0);
     ATOMIC_SET(e->program_end, 1);
+}
+
+/* It stands at an M00 or M01: that one is not over, whatever turns the path around meanwhile. */
+static bool at_program_stop(engine *e) {
+    const piece *p = piece_at(e, e->geo.piece);
+    return e->geo.waiting_continue && !e->geo.stands_single && !p->inserted && !(p->flags & NC_OUTPUT);
 }
 
 /* The planner wants phases back: at standstill it gets all that are not begun. */
@@ -245,7 +251,7 @@ static void answer_withdrawal(engine *e) {
     uint64_t word = ATOMIC_GET(e->commit);
     if (ATOMIC_GET(e->withdraw) != WITHDRAW_ASKED || (word & 1) || g->v > 0.0) return;
     if (g->has_phase && is_motion(piece_at(e, g->piece)) && g->t > 0.0) return;
-    bool inside = g->piece != UINT64_MAX && ATOMIC_GET(e->piece_done) <= g->piece;
+    bool inside = g->piece != UINT64_MAX && (ATOMIC_GET(e->piece_done) <= g->piece || at_program_stop(e));
     e->stand_piece = inside ? g->piece : ATOMIC_GET(e->piece_done);
     e->stand_s = inside && is_motion(piece_at(e, g->piece)) ? g->s : 0.0;
     g->has_phase = g->waiting_continue = g->stands_single = g->waiting_techno = g->dwelling = false;
