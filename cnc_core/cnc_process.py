@@ -193,9 +193,12 @@ class CncProcess:
 
     def _look_at_plc(self) -> None:
         """A PLC that died is taken off the segment, so that the next one finds it free."""
-        if self.side.plc.attached and not self.plc_alive():
-            self.side.plc.attached = 0
-            self.side.plc.finished = 0
+        if not self.side.plc.attached or self.plc_alive():
+            return
+        with self.segment.locked():  # the next PLC may be registering
+            if self.side.plc.attached and not self.plc_alive():
+                self.side.plc.attached = 0
+                self.side.plc.finished = 0
 
     def _plc_lost(self) -> bool:
         """Whether a run that depends on its PLC has lost it."""

@@ -14,6 +14,7 @@ from hli.view import View, view_class
 from .feed_control import command
 
 KINDS = {1: "M", 2: "H", 3: "S", 4: "T"}  # fkt_ctrl_r: HLI_INTF_M_FKT, _H_FKT, _SPINDEL, _TOOL
+_NOT_AWAITED = 0x1 | 0x40000  # synch_mode: MOS, MOS_TS
 _PAYLOADS: dict[int, Any] = {
     1: layout.HLI_M_H_PROZESS,
     2: layout.HLI_M_H_PROZESS,
@@ -65,13 +66,23 @@ class _Array:
         self._target = ffi.cast("void *", ctypes.addressof(self._copy))
 
     def __call__(self) -> Iterator[TechnoFunction]:
-        """Fetch (please_rw FALSE) and acknowledge (done_w TRUE) every function that is offered."""
+        """Fetch every function that is offered and acknowledge it when the caller comes back.
+
+        A function the CNC does not wait for is acknowledged in the step in which it is fetched: behind that its unit
+        may hold another one already.
+        """
         index = lib.hs_techno_next(self._pointers[0], len(self._pointers), 0)
         while index >= 0:
             unit = self._pointers[index]
-            lib.hs_techno_fetch(unit, self._target)
-            yield self._decode()
-            lib.hs_techno_done(unit)
+            ffi.memmove(self._target, unit, ctypes.sizeof(self._copy))
+            function = self._decode()
+            if function.payload.synch_mode & _NOT_AWAITED:
+                lib.hs_techno_take(unit, self._target)
+                yield function
+            else:
+                lib.hs_techno_fetch(unit, self._target)
+                yield function
+                lib.hs_techno_done(unit)
             index = lib.hs_techno_next(self._pointers[0], len(self._pointers), index + 1)
 
     def _decode(self) -> TechnoFunction:
