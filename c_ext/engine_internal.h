@@ -359,6 +359,7 @@ struct engine {
     uint64_t errors_head, errors_done;
     uint32_t errors_lost, plc_error_id, plc_error_class;
     double ext_speed;         /* external command speed mm/s, NEVER: none */
+    bool feedhold_now;        /* the channel's feed hold as commanded */
     bool released;            /* all axes of the channel */
     uint32_t held_axes;       /* bit per axis with ipo_mc_control.feedhold */
     uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;

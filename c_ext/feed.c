@@ -258,8 +258,8 @@ static void shorten(engine *e, piece *p, double s) {
     double end[NC_AXES];
     piece_position(e, p, s, end);
     piece_tangent(e, p, s, p->tangent_out);
-    memcpy(p->end, end, sizeof end);
-    p->length = s;
+    for (int i = 0; i < NC_AXES; i++) store_f64_relaxed(&p->end[i], end[i]); /* GEO stands in it and shows it */
+    store_f64_relaxed(&p->length, s);
     p->stop_after = p->spanned = false;
 }
 

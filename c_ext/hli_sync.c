@@ -303,3 +303,10 @@ void hs_techno_fetch(void *unit, void *copy) {
 }
 
 void hs_techno_done(void *unit) { store_u8_release(&((TECHNO_UNIT_CH *)unit)->done_w, 1); }
+
+void hs_techno_take(void *unit, void *copy) {
+    TECHNO_UNIT_CH *u = unit;
+    memcpy(copy, u, sizeof *u);
+    store_u8_release(&u->done_w, 1);
+    store_u8_release(&u->please_rw, 0);
+}

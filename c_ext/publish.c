@@ -126,7 +126,8 @@ void take_commands(engine *e) {
     HLI_BAHN_MC_CONTROL *c = &e->channel->bahn_mc_control;
     bool present = flag(&e->channel->head.plc_present_w);
     mode_cycle(e, present);
-    bool hold = level_bool(&c->feedhold, present, false) | !axes_released(e) | axes_held(e) | ATOMIC_GET(e->stopped);
+    e->feedhold_now = level_bool(&c->feedhold, present, false);
+    bool hold = e->feedhold_now | !axes_released(e) | axes_held(e) | ATOMIC_GET(e->stopped);
     bool valid = level_bool(&c->override_valid, present, false);
     double factor = level_override(e, &c->override, present, valid) / (double)OVERRIDE_FULL;
     bool rapid_valid = level_bool(&c->rapid_override_valid, present, false);
@@ -152,7 +153,7 @@ static void publish_axis(engine *e, int i) {
     const geo *g = &e->geo;
     HLI_COORD *k = &e->channel->bahn_state.coord_r[i];
     const piece *p = piece_at(e, g->piece);
-    double target = g->piece != UINT64_MAX ? p->end[i] : g->position[i];
+    double target = g->piece != UINT64_MAX ? load_f64_relaxed(&p->end[i]) : g->position[i];
     int32_t now = dint(g->position[i] * TENTH_UM);
     uint16_t state = g->v > 0 ? 3 : 1;
     HLI_LR_STATE *lr = &e->segment->axis[i].lr_state;
@@ -175,7 +176,7 @@ static double display_distance(engine *e) {
 static uint32_t stop_conditions(engine *e) {
     uint32_t bits = 0;
     if (e->geo.v > 0) return 0;
-    if (load_u8_acquire(&e->channel->bahn_mc_control.feedhold.state_r)) bits |= 1u;
+    if (e->feedhold_now) bits |= 1u;
     if (ATOMIC_GET(e->held_axes)) bits |= 2u;
     if (ATOMIC_GET(e->stopped)) bits |= 1024u;
     if (!e->released) bits |= 4096u;
@@ -203,8 +204,9 @@ static void publish_bahn(engine *e) {
     const piece *p = g->piece == UINT64_MAX ? NULL : piece_at(e, g->piece);
     bool motion = p && is_motion(p);
     store_f64_relaxed(&b->dist_prog_start, display_distance(e));
-    double length = motion && p->mapped ? element_at(e, g->active)->facts.length / TENTH_UM : motion ? p->length : 0.0;
-    double driven = motion && p->mapped ? fmin(g->element_distance, length) : motion ? g->s : 0.0;
+    /* the planner may shorten the piece in which GEO stands: read once */
+    double length = !motion ? 0.0 : p->mapped ? element_at(e, g->active)->facts.length / TENTH_UM : load_f64_relaxed(&p->length);
+    double driven = !motion ? 0.0 : p->mapped ? fmin(g->element_distance, length) : g->s;
     store_f64_relaxed(&b->dist_to_go_r, (length - driven) * TENTH_UM);
     store_u32_relaxed(&b->covered_distance_r, length > 0.0 ? (uint32_t)lrint(1000.0 * driven / length) : 0);
     store_u32_relaxed(&b->block_count_r, g->count);

@@ -79,8 +79,9 @@ static uint32_t answer_distance(engine *e, double start, double length, HLI_CONT
         for (; i < r.end && n < ANSWER_MAX; i++) {
             const HLI_CONTOUR_LOOKAHEAD_BLOCK *f = &element_at(e, i)->facts;
             if (f->start_position + r.shift >= start + length) break;
-            out[n] = *f;
-            out[n++].start_position += r.shift;
+            HLI_CONTOUR_LOOKAHEAD_BLOCK block = *f; /* `out` is the PLC's to scribble on: written, never read */
+            block.start_position += r.shift;
+            out[n++] = block;
         }
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
         if (ATOMIC_GET(e->element_head) < r.first + e->element_mask + 1) return n; /* no slot was used again */

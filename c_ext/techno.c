@@ -404,6 +404,7 @@ void techno_cycle(engine *e) {
         techno_clear_units(e);
         for (uint32_t i = 0; i < STD_UNITS; i++) look_at(e, &e->channel->techno_unit_std_sync[i], &e->std_slots[i], false);
         for (uint32_t i = 0; i < LATE_UNITS; i++) look_at(e, &e->channel->techno_unit_late_sync[i], &e->late_slots[i], true);
+        store_u16_relaxed(&e->channel->used_units_std_sync_r, (uint16_t)e->std_used);
         store_u16_relaxed(&e->channel->used_units_late_sync_r, (uint16_t)e->late_open);
         look_at_spindle(e);
     }

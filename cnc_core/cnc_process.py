@@ -46,6 +46,7 @@ LINGER_S = 30.0  # longest wait, in wall time, for a PLC to finish behind the pr
 FIRST_SCAN_S = 5.0  # longest wait for the first scan of a PLC that has attached
 SKIP_LEVELS = 0x3FF  # program_block_ignore: bit n - 1 is level n
 NO_FUNCTIONS = 0x2000  # execution_mode: no output of M, H and T functions
+KEPT_TEXTS = 1000
 IDLE_CYCLES = 1  # cycles served at a time while nothing moves and the clock is free
 
 
@@ -73,6 +74,14 @@ class CncOptions:
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""
         return json.dumps({k: str(v) if isinstance(v, Path) else v for k, v in asdict(self).items()})
+
+
+def keep(texts: list[str], text: str) -> None:
+    """Add a text that a PLC can cause at its scan rate: no more than KEPT_TEXTS are kept."""
+    if len(texts) < KEPT_TEXTS:
+        texts.append(text)
+    elif len(texts) == KEPT_TEXTS:
+        texts.append("further messages are not kept")
 
 
 def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program: str) -> None:
@@ -197,9 +206,12 @@ class CncProcess:
 
     def _look_at_plc(self) -> None:
         """A PLC that died is taken off the segment, so that the next one finds it free."""
-        if self.side.plc.attached and not self.plc_alive():
-            self.side.plc.attached = 0
-            self.side.plc.finished = 0
+        if not self.side.plc.attached or self.plc_alive():
+            return
+        with self.segment.locked():  # the next PLC may be registering
+            if self.side.plc.attached and not self.plc_alive():
+                self.side.plc.attached = 0
+                self.side.plc.finished = 0
 
     def _plc_lost(self) -> bool:
         """Whether a run that depends on its PLC has lost it."""
@@ -280,8 +292,9 @@ class CncProcess:
 
     def _skip_levels(self) -> int:
         unit = self.channel.decoder_mc_control.program_block_ignore
-        unit.state_r = self._enabled(unit) & SKIP_LEVELS
-        return int(unit.state_r)
+        levels = self._enabled(unit) & SKIP_LEVELS
+        unit.state_r = levels
+        return levels
 
     def _execution_mode(self) -> int:
         unit = self.channel.decoder_mc_control.execution_mode
@@ -295,7 +308,7 @@ class CncProcess:
     def _report_error(self, error: CncError) -> None:
         """An error that belongs to no program: told to the PLC and in the report, it ends nothing."""
         self.engine.post_error(error)
-        self.warnings.append(str(error))
+        keep(self.warnings, str(error))
         if not self.options.once:
             print(error, file=sys.stderr, flush=True)
 
@@ -371,7 +384,7 @@ class CncProcess:
     def _plc_error(self) -> None:
         record = self.engine.take_plc_error()
         if record:
-            self.messages.append(f"PLC error {record[0]}, reaction class {record[1]}")
+            keep(self.messages, f"PLC error {record[0]}, reaction class {record[1]}")
 
     def _watchdog(self) -> None:
         """The PLC has not shown that it lives: the program ends with an error; a restart is required."""

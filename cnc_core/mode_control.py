@@ -6,6 +6,7 @@ transitions are made by themselves: SELECTED to ACTIVE is one command.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Protocol
@@ -148,7 +149,7 @@ class ModeControl:
                 raise CncError(905020)
             return self.program
         for path in (self._folder / name, Path(name)):
-            if path.is_file():
+            if os.path.isfile(path):  # False, where Path.is_file raises: a name too long for the file system
                 return path
         raise CncError(901001, f"mode command: program {name} not found")
 

@@ -23,7 +23,7 @@ import posix_ipc
 
 from . import layout
 from ._sync import ffi, lib
-from .errors import HliAccessError, HliInUse, HliNotFound, HliNotReady, HliVersionError
+from .errors import HliAccessError, HliError, HliInUse, HliNotFound, HliNotReady, HliVersionError
 from .export import layout_hash
 
 SHM_DIR = Path("/dev/shm")
@@ -110,38 +110,77 @@ def create(name: str, channel_count: int = 1, axis_count: int = 3, ready: bool =
     """Create, zero and (unless ``ready`` is False) publish the segment; a stale one of this name is replaced.
 
     With ``ready=False`` the creator fills in the areas and calls ``Segment.publish()`` itself.
-    Raises ValueError (name, counts), HliInUse (a living owner, or a file that is no segment, holds the name).
+    Raises ValueError (name, counts), HliInUse (a living owner, or a file that is no segment, holds the name), HliError
+    (no room in /dev/shm).
     """
     check_name(name)
     if not 1 <= channel_count <= layout.HLI_SYS_CH_MAXIDX + 1:
         raise ValueError(f"channel_count {channel_count}: 1..{layout.HLI_SYS_CH_MAXIDX + 1}")
     if not 0 <= axis_count <= layout.HLI_SYS_AX_MAXIDX + 1:
         raise ValueError(f"axis_count {axis_count}: 0..{layout.HLI_SYS_AX_MAXIDX + 1}")
-    segment = Segment(name, _map_new(name), owner=True)
-    _write_head(segment, channel_count, axis_count)
+    segment = Segment(name, _map_new(name, channel_count, axis_count), owner=True)
     if ready:
         segment.publish()
     return segment
 
 
-def _map_new(name: str) -> mmap.mmap:
-    for _ in range(_CREATE_TRIES):
+def _map_new(name: str, channel_count: int, axis_count: int) -> mmap.mmap:
+    """The memory, head written, with its name in one step: a creator that dies leaves no nameless head behind."""
+    fd = _open_unnamed(name)
+    try:
+        _reserve(name, fd)
+        memory = mmap.mmap(fd, SEGMENT_SIZE)
         try:
-            memory = posix_ipc.SharedMemory("/" + name, posix_ipc.O_CREX, mode=0o600, size=SEGMENT_SIZE)
-        except posix_ipc.ExistentialError:
-            if not _remove_stale(SHM_DIR / name):
-                raise HliInUse(_in_use(name)) from None
-            continue
-        try:
-            os.fchmod(memory.fd, 0o600)
-            return mmap.mmap(memory.fd, SEGMENT_SIZE)
-        finally:
-            memory.close_fd()
+            _write_head(memory, channel_count, axis_count)
+            _take_name(name, fd)
+        except BaseException:
+            memory.close()
+            raise
+        return memory
+    finally:
+        os.close(fd)
+
+
+def _open_unnamed(name: str) -> int:
+    try:
+        fd = os.open(SHM_DIR, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600)
+        os.fchmod(fd, 0o600)
+    except OSError as error:
+        raise _no_room(name, error) from None
+    return fd
+
+
+def _reserve(name: str, fd: int) -> None:
+    """All pages now: on a full /dev/shm this is an error here, and not a SIGBUS at some later store."""
+    try:
+        os.posix_fallocate(fd, 0, SEGMENT_SIZE)
+    except OSError as error:
+        raise _no_room(name, error) from None
+
+
+def _no_room(name: str, error: OSError) -> HliError:
+    return HliError(f"segment {name!r} cannot be created in {SHM_DIR}: {error.strerror} ({SEGMENT_SIZE} bytes needed)")
+
+
+def _take_name(name: str, fd: int) -> None:
+    """Link the unnamed file; a stale segment of this name is replaced."""
+    folder = os.open("/proc/self/fd", os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        for _ in range(_CREATE_TRIES):
+            try:  # with a folder's descriptor this is linkat(AT_SYMLINK_FOLLOW): the file itself, not the link in /proc
+                os.link(str(fd), SHM_DIR / name, src_dir_fd=folder, follow_symlinks=True)
+                return
+            except FileExistsError:
+                if not _remove_stale(SHM_DIR / name):
+                    raise HliInUse(_in_use(name)) from None
+    finally:
+        os.close(folder)
     raise HliInUse(f"segment {name!r}: other processes keep taking the name")
 
 
-def _write_head(segment: Segment, channel_count: int, axis_count: int) -> None:
-    head = segment.root.segment_head
+def _write_head(memory: mmap.mmap, channel_count: int, axis_count: int) -> None:
+    root = layout.HLI_SEGMENT.from_buffer(memory)
+    head = root.segment_head
     head.owner_pid = os.getpid()
     head.owner_start = lib.hs_process_start(os.getpid())
     head.abi_version = layout.HLI_ABI_VERSION
@@ -149,10 +188,9 @@ def _write_head(segment: Segment, channel_count: int, axis_count: int) -> None:
     head.channel_count = channel_count
     head.axis_count = axis_count
     head.layout_hash[:] = layout_hash()
-    segment.root.platform.channel_count_r = channel_count
-    segment.root.platform.axis_count_r = axis_count
-    offset = layout.HLI_SEGMENT.segment_head.offset + layout.HLI_SEGMENT_HEAD.magic.offset
-    lib.hs_store_u64(segment.pointer(offset), layout.HLI_MAGIC)
+    root.platform.channel_count_r = channel_count
+    root.platform.axis_count_r = axis_count
+    head.magic = layout.HLI_MAGIC
 
 
 def _in_use(name: str) -> str:

@@ -14,6 +14,7 @@ from hli.view import View, view_class
 from .level import command
 
 KINDS = {1: "M", 2: "H", 3: "S", 4: "T"}  # fkt_ctrl_r: HLI_INTF_M_FKT, _H_FKT, _SPINDEL, _TOOL
+_NOT_AWAITED = 0x1 | 0x40000  # synch_mode: MOS, MOS_TS
 _PAYLOADS: dict[int, Any] = {
     1: layout.HLI_M_H_PROZESS,
     2: layout.HLI_M_H_PROZESS,
@@ -62,20 +63,31 @@ class TechnoArray:
         self._units = units  # keeps the memory alive
         self._pointers = [unit._pointer() for unit in units]
         self._first, self._count = self._pointers[0], len(self._pointers)
+        self._awaited = [True] * self._count
         self._copy = layout.TECHNO_UNIT_CH()
         self._target = ffi.cast("void *", ctypes.addressof(self._copy))
 
     def fetch_all(self) -> Iterator[tuple[int, TechnoFunction]]:
-        """Fetch (please_rw FALSE) every function that is offered: its unit's index and its content, in order."""
+        """Fetch (please_rw FALSE) every function that is offered: its unit's index and its content, in order.
+
+        A function the CNC does not wait for is acknowledged in the step in which it is fetched: behind that its unit
+        may hold another one already.
+        """
         index = lib.hs_techno_next(self._first, self._count, 0)
         while index >= 0:
-            lib.hs_techno_fetch(self._pointers[index], self._target)
-            yield index, self._decode()
+            unit = self._pointers[index]
+            ffi.memmove(self._target, unit, ctypes.sizeof(self._copy))
+            function = self._decode()
+            awaited = not function.payload.synch_mode & _NOT_AWAITED
+            (lib.hs_techno_fetch if awaited else lib.hs_techno_take)(unit, self._target)
+            self._awaited[index] = awaited
+            yield index, function
             index = lib.hs_techno_next(self._first, self._count, index + 1)
 
     def acknowledge(self, index: int) -> None:
-        """Acknowledge (done_w TRUE) the function of a unit."""
-        lib.hs_techno_done(self._pointers[index])
+        """Acknowledge (done_w TRUE) the function fetched last from a unit."""
+        if self._awaited[index]:
+            lib.hs_techno_done(self._pointers[index])
 
     def _decode(self) -> TechnoFunction:
         code = self._copy.fkt_ctrl_r

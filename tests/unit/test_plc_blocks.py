@@ -124,3 +124,19 @@ def test_function_is_fetched_before_and_acknowledged_after_its_handler(areas: Ar
     flags = []
     AcknowledgeAll(areas, lambda _: flags.append((unit.please_rw, unit.done_w)))()
     assert flags == [(False, False)]
+
+
+def test_a_function_nobody_waits_for_is_acknowledged_while_it_is_fetched(areas: Areas) -> None:
+    """Behind please_rw FALSE the unit of a MOS function may hold the next one, which done_w must not reach."""
+    unit = areas.gpCh[0].techno_unit_std_sync[0]
+
+    def next_function(_: Any) -> None:
+        assert (unit.please_rw, unit.done_w) == (False, True)
+        unit.done_w = False  # what the CNC does once the unit is free
+        unit.please_rw = True
+
+    offer(unit, 1, 8)
+    overlay(unit.attribut_r.data, layout.HLI_M_H_PROZESS).synch_mode = 1
+    functions = AcknowledgeAll(areas, next_function)
+    functions()
+    assert (unit.please_rw, unit.done_w) == (True, False)

@@ -1,0 +1,75 @@
+"""Segments that cannot be created, and creators that die: what docs/model/attach.pml and place.pml say, in the code."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from fake_cnc import unique_name
+
+import hli
+from hli import segment
+from hli.errors import HliError
+
+SHM = Path("/dev/shm")
+SMALL = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)); import signal;"
+SMALL += "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); import hli, sys; hli.create(sys.argv[1])"
+KILLED = """
+import os, signal, sys
+from hli import segment
+def die(*_): os.kill(os.getpid(), signal.SIGKILL)
+setattr(segment, sys.argv[2], die)
+segment.create(sys.argv[1])
+"""
+
+
+def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
+    """A full shared memory is named when the segment is created, not by a SIGBUS at a later store."""
+    name = unique_name()
+    done = subprocess.run([sys.executable, "-P", "-c", SMALL, name], capture_output=True, text=True, check=False)
+    assert "HliError: segment" in done.stderr, done.stderr
+    assert "File too large" in done.stderr
+    assert not (SHM / name).exists()
+
+
+@pytest.mark.parametrize("step", ["_reserve", "_write_head", "_take_name"])
+def test_a_creator_that_dies_leaves_no_name(step: str) -> None:
+    """The name comes with the head in one step, so that it can be had again whenever the creator died."""
+    name, before = unique_name(), set(os.listdir(SHM))
+    done = subprocess.run([sys.executable, "-P", "-c", KILLED, name, step], check=False)
+    assert done.returncode == -signal.SIGKILL
+    assert not {n for n in set(os.listdir(SHM)) - before if n.startswith(name)}
+    with hli.create(name) as created:
+        assert created.root.segment_head.ready == 1
+
+
+def test_a_foreign_file_keeps_its_name() -> None:
+    """A file that is no segment is neither replaced nor removed."""
+    path = SHM / unique_name()
+    path.write_bytes(bytes(4096))
+    try:
+        with pytest.raises(HliError, match="is no segment"):
+            hli.create(path.name)
+        assert path.name not in hli.sweep()
+        assert path.read_bytes() == bytes(4096)
+    finally:
+        path.unlink()
+
+
+def test_segments_do_not_keep_descriptors_or_names() -> None:
+    """A thousand segments, created and removed, leave descriptors and memory as they were."""
+    name = unique_name()
+    fds, rss = len(os.listdir("/proc/self/fd")), 0
+    for k in range(1000):
+        with segment.create(name):
+            pass
+        if k == 100:
+            rss = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert len(os.listdir("/proc/self/fd")) == fds
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < rss + 2000
+    assert not (SHM / name).exists()
