@@ -47,7 +47,7 @@ def test_the_distance_is_continuous_where_a_loop_begins_again(tmp_path: Path, mo
         assert modulo or before > 1.2 * length
 
 
-# ------------------------------------------------------------------------------------------------ inserted stops, turning
+# ------------------------------------------------------------------------- inserted stops, turning
 SQUARE = "N10 G1 F18000\nN20 X20\nN30 X10\nN40 Y10\nN50 X0\n"
 Command = tuple[int, str, object]  # cycle, level unit of bahn_mc_control or "insert", value
 
@@ -80,12 +80,13 @@ def test_an_insert_command_while_it_stands_at_an_inserted_stop(tmp_path: Path) -
     """hli_reference 5.3, a new one replaces the old: the rest of the block is driven, not left out in one cycle."""
     text = "N10 G1 F6000\nN20 G1 X16.6501 Y-11.4414 Z18.2071\nN30 G1 X16.5866 Y-11.5615\n"
     with Inside(tmp_path, text) as cnc:
-        _drive(cnc, [(88, "insert", (20000, 0, 0)), (150, "insert", (20000, 2, 1)), (400, "continue_machining", True)], 900)
+        inserted: list[Command] = [(88, "insert", (20000, 0, 0)), (150, "insert", (20000, 2, 1))]
+        _drive(cnc, [*inserted, (400, "continue_machining", True)], 900)
         assert cnc.state.program_end_r
 
 
 def test_an_insert_command_shortly_ahead_of_a_sharp_corner(tmp_path: Path) -> None:
-    """5.3: during motion the path stops briefly; M01, not enabled, in a stop that lies where the path can just come to rest."""
+    """5.3: the path stops briefly; M01, not enabled, in a stop that lies where the path can just come to rest."""
     text = "N10 G1 F18000\nN20 X0.0723 Y0.3203\nN30 G2 X-3.4852 Y2.3357 I-1.147 J2.1228\nN40 G0 X-3.4851 Y2.3372\n"
     for cycle in range(60, 90):
         with Inside(tmp_path, text) as cnc:
@@ -125,7 +126,8 @@ def test_a_dwell_is_not_lost_by_turning_at_it(tmp_path: Path) -> None:
     """Turned around twice while it dwells: the dwell is made."""
     text = SQUARE.replace("N40", "G04 0.5\nN40")
     with Inside(tmp_path, text) as cnc:
-        _drive(cnc, [(290, "feedhold", True), (300, "backward_motion", True), (350, "backward_motion", False), (400, "feedhold", False)], 900)
+        turns: list[Command] = [(300, "backward_motion", True), (350, "backward_motion", False)]
+        _drive(cnc, [(290, "feedhold", True), *turns, (400, "feedhold", False)], 900)
         assert cnc.state.dist_prog_start >= 300_000
         assert cnc.engine.state.cycle < 900 or not cnc.state.program_end_r
 

@@ -30,9 +30,8 @@ SPECIAL = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, -1.0, 1e308, -1e308, 5e-
 
 def leaves(structure: Any, offset: int = 0, name: str = "") -> Iterator[tuple[str, int, int]]:
     """(name, offset, size) of every simple member."""
-    for field, kind in structure._fields_:
-        at = offset + getattr(structure, field).offset
-        count = 1
+    for field, declared in structure._fields_:
+        at, kind, count = offset + getattr(structure, field).offset, declared, 1
         while issubclass(kind, ctypes.Array):
             kind, count = kind._type_, count * kind._length_
         for k in range(count):
@@ -118,7 +117,7 @@ def undisturbed(folder: Path) -> Any:
 
 @pytest.mark.parametrize("service", [layout.HLI_SERVICE_CYCLIC, layout.HLI_SERVICE_IMMEDIATE])
 def test_without_an_enabled_command_the_path_is_the_same(tmp_path: Path, service: int) -> None:
-    """Random bytes in all members but enables and presence: not one sample differs, requests are answered or counted."""
+    """Random bytes in all members but enables and presence: no sample differs, requests are answered or counted."""
     expected = undisturbed(tmp_path)
     with Inside(tmp_path, PROGRAM, service=service) as cnc:
         if service == layout.HLI_SERVICE_IMMEDIATE:

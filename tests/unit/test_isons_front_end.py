@@ -333,3 +333,21 @@ def test_outputs_and_generics(tmp_path):
     assert [out.variable(n) for n in "ABCD"] == [1, -9, 5, 0]
     assert out.port._external == {("global", "ISONS_O", 3): 1, ("global", "ISONS_K", 2): -9, ("global", "ISONS_PARM_", 0): 5}
     assert error_of(tmp_path, "$_K0=3000000000\n").code == 900012
+
+
+def test_corners_come_out_before_a_wait(tmp_path):
+    """A block that needs everything before to be executed gets it; a change of plane ends the corner too."""
+    (tmp_path / "p.isons").write_text("G30 R2 A5\nG1X10\n$A=$_R0\nG1Y10\nG18\nG1X0\n")
+    machine = run(tmp_path, "").reader.executor.machine
+    front_end = create("isons", tmp_path / "p.isons", machine, OfflinePort(np.zeros(4)))
+    items = []
+    while (item := front_end.read(10)) is not None:
+        items.append(item if isinstance(item, Wait) else item.rows["end"][:, :2].tolist())
+    assert items == [[[10, 0]], Wait.DRAINED, [[10, 10], [0, 10]]]
+    assert front_end.store.scope.values["A"] == 10
+
+
+def test_slots_do_not_change_under_compensation(tmp_path):
+    """Nor do heads."""
+    for word in ("USER_ZERO 1", "USER_OFFSET 1", "H1"):
+        assert error_of(tmp_path, f"D5\nG41\nG1X5\n{word}\n").code == 906003

@@ -1,4 +1,7 @@
-"""Planner, GEO and immediate service as threads while the PLC commands all that touches them; `.ci/run` runs it under TSan."""
+"""Planner, GEO and immediate service as threads while the PLC commands all that touches them.
+
+`.ci/run` runs it under the thread sanitizer.
+"""
 
 from __future__ import annotations
 

@@ -148,8 +148,10 @@ class Control:
         return Mark(self._flow.source.position, self._line())
 
     def begin_loop(self, position: int, passes: float, offset: int) -> None:
-        if passes != int(passes):
-            raise fail(909105, f"LOOP {passes:g}: a whole number is expected", offset)
+        if not passes.is_integer():
+            if self._report is not None:  # its END_LOOP is not wrong too
+                self._flow.level.nest.append(Loop(position, 1, self._here()))
+            raise fail(909105, "LOOP: a whole number is expected", offset)
         found = self.index().loops.get(position)
         if found is None:
             raise fail(907021, "LOOP without END_LOOP", offset)

@@ -168,10 +168,12 @@ class Executor:
         for name, layer in (("USER_ZERO", self.frame.origin), ("USER_OFFSET", self.frame.offset)):
             number = words.take(name)
             if number is not None:
+                self.not_compensated(name, words.offset(name))
                 layer.select(check_slot(name, number, words.offset(name)))
                 self.frame.update()
         head = words.take("H")
         if head is not None:
+            self.not_compensated("H", words.offset("H"))
             self.frame.select_head(check_slot("H", head, words.offset("H")), words.offset("H"))
         mode = words.take("PAUSE_MODE")
         if mode is not None:
@@ -278,7 +280,9 @@ class Executor:
         elif code in SETTINGS:
             SETTINGS[code](self, words, offset)
         elif code in (*codes.PLANES, 70, 48):
+            rows = self.output.flush()
             self._plane(code, offset, words)
+            return [*rows]
         elif code != 940:
             self._frame(code, offset, words)
         return []
@@ -586,8 +590,6 @@ class Executor:
         if not (given or centre):
             return []
         offset = min(words.block.offsets[name] for name in words.block.offsets if name.lstrip("D") in "XYZABCUVWIJ")
-        if arc and (words.block.hm or 0):
-            return []
         return self._move(given, centre, radius, 940 in words.codes, words.block.n, offset)
 
     def _move(

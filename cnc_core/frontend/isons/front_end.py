@@ -189,6 +189,12 @@ class IsonsFrontEnd(BlockReader):
         source.seek(place)
         self.block_now, self.mark = before, mark
 
+    def _run(self, prepared: Prepared) -> None:
+        """As the base; what the corners hold comes before a wait."""
+        if prepared.drain and not self._drained:
+            self._queue.extend(self._end_rows())
+        super()._run(prepared)
+
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
         output = self.executor.output

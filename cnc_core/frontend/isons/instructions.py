@@ -102,9 +102,10 @@ class Instructions:
 
     def _loop(self) -> Run:
         token, mark = self._stream.current, self._f.mark
-        if token.kind is Kind.NUMBER and "." in token.text and self._stream.following.kind is Kind.END:
-            raise fail(909105, f"LOOP {token.text}: a whole number is expected", token.offset)
+        literal = token.kind is Kind.NUMBER and "." in token.text and self._stream.following.kind is Kind.END
         passes = self._formulas.full("LOOP")
+        if literal:  # a floating number, even if it is whole
+            return self._simple(lambda: self._f.control.begin_loop(mark.position, math.nan, token.offset))
         return self._simple(lambda: self._f.control.begin_loop(mark.position, passes(), token.offset))
 
     def _end_loop(self) -> Run:

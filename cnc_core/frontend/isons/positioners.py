@@ -99,8 +99,7 @@ class Positioners:
         """$_PM."""
         one, now = self._one(number, offset), self._clock.look()
         here = one.position(now)
-        values = [float(one.rest_s(now) > 0), one.target, here, float(one.enabled), float(one.homed), 0.0]
-        values[1] = here
+        values = [float(one.rest_s(now) > 0), here, here, float(one.enabled), float(one.homed), 0.0]
         if par != int(par) or not 0 <= par < len(values):
             raise fail(900012, f"$_PM: par {par:g} is not 0..5", offset)
         return values[int(par)]
