@@ -348,11 +348,15 @@ static void stop_at_end(engine *e) {
     feed_stop(e, piece_at(e, e->feed.last_motion));
 }
 
-/* Feed from motion i of the run ring on anew. */
+static bool is_inserted_stop(const piece *p) { return p->inserted && p->type == NC_M; }
+
+/* Feed from piece i of the run ring on anew: a motion or an inserted stop. */
 static void feed_again_from(engine *e, uint64_t i) {
     const piece *p = piece_at(e, i);
-    uint64_t next = p->origin;
-    double at = p->from > 0.0 ? p->from : -1.0;
+    bool behind = p->inserted && p->from >= p->whole - 1e-9;
+    uint64_t next = behind ? p->origin + 1 : p->origin;
+    double at = !behind && p->from > 0.0 ? p->from : -1.0;
+    if (p->inserted) e->feed.stop = e->feed.m01 = false; /* unless fed anew, nothing stops here */
     cut_run(e, i);
     e->feed.next = next;
     e->feed.at = at;
@@ -399,7 +403,7 @@ static void take_insert(engine *e) {
     uint32_t request = ATOMIC_GET(e->insert_requests);
     if (request == e->feed.inserts || e->feed.dir < 0) return;
     uint64_t i = first_free(e);
-    while (i < e->piece_head && (!is_motion(piece_at(e, i)) || piece_at(e, i)->shortcut)) i++;
+    while (i < e->piece_head && !is_inserted_stop(piece_at(e, i)) && (!is_motion(piece_at(e, i)) || piece_at(e, i)->shortcut)) i++;
     if (i < e->piece_head) feed_again_from(e, i); /* this drops the stops of the command before */
     insert_cmd *c = &e->feed.insert;
     *c = e->insert_request;

@@ -146,3 +146,14 @@ def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
             _drive(cnc, commands, back + 600)
             assert cnc.state.program_end_r
             assert cnc.pos[-1] == pytest.approx([-19.3452, 27.5431, 0])
+
+
+def test_an_insert_command_replaces_one_that_is_still_ahead(tmp_path: Path) -> None:
+    """hli_reference 5.3, a new one replaces the old, also when the old stop is already planned: no stop passed at speed
+    (one where the path is already bound to come to rest stays)."""
+    text = "N50 G0 X-14.439 Y19.0161\nN60 G0 X-15.81 Y20.143\n"
+    for gap in (1, 5, 12):
+        for cycle in range(60, 100, 8):
+            with Inside(tmp_path, text) as cnc:
+                _drive(cnc, [(cycle, "insert", (20000, 2, 0)), (cycle + gap, "insert", (300_000, 2, 0))], 300)
+                assert cnc.state.wait_continue_r
