@@ -314,7 +314,6 @@ static bool withdraw(engine *e) {
     e->plan.v = 0.0;
     e->plan.written = ATOMIC_GET(e->commit) >> 2;
     __atomic_load(&e->geo.consumed_s, &e->plan.committed_s, __ATOMIC_ACQUIRE);
-    ATOMIC_SET(e->withdraw, WITHDRAW_NONE);
     return true;
 }
 
@@ -325,6 +324,7 @@ static bool jobs_allow(engine *e) {
     if (e->plan.v > 0.0) return true; /* the hold brakes */
     if (!withdraw(e)) return false;
     feed_do_jobs(e);
+    ATOMIC_SET(e->withdraw, WITHDRAW_NONE); /* up to here GEO leaves position and distance alone */
     return true;
 }
 

@@ -22,6 +22,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from hli._sync import lib as sync
+
 from hli import segment
 from plc_client.task import refuse_cell_start
 
@@ -30,6 +32,7 @@ from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
 
+SCRATCH = "hli-cosim-run-"
 POLL_S = 0.005
 GRACE_S = 3.5  # after one side ended: how long the other may take to notice
 PLC_CHOICES = "a file, a class of a file, or builtin:NAME"
@@ -225,6 +228,7 @@ class Cell:
             recorder.check_target(target)
         choice = PlcChoice.of(plc, plc_args)
         segment.sweep()
+        _sweep_folders()
         folder = Path(out) if out else None
         before = _files(folder)
         self._job = self._start(program, choice, clock or self.clock, dialect, hold_start, bool(target), autostart)
@@ -253,7 +257,7 @@ class Cell:
         record: bool,
         autostart: bool,
     ) -> _Job:
-        folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
+        folder = _scratch_folder()
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         options = CncOptions(
             program,
@@ -302,6 +306,24 @@ class Cell:
                 result.end = "error"
                 result.errors.append(CncError(901004, f"recording {target}: {error.strerror}").as_json())
         return result
+
+
+def _scratch_folder() -> Path:
+    """A folder named after this process and its start, so that the next start knows when nobody needs it."""
+    me = os.getpid()
+    return Path(tempfile.mkdtemp(prefix=f"{SCRATCH}{me}-{sync.hs_process_start(me)}-"))
+
+
+def _sweep_folders() -> None:
+    """Remove this user's folders whose launcher was killed."""
+    for path in Path(tempfile.gettempdir()).glob(f"{SCRATCH}*"):
+        match = re.fullmatch(rf"{SCRATCH}(\d+)-(\d+)-.+", path.name)
+        try:
+            ours = path.lstat().st_uid == os.getuid() and path.is_dir() and not path.is_symlink()
+        except OSError:
+            continue
+        if match and ours and not sync.hs_process_alive(int(match[1]), int(match[2])):
+            shutil.rmtree(path, ignore_errors=True)
 
 
 def _files(folder: Path | None) -> dict[str, int]:

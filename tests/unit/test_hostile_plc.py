@@ -30,9 +30,8 @@ SPECIAL = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, -1.0, 1e308, -1e308, 5e-
 
 def leaves(structure: Any, offset: int = 0, name: str = "") -> Iterator[tuple[str, int, int]]:
     """(name, offset, size) of every simple member."""
-    for field, kind in structure._fields_:
-        at = offset + getattr(structure, field).offset
-        count = 1
+    for field, declared in structure._fields_:
+        at, kind, count = offset + getattr(structure, field).offset, declared, 1
         while issubclass(kind, ctypes.Array):
             kind, count = kind._type_, count * kind._length_
         for k in range(count):
@@ -118,7 +117,7 @@ def undisturbed(folder: Path) -> Any:
 
 @pytest.mark.parametrize("service", [layout.HLI_SERVICE_CYCLIC, layout.HLI_SERVICE_IMMEDIATE])
 def test_without_an_enabled_command_the_path_is_the_same(tmp_path: Path, service: int) -> None:
-    """Random bytes in all members but enables and presence: not one sample differs, requests are answered or counted."""
+    """Random bytes in all members but enables and presence: not one sample differs, requests are answered."""
     expected = undisturbed(tmp_path)
     with Inside(tmp_path, PROGRAM, service=service) as cnc:
         if service == layout.HLI_SERVICE_IMMEDIATE:
@@ -144,7 +143,8 @@ def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
         assert np.isfinite(cnc.pos).all()
         legal(cnc.pos, cnc.cell)
         assert cnc.engine.state.fault == 0
-        assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 40_000
+        if "libasan" not in Path("/proc/self/maps").read_text():  # it keeps what is freed for a while
+            assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 40_000
 
 
 def test_the_cnc_shows_its_state_again(tmp_path: Path) -> None:
