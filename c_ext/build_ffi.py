@@ -59,7 +59,7 @@ def compile_args() -> tuple[list[str], list[str]]:
     if sanitize:
         args += [f"-fsanitize={sanitize}", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]
         if "thread" in sanitize:
-            args.append("-Wno-tsan")  # it says that fences are not modelled: see tests/tsan.supp
+            args.append("-Wno-tsan")  # it says that fences are not modelled: docs/reliability.md
         link.append(f"-fsanitize={sanitize}")
     return args, link
 

@@ -197,9 +197,9 @@ void engine_get_state(engine *e, engine_state *out) {
     out->element = e->geo.active;
     out->elements = e->element_head;
     out->overruns = e->overruns;
-    out->requests_mode1 = e->requests_mode1;
-    out->requests_mode2 = e->requests_mode2;
-    out->requests_bad = e->requests_bad;
+    out->requests_mode1 = ATOMIC_GET(e->requests_mode1);
+    out->requests_mode2 = ATOMIC_GET(e->requests_mode2);
+    out->requests_bad = ATOMIC_GET(e->requests_bad);
     out->bad_commands = e->bad_commands;
     out->plan_cpu_s = e->plan.cpu_s;
     out->motion_time_s = e->plan.committed_s;

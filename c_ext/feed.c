@@ -217,8 +217,8 @@ static void feed_stop(engine *e, const piece *before) {
     stop.path0 = e->feed.target;
     memcpy(stop.end, before->end, sizeof stop.end);
     inserted_stop *entry = &e->stops[e->stops_fed % STOPS_MAX];
-    entry->dist = run_dist(e, before, before->length);
-    memcpy(entry->position, before->end, sizeof entry->position);
+    store_f64_relaxed(&entry->dist, run_dist(e, before, before->length)); /* GEO may be showing the stop it replaces */
+    for (int i = 0; i < NC_AXES; i++) store_f64_relaxed(&entry->position[i], before->end[i]);
     ATOMIC_SET(e->stops_fed, e->stops_fed + 1);
     e->feed.armed = c->mode == INSERT_RELATIVE_REPEATED;
     if (e->feed.armed) e->feed.target = (c->axis ? before->end[c->axis - 1] : entry->dist) + c->value;
@@ -258,8 +258,8 @@ static void shorten(engine *e, piece *p, double s) {
     double end[NC_AXES];
     piece_position(e, p, s, end);
     piece_tangent(e, p, s, p->tangent_out);
-    for (int i = 0; i < NC_AXES; i++) store_f64_relaxed(&p->end[i], end[i]); /* GEO stands in it and shows it */
-    store_f64_relaxed(&p->length, s);
+    for (int i = 0; i < NC_AXES; i++) store_f64_relaxed(&p->end[i], end[i]); /* GEO may be in it, ahead of s */
+    store_f64_release(&p->length, s); /* who takes it for the end finds the new end */
     p->stop_after = p->spanned = false;
 }
 

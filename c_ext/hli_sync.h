@@ -32,6 +32,17 @@ static inline void store_f64_relaxed(volatile void *p, double v) {
     memcpy(&bits, &v, sizeof bits);
     __atomic_store_n((volatile uint64_t *)p, bits, __ATOMIC_RELAXED);
 }
+static inline double load_f64_acquire(const volatile void *p) {
+    uint64_t bits = load_u64_acquire(p);
+    double v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+static inline void store_f64_release(volatile void *p, double v) {
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    store_u64_release(p, bits);
+}
 static inline void cpu_pause(void) {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();

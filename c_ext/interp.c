@@ -155,8 +155,9 @@ static bool begin_phase(engine *e) {
     return true;
 }
 
+/* The planner may cut the piece behind what is committed. */
 static double phase_position(const phase *ph, const piece *p, double t) {
-    return fmin(p->length, ph->s0 + (ph->v0 + 0.5 * ph->a * t) * t);
+    return fmin(load_f64_relaxed(&p->length), ph->s0 + (ph->v0 + 0.5 * ph->a * t) * t);
 }
 
 static void end_phase(engine *e) {
@@ -202,6 +203,7 @@ static void advance(engine *e, double dt) {
 static void evaluate(engine *e) {
     geo *g = &e->geo;
     if (g->piece == UINT64_MAX || e->piece_done > g->piece) return; /* stands at the end of what is done */
+    if (ATOMIC_GET(e->withdraw) == WITHDRAW_DONE) return; /* stands; the planner looks at the position */
     const piece *p = piece_at(e, g->piece);
     if (g->has_phase) g->v = g->now.v0 + g->now.a * g->t;
     if (!is_motion(p)) return;

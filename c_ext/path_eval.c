@@ -81,8 +81,11 @@ static void whole_position(const engine *e, const piece *p, double u, double *q)
 }
 
 void piece_position(const engine *e, const piece *p, double s, double *q) {
-    if (s >= p->length) memcpy(q, p->end, sizeof p->end);
-    else whole_position(e, p, p->from + p->dir * s, q);
+    if (s < load_f64_acquire(&p->length)) {
+        whole_position(e, p, p->from + p->dir * s, q);
+        return;
+    }
+    for (int i = 0; i < NC_AXES; i++) q[i] = load_f64_relaxed(&p->end[i]);
 }
 
 /* Only the part of a whole piece from u0 to u1 is driven; u0 > u1: backward. */

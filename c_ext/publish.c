@@ -193,9 +193,9 @@ static void publish_next_stop(engine *e) {
     HLI_INSERT_CMD_STATE *s = &e->channel->bahn_mc_control.insert_cmd.state_r;
     bool found = e->stops_done < ATOMIC_GET(e->stops_fed);
     const inserted_stop *stop = &e->stops[e->stops_done % STOPS_MAX];
-    store_f64_relaxed(&s->distance_of_next_stop, found ? stop->dist * TENTH_UM : -1.0);
+    store_f64_relaxed(&s->distance_of_next_stop, found ? load_f64_relaxed(&stop->dist) * TENTH_UM : -1.0);
     for (int i = 0; i < e->cfg.axis_count; i++)
-        store_u32_relaxed((uint32_t *)&s->position_at_next_stop[i], (uint32_t)(found ? dint(stop->position[i] * TENTH_UM) : 0));
+        store_u32_relaxed((uint32_t *)&s->position_at_next_stop[i], (uint32_t)(found ? dint(load_f64_relaxed(&stop->position[i]) * TENTH_UM) : 0));
 }
 
 static void publish_bahn(engine *e) {

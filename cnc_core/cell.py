@@ -22,6 +22,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from hli._sync import lib as sync
+
 from hli import segment
 from hli.errors import HliError
 from plc_client.task import refuse_cell_start
@@ -32,6 +34,7 @@ from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
 
+SCRATCH = "hli-cosim-run-"
 POLL_S = 0.005
 GRACE_S = 3.5  # after one side ended: how long the other may take to notice
 PLC_CHOICES = "a file, a class of a file, or builtin:NAME"
@@ -251,6 +254,7 @@ class Cell:
             recorder.check_target(target)
         choice = PlcChoice.of(plc, plc_args).online(watch, force or {})
         segment.sweep()
+        _sweep_folders()
         folder = Path(out) if out else OUT_FOLDER
         before = _files(folder)
         options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
@@ -275,7 +279,7 @@ class Cell:
     def _start(
         self, program: Path, choice: PlcChoice, clock: str, record: bool, options: dict[str, Any]
     ) -> _Job:
-        folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
+        folder = _scratch_folder()
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
         alone = not choice.arguments
         chosen = CncOptions(
@@ -324,6 +328,24 @@ class Cell:
                 result.end = "error"
                 result.errors.append(CncError(901004, f"recording {target}: {error.strerror}").as_json())
         return result
+
+
+def _scratch_folder() -> Path:
+    """A folder named after this process and its start, so that the next start knows when nobody needs it."""
+    me = os.getpid()
+    return Path(tempfile.mkdtemp(prefix=f"{SCRATCH}{me}-{sync.hs_process_start(me)}-"))
+
+
+def _sweep_folders() -> None:
+    """Remove this user's folders whose launcher was killed."""
+    for path in Path(tempfile.gettempdir()).glob(f"{SCRATCH}*"):
+        match = re.fullmatch(rf"{SCRATCH}(\d+)-(\d+)-.+", path.name)
+        try:
+            ours = path.lstat().st_uid == os.getuid() and path.is_dir() and not path.is_symlink()
+        except OSError:
+            continue
+        if match and ours and not sync.hs_process_alive(int(match[1]), int(match[2])):
+            shutil.rmtree(path, ignore_errors=True)
 
 
 def _files(folder: Path | None) -> dict[str, int]:

@@ -161,7 +161,8 @@ class CncProcess:
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
-        scratch = Path(tempfile.gettempdir()) / f"hli-cosim-{os.getpid()}-MDI.nc"
+        folder = options.report.parent if options.report else Path(tempfile.gettempdir())
+        scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
         self._scratch = scratch
         after = READY if self.cell.channel.state_after_program == "READY" else SELECTED
         self.modes = ModeControl(self.engine, self, options.file.resolve().parent, scratch, after, self._report_error)

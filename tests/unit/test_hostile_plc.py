@@ -143,7 +143,8 @@ def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
         assert np.isfinite(cnc.pos).all()
         legal(cnc.pos, cnc.cell)
         assert cnc.engine.state.fault == 0
-        assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 40_000
+        if "libasan" not in Path("/proc/self/maps").read_text():  # it keeps what is freed for a while
+            assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 40_000
 
 
 def test_the_cnc_shows_its_state_again(tmp_path: Path) -> None:

@@ -24,13 +24,14 @@ N60 G01 X31 F8000
 N70 X30
 N80 #RT ENDWHILE
 """ + "".join(f"N{100 + k} G01 X{30 + k % 7} Y{40 + (k * k) % 11} F8000\n" for k in range(3000))
+CONFIG = '[channel]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
 SECONDS = 1.5
 
 
 def test_commands_beside_running_threads(tmp_path: Path) -> None:
     """Backward motion, inserted stops, overrides, deleted distance and requests while the threads run: all is legal."""
     rng = np.random.default_rng(3)
-    with Inside(tmp_path, PROGRAM, service=layout.HLI_SERVICE_IMMEDIATE) as cnc:
+    with Inside(tmp_path, PROGRAM, CONFIG, service=layout.HLI_SERVICE_IMMEDIATE) as cnc:
         cnc.engine.serve_start()
         cnc.engine.start()
         end, turn = time.monotonic() + SECONDS, 0
@@ -50,6 +51,9 @@ def test_commands_beside_running_threads(tmp_path: Path) -> None:
         assert turn > 50
         assert state.requests_mode1 + state.requests_mode2 > 10
         assert not state.fault
+        assert state.techno_functions > 0
+        assert state.path > 50.0
+        assert cnc.preparation.error is None
         if not state.record_lost:
             legal(cnc.pos, cnc.cell)
 
@@ -80,7 +84,7 @@ def command(cnc: Inside, turn: int, rng: np.random.Generator) -> None:
 
 def test_starting_and_stopping_threads(tmp_path: Path) -> None:
     """Threads stop and start again in the middle of the motion."""
-    with Inside(tmp_path, PROGRAM, service=layout.HLI_SERVICE_IMMEDIATE) as cnc:
+    with Inside(tmp_path, PROGRAM, CONFIG, service=layout.HLI_SERVICE_IMMEDIATE) as cnc:
         for _ in range(20):
             cnc.engine.serve_start()
             cnc.engine.start()

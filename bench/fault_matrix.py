@@ -1,0 +1,249 @@
+"""Kill and stop CNC, PLC and launcher at chosen and random moments; every run must end and leave nothing.
+
+    python bench/fault_matrix.py --runs 200 [--seed 1]
+
+Each run is ``hli-cosim run`` in a temporary folder of its own (TMPDIR).  A fault is (who, what, when): SIGKILL, or
+SIGSTOP and SIGCONT after a while.  Asserted per run: the launcher ends within 5 s of a kill (a killed launcher: its
+children do), a stopped side goes on to a completed run, no process, segment or folder is left but those of a killed
+launcher; the clean run behind each batch completes and removes these too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from hli import layout
+
+SHM = Path("/dev/shm")
+LIMIT_S = 5.0
+PROGRAM = (
+    "N10 G01 X10 F3000\nN20 M20\nN30 G03 X0 Y10 I-10 J0\nN40 M20\nN50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]\n"
+    + "".join(f"N{60 + k} G01 X{k % 5} Y{k % 7} F2000\n" for k in range(120))
+)
+CONFIG = '[channel]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
+PLC = """
+from plc_client import AcknowledgeAll, ContourLookahead, task
+@task(interval=0.001)
+class P:
+    def setup(self, hli):
+        self.ch = hli.gpCh[0]
+        self.all, self.clah, self.n = AcknowledgeAll(hli), ContourLookahead(self.ch.contour_lookahead), 0
+    def cyclic(self):
+        self.all()
+        self.n += 1
+        self.ch.bahn_mc_control.backward_motion.command_w = self.n % 400 > 350
+        self.ch.bahn_mc_control.backward_motion.enable_w = True
+        self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=50_000.0)
+"""
+MOMENTS = (
+    "start",
+    "segment",
+    "attached",
+    "cycle 1",
+    "motion",
+    "request pending",
+    "M pending",
+    "end",
+    "shutdown",
+    "random",
+)
+
+
+@dataclass(frozen=True)
+class Fault:
+    """Who is hit, how, and at which moment."""
+
+    who: str
+    what: str
+    when: str
+
+    def __str__(self) -> str:
+        return f"{self.what} {self.who} at {self.when}"
+
+
+def faults(runs: int, seed: int) -> Iterator[Fault]:
+    """All chosen combinations in random order, over and over."""
+    rng = random.Random(seed)
+    table = [Fault(a, b, c) for a in ("cnc", "plc", "launcher") for b in ("KILL", "STOP") for c in MOMENTS]
+    while runs > 0:
+        rng.shuffle(table)
+        yield from table[:runs]
+        runs -= len(table)
+
+
+class Run:
+    """One run with its processes and the memory of its segment."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        (folder / "part.nc").write_text(PROGRAM)
+        (folder / "plc.py").write_text(PLC)
+        (folder / "cell.toml").write_text(CONFIG)
+        command = [sys.executable, "-P", "-m", "cnc_core.cli", "run", "part.nc", "--json"]
+        command += ["--config", "cell.toml", "--plc", "plc.py"]
+        scratch = folder / "tmp"
+        scratch.mkdir(exist_ok=True)
+        self.launcher = subprocess.Popen(
+            command,
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            env=os.environ | {"TMPDIR": str(scratch)},
+        )
+        self.pids: dict[str, int] = {"launcher": self.launcher.pid}
+
+    def find(self) -> None:
+        """Process ids of the children, as they appear."""
+        try:
+            children = Path(f"/proc/{self.launcher.pid}/task/{self.launcher.pid}/children").read_text().split()
+        except OSError:
+            return
+        for pid in map(int, children):
+            try:
+                words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
+            except OSError:
+                continue
+            for name, module in (("cnc", b"cnc_core.cnc_process"), ("plc", b"plc_client")):
+                if module in words:
+                    self.pids[name] = pid
+
+    def segment(self) -> layout.HLI_SEGMENT | None:
+        """A copy of the segment, None before it is there and behind its end."""
+        for path in SHM.glob(f"hli-cosim-{self.launcher.pid}-*"):
+            try:
+                return layout.HLI_SEGMENT.from_buffer_copy(path.read_bytes())
+            except (OSError, ValueError):
+                return None
+        return None
+
+    def reached(self, moment: str, since: float, delay: float) -> bool:
+        """Whether the moment has come."""
+        if moment in ("start", "random"):
+            return time.monotonic() - since > (0.0 if moment == "start" else delay)
+        seg = self.segment()
+        if seg is None:
+            return moment == "shutdown" and getattr(self, "seen", False)
+        self.seen = True
+        ch, side = seg.channel[0], seg.sidecar
+        return {
+            "segment": lambda: True,
+            "attached": lambda: bool(side.plc.attached),
+            "cycle 1": lambda: side.cnc.cycle >= 1,
+            "motion": lambda: side.cnc.cycle >= 300,
+            "request pending": lambda: bool(ch.contour_lookahead.semaphor_rw),
+            "M pending": lambda: any(unit.please_rw for unit in ch.techno_unit_std_sync),
+            "end": lambda: bool(ch.bahn_state.program_end_r),
+            "shutdown": lambda: side.cnc.phase == layout.HLI_PHASE_SHUTDOWN,
+        }[moment]()
+
+
+def alive(pid: int) -> bool:
+    """Whether the process runs (a zombie does not)."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] not in "ZX"
+    except OSError:
+        return False
+
+
+def wait(what: object, seconds: float = LIMIT_S) -> float:
+    """Seconds until ``what()`` is true; AssertionError after the limit."""
+    begin = time.monotonic()
+    while not what():  # type: ignore[operator]
+        assert time.monotonic() - begin < seconds, "it does not end"
+        time.sleep(0.01)
+    return time.monotonic() - begin
+
+
+def one(fault: Fault, folder: Path, rng: random.Random) -> tuple[bool, float]:
+    """(injected, seconds to the end) of one run with one fault."""
+    run, since, delay = Run(folder), time.monotonic(), rng.uniform(0, 1.6)
+    hit = False
+    while run.launcher.poll() is None and time.monotonic() - since < 30.0:
+        run.find()
+        if fault.who in run.pids and run.reached(fault.when, since, delay):
+            hit = inject(run.pids[fault.who], fault.what, rng)
+            break
+        time.sleep(0.0005)
+    limit = LIMIT_S if fault.what == "KILL" else 30.0
+    seconds = wait(lambda: run.launcher.poll() is not None, limit)
+    text = run.launcher.communicate()[0]
+    wait(lambda: not any(alive(pid) for pid in run.pids.values()))
+    if fault.who != "launcher" or fault.what != "KILL" or not hit:
+        assert json.loads(text)["end"] in ("completed", "aborted", "error"), text
+        if fault.what == "STOP":
+            assert json.loads(text)["end"] == "completed", text
+        assert not list((folder / "tmp").iterdir()), "temporary folder left"
+        assert not list(SHM.glob(f"hli-cosim-{run.launcher.pid}-*")), "segment left"
+    return hit, seconds
+
+
+def inject(pid: int, what: str, rng: random.Random) -> bool:
+    """Kill, or stop and go on after a while; False if it was gone already."""
+    try:
+        if what == "KILL":
+            os.kill(pid, signal.SIGKILL)
+        else:
+            os.kill(pid, signal.SIGSTOP)
+            time.sleep(rng.uniform(0.01, 0.3))
+            os.kill(pid, signal.SIGCONT)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def clean(folder: Path) -> None:
+    """A run without a fault completes and leaves nothing, of its own or of those before."""
+    run = Run(folder)
+    text = run.launcher.communicate(timeout=60)[0]
+    assert json.loads(text)["end"] == "completed", text
+    assert not list((folder / "tmp").iterdir()), list((folder / "tmp").iterdir())
+    wait(lambda: not left_segments(), 1.0)
+
+
+def left_segments() -> list[str]:
+    """Segments of runs whose launcher is gone."""
+    return [p.name for p in SHM.glob("hli-cosim-*-*") if not alive(int(p.name.split("-")[2]))]
+
+
+def matrix(runs: int, seed: int = 1, batch: int = 20) -> Counter[str]:
+    """Counts of injected and missed faults; AssertionError names the fault that broke a promise."""
+    rng, counts = random.Random(seed), Counter[str]()
+    with tempfile.TemporaryDirectory() as root:
+        folder = Path(root)
+        for k, fault in enumerate(faults(runs, seed), 1):
+            try:
+                hit, seconds = one(fault, folder, rng)
+                if k % batch == 0 or k == runs:
+                    clean(folder)
+                    counts["clean runs"] += 1
+            except AssertionError as error:
+                raise AssertionError(f"run {k}, {fault}: {error}") from error
+            counts[f"{fault.what} {fault.who}" if hit else "missed"] += 1
+            counts["slowest end, ms"] = max(counts["slowest end, ms"], round(1000 * seconds) * (fault.what == "KILL"))
+    return counts
+
+
+def main() -> None:
+    """Print the counts as JSON."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--runs", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    args = parser.parse_args()
+    print(json.dumps(matrix(args.runs, args.seed), indent=2))
+
+
+if __name__ == "__main__":
+    main()
