@@ -71,5 +71,6 @@ def test_segments_do_not_keep_descriptors_or_names() -> None:
         if k == 100:
             rss = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert len(os.listdir("/proc/self/fd")) == fds
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < rss + 2000
+    if "libasan" not in Path("/proc/self/maps").read_text():  # it keeps what is freed for a while
+        assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < rss + 2000
     assert not (SHM / name).exists()
