@@ -229,6 +229,7 @@ def matrix(runs: int, seed: int = 1, batch: int = 20) -> Counter[str]:
                 if k % batch == 0 or k == runs:
                     clean(folder)
                     counts["clean runs"] += 1
+                    print(k, dict(counts), file=sys.stderr, flush=True)
             except AssertionError as error:
                 raise AssertionError(f"run {k}, {fault}: {error}") from error
             counts[f"{fault.what} {fault.who}" if hit else "missed"] += 1
