@@ -25,6 +25,7 @@ from hli._sync import lib as sync
 from hli import layout, segment
 from hli.errors import HliError
 
+from . import frontend
 from .channel import OUT_FOLDER, LivePort, Preparation
 from .config import CellConfig, load_config
 from .engine import Engine, Event
@@ -265,7 +266,7 @@ class CncProcess:
         self.engine.set_error(0)
         self.engine.set_program_name(path.name)
         self.engine.suppress_functions(bool(self._execution_mode() & NO_FUNCTIONS))
-        sizes = self.cell.external_bytes
+        sizes = self.cell.external_bytes(self._dialect(path))
         port = LivePort(
             self.cell.axis_values("start_mm"),
             {scope: self.engine.external(area, sizes[scope]) for area, scope in enumerate(("channel", "global"))},
@@ -280,6 +281,13 @@ class CncProcess:
         self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_RUNNING)
         if self.options.clock == "realtime" and not self.options.hold_start:
             self.engine.start()
+
+    def _dialect(self, path: Path) -> str:
+        """Dialect of a program; what is wrong with its file is told where it is read."""
+        try:
+            return self.options.dialect or frontend.detect(path)
+        except CncError:
+            return ""
 
     def abort_program(self) -> None:
         """Brake and leave out the rest."""

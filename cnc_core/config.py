@@ -288,10 +288,10 @@ class CellConfig(_Table):
             found[name.upper()] = made
         return found
 
-    @property
-    def external_bytes(self) -> dict[str, int]:
-        """Bytes of the external-variable areas that are in use, by scope."""
-        out = {"channel": 0, "global": 0}
+    def external_bytes(self, dialect: str) -> dict[str, int]:
+        """Bytes of the external-variable areas that programs of a dialect use, by scope."""
+        io_blocks = self.isons.io_block - 1 + IO_BLOCKS if dialect == "isons" else 0
+        out = {"channel": 0, "global": io_blocks * 24}
         for variable in self.externals.values():
             out[variable.scope] = max(out[variable.scope], (variable.number - 1 + variable.blocks) * 24)
         return out
