@@ -305,6 +305,7 @@ struct engine {
     uint64_t stops_fed, stops_done;
     /* withdrawal: GEO answers where it stands */
     int withdraw;
+    int waits_now;         /* GEO waits for the PLC: as of its last cycle */
     uint64_t stand_piece;
     double stand_s;
     int hold_now;

@@ -267,6 +267,7 @@ void geo_cycle(engine *e) {
     techno_cycle(e);
     answer_withdrawal(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
+    ATOMIC_SET(e->waits_now, e->geo.waiting_continue || e->geo.waiting_techno);
     evaluate(e);
     ATOMIC_SET(e->geo.cycle, e->geo.cycle + 1);
     note_end(e);

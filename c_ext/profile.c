@@ -321,7 +321,9 @@ static bool withdraw(engine *e) {
  * nothing may be committed. */
 static bool jobs_allow(engine *e) {
     if (ATOMIC_GET(e->withdraw) == WITHDRAW_NONE && !feed_job_pending(e)) return true;
-    if (e->plan.v > 0.0) return true; /* the hold brakes */
+    /* while GEO waits nothing more is driven, so nothing more would be committed: it stands already */
+    bool waits = ATOMIC_GET(e->waits_now);
+    if (e->plan.v > 0.0 && !waits && ATOMIC_GET(e->withdraw) == WITHDRAW_NONE) return true; /* the hold brakes */
     if (!withdraw(e)) return false;
     feed_do_jobs(e);
     ATOMIC_SET(e->withdraw, WITHDRAW_NONE); /* not before: until then the program does not end */

@@ -157,3 +157,14 @@ def test_an_insert_command_replaces_one_that_is_still_ahead(tmp_path: Path) -> N
             with Inside(tmp_path, text) as cnc:
                 _drive(cnc, [(cycle, "insert", (20000, 2, 0)), (cycle + gap, "insert", (300_000, 2, 0))], 300)
                 assert cnc.state.wait_continue_r
+
+
+def test_turning_while_a_function_is_waited_for(tmp_path: Path) -> None:
+    """Backward motion begins although the CNC waits for an acknowledgement with motion prepared behind it."""
+    text = "N10 G1 X20 F6000\nN20 M8\nN30 X40\n"
+    with Inside(tmp_path, text, '[channel.m_synch]\n8="MVS_SVS"') as cnc:
+        cnc.until(lambda: bool(cnc.state.wait_techno_acknowledge_r))
+        cnc.run(50)
+        cnc.level(cnc.bahn.backward_motion, True)
+        cnc.run(1000)
+        assert abs(cnc.pos[-1][0]) < 1e-6
