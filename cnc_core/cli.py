@@ -43,6 +43,9 @@ Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
 Lenient = Annotated[
     bool, typer.Option("--lenient", help="isg: unknown # commands and undefined M functions are warnings")
 ]
+Answers = Annotated[
+    Path | None, typer.Option("--answers", help="JSON list of answers to the program's dialogs (isons)")
+]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
@@ -89,11 +92,14 @@ def open_program(
     collect: bool = False,
     lenient: bool = False,
     tolerance: float = 0.0,
+    answers: Path | None = None,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
 
-    program = Program(file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance)
+    program = Program(
+        file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance, answers=answers
+    )
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
@@ -107,7 +113,12 @@ def say_warnings(program: Any) -> None:
 # ------------------------------------------------------------------------------------------------ programs
 @app.command()
 def check(
-    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+    file: File,
+    config: Config = None,
+    dialect: Dialect = None,
+    lenient: Lenient = False,
+    answers: Answers = None,
+    as_json: Json = False,
 ) -> None:
     """Parse and execute a program without motion and report all its errors.
 
@@ -116,7 +127,7 @@ def check(
     count, errors = 0, []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(file, config, dialect, collect=True, lenient=lenient)
+            program = open_program(file, config, dialect, collect=True, lenient=lenient, answers=answers)
             count = sum(map(len, program.batches()))
         errors = program.errors
         say_warnings(program)
@@ -134,7 +145,12 @@ def check(
 
 @app.command()
 def blocks(
-    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+    file: File,
+    config: Config = None,
+    dialect: Dialect = None,
+    lenient: Lenient = False,
+    answers: Answers = None,
+    as_json: Json = False,
 ) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
 
@@ -142,7 +158,7 @@ def blocks(
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect, lenient=lenient)
+    program = open_program(file, config, dialect, lenient=lenient, answers=answers)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -188,6 +204,7 @@ def plan(
     config: Config = None,
     dialect: Dialect = None,
     lenient: Lenient = False,
+    answers: Answers = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -200,7 +217,7 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance)
+    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers)
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)
@@ -250,6 +267,7 @@ def run(
     config: Config = None,
     dialect: Dialect = None,
     lenient: Lenient = False,
+    answers: Answers = None,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
@@ -267,7 +285,7 @@ def run(
         symbols = dict(parse_force(text) for text in force or [])
         result = cell.run(
             file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
-            watch=watch or (), force=symbols,
+            watch=watch or (), force=symbols, answers=answers,
         )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")

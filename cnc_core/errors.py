@@ -140,6 +140,7 @@ ERRORS: dict[int, str] = {
     909105: "a whole number is expected",
     909106: "index outside the variable list",
     909107: "variable list cannot be read",
+    909108: "bit operators beside comparisons without brackets: bit operators bind tighter",
     909110: "slot number out of range",
     909111: "assignment behind the words of its block",
     909112: "malformed label",
@@ -157,6 +158,9 @@ ERRORS: dict[int, str] = {
     909140: "positioner does not exist",
     909141: "positioner is not enabled",
     909142: "SDO: node or object does not exist",
+    909150: "form: unknown object or property",
+    909151: "form: value out of range",
+    909152: "the operator is asked, and nobody answers",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

@@ -20,6 +20,7 @@ from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
+from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
@@ -75,6 +76,7 @@ class Program:
     ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
+    ``answers``: file with answers to the program's dialogs, if no ``port`` is given.
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -89,10 +91,12 @@ class Program:
         lenient: bool = False,
         start: npt.NDArray[np.float64] | None = None,
         tolerance: float = 0.0,
+        answers: Path | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
-        self.port = port or OfflinePort(machine.start, cell.skip_mask)
+        operator = Operator(read_answers(answers)) if answers else None
+        self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
         self.dialect = dialect or frontend.detect(self.path)
         self.reader: FrontEnd = frontend.create(
             self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient

@@ -233,6 +233,11 @@ class Modal:
         self._modal.absolute = absolute
 
     @property
+    def exact_stop(self) -> bool:
+        """Every motion ends at standstill."""
+        return bool(self._modal.exact_stop)
+
+    @property
     def motion(self) -> int:
         """0..3, G00..G03."""
         return int(self._modal.motion)
