@@ -84,6 +84,7 @@ typedef struct piece {
     double length;
     double feed;             /* 0 = rapid */
     double v_hard;           /* axis speeds and normal acceleration */
+    double entry_speed;      /* largest speed at the start that the program asks for */
     double centre[2], radius, angle0, sweep; /* arc */
     double plane_speed;      /* arc: speed in the plane over path speed */
     double curvature;        /* arc: normal acceleration over path speed squared */
@@ -286,6 +287,7 @@ struct engine {
     curve next_curve;     /* checked, for the row that is pushed next */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
+    float end_speed;         /* of the motion pushed last */
     int finished, expect_drain, hold_start, stay;
     uint64_t drain_at, drain_from;
     marked_log log;

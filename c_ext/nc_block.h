@@ -26,6 +26,8 @@
 #define NC_EVENT 14
 #define NC_COMPENSATION 15 /* consumed by the radius compensation stage */
 #define NC_SMOOTHING 16    /* consumed by the smoothing stage */
+#define NC_PATH_MODE 17    /* what the feed refers to, corner and arc speeds; consumed by that stage (geometry/path_mode.py) */
+#define NC_FILTER 18       /* settings of a filter; consumed with it (geometry/polyline.py) */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */
@@ -37,6 +39,7 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_NO_OVERRIDE 1024 /* motion: the feed as programmed, whatever the override */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */
@@ -76,7 +79,7 @@ typedef struct nc_block {
     uint8_t plane;            /* circle: 17, 18, 19 */
     uint8_t degree;           /* polynomial */
     uint8_t fill_1;
-    uint32_t fill_2;
+    float end_speed;          /* motion: largest path speed at its end, mm/s; 0: none */
 } nc_block;
 /* cdef end */
 

@@ -19,7 +19,7 @@ NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
-SMOOTHING = 16
+SMOOTHING, PATH_MODE, FILTER = 16, 17, 18
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -37,8 +37,11 @@ TYPE_NAMES: dict[int, str] = {
     EVENT: "event",
     COMPENSATION: "compensation",
     SMOOTHING: "smoothing",
+    PATH_MODE: "path_mode",
+    FILTER: "filter",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+NO_OVERRIDE = 1024
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
@@ -67,7 +70,7 @@ NC_BLOCK = np.dtype(
         ("plane", np.uint8),
         ("degree", np.uint8),
         ("fill_1", np.uint8),
-        ("fill_2", np.uint32),
+        ("end_speed", np.float32),
     ],
     align=True,
 )

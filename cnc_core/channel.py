@@ -162,6 +162,8 @@ class Preparation:
             self.waiting = True
             self.engine.expect_drain()
         elif item is None:
+            for report in self.program.filter_reports:
+                self.port.message(str(report))
             self._end(None)
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")

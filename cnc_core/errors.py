@@ -148,6 +148,7 @@ ERRORS: dict[int, str] = {
     909114: "G48: the axis lies in the plane",
     909115: "arcs are not possible in this plane",
     909116: "arcs do not stay arcs under the transformations in force",
+    909117: "the mode needs the look-ahead of G69",
     909120: "OPT: unknown event",
     909121: "a parameter of the HM call is missing",
     909122: "unknown machine parameter",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ class PlanResult:
     path_deviation_mm: float = 0.0
     lookahead: int = 0
     infeasible: int = 0
+    filters: list[dict[str, Any]] = field(default_factory=list)
     samples: dict[str, Any] | None = None
 
     def as_json(self) -> dict[str, Any]:
@@ -43,6 +44,7 @@ class PlanResult:
             "path_deviation_mm": self.path_deviation_mm,
             "lookahead": self.lookahead,
             "planner": "acceleration-limited",
+            "filters": self.filters,
         }
 
 
@@ -93,7 +95,9 @@ def plan_program(
             if event in (Event.PROGRAM_END, Event.FAULT):
                 break
         check.finish()
-        return _result(cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None)
+        out = _result(cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None)
+        out.filters = [asdict(report) for report in program.filter_reports]
+        return out
     finally:
         engine.close()
 

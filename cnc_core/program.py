@@ -16,7 +16,14 @@ from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
 from .errors import CncError, Place
+from .geometry.feed_control import FeedControl
+from .geometry.low_pass import LowPass
+from .geometry.noise import FineNoise, Noise
+from .geometry.nurbs import SplineFilter
+from .geometry.path_mode import PathMode
+from .geometry.polyline import FilterReport, RunFilter
 from .geometry.radius_comp import RadiusCompensation
+from .geometry.short_segments import ShortSegments
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
@@ -24,6 +31,7 @@ from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
+FILTERS: tuple[type[RunFilter], ...] = (Noise, SplineFilter, FineNoise, ShortSegments, LowPass, FeedControl)
 
 
 def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
@@ -107,8 +115,15 @@ class Program:
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
-        stages: list[Stage] = [compensation, DropZeroLength(), self.smoothing, AxisLimits(cell, self._place)]
+        self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
+        stages: list[Stage] = [compensation, DropZeroLength(), *self.filters]
+        stages += [PathMode(machine.start, machine.main), self.smoothing, AxisLimits(cell, self._place)]
         self.pipeline = Pipeline(stages)
+
+    @property
+    def filter_reports(self) -> list[FilterReport]:
+        """Of the filters that have been used."""
+        return [stage.report for stage in self.filters if stage.report.blocks_in]
 
     @property
     def errors(self) -> list[CncError]:

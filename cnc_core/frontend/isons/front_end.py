@@ -18,6 +18,7 @@ from cnc_core.frontend.base.scanner import (
     NO_BRACKETS,
     NO_EQUALS,
     NO_PITCH,
+    NO_PLANES,
     PLANE_CENTRE,
     RADIUS_ONCE,
     Modal,
@@ -44,7 +45,7 @@ from cnc_core.frontend.isons_cell import IsonsCell
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
-RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS
+RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
 LEVELS_MAX = 101
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 Items = Sequence[Row | Wait]
@@ -100,6 +101,7 @@ class IsonsFrontEnd(BlockReader):
         if before is not None:
             take_over(self.executor, before)
         port.retained["isons"] = self.executor
+        self._queue.extend(self.executor.mode_rows(0))
         self.control = Control(
             self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
             self.forms.poll,
@@ -307,6 +309,7 @@ class IsonsFrontEnd(BlockReader):
         """The program has ended: rows held back, the END macro, then nothing more."""
         self._queue.extend(self._end_rows())
         self.forms.close()
+        self.executor.completed = self._failed is None
         if self._closing:
             self._ended = True
             return

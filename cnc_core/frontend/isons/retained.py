@@ -22,6 +22,9 @@ def take_over(new: Executor, old: Executor) -> None:
     new.plane_pair, new.plane_code, new.plane_reversed = old.plane_pair, old.plane_code, old.plane_reversed
     if old.plane_code:
         modal.apply(MotionWords(plane=old.plane_code))
+    new.modes.mode, new.modes.transport_limit = old.modes.mode, old.modes.transport_limit
+    if old.completed:  # edge smoothing does not outlast a stop
+        new.modes.mild, new.modes.mild_on = old.modes.mild, old.modes.mild_on
     corners, kept = new.output.corners, old.output.corners
     corners.fillet, corners.bevel, corners.factor = kept.fillet, kept.bevel, kept.factor
     corners.plane, corners.code, corners.reversed = kept.plane, kept.code, kept.reversed
