@@ -102,9 +102,10 @@ typedef struct problem {
 /* An accepted plan: from `next` on it is the stored tail, and it ends at rest. */
 typedef struct plan {
     double *h, *x, *u, *c;                /* x, u at the n + 1 knots */
+    double *jerk, *time;                  /* where jerk is not 0: constant path jerk mm/s3 over the time s, instead of c */
     double *offset;
     uint64_t *tag;
-    bool *last;
+    uint8_t *last;                        /* as jerk_law.last */
     int n, next;                          /* next: first segment not handed out */
     int since;                            /* handed out since it was planned */
     bool final;                           /* converged: it need not be planned again */
@@ -123,6 +124,7 @@ struct jerk_planner {
     uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
     bool finished, hold, changed, at_rest;
     double feed_factor, rapid_factor;
+    double command_speed;                 /* mm/s; < 0: none */
     int capacity;                         /* segments a grid can hold */
     double behind_mm, behind_share;       /* reach of a jump behind the head, and what it leaves */
     double x, u;                          /* scaled state at the head */
@@ -136,6 +138,12 @@ struct jerk_planner {
 };
 
 static inline const jerk_interval *ring_at(const jerk_planner *p, uint64_t i) { return &p->ring[i & p->mask]; }
+
+/* Speed that the operator and the program ask for over q, mm/s. */
+static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) {
+    if (p->command_speed >= 0.0) return p->command_speed;
+    return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) : 1e30;
+}
 
 /* jerk_knots.c */
 void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out);
@@ -183,5 +191,6 @@ void plan_stop(jerk_planner *p);
 bool plan_ramp(jerk_planner *p);
 
 /* jerk_law.c */
+void law_constant_jerk(jerk_law *law, double h, double v, double a, double jerk, double time);
 void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double scale);
 #endif

@@ -69,6 +69,15 @@ void law_from(jerk_law *law, double h, double x, double u, double c, double x1, 
     law->time = duration(law, h, scale * sqrt(x1));
 }
 
+void law_constant_jerk(jerk_law *law, double h, double v, double a, double jerk, double time) {
+    law->length = h;
+    law->v0 = v;
+    law->a0 = a;
+    law->c = 0.0;
+    law->jerk = jerk;
+    law->time = time;
+}
+
 /* States every `dt` over consecutive laws; `phase` is the time of the first sample in the first law, and is left as
  * that of the next one behind the last law.  Returns the number of samples. */
 int64_t jerk_sample(const jerk_law *laws, int64_t n, double dt, double *phase, jerk_state *out, int64_t max) {

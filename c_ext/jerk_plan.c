@@ -30,7 +30,8 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
         pl->h[k] = s->h;
         pl->tag[k] = s->q->tag;
         pl->offset[k] = s->q->offset;
-        pl->last[k] = s->last;
+        pl->last[k] = (uint8_t)(s->last + 2 * (s->last && s->q->blocks > 0));
+        pl->jerk[k] = 0.0;
         end += s->last;
     }
     pl->n = g->n;
