@@ -283,26 +283,29 @@ static void pass_events(writer *w, uint64_t until) {
 }
 
 static void write_law(writer *w, const jerk_law *law) {
-    jerk_state end;
-    jerk_at(law, law->time, &end);
     bool last = law->last & 2;
     const phase ph = {law->tag, law->s0, law->v0, law->a0, law->c, law->jerk, law->time, last};
     write_phase(w, &ph);
     w->piece = law->tag + last;
     w->s = last ? 0.0 : law->s0 + law->length;
-    w->v = law->flags & JERK_STAND ? 0.0 : end.v;
+    w->v = law->flags & JERK_STAND ? 0.0 : law->length / law->time; /* not at rest: that is all a tail needs */
 }
 
 static void write_commit(engine *e, writer *w, bool changed) {
     jerk_planner *j = e->drive.planner;
     jerk_law law;
     pass_events(w, e->piece_head);
-    while (!writer_full(w) && jerk_next_within(j, &law, w->budget - w->seconds)) {
+    while (!writer_full(w)) {
+        if (!jerk_next_within(j, &law, w->budget - w->seconds)) {
+            int64_t known = jerk_ahead(j);
+            push_path(e); /* it stands; is there more? */
+            if (jerk_ahead(j) == known) break;
+            continue;
+        }
         if (changed) forget_missed_stands(j);
         changed = false;
         write_law(w, &law);
         pass_events(w, e->piece_head);
-        push_path(e);
     }
     w->v = jerk_speed(j);
 }

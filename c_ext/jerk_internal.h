@@ -102,7 +102,7 @@ typedef struct problem {
 /* An accepted plan: from `next` on it is the stored tail, and it ends at rest. */
 typedef struct plan {
     double *h, *x, *u, *c;                /* x, u at the n + 1 knots */
-    double *jerk, *time;                  /* where jerk is not 0: constant path jerk mm/s3 over the time s, instead of c */
+    double *jerk, *time;                  /* mm/s3: if not 0, instead of c; s: if known, else 0 */
     double *offset;
     uint64_t *tag;
     uint8_t *last;                        /* as jerk_law.last */
@@ -112,6 +112,7 @@ typedef struct plan {
     bool rest_start, stands;              /* starts at rest; ends where the axes must stand */
     uint64_t end;                         /* ring index of the first interval that it does not finish */
     double length;                        /* mm from `next` to the end */
+    double lasts;                         /* mm: with more than that left it need not be planned again */
 } plan;
 
 struct jerk_planner {
@@ -186,11 +187,14 @@ void plan_accept(jerk_planner *p, const grid *g, bool final);
 void plan_window(jerk_planner *p);
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 
+/* jerk_straight.c */
+bool plan_straight(jerk_planner *p);
+
 /* jerk_hold.c */
 void plan_stop(jerk_planner *p);
 bool plan_ramp(jerk_planner *p);
 
 /* jerk_law.c */
 void law_constant_jerk(jerk_law *law, double h, double v, double a, double jerk, double time);
-void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double scale);
+void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double time, double scale);
 #endif

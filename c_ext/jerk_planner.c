@@ -131,7 +131,7 @@ static bool worth_planning(const jerk_planner *p) {
     if (p->hold || p->wait > 0) return false;
     if (!pl->final) return true;
     if (pl->stands || !more_path(p)) return false;
-    return pl->since >= p->cfg.refresh * pl->n;
+    return pl->since >= p->cfg.refresh * pl->n && pl->length < pl->lasts;
 }
 
 static double thread_cpu_s(void) {
@@ -168,7 +168,8 @@ static void law_of(const jerk_planner *p, int k, jerk_law *law) {
         law_constant_jerk(law, pl->h[k], p->scale * sqrt(pl->x[k]), p->scale * p->scale * pl->u[k], pl->jerk[k], pl->time[k]);
         return;
     }
-    law_from(law, pl->h[k], pl->x[k], pl->u[k], pl->c[k], end ? 0.0 : pl->x[k + 1], p->scale);
+    law_from(law, pl->h[k], pl->x[k], pl->u[k], pl->c[k], end ? 0.0 : pl->x[k + 1], pl->time[k], p->scale);
+    pl->time[k] = law->time; /* tails are asked for again and again */
 }
 
 /* Segment `next` of the plan is the caller's: the path and the state move on. */
@@ -177,6 +178,7 @@ static void hand_out(jerk_planner *p) {
     int k = pl->next++;
     pl->since++;
     p->wait--;
+    pl->length -= pl->h[k];
     p->at_rest = pl->next == pl->n;
     p->x = p->at_rest ? 0.0 : pl->x[k + 1];
     p->u = p->at_rest ? 0.0 : pl->u[k + 1];
@@ -209,6 +211,7 @@ static void split(jerk_planner *p, jerk_law *law, double seconds) {
     pl->jerk[k] = k + 1 == pl->n ? 0.0 : law->jerk; /* towards a rest the law follows from speed and way */
     pl->time[k] = law->time - seconds;
     pl->h[k] = left;
+    pl->length -= d;
     pl->offset[k] += d;
     pl->x[k] = p->x = at.v * at.v / (p->scale * p->scale);
     pl->u[k] = p->u = at.a / (p->scale * p->scale);

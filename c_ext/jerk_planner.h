@@ -58,6 +58,7 @@ typedef struct jerk_state {
 typedef struct jerk_stats {
     uint64_t solves, failed, refused, slower, holds, hold_solves, laws, iterations;
     double worst_solve_s;       /* CPU seconds of the slowest plan */
+    uint64_t straight;          /* lines from rest to rest, planned without the solver */
     uint64_t segments;          /* planner intervals handed out */
     double worst_ratio;         /* largest true row the checker has seen in an accepted plan */
 } jerk_stats;
