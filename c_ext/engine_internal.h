@@ -476,6 +476,7 @@ double curve_piece_cell_end(const engine *e, const piece *p, double s);
 bool drive_new(engine *e);
 void drive_free(engine *e);
 void drive_commit(engine *e);
+bool drive_shorten_tail(engine *e);
 void drive_cut_run(engine *e, uint64_t head);
 void drive_shorten(engine *e, uint64_t i, double s);
 
