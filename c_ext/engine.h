@@ -100,6 +100,13 @@ typedef struct engine_error {
     char program[256];
 } engine_error;
 
+/* A command of the program that the path has passed (NC_EVENT_COMMAND). */
+typedef struct engine_command {
+    double value, position[NC_AXES];
+    uint64_t cycle;
+    uint32_t line;
+} engine_command;
+
 typedef struct engine engine;
 
 /* `segment`: mapped HLI segment with a valid head, or NULL to run without one (offline planning). NULL on no memory. */
@@ -143,6 +150,14 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
 void engine_finish(engine *e);
 /* Report ENGINE_DRAINED when every row pushed so far has been executed. */
 void engine_expect_drain(engine *e);
+/* Ask for no rows before the next cycle has passed: preparation waits for what the machine and the PLC do. */
+void engine_expect_cycle(engine *e);
+/* Brake, leave out what has been pushed, report ENGINE_DRAINED; the program goes on behind engine_resync. */
+void engine_halt(engine *e);
+/* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
+void engine_resync(engine *e);
+/* 1 and the next command that the path has passed, or 0. */
+int engine_take_command(engine *e, engine_command *out);
 /* Motion held before the program start (1) or released (0). */
 void engine_hold_start(engine *e, int hold);
 /* Stay behind the program's end although the PLC is finished: ENGINE_PLC_FINISHED is not reported. */

@@ -194,6 +194,7 @@ typedef struct insert_cmd {
     int32_t add;
 } insert_cmd;
 
+#define COMMANDS_MAX 1024u
 #define ERRORS_MAX 16u
 #define STOPS_MAX 64u /* inserted stops that are fed and not yet reached */
 typedef struct inserted_stop {
@@ -300,6 +301,10 @@ struct engine {
     curve next_curve;     /* checked, for the row that is pushed next */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
+    engine_command commands[COMMANDS_MAX];
+    uint64_t command_head, command_tail, commands_lost;
+    int override_ignored;
+    uint64_t blocks_from;    /* no rows are asked for before this cycle */
     float end_speed;         /* of the motion pushed last */
     int finished, expect_drain, hold_start, stay;
     uint64_t drain_at, drain_from;

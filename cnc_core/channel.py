@@ -49,6 +49,7 @@ class LivePort:
         self.retained = {} if retained is None else retained
         self.interrupted = False
         self.latched_s = 0.0
+        self.live: Callable[[], tuple[npt.NDArray[np.float64], float]] = self._latched
         self.levels = skip_levels
         self._areas = areas or {"channel": bytearray(external.AREA_BYTES), "global": bytearray(external.AREA_BYTES)}
         self._folder = folder
@@ -57,6 +58,15 @@ class LivePort:
 
     def position(self) -> npt.NDArray[np.float64]:
         return self.latched.copy()
+
+    def live_position(self) -> npt.NDArray[np.float64]:
+        return self.live()[0]
+
+    def live_now_s(self) -> float:
+        return self.live()[1]
+
+    def _latched(self) -> tuple[npt.NDArray[np.float64], float]:
+        return self.latched.copy(), self.latched_s
 
     def message(self, text: str) -> None:
         self.messages.append(text)
@@ -117,11 +127,12 @@ class Preparation:
         position = np.array(list(engine.state.position)[: engine.axes])
         self.port = port or LivePort(position)
         self.port.latched = position.copy()
+        self.port.live = self._live
         self._cycle_s = cell.cycle_s
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
-        self.waiting = self.done = False
+        self.waiting = self.done = self._halted = False
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         try:
@@ -142,10 +153,21 @@ class Preparation:
 
     def drained(self) -> None:
         """Everything handed out so far has been executed: go on reading."""
-        state = self.engine.state
-        self.port.latched_s = int(state.cycle) * self._cycle_s
-        self.port.latched = np.array(list(state.position)[: self.engine.axes])
+        self._latch()
         self.waiting = False
+        if self._halted:
+            self._halted = False
+            self.engine.resync()
+            assert self.program is not None
+            self.program.resync(self.port.latched)
+
+    def _latch(self) -> None:
+        self.port.latched, self.port.latched_s = self._live()
+
+    def _live(self) -> tuple[npt.NDArray[np.float64], float]:
+        """Position and time as they are now."""
+        state = self.engine.state
+        return np.array(list(state.position)[: self.engine.axes]), int(state.cycle) * self._cycle_s
 
     def _step(self) -> bool:
         """One piece of work; False when the ring is full."""
@@ -161,6 +183,12 @@ class Preparation:
         elif item is Wait.DRAINED:
             self.waiting = True
             self.engine.expect_drain()
+        elif item is Wait.CYCLE:
+            self.engine.expect_cycle()
+            return False
+        elif item is Wait.STOPPED:
+            self.waiting = self._halted = True
+            self.engine.halt()
         elif item is None:
             for report in self.program.filter_reports:
                 self.port.message(str(report))
@@ -168,6 +196,13 @@ class Preparation:
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")
         return True
+
+    def take_commands(self) -> None:
+        """Commands that the path has passed become messages."""
+        names = self.program.cell.axis_names if self.program else ()
+        for command in self.engine.take_commands():
+            place = " ".join(f"{name}{value:.4f}" for name, value in zip(names, command.position, strict=False))
+            self.port.message(f"event {command.value:g} at {place}, {command.cycle * self._cycle_s:.6f} s")
 
     def close(self) -> None:
         """Nothing more is read; the rows pushed so far are executed or have been left out."""

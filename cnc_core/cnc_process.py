@@ -335,6 +335,7 @@ class CncProcess:
         preparation, self.preparation = self.preparation, None
         if preparation is None:
             return
+        preparation.take_commands()
         self.blocks += preparation.blocks
         self.messages += preparation.port.messages
         self.warnings += self.log_warnings()
@@ -381,6 +382,8 @@ class CncProcess:
 
     def _handle(self, event: Event) -> None:
         preparation = self.preparation
+        if preparation:
+            preparation.take_commands()
         if event is Event.NEED_BLOCKS and preparation:
             preparation.pump()
         elif event is Event.DRAINED and preparation:

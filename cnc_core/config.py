@@ -231,6 +231,7 @@ class CellConfig(_Table):
     external: dict[str, ExternalConfig] = Field(default_factory=dict)
     zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
     isons: IsonsConfig = Field(default_factory=IsonsConfig)
+    probe: dict[str, Finite] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
@@ -252,6 +253,13 @@ class CellConfig(_Table):
                 behind = variable.number + variable.blocks
                 if variable.scope == "global" and behind > places.start and variable.number < places.stop:
                     raise ValueError(f"external {variable.name}: its block belongs to isons.io_block")
+        return self
+
+    @model_validator(mode="after")
+    def _probe_axes(self) -> CellConfig:
+        for axis in self.probe:
+            if axis not in self.axes:
+                raise ValueError(f"probe: the machine has no axis {axis!r}")
         return self
 
     @model_validator(mode="after")
@@ -367,6 +375,7 @@ class CellConfig(_Table):
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
+            probe=dict(self.probe),
         )
 
     def warnings(self) -> list[str]:

@@ -61,6 +61,7 @@ ERRORS: dict[int, str] = {
     90047: "the tool radius can change in a linear block only",
     270053: "watchdog: the PLC has not shown in time that it lives",
     270061: "mode command: target state not possible",
+    1005: "homing: not finished within TIME_OUT_HOME",
     # our own: program text
     900001: "unknown word",
     900002: "unknown command",
@@ -162,6 +163,7 @@ ERRORS: dict[int, str] = {
     909150: "form: unknown object or property",
     909151: "form: value out of range",
     909152: "the operator is asked, and nobody answers",
+    909160: "ACQ SENSOR ERROR: the target was reached without the sensor",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

@@ -118,7 +118,7 @@ class Program:
         self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
         stages: list[Stage] = [compensation, DropZeroLength(), *self.filters]
         stages += [PathMode(machine.start, machine.main), self.smoothing, AxisLimits(cell, self._place)]
-        self.pipeline = Pipeline(stages)
+        self.pipeline, self.behind_compensation = Pipeline(stages), Pipeline(stages[1:])
 
     @property
     def filter_reports(self) -> list[FilterReport]:
@@ -147,8 +147,16 @@ class Program:
             if not len(item):
                 return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
-        if item is Wait.DRAINED or item is None:
+        return self._behind_held(item) if item is None else self._wait(item)
+
+    def _wait(self, item: Wait) -> BlockBatch | Wait | None:
+        """A wait, behind what the stages hold as far as it asks for that."""
+        if item is Wait.STOPPED and self.port.answers:
+            self.pipeline.drain()  # it will not be driven
+        elif item is Wait.DRAINED or item is Wait.STOPPED:
             return self._behind_held(item)
+        elif item is Wait.CYCLE:
+            return self._behind_held(item, self.behind_compensation)
         return item
 
     def _place(self, file: int, line: int) -> Place:
@@ -167,10 +175,16 @@ class Program:
         self._next = None
         return item
 
-    def _behind_held(self, item: Wait | CncError | None) -> BlockBatch | Wait | None:
+    def resync(self, position: npt.NDArray[np.float64]) -> None:
+        """The path goes on from ``position`` (axes,)."""
+        self.pipeline.resync(position)
+
+    def _behind_held(
+        self, item: Wait | CncError | None, pipeline: Pipeline | None = None
+    ) -> BlockBatch | Wait | None:
         """What the stages hold comes first, then ``item``."""
         self._next = item
-        held = self._staged(self.pipeline.drain, BlockBatch.empty())
+        held = self._staged((pipeline or self.pipeline).drain, BlockBatch.empty())
         if len(held):
             return held
         return None if self._next is None else self._deferred()

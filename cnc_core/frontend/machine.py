@@ -55,6 +55,7 @@ class ProgramMachine:
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
     ``isons``: what only the IsoNs dialect knows.
+    ``probe``: machine position by axis where the probe trips, mm or degrees.
     """
 
     axes: tuple[str, ...]
@@ -70,3 +71,4 @@ class ProgramMachine:
     velocity: npt.NDArray[np.float64] | None = None
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
+    probe: dict[str, float] = field(default_factory=dict)

@@ -46,3 +46,59 @@ def test_blocks_and_check(cli: Cli, program: Write) -> None:
     outcome = cli("check", wrong, "--json")
     assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:3] == [(909105, 1), (907023, 3), (900003, 4)]
     assert outcome.status == 1
+
+
+T31 = """G60 F1
+G1X100
+@LOOP
+IF $_I0 = 1
+GOTO STOP
+END_IF
+IF $_Q0 = 100
+GOTO ERR
+END_IF
+GOTO LOOP
+@STOP
+G101
+ADD_VAR $_Q0
+ADD_VAR $_C0
+SAVE_VAR "at.txt"
+G1Y10
+END_PROGRAM
+@ERR
+ERROR 5
+"""
+
+
+def test_t31_the_axes_stop_where_they_are(cli: Cli, program: Write) -> None:
+    """T-31: G101 when the input trips at 40; the program goes on from there. Without it the error path at 100."""
+    part = program(T31, "part.isons")
+    trip = Path(__file__).with_name("plc_isons_trip.py")
+    run = cli("run", part, "--plc", trip, "--json", "--out", part.parent / "out").json
+    assert run["end"] == "completed", run["errors"]
+    demand, counter = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
+    assert 40 < demand < 42
+    assert counter == demand
+    run = cli("run", program(T31.replace("X100", "X30").replace("= 100", "= 30"), "part.isons"), "--json").json
+    assert [(e["code"], e["line"]) for e in run["errors"]] == [(909130, 19)]
+
+
+def test_t27_commands_on_the_path(cli: Cli, program: Write) -> None:
+    """T-27: events 1 and 0 where they stand in the path."""
+    text = "G60 G1X100Y100F10\nX120Y110\nX130\nG100X1\nX140Y115\nX150Y120\nG100X0\nX160Y125\n"
+    run = cli("run", program(text, "part.isons"), "--plc", "none", "--json").json
+    assert run["end"] == "completed"
+    assert [message.split(",")[0] for message in run["messages"]] == [
+        "event 1 at X130.0000 Y110.0000 Z0.0000",
+        "event 0 at X150.0000 Y120.0000 Z0.0000",
+    ]
+
+
+def test_a_dialog_without_answers_ends_the_run(cli: Cli, program: Write) -> None:
+    """Error 909152 with its place; answered by a script it goes on."""
+    part = program('G1X1\nLIB_MESSAGE "go on?" "cap" 1 3\nIF $_X13=1\nG1X5\nEND_IF\n', "part.isons")
+    run = cli("run", part, "--plc", "none", "--json").json
+    assert [(e["code"], e["line"]) for e in run["errors"]] == [(909152, 2)]
+    (part.parent / "answers.json").write_text('["YES"]')
+    run = cli("run", part, "--plc", "none", "--json", "--answers", part.parent / "answers.json").json
+    assert (run["end"], run["blocks"]) == ("completed", 2)

@@ -85,9 +85,9 @@ def test_wrong_programs_are_refused(tmp_path, text, code, line):
     assert (error.code, error.place.line) == (code, line), str(error)
 
 
-@pytest.mark.parametrize("text", ["G71X", "G101", "G102X5", "G103"])
+@pytest.mark.parametrize("text", ["G103", "G104", "G105"])
 def test_what_is_missing_is_refused_by_name(tmp_path, text):
-    """Homing, probing, RTCP."""
+    """RTCP."""
     error = error_of(tmp_path, text + "\n")
     assert error.code == 900003
     assert error.text.split()[0] == text.partition("X")[0]

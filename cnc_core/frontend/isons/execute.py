@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import DWELL, STANDSTILL, M, S, T
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
 from cnc_core.frontend.isons import codes
 from cnc_core.frontend.isons.clock import Clock
+from cnc_core.frontend.isons.direct import command, home, override, probe, stop
 from cnc_core.frontend.isons.frame import Frame, Layer, check_slot
 from cnc_core.frontend.isons.mode_words import mode_function
 from cnc_core.frontend.isons.output import Output
@@ -76,7 +77,7 @@ class Executor:
         warn: Callable[[int, str, int], None],
         macro: Callable[[str, int], bool],
     ) -> None:
-        self.machine, self.modal, self._port, self._cell = machine, modal, port, cell
+        self.machine, self.modal, self._port, self.cell = machine, modal, port, cell
         self.parameters, self._clock, self.warn, self._macro = parameters, clock, warn, macro
         self.axes = {name.upper(): i for i, name in enumerate(machine.axes) if len(name) == 1}
         self.frame = Frame(machine, modal, cell)
@@ -93,6 +94,9 @@ class Executor:
         self.pause_mode = 0
         self.depth_axis: int | None = None
         self.ended = False
+        self.stopping = False  # the axes are being stopped where they are (G101)
+        self.failure: CncError | None = None  # what ends the program behind the rows of the block
+        self.homed: set[int] = set()
         self.completed = False  # the program has come to its end
         self.calls: list[tuple[str, int, int, list[float]]] = []
         self.positioner_offset: Callable[[float, float, bool, int], None] = lambda *_: None
@@ -132,7 +136,7 @@ class Executor:
     def table(self) -> list[float]:
         """Of the selected tool: diameter, length, largest speed, 17 values of the user."""
         if self.tool not in self.tables:
-            given = self._cell.tools.get(self.tool)
+            given = self.cell.tools.get(self.tool)
             tool = self.machine.tools.get(self.tool)
             if given is None:
                 given = ToolTable(2.0 * tool.radius_mm, tool.length_mm) if tool else ToolTable()
@@ -217,7 +221,7 @@ class Executor:
         rows = []
         number = words.take("T")
         if number is not None:
-            known = {**self._cell.tools, **self.machine.tools}
+            known = {**self.cell.tools, **self.machine.tools}
             if number != int(number) or number < 0 or (number and known and number not in known):
                 raise fail(900014, f"T{number:g}: the machine has no such tool", words.offset("T"))
             self.not_compensated("T", words.offset("T"))
@@ -281,32 +285,42 @@ class Executor:
     # G functions
 
     def _function(self, code: int, offset: int, words: Words) -> list[Row | Wait]:
+        if code in codes.ROWS:
+            return self._function_with_rows(code, offset, words)
         if code in MODES:
             self._mode(code, offset)
-        elif code in (40, 41, 42):
-            return [*self.output.compensate(code, self._radius(), self.plane_code, words.block.n, offset)]
         elif code in TRANSFORMS:
             self._transform(code, offset, words)
         elif code in (30, 31, 32, 33, 34, 35):
             self._corner(code, words)
-        elif code == 62:
-            self.not_compensated("G62", offset)
-            return [*self.output.flush(), Wait.DRAINED]
-        elif code in (4, 80):
-            return [*(self._dwell(words, offset) if code == 4 else self._pause(words))]
         elif code in codes.PATH_FUNCTIONS:
             mode_function(self, code, words, offset)
         elif code in (83, 84):
             words.used |= set(words.block.named)
         elif code in SETTINGS:
             SETTINGS[code](self, words, offset)
-        elif code in (*codes.PLANES, 70, 48):
-            rows = self.output.flush()
-            self._plane(code, offset, words)
-            return [*rows]
         elif code != 940:
             self._frame(code, offset, words)
         return []
+
+    def _function_with_rows(self, code: int, offset: int, words: Words) -> list[Row | Wait]:
+        """Functions that put something out by themselves."""
+        rows: list[Row | Wait] = []
+        if code in (40, 41, 42):
+            rows += self.output.compensate(code, self._radius(), self.plane_code, words.block.n, offset)
+        elif code in DIRECT:
+            rows += DIRECT[code](self, words, offset)
+        elif code in (10, 11):
+            rows += override(self, code == 10, words.block.n)
+        elif code == 62:
+            self.not_compensated("G62", offset)
+            rows += [*self.output.flush(), Wait.DRAINED]
+        elif code in (4, 80):
+            rows += self._dwell(words, offset) if code == 4 else self._pause(words)
+        else:
+            rows += self.output.flush()
+            self._plane(code, offset, words)
+        return rows
 
     def _mode(self, code: int, offset: int) -> None:
         if code in codes.MOTIONS:
@@ -317,8 +331,6 @@ class Executor:
             self.modal.apply(MotionWords(inch=code == 20))
         elif code in (60, 61):
             self.modal.apply(MotionWords(exact_stop=code == 61))
-        elif code == 11:
-            self._stored("G11", offset)
 
     def _radius(self) -> float:
         diameter = self.table[0] if self.diameter is None else self.diameter
@@ -594,16 +606,9 @@ class Executor:
     # motion
 
     def _motion(self, words: Words) -> list[Row]:
-        given: dict[int, tuple[float, bool]] = {}
-        names = [letter for letter in AXIS_LETTERS if letter not in words.used]
-        for letter in names:
-            for name in (letter, "D" + letter):
-                if name in words.values and name not in words.used:
-                    axis = self.axis(letter, words.offset(name))
-                    if axis in given:
-                        raise fail(900005, f"{letter} twice in one block", words.offset(name))
-                    given[axis] = (words.values[name], name != letter or not self.modal.absolute)
-                    words.used.add(name)
+        if words.codes.keys() & DIRECT.keys():
+            return []
+        given = self.targets(words)
         arc = self.modal.motion >= 2
         centre = {}
         if arc:
@@ -614,6 +619,31 @@ class Executor:
             return []
         offset = min(words.block.offsets[name] for name in words.block.offsets if name.lstrip("D") in "XYZABCUVWIJ")
         return self._move(given, centre, radius, 940 in words.codes, words.block.n, offset)
+
+    def targets(self, words: Words) -> dict[int, tuple[float, bool]]:
+        """Axis words of a motion: value, and whether it counts from where the axis is, by axis."""
+        given: dict[int, tuple[float, bool]] = {}
+        names = [letter for letter in AXIS_LETTERS if letter not in words.used]
+        for letter in names:
+            for name in (letter, "D" + letter):
+                if name in words.values and name not in words.used:
+                    axis = self.axis(letter, words.offset(name))
+                    if axis in given:
+                        raise fail(900005, f"{letter} twice in one block", words.offset(name))
+                    given[axis] = (words.values[name], name != letter or not self.modal.absolute)
+                    words.used.add(name)
+        return given
+
+    def place_of(self, given: dict[int, tuple[float, bool]]) -> Array:
+        """(axes,) machine position that axis words lead to, through transformations, origins and offsets."""
+        position, frame = self.modal.position, self.frame.total
+        now = self.transform.backward(position - frame)
+        point = now.copy()
+        for axis, (value, relative) in given.items():
+            point[axis] = self._target(axis, value * self._scale(axis), relative, float(now[axis]))
+        place = self.transform.forward(point) + frame
+        moved = self.transform.matrix[:, list(given)].any(axis=1)
+        return np.where(moved, place, position)
 
     def _move(
         self,
@@ -667,7 +697,7 @@ class Executor:
         words = MotionWords(axis={int(i): float(place[i]) for i in np.flatnonzero(moved)}, n=n, motion=modal.motion)
         if modal.motion >= 2:
             self._arc(words, centre, radius, now, frame, offset)
-        return self._in_machine_coordinates(words, offset)
+        return self.in_machine_coordinates(words, offset)
 
     def _target(self, axis: int, value: float, relative: bool, now: float) -> float:
         if relative:
@@ -701,7 +731,7 @@ class Executor:
         pair = (second, first) if self.plane_reversed else (first, second)
         words.centre = {letter: float(place[axis]) for letter, axis in zip("IJ", pair, strict=True)}
 
-    def _in_machine_coordinates(self, words: MotionWords, offset: int) -> list[Row]:
+    def in_machine_coordinates(self, words: MotionWords, offset: int) -> list[Row]:
         modal = self.modal
         absolute, inch, motion = modal.absolute, modal.unit_mm != 1.0, modal.motion
         modal.set_offset(np.zeros(len(self.machine.axes)))
@@ -740,7 +770,13 @@ class Executor:
             raise fail(900011, "more than one macro call in a block", self.calls[1][2])
 
 
-MODES = frozenset({*codes.MOTIONS, 90, 91, 20, 21, 60, 61, 10, 11})
+MODES = frozenset({*codes.MOTIONS, 90, 91, 20, 21, 60, 61})
+DIRECT: dict[int, Callable[[Executor, Words, int], list[Row | Wait]]] = {
+    71: home,
+    100: command,
+    101: lambda executor, words, offset: stop(executor, offset),
+    102: probe,
+}
 SETTINGS: dict[int, Callable[[Executor, Words, int], None]] = {
     36: Executor._rotary_mode,
     81: Executor._limit,

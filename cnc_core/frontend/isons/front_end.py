@@ -31,9 +31,10 @@ from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
-from cnc_core.frontend.isons.formulas import Formulas
+from cnc_core.frontend.isons.formulas import BEHIND_MOTION, Formulas
 from cnc_core.frontend.isons.instructions import Instructions
 from cnc_core.frontend.isons.macros import Macros
+from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.retained import take_over
@@ -106,6 +107,8 @@ class IsonsFrontEnd(BlockReader):
             self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
             self.forms.poll,
         )
+        self._ticks = 0  # waits so far: time has passed between them
+        self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
         self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
         self._written: set[str] = set()  # files of this program
         self.flow.level.user = LevelData(MAIN, self.store.scope)
@@ -134,18 +137,18 @@ class IsonsFrontEnd(BlockReader):
         check_length(block)
         self.block_now = block
         try:
-            run, drain = self._compile(strip_remark(block.text))
+            run, drain, live = self._compile(strip_remark(block.text))
         except CncError as error:
             raise located(error, block) from None
-        return Prepared(block, run, drain)
+        return Prepared(block, run, drain, live=live)
 
-    def _compile(self, text: str) -> tuple[Run, bool]:
-        """What the block does, and whether everything before has to be executed first."""
+    def _compile(self, text: str) -> tuple[Run, bool, int]:
+        """What the block does, whether everything before has to be executed first, and what it reads live."""
         if not text.strip():
-            return _nothing, False
+            return _nothing, False, 0
         if label_of(text) is not None:
             self.control.index()
-            return _nothing, False
+            return _nothing, False, 0
         stream = TokenStream(text, PATTERN)
         formulas = Formulas(stream, self.store, self.system)
         parser = WordParser(stream, formulas, self.executor.axes)
@@ -153,9 +156,9 @@ class IsonsFrontEnd(BlockReader):
         instructions = Instructions(self, stream, formulas)
         run = instructions.parse()
         if run is not None:
-            return run, formulas.drain or instructions.drain
+            return run, formulas.drain or instructions.drain, formulas.live | instructions.live
         block = parser.parse()
-        return (lambda: self._words(block)), formulas.drain
+        return (lambda: self._words(block)), formulas.drain, formulas.live
 
     def _words(self, block: WordBlock) -> Items:
         for target, value in block.assignments:
@@ -163,8 +166,12 @@ class IsonsFrontEnd(BlockReader):
         if block.empty:
             return ()
         items = self.executor.execute(block)
+        failure, self.executor.failure = self.executor.failure, None
+        if failure is not None:
+            self._queue.extend(items)
+            raise failure
         if self.executor.ended:
-            items += self._end_rows()
+            items += self.held_rows()
             self._finish()
         elif self.executor.calls:
             kind, number, offset, arguments = self.executor.calls[0]
@@ -176,9 +183,9 @@ class IsonsFrontEnd(BlockReader):
         """M and HM wait until everything before has been executed; not while the tool is compensated."""
         if self.executor.output.side != 40:
             return []
-        return [*self._end_rows(), Wait.DRAINED]
+        return [*self.held_rows(), Wait.DRAINED]
 
-    def _end_rows(self) -> list[Row | Wait]:
+    def held_rows(self) -> list[Row | Wait]:
         """What the corners still hold."""
         return [*self.executor.output.flush()]
 
@@ -201,10 +208,29 @@ class IsonsFrontEnd(BlockReader):
         self.block_now, self.mark = before, mark
 
     def _run(self, prepared: Prepared) -> None:
-        """As the base; what the corners hold comes before a wait."""
+        """As the base; what the corners hold comes before a wait, and what is read live is never read twice a cycle."""
+        if prepared.live and not self._drained and self._not_yet(prepared):
+            self.flow.source.seek(prepared.begin)
+            return
         if prepared.drain and not self._drained:
-            self._queue.extend(self._end_rows())
+            self._queue.extend(self.held_rows())
         super()._run(prepared)
+
+    def _not_yet(self, prepared: Prepared) -> bool:
+        """A block that reads the running machine waits: for standstill under G61, and for a cycle if it comes again."""
+        standstill = prepared.live & BEHIND_MOTION and self.modal.exact_stop
+        if standstill and not prepared.drain and self.executor.output.side == OFF:
+            self._queue.extend([*self.held_rows(), Wait.DRAINED])
+            self._drained = True
+            return True
+        if not self._port.answers:
+            return False
+        key = (self.flow.file.number, prepared.begin)
+        if self._read_at.get(key) == self._ticks:
+            self._queue.extend([*self.held_rows(), Wait.CYCLE])
+            return True
+        self._read_at[key] = self._ticks
+        return False
 
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
@@ -307,7 +333,7 @@ class IsonsFrontEnd(BlockReader):
 
     def _finish(self) -> None:
         """The program has ended: rows held back, the END macro, then nothing more."""
-        self._queue.extend(self._end_rows())
+        self._queue.extend(self.held_rows())
         self.forms.close()
         self.executor.completed = self._failed is None
         if self._closing:
@@ -350,7 +376,12 @@ class IsonsFrontEnd(BlockReader):
         self._event("M_ERROR")
 
     def read(self, rows: int) -> BlockBatch | Wait | None:
+        if self.executor.stopping and self._port.answers and not self._queue:
+            self.modal.set_position(self._port.position())
+        self.executor.stopping = self.executor.stopping and bool(self._queue)
         item = super().read(rows)
+        if isinstance(item, Wait):
+            self._ticks += 1
         if item is None and self._failed is not None:
             raise self._failed
         return item

@@ -13,7 +13,7 @@ from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.isons import parameters
 from cnc_core.frontend.isons.dialogs import Dialogs
-from cnc_core.frontend.isons.formulas import Formulas, Number, variable_name
+from cnc_core.frontend.isons.formulas import BEHIND_MOTION, LIVE, Formulas, Number, variable_name
 from cnc_core.frontend.isons.macros import OWN_EVENTS
 from cnc_core.frontend.isons.text import word_or_text
 from cnc_core.port import Wait
@@ -33,6 +33,7 @@ class Instructions:
     def __init__(self, front_end: IsonsFrontEnd, stream: TokenStream, formulas: Formulas) -> None:
         self._f, self._stream, self._formulas = front_end, stream, formulas
         self.drain = False
+        self.live = 0
         self._start = 0
 
     def parse(self) -> Run | None:
@@ -159,7 +160,7 @@ class Instructions:
     def _wait_input(self) -> Run:
         arguments = self._arguments(4)
         mark, waits = self._f.mark, self._f.waits
-        self.drain = self._f.answers
+        self.live = LIVE | BEHIND_MOTION
 
         def run() -> Items:
             number, state, seconds, alarm = (value() for value in arguments)
@@ -179,7 +180,7 @@ class Instructions:
                     raise fail(909131, text, self._start)
                 return ()
             self._f.flow.jump(mark)
-            return (self._f.modal.row(DWELL, 0, value=POLL_S),)
+            return (*self._f.held_rows(), Wait.CYCLE)
 
         return run
 
