@@ -39,6 +39,7 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_PATH_FEED 1024 /* motion: the feed counts along `length`, whatever the path mode says (geometry/path_mode.py) */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */

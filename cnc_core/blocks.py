@@ -41,6 +41,7 @@ TYPE_NAMES: dict[int, str] = {
     FILTER: "filter",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+PATH_FEED = 1024  # motion: the feed counts along its length, whatever the path mode says
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 EVENT_COMMAND, EVENT_OVERRIDE = 5, 6

@@ -18,6 +18,7 @@ from .frontend.machine import External
 from .operator_answers import Answer, Operator, Question
 from .port import ExternalValue, Wait
 from .program import Program
+from .restart import Restart
 
 OUT_FOLDER = Path("hli-cosim-out")
 
@@ -123,6 +124,7 @@ class Preparation:
         port: LivePort | None = None,
         *,
         lenient: bool = False,
+        restart: Restart | None = None,
     ) -> None:
         position = np.array(list(engine.state.position)[: engine.axes])
         self.port = port or LivePort(position)
@@ -137,7 +139,7 @@ class Preparation:
         self._wait: Wait | None = None
         try:
             self.program: Program | None = Program(
-                path, cell, dialect, self.port, lenient=lenient, start=position
+                path, cell, dialect, self.port, lenient=lenient, start=position, restart=restart
             )
         except CncError as error:
             self.program = None

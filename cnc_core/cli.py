@@ -46,6 +46,11 @@ Lenient = Annotated[
 Answers = Annotated[
     Path | None, typer.Option("--answers", help="JSON list of answers to the program's dialogs (isons)")
 ]
+StartLine = Annotated[int | None, typer.Option("--start-line", help="take the program up at this line (isons)")]
+StartPass = Annotated[int, typer.Option("--start-pass", min=1, help="which time that line is reached")]
+StartMarker = Annotated[
+    str | None, typer.Option("--start-marker", metavar="NAME=VALUE", help="take it up where a variable gets a value")
+]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
@@ -93,13 +98,16 @@ def open_program(
     lenient: bool = False,
     tolerance: float = 0.0,
     answers: Path | None = None,
+    restart: tuple[int | None, int, str | None] = (None, 1, None),
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
+    from .restart import Restart  # noqa: PLC0415
 
     program = Program(
-        file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance, answers=answers
-    )
+        file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance, answers=answers,
+        restart=Restart.of(*restart),
+    )  # fmt: skip
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
@@ -152,6 +160,9 @@ def blocks(
     dialect: Dialect = None,
     lenient: Lenient = False,
     answers: Answers = None,
+    start_line: StartLine = None,
+    start_pass: StartPass = 1,
+    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
@@ -160,7 +171,8 @@ def blocks(
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect, lenient=lenient, answers=answers)
+    restart = (start_line, start_pass, start_marker)
+    program = open_program(file, config, dialect, lenient=lenient, answers=answers, restart=restart)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -207,6 +219,9 @@ def plan(
     dialect: Dialect = None,
     lenient: Lenient = False,
     answers: Answers = None,
+    start_line: StartLine = None,
+    start_pass: StartPass = 1,
+    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -219,7 +234,10 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers)
+    program = open_program(
+        file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers,
+        restart=(start_line, start_pass, start_marker),
+    )  # fmt: skip
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)
@@ -270,6 +288,9 @@ def run(
     dialect: Dialect = None,
     lenient: Lenient = False,
     answers: Answers = None,
+    start_line: StartLine = None,
+    start_pass: StartPass = 1,
+    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
@@ -288,6 +309,7 @@ def run(
         result = cell.run(
             file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
             watch=watch or (), force=symbols, answers=answers,
+            start_line=start_line, start_pass=start_pass, start_marker=start_marker,
         )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")

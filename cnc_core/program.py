@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ import numpy.typing as npt
 from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
-from .errors import CncError, Place
+from .errors import ERRORS, CncError, Place
 from .geometry.feed_control import FeedControl
 from .geometry.low_pass import LowPass
 from .geometry.noise import FineNoise, Noise
@@ -29,6 +29,7 @@ from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
 from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
+from .restart import Restart, SearchingPort
 
 BATCH_ROWS = 4096
 FILTERS: tuple[type[RunFilter], ...] = (Noise, SplineFilter, FineNoise, ShortSegments, LowPass, FeedControl)
@@ -85,6 +86,7 @@ class Program:
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is given.
+    ``restart``: where to take the program up; everything before is executed without motion (``isons``).
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -100,12 +102,18 @@ class Program:
         start: npt.NDArray[np.float64] | None = None,
         tolerance: float = 0.0,
         answers: Path | None = None,
+        restart: Restart | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
         operator = Operator(read_answers(answers)) if answers else None
         self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
         self.dialect = dialect or frontend.detect(self.path)
+        self._start, self._restart = machine.start, restart
+        if restart is not None:
+            if self.dialect != "isons":
+                raise CncError(900003, f"restart is not supported in the dialect {self.dialect}", Place(str(path)))
+            self.port = self._searching = SearchingPort(self.port)
         self.reader: FrontEnd = frontend.create(
             self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
         )
@@ -139,6 +147,8 @@ class Program:
         """
         if self._next is not None:
             return self._deferred()
+        if self._restart is not None:
+            self._take_up(self._restart)
         try:
             item = self.reader.read(rows)
         except CncError as error:
@@ -148,6 +158,33 @@ class Program:
                 return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
         return self._behind_held(item) if item is None else self._wait(item)
+
+    def _take_up(self, restart: Restart) -> None:
+        """Everything up to the place, without motion; then the way there."""
+        self._restart = None
+        try:
+            self._search(restart, self.reader)
+        except CncError:
+            self.reader.flow.close()  # type: ignore[attr-defined]
+            raise
+
+    def _search(self, restart: Restart, reader: Any) -> None:
+        reader.search(restart.line, restart.passes, restart.marker, restart.value)
+        while not reader.found:
+            item = reader.read(BATCH_ROWS)
+            if item is None:
+                raise CncError(909170, f"{ERRORS[909170]}: {restart}", Place(str(self.path)))
+            if isinstance(item, BlockBatch):
+                reader.note(item)
+                self.pipeline.push(item)
+            else:
+                self.pipeline.drain()
+        self.pipeline.drain()
+        if reader.executor.output.side != 40:
+            raise CncError(909171, f"{ERRORS[909171]}: {restart}", Place(str(self.path)))
+        self.pipeline.resync(self._start)
+        self._searching.found()
+        reader.take_up(self._start)
 
     def _wait(self, item: Wait) -> BlockBatch | Wait | None:
         """A wait, behind what the stages hold as far as it asks for that."""

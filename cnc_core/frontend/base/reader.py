@@ -96,6 +96,10 @@ class BlockReader(ABC):
         """Plain lines mean what the scanner takes them for."""
         return True
 
+    def _stop_here(self) -> bool:
+        """``read`` is to return in front of the next block."""
+        return False
+
     def _may_drain(self) -> bool:
         """The program may wait here until everything before is executed."""
         return True
@@ -161,7 +165,7 @@ class BlockReader(ABC):
                 filled += 1
                 self._idle = 0
                 self._queue.popleft()
-            elif self._ended or self._breath >= BREATH_BLOCKS:
+            elif self._ended or self._breath >= BREATH_BLOCKS or self._stop_here():
                 break
             else:
                 filled += self._advance(out[filled:])

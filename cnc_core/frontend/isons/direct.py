@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cnc_core.blocks import EVENT, EVENT_COMMAND, EVENT_OVERRIDE, EXACT_STOP, HAS_VALUE
+from cnc_core.blocks import EVENT, EVENT_COMMAND, EVENT_OVERRIDE, EXACT_STOP, HAS_VALUE, PATH_FEED
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import MotionWords, Row
@@ -80,7 +80,7 @@ def way(executor: Executor, place: Array, speed_mm_min: float, n: int, offset: i
     rows = executor.in_machine_coordinates(words, offset)
     for row in rows:
         row["feed"] = speed_mm_min / PER_MINUTE
-        row["flags"] |= EXACT_STOP
+        row["flags"] |= EXACT_STOP | PATH_FEED
     return rows
 
 

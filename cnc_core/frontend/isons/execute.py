@@ -97,6 +97,8 @@ class Executor:
         self.stopping = False  # the axes are being stopped where they are (G101)
         self.failure: CncError | None = None  # what ends the program behind the rows of the block
         self.homed: set[int] = set()
+        self.tool_instead: int | None = None  # of the next T (RESUME_T)
+        self.counter: Array | None = None  # what $_C tells while a restart leads there
         self.completed = False  # the program has come to its end
         self.calls: list[tuple[str, int, int, list[float]]] = []
         self.positioner_offset: Callable[[float, float, bool, int], None] = lambda *_: None
@@ -221,9 +223,8 @@ class Executor:
         rows = []
         number = words.take("T")
         if number is not None:
-            known = {**self.cell.tools, **self.machine.tools}
-            if number != int(number) or number < 0 or (number and known and number not in known):
-                raise fail(900014, f"T{number:g}: the machine has no such tool", words.offset("T"))
+            number, self.tool_instead = number if self.tool_instead is None else self.tool_instead, None
+            self.check_tool(number, words.offset("T"))
             self.not_compensated("T", words.offset("T"))
             self.tool, self.diameter = int(number), None
             rows += self.emit(self.modal.row(T, words.block.n, code=self.tool))
@@ -234,6 +235,12 @@ class Executor:
                 raise fail(900012, f"D{diameter:g} is negative", words.offset("D"))
             self.diameter = diameter * self.modal.unit_mm
         return rows
+
+    def check_tool(self, number: float, offset: int) -> None:
+        """A tool of the machine, or 0."""
+        known = {**self.cell.tools, **self.machine.tools}
+        if number != int(number) or number < 0 or (number and known and number not in known):
+            raise fail(900014, f"T{number:g}: the machine has no such tool", offset)
 
     def _speed(self, words: Words) -> list[Row]:
         speed = words.take("S")

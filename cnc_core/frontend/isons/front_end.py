@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from cnc_core.blocks import BlockBatch
-from cnc_core.errors import CncError
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import BlockBatch, M, S, T
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level, Mark
 from cnc_core.frontend.base.lexer import TokenStream, fail
@@ -29,6 +34,7 @@ from cnc_core.frontend.base.scanner import (
 from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
+from cnc_core.frontend.isons.direct import way
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, Formulas
@@ -48,6 +54,8 @@ from cnc_core.port import ChannelPort, Wait
 
 RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
 LEVELS_MAX = 101
+NORMAL, GO_BLOCK = 0, 2  # $_X7
+M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
@@ -109,6 +117,13 @@ class IsonsFrontEnd(BlockReader):
         )
         self._ticks = 0  # waits so far: time has passed between them
         self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
+        self.found = True  # no place is searched for
+        self._search: tuple[int, int] | None = None  # line and passes left
+        self._steps, self._passed = 0, -1  # blocks executed; when the line of the search was reached last
+        self._last: dict[int, Row] = {}  # functions of the stretch that was searched, by what they replace
+        self._return_to: tuple[int, npt.NDArray[np.float64]] | None = None  # level, place behind a macro
+        self._block_mark = START  # of the block that is being executed
+        self._tool_place: tuple[int, Mark, list[Any]] | None = None  # of the last T: level, block, open loops
         self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
         self._written: set[str] = set()  # files of this program
         self.flow.level.user = LevelData(MAIN, self.store.scope)
@@ -165,6 +180,8 @@ class IsonsFrontEnd(BlockReader):
             target(value())
         if block.empty:
             return ()
+        if "T" in block.values:
+            self._tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
         items = self.executor.execute(block)
         failure, self.executor.failure = self.executor.failure, None
         if failure is not None:
@@ -212,6 +229,8 @@ class IsonsFrontEnd(BlockReader):
         if prepared.live and not self._drained and self._not_yet(prepared):
             self.flow.source.seek(prepared.begin)
             return
+        self._steps += 1
+        self._block_mark = Mark(prepared.begin, self.modal.line)
         if prepared.drain and not self._drained:
             self._queue.extend(self.held_rows())
         super()._run(prepared)
@@ -251,6 +270,57 @@ class IsonsFrontEnd(BlockReader):
         self.flow.close()
         return wrong[0]
 
+    # restart
+
+    def search(self, line: int, passes: int, marker: str, value: float) -> None:
+        """Execute without a machine until the place is reached (``found``); every block goes through the parser."""
+        self.found, self._scan = False, False
+        self.system.run_type = GO_BLOCK
+        if marker:
+            self.store.watched = (marker, value)
+        else:
+            self._search = (line, passes)
+
+    def _stop_here(self) -> bool:
+        if self.found:
+            return False
+        if self._search is None:
+            self.found = self.store.watch_hit
+        elif self.flow.file.number == 0 and self.modal.line == self._search[0] - 1 and self._passed != self._steps:
+            self._passed = self._steps
+            self._search = (self._search[0], self._search[1] - 1)
+            self.found = self._search[1] == 0
+        return self.found
+
+    def note(self, rows: BlockBatch) -> None:
+        """Functions that the search has passed: the last ones of each kind are put out again."""
+        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T))]:
+            group = next((i for i, codes in enumerate(M_GROUPS) if int(row["code"]) in codes), None)
+            if row["type"] != M or group is not None:
+                self._last[(100 + group) if row["type"] == M and group is not None else int(row["type"])] = row.copy()
+
+    def take_up(self, start: npt.NDArray[np.float64]) -> None:
+        """The place has been found: functions again, the macro M_GOBLOCK, then the way from ``start`` to it."""
+        place = self.modal.position
+        self.system.run_type, self.store.watched, self._scan = NORMAL, None, True
+        for kind in sorted(self._last, key=lambda k: (k != T, k != S, k)):
+            self._queue.append(np.array([self._last[kind]]))
+        self.modal.set_position(start)
+        self.executor.output.moved_to(start)
+        if self._event("M_GOBLOCK"):
+            self._return_to = (len(self.flow.levels) - 1, place)
+            self.executor.counter = place
+            self.system.run_type = GO_BLOCK
+        else:
+            self._go_to(place)
+
+    def _go_to(self, place: npt.NDArray[np.float64]) -> None:
+        """To where the program goes on, at VRIPOSO."""
+        self.executor.counter = None
+        self.system.run_type = NORMAL
+        speed = self.parameters.speed("VRIPOSO") or self.modal.feed * self.parameters["FEEDRES"]
+        self._queue.extend(way(self.executor, place, speed, 0, 0))
+
     # program levels
 
     def _call(self, kind: str, path: Path | None, mark: Mark, data: LevelData, offset: int) -> None:
@@ -270,6 +340,19 @@ class IsonsFrontEnd(BlockReader):
         if self._data.kind != SUBROUTINE:
             raise fail(909123, "RETURN without GOSUB", offset)
         self.flow.leave()
+
+    def resume_tool(self, number: float, offset: int) -> None:
+        """RESUME_T: back to the block of the last T, which then takes another tool; out of macros too."""
+        if self._tool_place is None or len(self.flow.levels) < self._tool_place[0]:
+            raise fail(909172, ERRORS[909172], offset)
+        self.executor.check_tool(number, offset)
+        levels, mark, nest = self._tool_place
+        del self.flow.levels[levels:]
+        self.flow.level = self.flow.levels[-1]
+        self.flow.level.nest[:] = copy.deepcopy(nest)
+        self.executor.tool_instead = int(number)
+        self._closing, self._failed = False, None
+        self.flow.jump(mark)
 
     def call_import(self, name: str, offset: int) -> None:
         path = self.macros.imported(name, self.flow.file.path, offset)
@@ -297,6 +380,10 @@ class IsonsFrontEnd(BlockReader):
     def _move(self) -> None:
         super()._move()
         self.store.scope = self._data.scope
+        if self._return_to is not None and len(self.flow.levels) == self._return_to[0]:
+            (_, place), self._return_to = self._return_to, None
+            self._queue.extend(self.held_rows())
+            self._go_to(place)
 
     def _level_ended(self) -> None:
         """The end of a file."""

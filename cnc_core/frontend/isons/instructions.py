@@ -53,8 +53,6 @@ class Instructions:
 
     def _dialog(self, name: str, offset: int) -> Run | None:
         """LIB_.."""
-        if name in _REFUSED:
-            raise fail(900003, f"{name} ({_REFUSED[name]}) is not supported", offset)
         if not name.startswith("LIB_"):
             return None
         self._stream.next()
@@ -392,6 +390,10 @@ class Instructions:
         value = self._formulas.argument("value")
         return self._simple(lambda: self._f.nodes.write(tuple(v() for v in address), value(), self._start))
 
+    def _resume_tool(self) -> Run:
+        number = self._formulas.argument("RESUME_T")
+        return self._simple(lambda: self._f.resume_tool(number(), self._start))
+
     def _save_tools(self) -> Run:
         def run() -> Items:
             for number, values in sorted(self._f.executor.tables.items()):
@@ -487,6 +489,7 @@ _TABLE: dict[str, Make] = {
     "WRITE_PARMAC": Instructions._write_parmac,
     "SDO_UL": Instructions._sdo_read,
     "SDO_DL": Instructions._sdo_write,
+    "RESUME_T": Instructions._resume_tool,
     "SAVE_T": Instructions._save_tools,
 }
 _STRUCTURE = frozenset({"IF", "ELSE", "END_IF", "LOOP", "END_LOOP"})
@@ -496,4 +499,3 @@ _POSITIONERS: dict[str, Make] = {
     "PF": Instructions._positioner_feed,
     "PS": Instructions._positioner_stop,
 }
-_REFUSED = {"RESUME_T": "resuming behind a broken tool is run control"}

@@ -117,6 +117,11 @@ class Output:
             self._last = modal.position
             self.corners.follow(self._last)
 
+    def moved_to(self, position: Array) -> None:
+        """The axes stand elsewhere."""
+        self._last = position.copy()
+        self.corners.follow(position)
+
     # rows
 
     def push(self, row: Row) -> list[Row]:

@@ -129,7 +129,7 @@ class System:
             "T": self._timer,
             "U": lambda i: self.executor.table[i],
             "H": self._head,
-            "C": self._demand,
+            "C": self._counter,
             "N": lambda i: self._limit(i, 1),
             "S": lambda i: self._limit(i, 0),
             "X": self._special,
@@ -163,6 +163,11 @@ class System:
         if index >= FROM_HOME:
             return self._of_axis(from_home, index - FROM_HOME)
         return self._of_axis(place - frame.total, index)  # type: ignore[operator]
+
+    def _counter(self, index: int) -> float:
+        """The commanded target; behind a restart, where the program goes on."""
+        executor = self.executor
+        return self._position(executor.modal.position if executor.counter is None else executor.counter, index)
 
     def _demand(self, index: int) -> float:
         return self._position(self.executor.modal.position, index)
