@@ -62,7 +62,7 @@ def told(row):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_restart_at_any_line(tmp_path, seed):
-    """At the line of any motion, the pass in which it was reached: the same motions, variables and outputs behind it."""
+    """At the line of any motion, in the pass that reached it: the same motions, variables and outputs behind it."""
     path = tmp_path / "part.isons"
     path.write_text(program(seed))
     rng = random.Random(seed + 100)
