@@ -157,6 +157,9 @@ ERRORS: dict[int, str] = {
     909140: "positioner does not exist",
     909141: "positioner is not enabled",
     909142: "SDO: node or object does not exist",
+    # our own: kinematics and coordinate systems
+    910101: "tool direction cannot be reached by the rotary axes",
+    910102: "tool direction can be reached beyond the software limits of the rotary axes only",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",
