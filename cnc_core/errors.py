@@ -160,6 +160,10 @@ ERRORS: dict[int, str] = {
     # our own: kinematics and coordinate systems
     910101: "tool direction cannot be reached by the rotary axes",
     910102: "tool direction can be reached beyond the software limits of the rotary axes only",
+    910103: "singular position: the linear axes do not span the space at these rotary angles",
+    910104: "motion comes too close to a singular position of the machine",
+    910105: "only straight lines during #PTP",
+    910106: "the cell has no such kinematic transformation",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .blocks import CIRCULAR, ELEMENT, PIECE, POLYNOMIAL, RAPID, motion_planes
+from .blocks import CIRCULAR, ELEMENT, PIECE, POLYNOMIAL, RAPID, TANGENTS, motion_planes
 from .config import CellConfig
 from .engine import Samples
 from .geometry.polynomial import ORDER, coefficients, distance, normalised
@@ -46,7 +46,7 @@ class ElementTable:
         self._add_curves(motion, pool)
 
     def _add_curves(self, motion: npt.NDArray[Any], pool: FloatArray | None) -> None:
-        is_curve = motion["type"] == POLYNOMIAL
+        is_curve = (motion["type"] == POLYNOMIAL) & ~_elsewhere(motion)
         number = np.where(is_curve, len(self.curves) + np.cumsum(is_curve) - 1, -1)
         self.curve_of = np.concatenate([self.curve_of, number])
         if is_curve.any() and pool is not None:
@@ -74,12 +74,19 @@ class ElementTable:
             return np.zeros(len(element))
         index = element - self.first
         out = self._element_distance(index, pos)
-        smoothed = np.flatnonzero(self.rows["flags"][index] & ELEMENT)
+        elsewhere = _elsewhere(self.rows[index])
+        smoothed = np.flatnonzero((self.rows["flags"][index] & ELEMENT != 0) & ~elsewhere)
         for k in range(1, NEIGHBOURS + 1):  # which element is under the tool is known roughly there
             for side in (index[smoothed] + k, index[smoothed] - k):
                 near = np.clip(side, 0, len(self.rows) - 1)
                 out[smoothed] = np.minimum(out[smoothed], self._element_distance(near, pos[smoothed]))
+        out[elsewhere] = 0.0
         return out
+
+    def elsewhere(self, element: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """Elements in other coordinates than the axes': the stage that made their pieces vouches for the deviation."""
+        assert self.rows is not None
+        return _elsewhere(self.rows[element - self.first])
 
     def _element_distance(self, index: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
         assert self.rows is not None
@@ -90,7 +97,7 @@ class ElementTable:
             arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
             if arcs.any():
                 out[arcs] = self._arc_distance(rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane)
-        curves = rows["type"] == POLYNOMIAL
+        curves = self.curve_of[index] >= 0
         if curves.any():
             out[curves] = distance(self.curves[self.curve_of[index[curves]]], pos[curves])
         return out
@@ -123,6 +130,10 @@ def _line_distance(starts: FloatArray, ends: FloatArray, pos: FloatArray) -> Flo
     length2 = np.maximum((along**2).sum(axis=1), 1e-300)
     t = np.clip(((pos - starts) * along).sum(axis=1) / length2, 0.0, 1.0)[:, None]
     return np.asarray(np.linalg.norm(pos - (starts + t * along), axis=1))
+
+
+def _elsewhere(rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    return np.asarray((rows["flags"] & ELEMENT != 0) & (rows["degree"] == TANGENTS))
 
 
 class TrajectoryCheck:
@@ -175,6 +186,7 @@ class TrajectoryCheck:
         speed = np.linalg.norm(moved[:, main], axis=1) / self.dt
         only_others = ~np.asarray(np.abs(moved[:, main]).max(axis=1) > 0)
         speed = np.where(only_others, np.linalg.norm(moved, axis=1) / self.dt, speed)
+        speed = np.where(table.elsewhere(element), samples.speed, speed)
         with np.errstate(invalid="ignore"):
             ratios = np.where(np.isfinite(allowed) & (allowed > 0), speed / allowed, 0.0)
         self.ratio["feed"] = max(self.ratio["feed"], float(ratios.max(initial=0.0)))

@@ -11,15 +11,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import CncError
 from . import jets
 
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
-SAME = 1e-12
+SINGULAR = 1e-6  # volume that the directions of the linear axes span at least
+
+
+class SingularMachine(CncError):  # noqa: N818 - the machine is singular
+    """At position ``row`` the linear axes do not span the space (chains with a rotary axis between linear ones)."""
+
+    def __init__(self, row: int) -> None:
+        super().__init__(910103)
+        self.row = row
 
 
 def rotation(rx: float, ry: float, rz: float) -> FloatArray:
@@ -52,13 +62,29 @@ class Step:
         return out
 
 
+class HasMatrix(Protocol):
+    """A constant transformation."""
+
+    @property
+    def matrix(self) -> FloatArray:
+        """(4, 4)"""
+        ...
+
+
+@dataclass(frozen=True)
+class Fixed:
+    """A constant transformation given by its matrix."""
+
+    matrix: FloatArray
+
+
 @dataclass(frozen=True)
 class Joint:
     """An axis in the chain: ``axis`` is its channel index, ``rotary`` its kind."""
 
     axis: int
     rotary: bool
-    step: Step = Step()
+    step: HasMatrix = Step()
 
 
 @dataclass(frozen=True)
@@ -76,7 +102,7 @@ class Chain:
     """``part`` and ``tool``: joints from the bed outwards; ``part_step``, ``tool_step``: the last steps (w and t)."""
 
     def __init__(
-        self, part: Sequence[Joint], part_step: Step, tool: Sequence[Joint], tool_step: Step
+        self, part: Sequence[Joint], part_step: HasMatrix, tool: Sequence[Joint], tool_step: HasMatrix
     ) -> None:
         self.part, self.tool, self.part_step, self.tool_step = tuple(part), tuple(tool), part_step, tool_step
         joints = [*part, *tool]
@@ -92,10 +118,10 @@ class Chain:
     def _flat(self) -> tuple[list[_Link], FloatArray]:
         """Links from the part to the tool, and the constant transformation behind the last one."""
         links: list[_Link] = []
-        before = np.linalg.inv(self.part_step.matrix)
+        before: FloatArray = np.linalg.inv(self.part_step.matrix).astype(np.float64)
         for joint in reversed(self.part):
             links.append(_Link(joint.axis, joint.rotary, -1.0, before[:3, :3].copy(), before[:3, 3].copy()))
-            before = np.linalg.inv(joint.step.matrix)
+            before = np.linalg.inv(joint.step.matrix).astype(np.float64)
         for joint in self.tool:
             before = before @ joint.step.matrix
             links.append(_Link(joint.axis, joint.rotary, 1.0, before[:3, :3].copy(), before[:3, 3].copy()))
@@ -109,7 +135,7 @@ class Chain:
             raise ValueError("the three linear axes do not span the space")
 
     def _walk(self, q: FloatArray, length: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """(tip without the linear axes, their directions as columns, tool direction, orientation) of jets q (n, 3, axes)."""
+        """Of jets q (n, 3, axes): tip without linear axes, their directions as columns, tool direction, orientation."""
         n = len(q)
         turned, place = jets.constant(np.eye(3), n), np.zeros((n, 3, 3))
         columns = {}
@@ -137,12 +163,15 @@ class Chain:
         q (n, 3, axes): only its rotary axes count.
         """
         base, map_, _, _ = self._walk(q, length)
+        singular = np.flatnonzero(np.abs(np.linalg.det(map_[:, 0])) < SINGULAR)
+        if len(singular):
+            raise SingularMachine(int(singular[0]))
         return jets.solve(map_, tip - base)
 
     # angles of a tool direction
 
     def orientation_form(self) -> tuple[FloatArray, FloatArray, FloatArray, tuple[tuple[int, float], ...]]:
-        """(A, B, c, ((axis, sign), ..)): direction = A Rz(s1 q1) B Rz(s2 q2) c; B is the identity for one rotary axis."""
+        """(A, B, c, ((axis, sign), ..)): direction = A Rz(s1 q1) B Rz(s2 q2) c; B is 1 for one rotary axis."""
         constants, joints = [np.eye(3)], []
         for link in self._links:
             constants[-1] = constants[-1] @ link.rotation

@@ -77,7 +77,8 @@ def _two(g: FloatArray, b: FloatArray, c: FloatArray, signs: tuple[float, float]
         seconds, free2 = ([middle + half, middle - half] if half > 0.0 else [middle]), False
     found = []
     for second in seconds:
-        h = b @ np.array([c[0] * np.cos(second) - c[1] * np.sin(second), c[0] * np.sin(second) + c[1] * np.cos(second), c[2]])
+        cos, sin = np.cos(second), np.sin(second)
+        h = b @ np.array([c[0] * cos - c[1] * sin, c[0] * sin + c[1] * cos, c[2]])
         free1 = float(np.hypot(h[0], h[1])) < PARALLEL
         first = 0.0 if free1 else float(np.arctan2(g[1], g[0]) - np.arctan2(h[1], h[0]))
         angles = (signs[0] * float(np.degrees(first)), signs[1] * float(np.degrees(second)))

@@ -71,6 +71,10 @@ class Kinematics:
             out.append(last)
         return np.array(out)
 
+    def directions(self, q: FloatArray) -> FloatArray:
+        """(n, 3) tool directions, tip to spindle, in the part frame."""
+        return self.forward(q).direction
+
     # programmed coordinates: tip in the tip axes, everything else as the axes stand
 
     def programmed(self, q: FloatArray, length: float) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from .chain import Chain, Joint, Step
+from .chain import Chain, HasMatrix, Joint
 
 # elements from the part to the tool
 CHAINS: dict[str, tuple[str, ...]] = {
@@ -36,11 +36,11 @@ class Element:
     """An axis of the setup: channel index and its CIN step."""
 
     axis: int
-    step: Step
+    step: HasMatrix
 
 
-def machine_chain(mac: str, bed: str, elements: Mapping[str, Element], part: Step, tool: Step) -> Chain:
-    """The chain of ``(MAC,mac,bed)``; ``elements`` by CinType (LI1 LI2 LI3 WRK TOL), ``part`` and ``tool``: CIN w and t.
+def machine_chain(mac: str, bed: str, elements: Mapping[str, Element], part: HasMatrix, tool: HasMatrix) -> Chain:
+    """The chain of ``(MAC,mac,bed)``; ``elements`` by CinType (LI1 LI2 LI3 WRK TOL); ``part``, ``tool``: CIN w, t.
 
     ValueError names an unknown type or bed, or a missing element.
     """
@@ -58,6 +58,4 @@ def machine_chain(mac: str, bed: str, elements: Mapping[str, Element], part: Ste
     def joint(element: str) -> Joint:
         return Joint(elements[element].axis, element in ("WRK", "TOL"), elements[element].step)
 
-    return Chain(
-        [joint(e) for e in reversed(order[:cut])], part, [joint(e) for e in order[cut:]], tool
-    )
+    return Chain([joint(e) for e in reversed(order[:cut])], part, [joint(e) for e in order[cut:]], tool)
