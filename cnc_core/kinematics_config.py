@@ -92,7 +92,7 @@ class KinematicsConfig(BaseModel):
 
     def chain(self, axes: Sequence[str]) -> Chain:
         """The chain over channel axes ``axes``; ValueError."""
-        order = [name for name in CHAINS[self.mac]]
+        order = list(CHAINS[self.mac])
         names = dict(zip(("LI1", "LI2", "LI3"), self.linear, strict=True))
         rotary = iter(self.rotary)
         names |= {element: next(rotary) for element in order if element in ("WRK", "TOL")}

@@ -32,18 +32,33 @@ class ElementTable:
         self.curves: FloatArray = np.empty((0, self.axes, ORDER))  # of the polynomials among the rows, over 0..1
         self.curve_of: npt.NDArray[np.int64] = np.empty(0, np.int64)  # element -> row of ``curves``, -1 if none
         self.position = cell.axis_values("start_mm")
+        self.driven, self.away = self.position.copy(), False
 
     def add(self, rows: npt.NDArray[Any], pool: FloatArray | None = None) -> None:
         """Append the motion rows of a batch; ``pool`` holds the coefficients of its polynomials."""
-        motion = rows[(rows["type"] <= POLYNOMIAL) & ((rows["flags"] & PIECE) == 0)]
+        seen = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & PIECE) == 0)
+        motion = rows[seen]
+        starts = self._starts_of(rows, seen)
         if not len(motion):
             return
-        ends = motion["end"][:, : self.axes]
-        starts = np.vstack([self.position, ends[:-1]])
         self.rows = motion.copy() if self.rows is None else np.concatenate([self.rows, motion])
         self.starts = np.vstack([self.starts, starts])
-        self.position = ends[-1].copy()
         self._add_curves(motion, pool)
+
+    def _starts_of(self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]) -> FloatArray:
+        """(n, axes) where elements begin: behind the element before, or where the axes stand if that is elsewhere."""
+        driven = np.flatnonzero((rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0))
+        stood = np.vstack([self.driven, rows["end"][driven, : self.axes]])
+        motion = rows[seen]
+        stands = stood[np.searchsorted(driven, np.flatnonzero(seen))]
+        ends = motion["end"][:, : self.axes]
+        away = _elsewhere(motion)
+        behind = np.vstack([self.position, ends[:-1]]) if len(motion) else ends
+        follows = (motion["flags"] & ELEMENT != 0) & ~np.append([self.away], away[:-1])[: len(motion)]
+        self.driven = stood[-1].copy()
+        if len(motion):
+            self.position, self.away = ends[-1].copy(), bool(away[-1])
+        return np.where(follows[:, None], behind, stands)
 
     def _add_curves(self, motion: npt.NDArray[Any], pool: FloatArray | None) -> None:
         is_curve = (motion["type"] == POLYNOMIAL) & ~_elsewhere(motion)
