@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,7 @@ def table_table(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def head_table(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The head tilts by B about Y 150 above the spindle nose; the part turns by -C about (20, 10), its origin at Z 40."""
+    """The head tilts by B about Y, 150 above the spindle nose; the part turns by -C about (20, 10), origin at Z 40."""
     pivot, part = np.array([0, 0, 150.0]), np.array([20, 10, 40.0])
     b, c = about("y", q[:, 3]), about("z", q[:, 4])
     tip = q[:, :3] + pivot + b.apply(np.tile((-L * Z) - pivot, (len(q), 1)))
@@ -58,7 +59,7 @@ def plan(tmp_path: Path, cell: CellConfig, text: str, **options):
 
 def distance_to_segments(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     best = np.full(len(points), np.inf)
-    for a, b in zip(corners[:-1], corners[1:], strict=True):
+    for a, b in itertools.pairwise(corners):
         t = np.clip((points - a) @ (b - a) / max((b - a) @ (b - a), 1e-30), 0, 1)[:, None]
         best = np.minimum(best, np.linalg.norm(points - a - t * (b - a), axis=1))
     return best
