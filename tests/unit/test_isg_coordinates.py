@@ -86,7 +86,8 @@ S30, C30 = 0.5, np.sqrt(0.75)
         ("#CS ON [0,0,0,90,0,0]\nG68 R90\nG00 X1\n", [(0, 0, 1)]),
         ("G18\nG68 R90\nG00 Z1\n", [(1, 0, 0)]),
         # the named stack of the manual
-        ("#CS ADD [ICS] [10,10,0,0,0,90]\n#CS ADD [WCS][15,20,0]\n#CS ADD [PCS] [1,2,3]\n#CS SELECT[WCS]\nG00 X0 Y0 Z0\n"
+        ("#CS ADD [ICS] [10,10,0,0,0,90]\n#CS ADD [WCS][15,20,0]\n#CS ADD [PCS] [1,2,3]\n"
+         "#CS SELECT[WCS]\nG00 X0 Y0 Z0\n"
          "#CS SELECT [PCS]\nX0 Y0 Z0\n#CS DEL\nX0 Y0 Z0\n#CS SET [ICS][0,0,0]\nX0 Y0 Z0\n#CS SELECT [MCS]\nX0 Y0 Z0",
          [(-10, 25, 0), (-12, 26, 3), (-10, 25, 0), (15, 20, 0), (0, 0, 0)]),
         # machine coordinates: everything off; what is selected inside ends with them
@@ -117,13 +118,15 @@ def test_programs_reach_these_points(tmp_path, text, points):
         ("#CS DEF [1][2000000000]", [(900012, 1)]),
         ('#CS ON ["A"][1]', [(900012, 1)]),
         ("".join(f"#CS DEF [{i}][1]\n" for i in range(1, 8)), [(910109, 6), (910109, 7)]),
-        ("#CS ADD [ABCDEFGHI][1]\n#CS ADD [MCS][1]\n#CS ADD [A][1]\n#CS ADD [A][1]", [(900004, 1), (900004, 2), (900005, 4)]),
+        ("#CS ADD [ABCDEFGHI][1]\n#CS ADD [MCS][1]\n#CS ADD [A][1]\n#CS ADD [A][1]",
+         [(900004, 1), (900004, 2), (900005, 4)]),
         ("#CS SELECT [A]\n#CS SET [A][1]", [(21601, 1), (21601, 2)]),
         ("#CS MODE ON", [(900003, 1)]),
         ("T1 D1 F100 G41\n#CS ON [1,1]\n#MCS ON\n#TRAFO ON\n#PTP ON\nG68 R3\n#TOOL ORI CS",
          [(20802, 2), (20802, 3), (906003, 4), (21525, 5), (906003, 6), (906003, 7)]),
         ("#CS ON [1,1]\nT1 D1 F100 G41 G01 X9\nD0", [(906003, 3)]),
-        ("#MCS ON\n#CS ON [1,1]\n#ACS DEF [1,1]\n#TRAFO ON\n#CS OFF\n#MCS OFF", [(910107, 2), (910107, 3), (910107, 4)]),
+        ("#MCS ON\n#CS ON [1,1]\n#ACS DEF [1,1]\n#TRAFO ON\n#CS OFF\n#MCS OFF",
+         [(910107, 2), (910107, 3), (910107, 4)]),
         ("G68 R30 Z5", [(22156, 1)]),
         ("#ROTATION ON [ANGEL=3]", [(900010, 1)]),
         ("#TRAFO ON", [(292005, 1)]),
@@ -198,7 +201,8 @@ G00 X[P1] Y[P2] Z[P3*10+P4]
 def test_circles_in_planes_parallel_to_axes_stay_circles(tmp_path):
     """Quarter turns permute plane, centre and sense; a turn about the normal keeps the plane."""
     text = (
-        "#CS ON [1,2,3,90,0,0]\nG00 X0 Y0 Z0\nG03 X10 Y10 I10 J0 F100\n#CS OFF\n#CS ON [0,0,0,0,0,30]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 J0"
+        "#CS ON [1,2,3,90,0,0]\nG00 X0 Y0 Z0\nG03 X10 Y10 I10 J0 F100\n#CS OFF\n"
+        "#CS ON [0,0,0,0,0,30]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 J0"
     )
     arcs = [b for b in Shown(tmp_path, text).blocks if b["type"] == "circular"]
     assert (arcs[0]["plane"], arcs[0]["center"]) == ("ZX", {"Z": 3.0, "X": 11.0})
@@ -252,7 +256,7 @@ def test_ptp_drives_lines_of_the_axes(tmp_path):
 
 
 def test_trafo_keeps_the_machine_where_it_stands(tmp_path):
-    """On and off move nothing, the programmed position is the tip's; tool data selected under #TRAFO act along the tool."""
+    """On and off move nothing, the programmed position is the tip's; tool data act along the tool."""
     text = """T1
 G00 X10 Y20 Z200 B40 C30
 #TRAFO ON
@@ -270,7 +274,7 @@ G01 X[P1] Y[P2] Z[P3+P4]
     kin = cell.kinematic_machines[9]
     stood = np.array([10, 20, 200, 40, 30.0])
     tip = kin.forward(stood).tip[0]
-    moved = kin.driven(np.array([*(tip + (0.5, 0, 0)), 40, 30]), 0.0)[0]
+    moved = kin.driven(np.array([*np.add(tip, (0.5, 0, 0)), 40, 30]), 0.0)[0]
     with_tool = kin.forward(moved, 80.0).tip[0]
     assert np.allclose(shown.ends()[-1], (tip[0], tip[2], with_tool[2] + moved[2] + 80), atol=1e-9)
     assert np.allclose(shown.blocks[-1]["start"]["X"], moved[0])
