@@ -249,19 +249,28 @@ static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
     return true;
 }
 
-/* The window of the next plan. */
-void grid_window(jerk_planner *p, grid *g) {
+/* The path ahead up to a distance. */
+static extent extent_to(const jerk_planner *p, double distance) {
+    extent e = {p->head, 0.0, true};
+    while (e.end != p->tail && e.length < distance) e.length += ring_at(p, e.end++)->length;
+    e.length = fmin(e.length, distance);
+    return e;
+}
+
+/* The window of the next plan, or the first `reach` mm of it. */
+void grid_window(jerk_planner *p, grid *g, double reach) {
     extent e = window_extent(p);
-    if (!grid_fill(p, g, &e, 1e30)) g->stands = false;
+    bool whole = e.length <= reach;
+    if (!whole) e = extent_to(p, reach);
+    if (!grid_fill(p, g, &e, whole ? 1e30 : reach)) g->stands = false;
+    if (!whole) g->stands = false; /* it ends at rest where the axes need not stand */
     knot_caps(p, g);
 }
 
 /* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
 bool grid_to(jerk_planner *p, grid *g, double distance) {
-    extent e = {p->head, 0.0, true};
-    while (e.end != p->tail && e.length < distance) e.length += ring_at(p, e.end++)->length;
+    extent e = extent_to(p, distance);
     if (e.length < distance - 1e-9) return false;
-    e.length = distance;
     bool fits = grid_fill(p, g, &e, distance);
     knot_caps(p, g);
     return fits;
