@@ -19,7 +19,7 @@ NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
-SMOOTHING = 16
+SMOOTHING, CONTOUR, DYNAMICS = 16, 17, 18
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -37,6 +37,8 @@ TYPE_NAMES: dict[int, str] = {
     EVENT: "event",
     COMPENSATION: "compensation",
     SMOOTHING: "smoothing",
+    CONTOUR: "contour",
+    DYNAMICS: "dynamics",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
@@ -91,6 +93,11 @@ class BlockBatch:
 
     def __len__(self) -> int:
         return len(self.rows)
+
+    @property
+    def blocks(self) -> int:
+        """Rows that are blocks: without those that only set limits of the engine."""
+        return int((self.rows["type"] != DYNAMICS).sum())
 
     @property
     def motion(self) -> npt.NDArray[np.bool_]:
@@ -172,6 +179,10 @@ class Block:
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
+        elif kind in (CONTOUR, SMOOTHING, DYNAMICS):
+            out["code"], out["value"] = int(row["code"]), float(row["value"])
+            if kind == DYNAMICS:
+                out["limits"] = [float(v) for v in row["end"][: max(6, len(self.axes))]]
         elif kind == FLUSH:
             out["wait"] = bool(row["flags"] & WAIT)
         return out

@@ -117,7 +117,7 @@ def check(
     try:
         with progress(f"checking {file.name}"):
             program = open_program(file, config, dialect, collect=True, lenient=lenient)
-            count = sum(map(len, program.batches()))
+            count = sum(batch.blocks for batch in program.batches())
         errors = program.errors
         say_warnings(program)
     except CncError as error:
@@ -147,6 +147,8 @@ def blocks(
     start = cell.axis_values("start_mm")
     for batch in program.batches():
         for block in rows.blocks(batch, start, cell.axis_names, cell.main_axes):
+            if block.row["type"] == rows.DYNAMICS:
+                continue  # limits of the engine, not a block
             value = block.as_json()
             if as_json:
                 emit(value)

@@ -28,6 +28,7 @@ from cnc_core.blocks import (
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
+from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
 from cnc_core.frontend.isg.text_commands import TextCommands
 from cnc_core.frontend.isg.time_commands import TimeCommands
@@ -45,7 +46,7 @@ class Command(NamedTuple):
     behind: Callable[[], None] | None = None
 
 
-class CommandParser(PositionCommands, TextCommands, TimeCommands):
+class CommandParser(PositionCommands, PathCommands, TextCommands, TimeCommands):
     """Compiles one # command; the stream stands behind ``#``."""
 
     def parse(self) -> Command:
@@ -80,6 +81,13 @@ class CommandParser(PositionCommands, TextCommands, TimeCommands):
             (("OVERRIDE",), self._override),
             (("VECTOR", "LIMIT", "ON"), self._vector_limit),
             (("VECTOR", "LIMIT", "OFF"), self._vector_limit_off),
+            (("VECTORVEL",), lambda: self._old_vector("VEL")),
+            (("VECTORACC",), lambda: self._old_vector("ACC")),
+            (("CONTOUR", "MODE"), self._contour_mode),
+            (("HSC",), self._hsc),
+            (("FILTER",), self._filter),
+            (("SLOPE",), self._slope),
+            (("SET", "SLOPE", "PROFIL"), self._old_slope),
             (("FGROUP",), self._fgroup),
             (("TIME",), self._time),
             (("TIMER",), self._timer),
