@@ -28,6 +28,7 @@
 #define NC_SMOOTHING 16    /* consumed by the smoothing stage */
 #define NC_CONTOUR 17      /* consumed by the contouring stage */
 #define NC_DYNAMICS 18     /* limits of the motions from here on */
+#define NC_SPLINE 19       /* consumed by the spline stage, cnc_core/geometry/spline.py */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */

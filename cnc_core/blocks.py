@@ -19,7 +19,7 @@ NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
-SMOOTHING, CONTOUR, DYNAMICS = 16, 17, 18
+SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -39,6 +39,7 @@ TYPE_NAMES: dict[int, str] = {
     SMOOTHING: "smoothing",
     CONTOUR: "contour",
     DYNAMICS: "dynamics",
+    SPLINE: "spline",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
@@ -179,7 +180,7 @@ class Block:
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
-        elif kind in (CONTOUR, SMOOTHING, DYNAMICS):
+        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE):
             out["code"], out["value"] = int(row["code"]), float(row["value"])
             if kind == DYNAMICS:
                 out["limits"] = [float(v) for v in row["end"][: max(6, len(self.axes))]]

@@ -165,6 +165,10 @@ ERRORS: dict[int, str] = {
     909140: "positioner does not exist",
     909141: "positioner is not enabled",
     909142: "SDO: node or object does not exist",
+    # our own: the path
+    911001: "spline of too few points",
+    911002: "only lines may stand in a spline",
+    911003: "spline during tool radius compensation",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

@@ -19,6 +19,7 @@ from .errors import CncError, Place
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
+from .geometry.spline import Spline
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
 from .port import ChannelPort, OfflinePort, Wait
@@ -130,6 +131,7 @@ class Program:
         stages: list[Stage] = [
             compensation,
             DropZeroLength(),
+            Spline(machine.start, machine.main, self._place),
             self.contouring,
             self.smoothing,
             AxisLimits(cell, self._place),

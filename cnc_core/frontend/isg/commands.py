@@ -30,6 +30,7 @@ from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
 from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
+from cnc_core.frontend.isg.spline_commands import SplineCommands
 from cnc_core.frontend.isg.text_commands import TextCommands
 from cnc_core.frontend.isg.time_commands import TimeCommands
 from cnc_core.port import Wait
@@ -46,7 +47,7 @@ class Command(NamedTuple):
     behind: Callable[[], None] | None = None
 
 
-class CommandParser(PositionCommands, PathCommands, TextCommands, TimeCommands):
+class CommandParser(PositionCommands, PathCommands, SplineCommands, TextCommands, TimeCommands):
     """Compiles one # command; the stream stands behind ``#``."""
 
     def parse(self) -> Command:
@@ -83,6 +84,18 @@ class CommandParser(PositionCommands, PathCommands, TextCommands, TimeCommands):
             (("VECTOR", "LIMIT", "OFF"), self._vector_limit_off),
             (("VECTORVEL",), lambda: self._old_vector("VEL")),
             (("VECTORACC",), lambda: self._old_vector("ACC")),
+            (("SPLINE", "TYPE"), self._spline_type),
+            (("SPLINE", "ON"), self._spline_on),
+            (("SPLINE", "OFF"), self._spline_off),
+            (("SET", "SPLINETYPE"), self._spline_type),
+            (("SET", "SPLINE", "ON"), self._spline_on),
+            (("SET", "SPLINE", "OFF"), self._spline_off),
+            (("AKIMA", "TRANS"), self._akima_trans),
+            (("AKIMA", "STARTVECTOR"), lambda: self._spline_vector(0)),
+            (("AKIMA", "ENDVECTOR"), lambda: self._spline_vector(1)),
+            (("SET", "ASPLINE", "MODE"), self._old_trans),
+            (("SET", "ASPLINE", "STARTTANG"), lambda: self._spline_vector(0)),
+            (("SET", "ASPLINE", "ZIELTANG"), lambda: self._spline_vector(1)),
             (("CONTOUR", "MODE"), self._contour_mode),
             (("HSC",), self._hsc),
             (("FILTER",), self._filter),

@@ -15,6 +15,7 @@ from cnc_core.frontend.isg.context import Context
 from cnc_core.frontend.isg.contouring import Contouring, Smooth
 from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
+from cnc_core.frontend.isg.spline_commands import Splines, refused_with_compensation
 from cnc_core.frontend.isg.words import Function, WordBlock, Words
 from cnc_core.frontend.machine import Tool
 
@@ -40,6 +41,7 @@ class Executor:
         self.dynamics = Dynamics(context.modal, len(context.machine.axes), context.warn)
         self.contouring = Contouring(context.modal, context.offsets)
         self.smooth = Smooth(context.modal)
+        self.splines = Splines(context.modal)
         self.tool: int = 0
         self.data: int = 0
         self.tool_data = Tool()
@@ -64,6 +66,11 @@ class Executor:
         plane = words.motion.plane or self._modal.plane
         before += self.compensation.update(words.codes, self._radius(plane), plane, words.motion.n)
         ahead, behind = self._contour_rows(words)
+        for name in ("G150", "G151"):
+            if name in words.codes:
+                ahead += self.switch_spline(name == "G151", words.motion.n, words.codes[name])
+        if self.splines.active and self.compensation.choice.active:
+            raise refused_with_compensation(0)
         motion = ahead + self._motion(words) + behind
         self.compensation.settle()
         if "G61" in words.codes:
@@ -80,6 +87,12 @@ class Executor:
         if name not in self._mentioned:
             self._mentioned.add(name)
             self._context.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
+
+    def switch_spline(self, on: bool, n: int, offset: int) -> list[Row]:
+        """G150, G151, #SPLINE."""
+        if on and self.compensation.choice.active:
+            raise refused_with_compensation(offset)
+        return self.splines.switch(on, n)
 
     def check_contouring(self, on: bool, offset: int) -> None:
         """G61 and G261 do not go together with #HSC."""

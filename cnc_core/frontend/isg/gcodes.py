@@ -89,11 +89,11 @@ MIRRORS = {20: (1.0, 1.0), 21: (-1.0, 1.0), 22: (1.0, -1.0), 23: (-1.0, -1.0)}
 DIAMETER = frozenset({51, 52})
 FEED_MODES = (93, 94, 95, 194)
 DYNAMICS = frozenset({*range(127, 135), 230, 231, 233})
-CONTOURING = frozenset({61, 260, 261})
+CONTOURING = frozenset({61, 260, 261, 150, 151})
 EXECUTED = OFFSETS | DIAMETER | DYNAMICS | CONTOURING | frozenset({*MIRRORS, *FEED_MODES, 74, 164, 165, 351})
 
 # Initial states, and what is always so here: they change nothing.
-INITIAL = frozenset({8, 9, 12, 69, 97, 117, 135, 140, 150, 163, 202, 900})
+INITIAL = frozenset({8, 9, 12, 69, 97, 117, 135, 140, 163, 202, 900})
 
 # Accepted and kept, without effect on the rows; said once in a warning.
 STORED = frozenset({13, 901, 115, 116, 136, 137, 166, 167, 193, 293, 333, 334, 338, 339})
@@ -109,6 +109,6 @@ ACCEPTED = INITIAL | STORED | EXECUTED | COMPENSATION
 
 # Known to the manual and refused by name.
 REFUSED = frozenset(
-    {33, 63, 66, 68, 96, 98, 99, *range(100, 109), 112, 141, 151, 196, 200, 201, 236, 238, 301, 302, 303, 310}
+    {33, 63, 66, 68, 96, 98, 99, *range(100, 109), 112, 141, 196, 200, 201, 236, 238, 301, 302, 303, 310}
     | {331, 332}
 )
