@@ -29,6 +29,7 @@
 #define NC_CONTOUR 17      /* consumed by the contouring stage */
 #define NC_DYNAMICS 18     /* limits of the motions from here on */
 #define NC_SPLINE 19       /* consumed by the spline stage, cnc_core/geometry/spline.py */
+#define NC_COORDINATES 20  /* consumed by the stages of frames and kinematics */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */
@@ -40,6 +41,8 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
+#define NC_PTP 8192           /* coordinates: blocks are straight lines of the machine axes */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */
@@ -59,6 +62,13 @@
 /* An NC_SMOOTHING row says how the contour is smoothed from here on: `code` 0 exactly, 1 within `value` mm (0: as configured)
  * and `radius` degrees of the rotary axes (0: as configured); turns over `angle` rad (0: as configured) stay corners,
  * motions longer than `length` mm (0: no limit) stay exact. */
+/* An NC_COORDINATES row says what lies between programmed and axis positions from here on. `end`: where the channel stands
+ * in the new programmed coordinates. Frame: p = origin + R p_programmed over the three main axes; R as unit quaternion
+ * (w x y z) in `center`, `radius`, `programmed_radius`; origin in `angle`, `value`, `length_min`. Kinematics: `code`, its
+ * number + 1, 0 for none; tool length in `feed`; flag NC_PTP. */
+/* A motion with NC_ELEMENT and `degree` NC_TANGENTS names its tangents over the main axes (in and out, 6 numbers in the
+ * pool from `pool` on), because its geometry lies in other coordinates than the axes. */
+#define NC_TANGENTS 255
 /* An NC_CONTOUR row says how corners are rounded from here on: `plane` 1 on, 0 off; `code` NC_CONTOUR_DEV .. AUTO_VEL;
  * `degree` NC_CONTOUR_PRE .. POST, where functions between the blocks go; `flags` NC_CONTOUR_CONST_VEL; `value` largest deviation mm
  * (0: none); `center` corner distances mm (negative: none given); `radius` largest deviation of the other axes; `programmed_radius`,

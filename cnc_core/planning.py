@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .blocks import PIECE, POLYNOMIAL, BlockBatch
+from .blocks import PIECE, POLYNOMIAL, BlockBatch, number_of_blocks
 from .config import CellConfig
 from .engine import Engine, Event, Samples
 from .program import Program
@@ -65,7 +65,7 @@ class Feeder:
                     return
                 self.batch, self.first = batch, 0
                 pieces = (batch.rows["flags"] & PIECE != 0) & (batch.rows["type"] <= POLYNOMIAL)
-                self.rows += batch.blocks - int(pieces.sum())
+                self.rows += number_of_blocks(batch) - int(pieces.sum())
                 self.seen(batch)
                 continue
             taken = self.engine.push(self.batch, self.first)
@@ -96,7 +96,10 @@ def plan_program(
             if event in (Event.PROGRAM_END, Event.FAULT):
                 break
         check.finish()
-        return _result(cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None)
+        carried = max(program.frames.deviation, program.kinematics.deviation)
+        return _result(
+            cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
+        )
     finally:
         engine.close()
 
@@ -109,6 +112,7 @@ def _result(
     window: int,
     jerk: bool,
     kept: list[Samples] | None,
+    carried: float,
 ) -> PlanResult:
     state = engine.state
     ratio: dict[str, float | None] = dict(check.ratio)
@@ -120,7 +124,7 @@ def _result(
         plan_cpu_s=float(state.plan_cpu_s),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
-        path_deviation_mm=max(check.deviation, feeder.program.contouring.report.deviation),
+        path_deviation_mm=max(check.deviation, carried, feeder.program.contouring.report.deviation),
         lookahead=window,
         infeasible=int(state.infeasible),
         jerk_limited=jerk,

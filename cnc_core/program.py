@@ -17,11 +17,13 @@ from .blocks import BlockBatch
 from .config import SYNCH, CellConfig, synch_value
 from .errors import CncError, Place
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
+from .geometry.frames import Frames
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.spline import Spline
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
+from .kinematics.stage import KinematicsStage, ProgrammedView
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
@@ -99,6 +101,7 @@ class Program:
     ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
+    ``programmed``: rows as they are ahead of the kinematics, which is followed for its errors only.
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -113,6 +116,7 @@ class Program:
         lenient: bool = False,
         start: npt.NDArray[np.float64] | None = None,
         tolerance: float = 0.0,
+        programmed: bool = False,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
@@ -128,15 +132,17 @@ class Program:
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
         self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
-        stages: list[Stage] = [
+        contour: list[Stage] = [
             compensation,
             DropZeroLength(),
             Spline(machine.start, machine.main, self._place),
             self.contouring,
             self.smoothing,
-            AxisLimits(cell, self._place),
         ]
-        self.pipeline = Pipeline(stages)
+        self.frames = Frames(Pipeline(contour), machine.start, machine.main)
+        self.kinematics = KinematicsStage(cell.kinematic_machines, machine.start, machine.main, self._place)
+        axes: Stage = Pipeline([self.kinematics, AxisLimits(cell, self._place)])
+        self.pipeline = Pipeline([self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property
     def errors(self) -> list[CncError]:

@@ -160,10 +160,10 @@ def test_soft_corners_grow_with_the_feed(tmp_path):
         return 100 - motions(batch)["end"][0, 0]
 
     assert distance("PATH_DIST=1", 18000) == pytest.approx(1)
-    small, free = distance("PATH_DIST=1", 600), distance("PATH_DIST=-1", 12000)
+    small, free = distance("PATH_DIST=1", 600), distance("PATH_DIST=-1", 6000)
     assert small < 0.3
     assert 5 < free <= 50
-    assert distance("PATH_DIST=-1", 6000) == pytest.approx(free / 4, rel=0.02)
+    assert distance("PATH_DIST=-1", 3000) == pytest.approx(free / 4, rel=0.02)
 
 
 def test_blocks_too_short_warn_once_and_stay_corners(tmp_path):
