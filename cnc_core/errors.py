@@ -37,6 +37,7 @@ ERRORS: dict[int, str] = {
     20301: "block too long",
     20400: "parameter P0",
     20566: "#COMMENT BEGIN does not stand alone in its block",
+    20351: "chamfer or rounding without a motion before it",
     20569: "#COMMENT END does not stand alone in its block, or has no beginning",
     20590: "#IF, #ELSE, #ENDIF do not fit together",
     20612: "#PSET while mirroring is active",
@@ -178,6 +179,8 @@ ERRORS: dict[int, str] = {
     # our own: the path
     911001: "spline of too few points",
     911002: "only lines may stand in a spline",
+    911004: "chamfer or rounding does not fit between its blocks",
+    911005: "chamfers and roundings stand between two blocks of the plane",
     911003: "spline during tool radius compensation",
     # our own: kinematics and coordinate systems
     910101: "tool direction cannot be reached by the rotary axes",

@@ -17,6 +17,7 @@ from .blocks import BlockBatch
 from .config import SYNCH, CellConfig, synch_value
 from .errors import CncError, Place
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
+from .geometry.corner import Corners
 from .geometry.frames import Frames
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
@@ -133,6 +134,7 @@ class Program:
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
         self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
         contour: list[Stage] = [
+            Corners(machine.start, machine.main, self._place),
             compensation,
             DropZeroLength(),
             Spline(machine.start, machine.main, self._place),

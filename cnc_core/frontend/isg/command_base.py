@@ -20,13 +20,14 @@ class CommandBase:
     """One # command being compiled; the stream stands behind ``#``.
 
     ``_drain``: everything before it has to be executed first.  ``_behind``: what follows its block.
+    ``_last``: it comes behind the words of its block.
     """
 
     def __init__(self, stream: TokenStream, formulas: Formulas, context: Context, axes: dict[str, int]) -> None:
         self._stream, self._formulas, self._context, self._axes = stream, formulas, context, axes
         self._modal = context.modal
         self._start = stream.current.offset
-        self._drain = False
+        self._drain = self._last = False
         self._behind: Callable[[], None] | None = None
 
     def _words(self, count: int) -> list[str]:

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from cnc_core.blocks import (
@@ -28,6 +29,7 @@ from cnc_core.blocks import (
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
+from cnc_core.frontend.isg.corner_commands import CornerCommands
 from cnc_core.frontend.isg.frame_commands import FrameCommands
 from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
@@ -41,14 +43,20 @@ FIRST_WORDS = frozenset(name.split()[0] for name in table.TABLE)
 
 
 class Command(NamedTuple):
-    """A compiled command.  ``drain``: everything before is executed first.  ``behind``: what follows its block."""
+    """A compiled command.  ``drain``: everything before is executed first.  ``behind``: what follows its block.
+
+    ``last``: it comes behind the words of its block, wherever it stands.
+    """
 
     run: Run
     drain: bool = False
     behind: Callable[[], None] | None = None
+    last: bool = False
 
 
-class CommandParser(FrameCommands, PositionCommands, PathCommands, SplineCommands, TextCommands, TimeCommands):
+class CommandParser(
+    FrameCommands, PositionCommands, PathCommands, SplineCommands, CornerCommands, TextCommands, TimeCommands
+):
     """Compiles one # command; the stream stands behind ``#``."""
 
     def parse(self) -> Command:
@@ -58,7 +66,7 @@ class CommandParser(FrameCommands, PositionCommands, PathCommands, SplineCommand
                 for _ in words:
                     stream.next()
                 self._old_name(" ".join(words), start)
-                return Command(method(), self._drain, self._behind)
+                return Command(method(), self._drain, self._behind, self._last)
         return Command(self._by_table(start))
 
     def _commands(self) -> tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]:
@@ -99,6 +107,7 @@ class CommandParser(FrameCommands, PositionCommands, PathCommands, SplineCommand
             (("SET", "ASPLINE", "STARTTANG"), lambda: self._spline_vector(0)),
             (("SET", "ASPLINE", "ZIELTANG"), lambda: self._spline_vector(1)),
             (("CONTOUR", "MODE"), self._contour_mode),
+            *(((name,), partial(self._corner, name)) for name in ("CHF", "CHR", "RND", "FRC")),
             (("HSC",), self._hsc),
             (("FILTER",), self._filter),
             (("SLOPE",), self._slope),

@@ -13,6 +13,7 @@ from cnc_core.frontend.isg import gcodes
 from cnc_core.frontend.isg.calls import Call, positional
 from cnc_core.frontend.isg.context import Context
 from cnc_core.frontend.isg.contouring import Contouring, Smooth
+from cnc_core.frontend.isg.corner_commands import CornerWords
 from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
 from cnc_core.frontend.isg.spaces import Rotation
@@ -43,6 +44,7 @@ class Executor:
         self.contouring = Contouring(context.modal, context.offsets)
         self.smooth = Smooth(context.modal)
         self.splines = Splines(context.modal)
+        self.corner_words = CornerWords(context.modal)
         self.tool: int = 0
         self.data: int = 0
         self.tool_data = Tool()
@@ -69,13 +71,14 @@ class Executor:
         before += self._coordinate_rows(words.motion.n)
         plane = words.motion.plane or self._modal.plane
         before += self.compensation.update(words.codes, self._radius(plane), plane, words.motion.n)
+        words, corner = self._corner_row(words)
         ahead, behind = self._contour_rows(words)
         for name in ("G150", "G151"):
             if name in words.codes:
                 ahead += self.switch_spline(name == "G151", words.motion.n, words.codes[name])
         if self.splines.active and self.compensation.choice.active:
             raise refused_with_compensation(0)
-        motion = ahead + self._motion(words) + behind
+        motion = ahead + self._motion(words) + behind + corner
         self.compensation.settle()
         if "G61" in words.codes:
             self.contouring.last_once = self._modal.position
@@ -91,6 +94,17 @@ class Executor:
         if name not in self._mentioned:
             self._mentioned.add(name)
             self._context.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
+
+    def _corner_row(self, words: Words) -> tuple[Words, list[Row]]:
+        """G301, G302: their I is no centre word, and nothing else of the block moves."""
+        code = next((c for c in gcodes.CORNERS if f"G{c}" in words.codes), 0)
+        if not code:
+            return words, []
+        offset, motion = words.codes[f"G{code}"], words.motion
+        if motion.axis or set(motion.centre) - {"I"} or motion.r is not None:
+            raise fail(900010, f"G{code} stands in a block of its own, with I", offset)
+        rows = self.corner_words.g(code, motion.centre.get("I"), motion.n, offset)
+        return replace(words, motion=replace(motion, centre={})), rows
 
     def switch_spline(self, on: bool, n: int, offset: int) -> list[Row]:
         """G150, G151, #SPLINE."""

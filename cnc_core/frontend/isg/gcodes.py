@@ -90,7 +90,9 @@ DIAMETER = frozenset({51, 52})
 FEED_MODES = (93, 94, 95, 194)
 DYNAMICS = frozenset({*range(127, 135), 230, 231, 233})
 CONTOURING = frozenset({61, 260, 261, 150, 151})
-EXECUTED = OFFSETS | DIAMETER | DYNAMICS | CONTOURING | frozenset({*MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351})
+CORNERS = frozenset({301, 302})
+EXECUTED = OFFSETS | DIAMETER | DYNAMICS | CONTOURING | CORNERS
+EXECUTED |= frozenset({*MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351})
 
 # Initial states, and what is always so here: they change nothing.
 INITIAL = frozenset({8, 9, 12, 97, 117, 135, 140, 163, 202, 900})
@@ -109,6 +111,6 @@ ACCEPTED = INITIAL | STORED | EXECUTED | COMPENSATION
 
 # Known to the manual and refused by name.
 REFUSED = frozenset(
-    {33, 63, 66, 96, 98, 99, *range(100, 109), 112, 141, 196, 200, 201, 236, 238, 301, 302, 303, 310}
+    {33, 63, 66, 96, 98, 99, *range(100, 109), 112, 141, 196, 200, 201, 236, 238, 303, 310}
     | {331, 332}
 )
