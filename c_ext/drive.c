@@ -93,12 +93,27 @@ static double interval_end(const engine *e, const piece *p, double s) {
     return p->length - next < TINY_MM ? p->length : next;
 }
 
+/* Speed that the program allows beyond the machine's own limits (NC_DYNAMICS); 0: no such limit. */
+static double programmed_speed(const engine *e, const piece *p, double from, double to) {
+    const motion_limits *l = &p->limits;
+    double v = l->path_velocity > 0 ? (double)l->path_velocity : NEVER, bend = 0.0;
+    if (l->radial_acceleration > 0) {
+        double fast = 0.0;
+        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, from + 0.5 * k * (to - from), &fast));
+        if (bend > 1e-12) v = fmin(v, sqrt((double)l->radial_acceleration / bend));
+    }
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (l->velocity[i] < 1.0f && p->moving >> i & 1) v = fmin(v, fmax(p->v_hard, 1e-6));
+    return v < NEVER ? v : 0.0;
+}
+
 static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, double from, double to) {
     jerk_interval q = {.length = to - from, .offset = from, .tag = i};
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
     q.feed = p->feed > 0 ? p->feed : p->v_hard;
     q.flags = p->feed > 0 ? 0 : JERK_RAPID;
+    q.v_hard = programmed_speed(e, p, from, to);
     q.blocks = to >= p->length;
     return q;
 }
