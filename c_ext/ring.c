@@ -50,6 +50,8 @@ static bool row_is_supported(engine *e, const nc_block *r, const double *pool, i
         return r->value >= 0;
     case NC_M: case NC_H: case NC_S: case NC_T: case NC_MARKER: case NC_DISTANCE_RESET: case NC_FLUSH: case NC_EVENT:
         return true;
+    case NC_DYNAMICS:
+        return limits_row_check(e, r);
     case NC_RT_LOOP_BEGIN:
         return !e->in_loop;
     case NC_RT_LOOP_END:
@@ -139,6 +141,7 @@ void store_publish(engine *e) { ATOMIC_SET(e->store_head, e->store_head + 1); }
 
 static void push_motion(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
+    p->limits = e->limits[row->flags & NC_RAPID ? 1 : 0];
     piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
     p->new_block = e->has_motion_piece && e->last_count != p->count;
@@ -234,6 +237,10 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
 static void push_row(engine *e, const nc_block *row) {
     if (e->spindle_pending && (row->count != e->spindle_row.count || row->type <= NC_POLYNOMIAL)) techno_spindle_word(e);
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
+    if (row->type == NC_DYNAMICS) {
+        limits_set(e, row);
+        return;
+    }
     if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
         push_programmed(e, row);
         return;

@@ -19,8 +19,8 @@ NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
-SMOOTHING = 16
-COORDINATES = 20
+SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
+COORDINATES, CORNER = 20, 21
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -38,7 +38,11 @@ TYPE_NAMES: dict[int, str] = {
     EVENT: "event",
     COMPENSATION: "compensation",
     SMOOTHING: "smoothing",
+    CONTOUR: "contour",
+    DYNAMICS: "dynamics",
+    SPLINE: "spline",
     COORDINATES: "coordinates",
+    CORNER: "corner",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
@@ -103,8 +107,8 @@ class BlockBatch:
 
 
 def number_of_blocks(batch: BlockBatch) -> int:
-    """Rows that are blocks, not said to the stages alone."""
-    return int((batch.rows["type"] != COORDINATES).sum())
+    """Rows that are blocks, not said to the stages or the engine alone."""
+    return int(((batch.rows["type"] != COORDINATES) & (batch.rows["type"] != DYNAMICS)).sum())
 
 
 def motion_planes(plane: int) -> tuple[int, int, int]:
@@ -181,6 +185,10 @@ class Block:
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
+        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE, CORNER):
+            out["code"], out["value"] = int(row["code"]), float(row["value"])
+            if kind == DYNAMICS:
+                out["limits"] = [float(v) for v in row["end"][: max(6, len(self.axes))]]
         elif kind == FLUSH:
             out["wait"] = bool(row["flags"] & WAIT)
         return out

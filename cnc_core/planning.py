@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .blocks import PIECE, POLYNOMIAL, BlockBatch
+from .blocks import PIECE, POLYNOMIAL, BlockBatch, number_of_blocks
 from .config import CellConfig
 from .engine import Engine, Event, Samples
 from .program import Program
@@ -51,7 +51,7 @@ class Feeder:
     """Pushes a program's rows into an engine; what the ring does not take waits for the next call."""
 
     def __init__(self, program: Program, engine: Engine, seen: Callable[[BlockBatch], None]) -> None:
-        self.source, self.engine, self.seen = program.batches(), engine, seen
+        self.program, self.source, self.engine, self.seen = program, program.batches(), engine, seen
         self.batch, self.first, self.rows, self.done = BlockBatch.empty(), 0, 0, False
 
     def fill(self) -> None:
@@ -64,7 +64,8 @@ class Feeder:
                     self.done = True
                     return
                 self.batch, self.first = batch, 0
-                self.rows += int(((batch.rows["flags"] & PIECE == 0) | (batch.rows["type"] > POLYNOMIAL)).sum())
+                pieces = (batch.rows["flags"] & PIECE != 0) & (batch.rows["type"] <= POLYNOMIAL)
+                self.rows += number_of_blocks(batch) - int(pieces.sum())
                 self.seen(batch)
                 continue
             taken = self.engine.push(self.batch, self.first)
@@ -123,7 +124,7 @@ def _result(
         plan_cpu_s=float(state.plan_cpu_s),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
-        path_deviation_mm=max(check.deviation, carried),
+        path_deviation_mm=max(check.deviation, carried, feeder.program.contouring.report.deviation),
         lookahead=window,
         infeasible=int(state.infeasible),
         jerk_limited=jerk,

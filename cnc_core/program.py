@@ -14,11 +14,14 @@ import numpy.typing as npt
 
 from . import frontend
 from .blocks import BlockBatch
-from .config import CellConfig
+from .config import SYNCH, CellConfig, synch_value
 from .errors import CncError, Place
+from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
+from .geometry.corner import Corners
 from .geometry.frames import Frames
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
+from .geometry.spline import Spline
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
 from .kinematics.stage import KinematicsStage, ProgrammedView
@@ -36,6 +39,28 @@ def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
         accel=min(axis.a_max_mm_s2 for axis in linear),
         feed=min(axis.v_max_mm_s for axis in linear),
     )
+
+
+def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
+    """Functions for which the channel stands, and where."""
+    behind = SYNCH["MVS_SNS"] | SYNCH["MNS_SNS"]
+    ahead = SYNCH["MVS_SVS"] | SYNCH["MVS_SLM"] | SYNCH["MEP_SVS"] | SYNCH["MET_SVS"]
+    names: dict[tuple[str, int], str] = {("M", number): name for number, name in cell.m_functions.items()}
+    names |= {("H", int(number)): name for number, name in cell.channel.h_synch.items()}
+    names[("T", 0)] = cell.channel.tool_synch
+    for spindle in list(cell.spindles.values())[:1]:
+        names |= {("M", number) if number else ("S", 0): name for number, name in spindle.functions.items()}
+    found = {}
+    for key, name in names.items():
+        value = synch_value(name)
+        if value & (ahead | behind):
+            found[key] = BEHIND if value & behind else AHEAD
+    return found
+
+
+def _contour_machine(cell: CellConfig) -> ContourMachine:
+    smoothing = _smoothing_machine(cell)
+    return ContourMachine(cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell))
 
 
 class FrontEnd(Protocol):
@@ -107,7 +132,15 @@ class Program:
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
-        contour: list[Stage] = [compensation, DropZeroLength(), self.smoothing]
+        self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
+        contour: list[Stage] = [
+            Corners(machine.start, machine.main, self._place),
+            compensation,
+            DropZeroLength(),
+            Spline(machine.start, machine.main, self._place),
+            self.contouring,
+            self.smoothing,
+        ]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         self.kinematics = KinematicsStage(cell.kinematic_machines, machine.start, machine.main, self._place)
         axes: Stage = Pipeline([self.kinematics, AxisLimits(cell, self._place)])
