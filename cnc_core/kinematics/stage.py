@@ -47,7 +47,7 @@ class _Driven:
 class KinematicsStage:
     """``machines``: kinematics by number.  ``start``: (axes,) position of the axes.  ``place``: of (file, line).
 
-    ``deviation``: mm, bound of what the tip has left its programmed path by so far.
+    ``deviation``: mm, bound of what the tip has left its programmed path by so far.  ``used``: there was one.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class KinematicsStage:
         self._axes = start.copy()  # where the machine stands
         self._tip = start.copy()  # the same, programmed
         self._element = start.copy()  # where the elements stand, programmed
-        self.deviation = 0.0
+        self.deviation, self.used = 0.0, False
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         switches = np.flatnonzero(batch.rows["type"] == COORDINATES)
@@ -98,6 +98,7 @@ class KinematicsStage:
             self._kinematics = None
         elif chosen.kinematics in self._machines:
             self._kinematics = self._machines[chosen.kinematics]
+            self.used = True
         else:
             raise self._refused(row, NO_KINEMATICS, BlockBatch.empty())
         self._length, self._ptp = chosen.length, chosen.ptp
