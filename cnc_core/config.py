@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from .blocks import NC_AXES
 from .errors import ConfigError, Place
 from .frontend.isons_cell import IO_BLOCKS
-from .frontend.machine import External, ProgramMachine, Tool
+from .frontend.machine import External, HscSetting, ProgramMachine, Tool
 from .isons_config import IsonsConfig
 
 EXTERNAL_BLOCKS = 1000  # 24-byte blocks of one area of external variables
@@ -148,6 +148,20 @@ class SpindleConfig(_Table):
         return {3: self.m3_synch, 4: self.m4_synch, 5: self.m5_synch, 19: self.m19_synch, 0: self.s_synch}
 
 
+class HscsConfig(_Table):
+    """One state of SysHscSettings (``hscs.*``): subprogram, tolerance in 0.1 um.  ``prg``: another spelling of prog."""
+
+    prog: str = ""
+    prg: str = ""
+    tolerance: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _one_name(self) -> HscsConfig:
+        if self.prog and self.prg:
+            raise ValueError("prog and prg name the same: give prog alone")
+        return self
+
+
 class ChannelConfig(_Table):
     """Channel parameters."""
 
@@ -167,6 +181,7 @@ class ChannelConfig(_Table):
     g_programs: dict[str, str] = Field(default_factory=dict)
     m6_program: str = ""
     skip_levels: list[Annotated[int, Field(ge=1, le=10)]] = Field(default_factory=list)
+    hscs: dict[Literal["deselect", "rough", "prefinish", "finish"], HscsConfig] = Field(default_factory=dict)
 
     @field_validator("g_programs")
     @classmethod
@@ -367,6 +382,9 @@ class CellConfig(_Table):
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
+            hsc_settings={
+                str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()
+            },
         )
 
     def warnings(self) -> list[str]:
@@ -375,6 +393,7 @@ class CellConfig(_Table):
             f"P-CHAN-00650: unknown identifier {w!r} is ignored"
             for w in sorted(self.channel.functions - KNOWN_FUNCTIONS)
         ]
+        out += [f"hscs.{state}.prg: the name is hscs.{state}.prog" for state, h in self.channel.hscs.items() if h.prg]
         if 0 < self.channel.fb_storage_size < MIN_FB_STORAGE:
             out.append(f"P-STUP-00033: fb_storage_size raised to the minimum of {MIN_FB_STORAGE} bytes")
         return out

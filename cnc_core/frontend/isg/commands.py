@@ -28,6 +28,7 @@ from cnc_core.blocks import (
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
+from cnc_core.frontend.isg.cycles.commands import CycleCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
 from cnc_core.frontend.isg.text_commands import TextCommands
 from cnc_core.frontend.isg.time_commands import TimeCommands
@@ -45,7 +46,7 @@ class Command(NamedTuple):
     behind: Callable[[], None] | None = None
 
 
-class CommandParser(PositionCommands, TextCommands, TimeCommands):
+class CommandParser(PositionCommands, TextCommands, TimeCommands, CycleCommands):
     """Compiles one # command; the stream stands behind ``#``."""
 
     def parse(self) -> Command:
@@ -95,6 +96,9 @@ class CommandParser(PositionCommands, TextCommands, TimeCommands):
             (("DEL", "DIST"), self._dist2go_end),
             (("RT", "WHILE"), self._rt_while),
             (("RT", "ENDWHILE"), self._rt_endwhile),
+            (("PATTERN",), self._pattern),
+            (("AT",), self._at),
+            (("DISABLE", "MODAL", "CYCLE"), self._disable_modal),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
