@@ -75,6 +75,27 @@ void curve_at(const curve *c, double w, curve_point *p) {
     }
 }
 
+/* With v = |q'(w)| over the metric axes and dots for derivatives by w: q''' = (q3 - v2 d1 - 3 v v1 d2) / v^3. */
+void curve_third(const curve *c, double w, double *d3) {
+    double first[NC_AXES], second[NC_AXES], third[NC_AXES], vv = 0.0, fs = 0.0, ss = 0.0, ft = 0.0;
+    for (int i = 0; i < c->axes; i++) {
+        const double *k = c->c[i];
+        first[i] = first_derivative(k, w);
+        second[i] = second_derivative(k, w);
+        third[i] = 6.0 * k[3] + w * (24.0 * k[4] + w * 60.0 * k[5]);
+        if (!(c->metric >> i & 1)) continue;
+        vv += first[i] * first[i];
+        fs += first[i] * second[i];
+        ss += second[i] * second[i];
+        ft += first[i] * third[i];
+    }
+    double v = sqrt(vv), v1 = fs / v, v2 = (ss + ft - v1 * v1) / v;
+    for (int i = 0; i < c->axes; i++) {
+        double d1 = first[i] / v, d2 = (second[i] - v1 * d1) / vv;
+        d3[i] = (third[i] - v2 * d1 - 3.0 * v * v1 * d2) / (v * vv);
+    }
+}
+
 typedef struct cell {
     double from, to, length;
     double wrong;  /* above 1: must be cut */

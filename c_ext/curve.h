@@ -38,4 +38,5 @@ double curve_parameter(const curve *c, double s);
 void curve_position(const curve *c, double w, double *q);
 void curve_tangent(const curve *c, double w, double *d1);
 void curve_at(const curve *c, double w, curve_point *p);
+void curve_third(const curve *c, double w, double *d3); /* third derivative by arc length */
 #endif

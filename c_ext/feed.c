@@ -113,6 +113,7 @@ static void cut_run(engine *e, uint64_t head) {
         if (p->synch & SYNCH_MVS_SVS) e->feed.pushed.std_acked--;
     }
     e->feed.dropped_stop = false;
+    drive_cut_run(e, head);
     e->piece_head = head;
     e->plan.capped = e->plan.piece;
     e->feed.has_motion = false;
@@ -389,6 +390,7 @@ static bool cut_rest_piece(engine *e) {
     e->feed.has_motion = true;
     bool cut = stop < p->length - 1e-9;
     if (cut) shorten(e, p, stop);
+    if (cut) drive_shorten(e, i, stop);
     double at = p->from + p->length; /* behind an earlier stop the piece is a part already */
     bool left = at < p->whole - 1e-9;
     e->feed.next = left ? p->origin : p->origin + 1;
@@ -489,6 +491,7 @@ static void begin_run(engine *e, place at) {
     e->plan.piece = ++e->piece_head;
     e->plan.s = e->plan.v = 0.0;
     e->plan.capped = e->plan.piece;
+    e->drive.restart = true;
     e->feed.has_motion = e->feed.stop = e->feed.m01 = false;
 }
 
