@@ -85,6 +85,7 @@ int jerk_passes(const jerk_planner *p, int64_t i);  /* the present plan runs ove
 void jerk_cut(jerk_planner *p, int64_t i, double length); /* keep `length` mm of interval i and nothing behind it */
 void jerk_reset(jerk_planner *p);                   /* at rest, without a path */
 double jerk_stop_distance(const jerk_planner *p);    /* mm, estimated on a straight line from here */
+double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch); /* mm: way of the stop that a hold would plan */
 double jerk_speed(const jerk_planner *p);           /* mm/s at the end of what was handed out; 0: at rest */
 
 int jerk_ready(const jerk_planner *p);              /* enough is known to go on without planning a stop too early */
