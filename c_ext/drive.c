@@ -332,6 +332,20 @@ static bool write_tail(engine *e, tail *t, const writer *from) {
     return n < d->laws_max;
 }
 
+/* The stopping tail becomes the shortest one there is, so that what lies behind it may be changed. False: not now. */
+bool drive_shorten_tail(engine *e) {
+    if (!e->drive.planner || e->plan.v <= 0.0) return true;
+    uint64_t word = ATOMIC_GET(e->commit);
+    if (e->drive.restart || (word & 1)) return false;
+    uint32_t next = ((word >> 1) & 1) ^ 1;
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v};
+    jerk_brake(e->drive.planner);
+    if (write_tail(e, &e->plan.tails[next], &w) &&
+        __atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return true;
+    e->drive.restart = true;
+    return false;
+}
+
 /* Commit motion until COMMIT_HIGH_S of it are ahead of GEO. */
 void drive_commit(engine *e) {
     if (e->drive.restart && e->plan.v > 0.0) return; /* the stored tail is driven first */

@@ -478,6 +478,7 @@ bool drive_new(engine *e);
 jerk_planner *drive_spare(const engine *e);
 void drive_free(engine *e);
 void drive_commit(engine *e);
+bool drive_shorten_tail(engine *e);
 void drive_cut_run(engine *e, uint64_t head);
 void drive_shorten(engine *e, uint64_t i, double s);
 

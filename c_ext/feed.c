@@ -137,9 +137,20 @@ static void decide_branch(engine *e, piece *p, bool again) {
     e->feed.in_loop = true; /* until the path has passed the decision */
 }
 
+/* Where the stopping tail runs over a decision that has changed, a shorter one may leave it open. */
+static void free_decisions(engine *e) {
+    for (uint64_t i = e->plan.piece + 1, end = first_free(e); i < end && i < e->piece_head; i++) {
+        const piece *p = piece_at(e, i);
+        if (!is_branch(p) || p->again == loop_wanted(e, p)) continue;
+        drive_shorten_tail(e);
+        return;
+    }
+}
+
 /* The condition of a loop may have changed since its end was fed. */
 static void reconsider_loop(engine *e) {
     bool ahead = false;
+    if (e->drive.planner) free_decisions(e);
     for (uint64_t i = first_free(e); i < e->piece_head; i++) {
         piece *p = piece_at(e, i);
         if (!is_branch(p)) continue;
@@ -403,7 +414,7 @@ static bool cut_rest_piece(engine *e) {
 /* A new insert_cmd: what has been fed is fed again from where that is free, so that the stop finds its place. */
 static void take_insert(engine *e) {
     uint32_t request = ATOMIC_GET(e->insert_requests);
-    if (request == e->feed.inserts || e->feed.dir < 0) return;
+    if (request == e->feed.inserts || e->feed.dir < 0 || !drive_shorten_tail(e)) return;
     uint64_t i = first_free(e);
     while (i < e->piece_head && !is_inserted_stop(piece_at(e, i)) && (!is_motion(piece_at(e, i)) || piece_at(e, i)->shortcut)) i++;
     if (i < e->piece_head) feed_again_from(e, i); /* this drops the stops of the command before */

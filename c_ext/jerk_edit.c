@@ -45,6 +45,12 @@ void jerk_cut(jerk_planner *p, int64_t i, double length) {
     q->blocks = whole.blocks;
 }
 
+void jerk_brake(jerk_planner *p) {
+    if (p->at_rest) return;
+    plan_stop(p);
+    p->changed = true; /* it is not what is wanted, only what is sure */
+}
+
 void jerk_reset(jerk_planner *p) {
     p->tail = p->head;
     p->finished = p->changed = false;

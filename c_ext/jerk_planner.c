@@ -9,7 +9,8 @@
 #define DEFAULT_REFRESH 0.2 
 #define SHORT_WINDOW 50      /* blocks: here what is left of the window counts */
 #define SHORT_REFRESH 0.12
-#define LEAST_PART 1e-7 /* mm: shorter parts of a law are not handed out */
+#define LEAST_PART 1e-7  /* mm: shorter parts of a law are not handed out */
+#define LEAST_TIME 1e-9  /* s */
 
 static bool positive(double v) { return isfinite(v) && v > 0.0; }
 
@@ -242,7 +243,7 @@ int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds) {
 
 int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds) {
     int64_t n = 0;
-    for (double t = 0.0; n < max && t < seconds && jerk_next(p, &laws[n]); n++) t += laws[n].time;
+    for (double t = 0.0; n < max && seconds - t > LEAST_TIME && jerk_next_within(p, &laws[n], seconds - t); n++) t += laws[n].time;
     return n;
 }
 

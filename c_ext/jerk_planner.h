@@ -83,6 +83,7 @@ const jerk_interval *jerk_path(const jerk_planner *p, int64_t i);
 void jerk_stand(jerk_planner *p, int64_t i, int stand); /* the axes must stand (need not) at the end of interval i */
 int jerk_passes(const jerk_planner *p, int64_t i);  /* the present plan runs over the end of interval i */
 void jerk_cut(jerk_planner *p, int64_t i, double length); /* keep `length` mm of interval i and nothing behind it */
+void jerk_brake(jerk_planner *p);                   /* what is left of the plan becomes the shortest stop */
 void jerk_reset(jerk_planner *p);                   /* at rest, without a path */
 double jerk_stop_distance(const jerk_planner *p);    /* mm, estimated on a straight line from here */
 double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch); /* mm: way of the stop that a hold would plan */
@@ -91,7 +92,7 @@ double jerk_speed(const jerk_planner *p);           /* mm/s at the end of what w
 int jerk_ready(const jerk_planner *p);              /* enough is known to go on without planning a stop too early */
 int jerk_next(jerk_planner *p, jerk_law *law);      /* 1: a law was handed out; 0: at rest, nothing to do */
 int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds); /* as jerk_next, at most `seconds` of the law */
-int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds); /* at least `seconds` of them */
+int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds); /* `seconds` of them */
 int64_t jerk_tail(const jerk_planner *p, jerk_law *laws, int64_t max); /* from what was handed out to rest */
 void jerk_tail_driven(jerk_planner *p);             /* the tail was executed: go on from its end, at rest */
 void jerk_at(const jerk_law *law, double t, jerk_state *out);

@@ -42,7 +42,7 @@ static line_limits limits_along(const jerk_planner *p, const jerk_interval *q) {
         m.a = fmin(m.a, p->cfg.a_max[i] / share);
         m.j = fmin(m.j, p->cfg.j_max[i] / share);
     }
-    return (line_limits){m.v * VEL_USABLE, m.a * ACC_USABLE, m.j * JERK_USABLE};
+    return (line_limits){m.v, m.a * ACC_USABLE, m.j * JERK_USABLE};
 }
 
 typedef struct profile {
