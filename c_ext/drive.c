@@ -132,6 +132,11 @@ static bool stands_behind(engine *e, uint64_t i, bool *known) {
     return false;
 }
 
+bool drive_stands_behind(engine *e, uint64_t i) {
+    bool known;
+    return stands_behind(e, i, &known);
+}
+
 static void close_boundary(engine *e) {
     drive *d = &e->drive;
     int64_t n = jerk_ahead(d->planner);

@@ -476,6 +476,7 @@ double curve_piece_cell_end(const engine *e, const piece *p, double s);
 /* drive.c */
 bool drive_new(engine *e);
 jerk_planner *drive_spare(const engine *e);
+bool drive_stands_behind(engine *e, uint64_t i);
 void drive_free(engine *e);
 void drive_commit(engine *e);
 bool drive_shorten_tail(engine *e);

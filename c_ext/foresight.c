@@ -141,6 +141,45 @@ static bool begins_feed(engine *e, uint64_t i) {
 
 static void add_mark(forecast *to, double at) { to->marks[to->mark_count++] = at; }
 
+/* Time of motions first to last, from rest to rest: over a single line exactly; else every piece at its own speed, with
+ * the ramps of the fastest one. */
+static double stretch_time(engine *e, uint64_t first, uint64_t last) {
+    double length = 0.0, fastest = 0.0, time = 0.0, u[NC_AXES], most[NC_AXES] = {0};
+    for (uint64_t i = first; i <= last; i++) {
+        const piece *p = piece_at(e, i);
+        if (!is_motion(p)) continue;
+        double speed = soft_cap(e, p);
+        if (speed <= 0.0) return NEVER;
+        length += p->length;
+        fastest = fmax(fastest, speed);
+        time += p->length / speed;
+        piece_tangent(e, p, 0.5 * p->length, u);
+        for (int a = 0; a < e->cfg.axis_count; a++) most[a] = fmax(most[a], fabs(u[a]));
+    }
+    if (length <= 0.0) return 0.0;
+    return jerk_line_time(e->drive.planner, most, length, fastest) + time - length / fastest;
+}
+
+/* Behind the plan of the jerk-limited planner, which ends where the axes stand: estimated, from stand to stand. */
+static void marks_behind_plan(engine *e, forecast *to, double at, uint64_t i) {
+    uint64_t first = i;
+    for (uint32_t motions = 0; i < e->piece_head && motions <= e->cfg.window && at < NEVER; i++) {
+        const piece *p = piece_at(e, i);
+        if (!is_motion(p)) {
+            if (p->type == NC_DWELL) at += p->value;
+            continue;
+        }
+        motions++;
+        if (begins_feed(e, i)) {
+            add_mark(to, at + (first < i ? stretch_time(e, first, i - 1) : 0.0));
+            return;
+        }
+        if (!drive_stands_behind(e, i)) continue;
+        at += stretch_time(e, first, i);
+        first = i + 1;
+    }
+}
+
 /* In committed phases, then in what is planned behind them. */
 static void find_marks(engine *e, forecast *to) {
     double at = to->begin_s;
@@ -157,6 +196,9 @@ static void find_marks(engine *e, forecast *to) {
         if (ph->s0 <= 0.0 && begins_feed(e, ph->piece)) add_mark(to, at);
         at += ph->time;
     }
+    if (!e->drive.planner || to->mark_count > 0) return;
+    const phase *end = to->count ? &to->phases[to->count - 1] : NULL;
+    if (!end || end->last || e->plan.v <= 0.0) marks_behind_plan(e, to, at, end ? end->piece + 1 : e->plan.piece);
 }
 
 /* ------------------------------------------------------------------------------------------------ the place of rest */
