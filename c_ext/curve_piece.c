@@ -36,7 +36,10 @@ bool curve_row_check(engine *e, const nc_block *row, const double *pool, int64_t
     if (!pool || row->pool + n > pool_n) return false;
     for (int64_t k = 0; k < n; k++)
         if (!isfinite(pool[row->pool + k])) return false;
-    if (!curve_build(c, pool + row->pool, e->cfg.axis_count, row->degree, row->angle, main_mask(e))) return false;
+    bool built = row->flags & NC_BY_LENGTH
+                     ? curve_build_by_length(c, pool + row->pool, e->cfg.axis_count, row->degree, row->angle, row->length)
+                     : curve_build(c, pool + row->pool, e->cfg.axis_count, row->degree, row->angle, main_mask(e));
+    if (!built) return false;
     double miss = fabs(curve_length(c) - row->length);
     return miss <= LENGTH_MISS + 1e-9 * row->length && meets(e, c, 0.0, e->last_end) && meets(e, c, 1.0, row->end);
 }

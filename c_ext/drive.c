@@ -79,10 +79,15 @@ static void derivatives(const engine *e, const piece *p, double s, double *d1, d
     d3[p->axis2] = -w * w * d1[p->axis2];
 }
 
-static double bend_at(const engine *e, const piece *p, double s) {
-    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0;
+/* |q''|, and |q'| into `fast` if that is larger. */
+static double bend_at(const engine *e, const piece *p, double s, double *fast) {
+    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0, rate = 0.0;
     derivatives(e, p, s, d1, d2, d3);
-    for (int i = 0; i < e->cfg.axis_count; i++) sum += d2[i] * d2[i];
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        sum += d2[i] * d2[i];
+        rate += d1[i] * d1[i];
+    }
+    *fast = fmax(*fast, sqrt(rate));
     return sqrt(sum);
 }
 
@@ -94,7 +99,9 @@ static double interval_end(const engine *e, const piece *p, double s) {
         bend = fabs(p->sweep) / p->whole;
     } else {
         end = fmin(end, curve_piece_cell_end(e, p, s));
-        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, s + 0.5 * k * (end - s)));
+        double fast = 0.0;
+        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, s + 0.5 * k * (end - s), &fast));
+        if (curve_of(e, p)->natural > 0.0 && fast > 0.0) bend /= fast; /* mm of the tip, not of the axes */
     }
     double parts = ceil((end - s) * bend / TURN_STEP - 1e-9), next = parts > 1.0 ? s + (end - s) / parts : end;
     return p->length - next < TINY_MM ? p->length : next;

@@ -297,6 +297,7 @@ struct engine {
     piece *pieces;
     curve *curves;        /* of the store's pieces that are polynomials */
     curve next_curve;     /* checked, for the row that is pushed next */
+    double next_tangents[6];        /* of an element whose geometry lies in other coordinates */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
     int finished, expect_drain, hold_start, stay;

@@ -95,7 +95,10 @@ def plan_program(
             if event in (Event.PROGRAM_END, Event.FAULT):
                 break
         check.finish()
-        return _result(cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None)
+        carried = max(program.frames.deviation, program.kinematics.deviation)
+        return _result(
+            cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
+        )
     finally:
         engine.close()
 
@@ -108,6 +111,7 @@ def _result(
     window: int,
     jerk: bool,
     kept: list[Samples] | None,
+    carried: float,
 ) -> PlanResult:
     state = engine.state
     ratio: dict[str, float | None] = dict(check.ratio)
@@ -119,7 +123,7 @@ def _result(
         plan_cpu_s=float(state.plan_cpu_s),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
-        path_deviation_mm=check.deviation,
+        path_deviation_mm=max(check.deviation, carried),
         lookahead=window,
         infeasible=int(state.infeasible),
         jerk_limited=jerk,

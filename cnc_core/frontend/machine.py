@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -52,6 +53,34 @@ class External:
         return -(-(self.characters + 1) // 24) if self.type == "STRING" else 1
 
 
+class TipMachine(Protocol):
+    """A kinematic transformation as a front end sees it (``cnc_core.kinematics.machine``).
+
+    Positions are (axes,) or (n, axes) in channel order, mm and degrees; ``length`` of the tool.
+    """
+
+    @property
+    def rotary_axes(self) -> tuple[int, ...]:
+        """Channel index of the rotary axes, part to tool."""
+        ...
+
+    def orient(self, direction: npt.NDArray[np.float64], near: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """(axes,) ``near`` with the rotary axes turned so that the tool points into ``direction``."""
+        ...
+
+    def directions(self, q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """(n, 3) tool directions, tip to spindle, in the part frame."""
+        ...
+
+    def programmed(self, q: npt.NDArray[np.float64], length: float) -> npt.NDArray[np.float64]:
+        """(n, axes) the tip in place of the linear axes."""
+        ...
+
+    def driven(self, programmed: npt.NDArray[np.float64], length: float) -> npt.NDArray[np.float64]:
+        """(n, axes) axis positions of programmed ones."""
+        ...
+
+
 @dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
@@ -63,6 +92,7 @@ class ProgramMachine:
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
     ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``kinematics``: transformations by number; ``kin_id``: the first.
     """
 
     axes: tuple[str, ...]
@@ -79,3 +109,5 @@ class ProgramMachine:
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
+    kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
+    kin_id: int | None = None

@@ -12,6 +12,7 @@ from cnc_core.frontend.base.scanner import Modal
 from cnc_core.frontend.isg.cycles.modal import ModalCycle
 from cnc_core.frontend.isg.cycles.pattern import Patterns
 from cnc_core.frontend.isg.offsets import Offsets
+from cnc_core.frontend.isg.spaces import Spaces
 from cnc_core.frontend.isg.store import Store
 from cnc_core.frontend.isg.system import System
 from cnc_core.frontend.machine import ProgramMachine
@@ -48,9 +49,9 @@ class Context:
     modal_cycle: ModalCycle = field(default_factory=ModalCycle)
     executor: Executor = field(init=False)
     cycles: CycleRunner = field(init=False)
+    spaces: Spaces = field(init=False)
     loop: RealTimeLoop = field(init=False)
     place: Callable[[int], Place] = field(init=False)
 
-    def kinematics_active(self) -> bool:
-        """A complete kinematic transformation is active."""
-        return False
+    def __post_init__(self) -> None:
+        self.spaces = Spaces(self.machine, self.modal, self.offsets)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from cnc_core.frontend.isg.context import Context
 
 WRAPPER = "SysPosPatternWrapper"
-ROTATION_ACTIVE = 907111
+ROTATION_ACTIVE = 910111
 
 
 class CycleRunner:
@@ -50,7 +50,7 @@ class CycleRunner:
             unit_mm=modal.unit_mm,
             tool_radius=executor.tool_data.radius_mm / modal.unit_mm,
             feed=executor.feeds.per_minute_mm / modal.unit_mm,
-            trafo=context.kinematics_active(),
+            trafo=context.spaces.active_kin is not None,
             compensated=executor.compensation.choice.active,
             programs={f"hscs.{state}.prog": s.program for state, s in machine.hsc_settings.items()},
         )
