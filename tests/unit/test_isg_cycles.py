@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Point, box
 
+from cnc_core.config import CellConfig, ToolConfig
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend import create
 from cnc_core.frontend.isg.cycles.declaration import Given, Surroundings, number_text
@@ -16,6 +17,7 @@ from cnc_core.frontend.offline import read_all
 from cnc_core.geometry import pocket
 from cnc_core.geometry.fits import fit_circle
 from cnc_core.port import OfflinePort
+from cnc_core.program import Program
 
 
 def machine(**more):
@@ -341,3 +343,110 @@ def test_ring_parallel_to_the_edge():
     ring = pocket.outermost(pocket.Pocket(40, 30, 9, 1, 0, 1, 5, 1, 1), 1.0)
     assert (ring.x, ring.y, ring.corner) == (14.0, 9.0, 3.0)
     assert Point(14.0, 0.0).within(area({72: 40, 73: 30, 74: 9.0}))
+
+
+# patterns
+
+AT = "#PATTERN BEGIN [ID=1]\n#AT [100, 0, 0]\n#AT [100, 100, 5, 0, 0, 60]\n#AT [0, 100, 10]\n#PATTERN END\n"
+POCKET = "@P1=0 @P2=50 @P3=2 @P4=12 @P5=4 @P6=5 @P20=6000 @P21=4000 @P31=1 @P72=20 @P73=20"
+
+
+def ends(tmp_path):
+    """(n, 3) axis positions behind each motion, coordinate systems taken into account."""
+    program = Program(tmp_path / "main.nc", CellConfig(tools={"1": ToolConfig(radius_mm=5.0)}))
+    batches = list(program.batches())
+    program.reader.close()
+    return np.array([row["end"][:3] for batch in batches for row in batch.rows if row["type"] <= 3])
+
+
+def test_pattern_of_pockets_in_order(tmp_path):
+    """PAT-1: Z100, place, cycle, three times; infeeds of 4 mm; surface, retraction plane and floor of each place."""
+    call = f"L CYCLE [NAME=SysMillRectangularPocket.ecy {POCKET} PATTERN_ID=1 PATTERN_RETRACT=100]"
+    (tmp_path / "main.nc").write_text(f"D1\n{AT}G00 Z60\nG00 X50 Y50\n{call}\nM30\n")
+    points = ends(tmp_path)
+    positioned = [tuple(p[:2]) for p, before in zip(points[1:], points, strict=False) if p[2] == before[2] == 100.0]
+    assert positioned == [(100.0, 0.0), (100.0, 100.0), (0.0, 100.0)]
+    for (x, y), surface in zip(positioned, (0.0, 5.0, 10.0), strict=True):
+        near = points[np.hypot(points[:, 0] - x, points[:, 1] - y) < 8.0]
+        floors = sorted({round(float(z), 9) for z in near[:, 2] if z < surface - 1e-9})
+        assert floors == [surface - 12.0, surface - 8.0, surface - 4.0]
+        assert surface + 50.0 in near[:, 2]
+    turned = points[(np.abs(points[:, 2] + 7.0) < 1e-9)]
+    corner = np.array([96.339746, 113.660254]) - [100.0, 100.0]
+    assert np.abs(turned[:, :2] - [100.0, 100.0] - corner / 2).max(axis=1).min() < 1e-6
+    assert tuple(points[-1]) == (0.0, 100.0, 60.0)
+
+
+def test_user_cycle_finds_its_place_and_its_parameters(tmp_path):
+    """A user's cycle starts at (0, 0, retract - z) of every place, with numbers and texts as in the call."""
+    text = f'{AT}G01 F100 X5\nL CYCLE [NAME=c.ecy @P1=0.1 @P7="a b" PATTERN_ID=1 PATTERN_RETRACT=100]\n'
+    text += '#MSG ["%d %d", V.G.CS_ACTIVE, V.G.CS_COUNT]\nM30\n'
+    cycle = '#MSG ["%s %.17f %f %f %f", @P7, @P1, V.A.ABS.X, V.A.ABS.Y, V.A.ABS.Z]\nG01 X3\nM17\n'
+    reader, port, _, _ = run(tmp_path, text, c__ecy=cycle)
+    assert not reader.errors
+    at = "a b 0.10000000000000001 0.000000 0.000000"
+    assert port.messages == [f"{at} 100.000000", f"{at} 95.000000", f"{at} 90.000000", "0 0"]
+
+
+def test_local_cycle_at_a_pattern(tmp_path):
+    """LL CYCLE finds the local subprogram of the caller's file."""
+    text = f'%L C\n#MSG ["%f", V.A.ABS.Z]\nM17\n%MAIN\n{AT}LL CYCLE [NAME=C PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n'
+    reader, port, _, _ = run(tmp_path, text)
+    assert not reader.errors
+    assert port.messages == ["20.000000", "15.000000", "10.000000"]
+
+
+def test_wrong_cycle_at_a_pattern_is_refused_before_the_first_place(tmp_path):
+    """The parameters of a built-in cycle are checked ahead of all motion."""
+    text = f"{AT}L CYCLE [NAME=SysHscSettings @P1=7 PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n"
+    reader, _, rows, _ = run(tmp_path, text)
+    assert [e.code for e in reader.errors] == [13320]
+    assert [int(row["type"]) for row in rows] == [5]
+
+
+def test_pattern_in_inches_keeps_its_places(tmp_path):
+    """Places are lengths: defined under G70, called under G71."""
+    text = "G70\n#PATTERN BEGIN [ID=1]\n#AT [1, 2, 0.5]\n#PATTERN END\nG71\n"
+    text += "L CYCLE [NAME=c.ecy PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n"
+    (tmp_path / "c.ecy").write_text("G00 X0 Y0 Z0\nM17\n")
+    (tmp_path / "main.nc").write_text(text)
+    assert ends(tmp_path)[-1] == pytest.approx([25.4, 50.8, 12.7])
+
+
+# with coordinate systems and transformations
+
+
+def test_mode_3_sets_the_coordinate_system(tmp_path):
+    """RTP-2 ISG: (10, 20, 5) of the new system; #CS OFF ends it; the tool retracts along Z before."""
+    call = "L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=3 @P2=50 @P3=140 @P4=0 @P5=-80 @P15=60 @P16=0 @P17=90]"
+    (tmp_path / "main.nc").write_text(f"G00 X1 Y2 Z3\n{call}\nG00 X10 Y20 Z5\n#CS OFF\nG00 X1 Y2 Z3\nM30\n")
+    points = ends(tmp_path)
+    assert points == pytest.approx(
+        np.array([(1, 2, 3), (1, 2, 53), (134.330127, 10.0, -60.179492), (1, 2, 3)]), abs=1e-6
+    )
+
+
+RTP_2_BEC = {
+    "as programmed": ("@P3=0 @P4=0 @P5=0", (-14.330127, 10.0, -14.820508)),
+    "as described": ("@P3=140 @P4=0 @P5=80", (125.669873, 10.0, 65.179492)),
+}
+
+
+@pytest.mark.parametrize("case", RTP_2_BEC)
+def test_origin_of_the_other_edition(tmp_path, case):
+    """RTP-2 BEC with the origin of its code and of its text."""
+    origin, wanted = RTP_2_BEC[case]
+    call = f"L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=3 {origin} @P15=-60 @P17=90]"
+    (tmp_path / "main.nc").write_text(f"{call}\nG00 X10 Y20 Z5\nM30\n")
+    assert ends(tmp_path)[-1] == pytest.approx(np.array(wanted), abs=1e-6)
+
+
+@pytest.mark.parametrize(("points", "z"), [(ISG_POINTS, -6.002450), (BEC_POINTS, 6.002450)])
+def test_points_in_the_new_system(tmp_path, points, z):
+    """RTP-1: the three points lie beside the new plane by the same distance: the origin rules."""
+    sign = 1 if z < 0 else -1
+    call = f"L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=3 @P3=140 @P4=0 @P5={-80 * sign} {points}]"
+    inside = f"G00 X30 Y67.741941 Z{z}\nX70 Y67.741941\nX70 Y38.587182\n"
+    (tmp_path / "main.nc").write_text(f"{call}\n{inside}M30\n")
+    wanted = [(100, 30, -25 * sign), (100, 70, -25 * sign), (115, 70, -50 * sign)]
+    assert ends(tmp_path) == pytest.approx(np.array(wanted, dtype=float), abs=1e-5)
