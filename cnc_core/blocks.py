@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .profile import ProfileChunk
+
 NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
@@ -80,10 +82,16 @@ class BlockBatch:
 
     ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row owns ``axes * (degree + 1)`` values from
     ``row["pool"]`` on, axis after axis, ascending powers of the parameter 0..``row["angle"]``.
+    ``profile``: columns of a profile that come behind the rows; the stage for profiles makes rows of them.
     """
 
     rows: npt.NDArray[Any]
     pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    profile: ProfileChunk | None = None
+
+    @classmethod
+    def of_profile(cls, chunk: ProfileChunk) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK), profile=chunk)
 
     @classmethod
     def empty(cls) -> BlockBatch:

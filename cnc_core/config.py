@@ -367,6 +367,7 @@ class CellConfig(_Table):
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
+            axis_ids=tuple(a.id or i for i, a in enumerate(self.axes.values(), 1)),
         )
 
     def warnings(self) -> list[str]:

@@ -16,6 +16,7 @@ from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
 from .errors import CncError, Place
+from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
@@ -103,7 +104,9 @@ class Program:
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
-        stages: list[Stage] = [compensation, DropZeroLength(), self.smoothing, AxisLimits(cell, self._place)]
+        self.profiles = Profiles(machine.main, self._place)
+        self.limits = AxisLimits(cell, self._place)
+        stages: list[Stage] = [self.profiles, compensation, DropZeroLength(), self.smoothing, self.limits]
         self.pipeline = Pipeline(stages)
 
     @property
@@ -125,7 +128,7 @@ class Program:
         except CncError as error:
             return self._behind_held(error)
         if isinstance(item, BlockBatch):
-            if not len(item):
+            if not len(item) and item.profile is None:
                 return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
         if item is Wait.DRAINED or item is None:
@@ -146,6 +149,8 @@ class Program:
             raise item
         assert item is not None
         self._next = None
+        if isinstance(self.port, OfflinePort):
+            self.port.moved(self.limits.last)
         return item
 
     def _behind_held(self, item: Wait | CncError | None) -> BlockBatch | Wait | None:

@@ -54,7 +54,7 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``: what only the IsoNs dialect knows.
+    ``isons``: what only the IsoNs dialect knows.  ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     """
 
     axes: tuple[str, ...]
@@ -70,3 +70,9 @@ class ProgramMachine:
     velocity: npt.NDArray[np.float64] | None = None
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
+    axis_ids: tuple[int, ...] = ()
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """Logical axis numbers in channel order."""
+        return self.axis_ids or tuple(range(1, len(self.axes) + 1))
