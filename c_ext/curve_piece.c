@@ -36,7 +36,10 @@ bool curve_row_check(engine *e, const nc_block *row, const double *pool, int64_t
     if (!pool || row->pool + n > pool_n) return false;
     for (int64_t k = 0; k < n; k++)
         if (!isfinite(pool[row->pool + k])) return false;
-    if (!curve_build(c, pool + row->pool, e->cfg.axis_count, row->degree, row->angle, main_mask(e))) return false;
+    bool built = row->flags & NC_BY_LENGTH
+                     ? curve_build_by_length(c, pool + row->pool, e->cfg.axis_count, row->degree, row->angle, row->length)
+                     : curve_build(c, pool + row->pool, e->cfg.axis_count, row->degree, row->angle, main_mask(e));
+    if (!built) return false;
     double miss = fabs(curve_length(c) - row->length);
     return miss <= LENGTH_MISS + 1e-9 * row->length && meets(e, c, 0.0, e->last_end) && meets(e, c, 1.0, row->end);
 }
@@ -138,6 +141,34 @@ void curve_piece_tangent(const engine *e, const piece *p, double s, double *u) {
     for (int i = 0; i < c->axes; i++) u[i] *= p->dir;
 }
 
+/* Where a cell ends, in mm of the piece as it is driven. */
+static double cell_ahead(const curve *c, const piece *p, int cell, double scale) {
+    return p->dir > 0 ? c->s[cell + 1] * scale - p->from : p->from - c->s[cell] * scale;
+}
+
+/* Derivatives by length at s of the piece as it is driven. */
+void curve_piece_derivatives(const engine *e, const piece *p, double s, double *d1, double *d2, double *d3) {
+    const curve *c;
+    double w = parameter_at(e, p, p->from + p->dir * s, &c);
+    curve_point at;
+    curve_at(c, w, &at);
+    curve_third(c, w, d3);
+    for (int i = 0; i < c->axes; i++) {
+        d1[i] = p->dir * at.d1[i];
+        d2[i] = at.d2[i];
+        d3[i] *= p->dir;
+    }
+}
+
+/* Next end of a cell behind s, mm of the piece as it is driven. */
+double curve_piece_cell_end(const engine *e, const piece *p, double s) {
+    const curve *c = curve_of(e, p);
+    double scale = p->whole / curve_length(c);
+    int cell = p->dir > 0 ? 0 : c->cells - 1, last = p->dir > 0 ? c->cells - 1 : 0;
+    while (cell != last && cell_ahead(c, p, cell, scale) <= s + 1e-9) cell += p->dir;
+    return cell == last ? p->length : cell_ahead(c, p, cell, scale);
+}
+
 /* Largest |q''| per axis over the piece, taken into `curvature`. */
 void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
     const curve *c = curve_of(e, p);
@@ -150,11 +181,6 @@ static void add_span(engine *e, piece *p, const cell_bounds *b, const double *re
     s->v_hard = speed_bound(e, b, reserve);
     double feed = reachable(p, e->plan.reserve_override);
     s->accel = accel_bound(e, curve_of(e, p), b, reserve, fmin(s->v_hard, feed));
-}
-
-/* Where a cell ends, in mm of the piece as it is driven. */
-static double cell_ahead(const curve *c, const piece *p, int cell, double scale) {
-    return p->dir > 0 ? c->s[cell + 1] * scale - p->from : p->from - c->s[cell] * scale;
 }
 
 /* Spans of p: its cells, cut where the strips (zones of jumps) begin and end. */

@@ -7,6 +7,7 @@
 #include "engine.h"
 #include "hli_layout.h"
 #include "hli_sync.h"
+#include "jerk_planner.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
 #define PIECE_RING 16384u
@@ -126,10 +127,10 @@ typedef struct piece {
     double need2;            /* largest speed squared at the start from which everything ahead can be met */
 } piece;
 
-/* Committed motion: constant acceleration over a time, on one piece. */
+/* Committed motion over a time, on one piece: s'' = a + c (s - s0) or a + jerk t (jerk_planner.h); acceleration-limited: a. */
 typedef struct phase {
     uint64_t piece;
-    double s0, v0, a, time;
+    double s0, v0, a, c, jerk, time;
     bool last; /* the piece ends with it */
 } phase;
 
@@ -172,6 +173,18 @@ typedef struct planner {
     double rapid;        /* override of rapid motion */
     double ext_speed;
 } planner;
+
+/* Way of the run ring into the jerk-limited planner (drive.c); `planner` NULL: acceleration-limited. */
+typedef struct drive {
+    jerk_planner *planner;
+    uint64_t next;       /* piece of the run ring whose path is pushed next ... */
+    double at;           /* ... from there on, mm of it */
+    uint64_t last;       /* motion pushed last */
+    bool has_last, open; /* open: whether the axes stand behind it is not known yet */
+    bool restart;        /* the path stands elsewhere than where the planner is */
+    jerk_law *laws;      /* room for a stopping tail */
+    int64_t laws_max;
+} drive;
 
 /* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
 typedef struct insert_cmd {
@@ -284,6 +297,7 @@ struct engine {
     piece *pieces;
     curve *curves;        /* of the store's pieces that are polynomials */
     curve next_curve;     /* checked, for the row that is pushed next */
+    double next_tangents[6];        /* of an element whose geometry lies in other coordinates */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
     int finished, expect_drain, hold_start, stay;
@@ -293,6 +307,7 @@ struct engine {
     phase *phase_ring;
     uint64_t commit;
     planner plan;
+    drive drive;
     geo geo;
     int tail_done;
     double override_now, rapid_now;
@@ -455,7 +470,29 @@ static inline bool stands_before(const engine *e, const piece *p) {
     return p->stop_before || (p->gated && !gate_open(p->replay ? &e->plan.done_again : &e->plan.done, &p->need));
 }
 
+void curve_piece_derivatives(const engine *e, const piece *p, double s, double *d1, double *d2, double *d3);
+double curve_piece_cell_end(const engine *e, const piece *p, double s);
+
+/* drive.c */
+bool drive_new(engine *e);
+void drive_free(engine *e);
+void drive_commit(engine *e);
+bool drive_shorten_tail(engine *e);
+void drive_cut_run(engine *e, uint64_t head);
+void drive_shorten(engine *e, uint64_t i, double s);
+
 /* profile.c */
+typedef struct writer {
+    engine *e;
+    phase *out;       /* linear buffer, or NULL for the ring */
+    uint32_t count, max;
+    uint64_t piece;
+    double s, v, seconds, budget;
+} writer;
+void write_phase(writer *w, const phase *ph);
+bool writer_full(const writer *w);
+void pass_event(writer *w);
+double ahead_s(engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
 

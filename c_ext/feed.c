@@ -113,6 +113,7 @@ static void cut_run(engine *e, uint64_t head) {
         if (p->synch & SYNCH_MVS_SVS) e->feed.pushed.std_acked--;
     }
     e->feed.dropped_stop = false;
+    drive_cut_run(e, head);
     e->piece_head = head;
     e->plan.capped = e->plan.piece;
     e->feed.has_motion = false;
@@ -136,9 +137,20 @@ static void decide_branch(engine *e, piece *p, bool again) {
     e->feed.in_loop = true; /* until the path has passed the decision */
 }
 
+/* Where the stopping tail runs over a decision that has changed, a shorter one may leave it open. */
+static void free_decisions(engine *e) {
+    for (uint64_t i = e->plan.piece + 1, end = first_free(e); i < end && i < e->piece_head; i++) {
+        const piece *p = piece_at(e, i);
+        if (!is_branch(p) || p->again == loop_wanted(e, p)) continue;
+        drive_shorten_tail(e);
+        return;
+    }
+}
+
 /* The condition of a loop may have changed since its end was fed. */
 static void reconsider_loop(engine *e) {
     bool ahead = false;
+    if (e->drive.planner) free_decisions(e);
     for (uint64_t i = first_free(e); i < e->piece_head; i++) {
         piece *p = piece_at(e, i);
         if (!is_branch(p)) continue;
@@ -389,6 +401,7 @@ static bool cut_rest_piece(engine *e) {
     e->feed.has_motion = true;
     bool cut = stop < p->length - 1e-9;
     if (cut) shorten(e, p, stop);
+    if (cut) drive_shorten(e, i, stop);
     double at = p->from + p->length; /* behind an earlier stop the piece is a part already */
     bool left = at < p->whole - 1e-9;
     e->feed.next = left ? p->origin : p->origin + 1;
@@ -401,7 +414,7 @@ static bool cut_rest_piece(engine *e) {
 /* A new insert_cmd: what has been fed is fed again from where that is free, so that the stop finds its place. */
 static void take_insert(engine *e) {
     uint32_t request = ATOMIC_GET(e->insert_requests);
-    if (request == e->feed.inserts || e->feed.dir < 0) return;
+    if (request == e->feed.inserts || e->feed.dir < 0 || !drive_shorten_tail(e)) return;
     uint64_t i = first_free(e);
     while (i < e->piece_head && !is_inserted_stop(piece_at(e, i)) && (!is_motion(piece_at(e, i)) || piece_at(e, i)->shortcut)) i++;
     if (i < e->piece_head) feed_again_from(e, i); /* this drops the stops of the command before */
@@ -489,6 +502,7 @@ static void begin_run(engine *e, place at) {
     e->plan.piece = ++e->piece_head;
     e->plan.s = e->plan.v = 0.0;
     e->plan.capped = e->plan.piece;
+    e->drive.restart = true;
     e->feed.has_motion = e->feed.stop = e->feed.m01 = false;
 }
 

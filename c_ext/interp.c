@@ -156,15 +156,23 @@ static bool begin_phase(engine *e) {
 }
 
 /* The planner may cut the piece behind what is committed. */
-static double phase_position(const phase *ph, const piece *p, double t) {
-    return fmin(load_f64_relaxed(&p->length), ph->s0 + (ph->v0 + 0.5 * ph->a * t) * t);
+static double phase_position(const phase *ph, const piece *p, double t, double *v) {
+    double s = ph->s0 + (ph->v0 + 0.5 * ph->a * t) * t;
+    *v = ph->v0 + ph->a * t;
+    if (ph->c != 0.0 || ph->jerk != 0.0) {
+        const jerk_law law = {.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .c = ph->c, .jerk = ph->jerk};
+        jerk_state at;
+        jerk_at(&law, t, &at);
+        s = at.s;
+        *v = at.v;
+    }
+    return fmin(load_f64_relaxed(&p->length), s);
 }
 
 static void end_phase(engine *e) {
     geo *g = &e->geo;
     g->has_phase = false;
-    g->s = phase_position(&g->now, piece_at(e, g->piece), g->now.time);
-    g->v = g->now.v0 + g->now.a * g->now.time;
+    g->s = phase_position(&g->now, piece_at(e, g->piece), g->now.time, &g->v);
     if (g->v < 1e-9) g->v = 0.0;
     if (g->now.last) leave_piece(e);
 }
@@ -205,9 +213,11 @@ static void evaluate(engine *e) {
     if (g->piece == UINT64_MAX || e->piece_done > g->piece) return; /* stands at the end of what is done */
     if (ATOMIC_GET(e->withdraw) == WITHDRAW_DONE) return; /* stands; the planner looks at the position */
     const piece *p = piece_at(e, g->piece);
-    if (g->has_phase) g->v = g->now.v0 + g->now.a * g->t;
+    if (g->has_phase) {
+        double s = phase_position(&g->now, p, g->t, &g->v);
+        if (is_motion(p)) g->s = s;
+    }
     if (!is_motion(p)) return;
-    if (g->has_phase) g->s = phase_position(&g->now, p, g->t);
     place_on_path(g, p, g->s);
     if (p->mapped) map_position(e, p);
     piece_position(e, p, g->s, g->position);

@@ -28,22 +28,29 @@ static double ratio_at(const jerk_planner *p, const double *d1, const double *d2
     return worst;
 }
 
-/* The derivatives in the middle, of the polynomial of degree 5 for q' that meets q', q'', q''' at both ends. */
-static void middle(const jerk_interval *q, int axes, double *d1, double *d2, double *d3) {
-    double h = q->length;
-    for (int a = 0; a < axes; a++) {
-        double step = q->d1[1][a] - q->d1[0][a], sum2 = q->d2[0][a] + q->d2[1][a], step2 = q->d2[1][a] - q->d2[0][a];
-        double sum3 = q->d3[0][a] + q->d3[1][a], step3 = q->d3[1][a] - q->d3[0][a];
-        d1[a] = q->d1[0][a] + 0.5 * step - 5.0 / 32.0 * h * step2 + h * h / 64.0 * sum3;
-        d2[a] = 15.0 / 8.0 * step / h - 7.0 / 16.0 * sum2 + h / 32.0 * step3;
-        d3[a] = 1.5 * step2 / h - 0.25 * sum3;
+/* The derivatives at the share t of the interval, of the polynomial of degree 5 for the tangent that meets the tangent and
+ * its two derivatives at both ends: Hermite's basis. */
+static void derivatives_at(const jerk_interval *q, double t, int axes, double *d1, double *d2, double *d3) {
+    double h = q->length, r = 1.0 - t, t2 = t * t, r2 = r * r;
+    double a = r2 * r * (1.0 + 3.0 * t + 6.0 * t2), b = r2 * r * t * (1.0 + 3.0 * t), c = 0.5 * r2 * r * t2;
+    double f = t2 * t * (1.0 + 3.0 * r + 6.0 * r2), g = -t2 * t * r * (1.0 + 3.0 * r), k = 0.5 * t2 * t * r2;
+    double a1 = -30.0 * t2 * r2, b1 = r2 * (1.0 + 2.0 * t - 15.0 * t2), c1 = 0.5 * t * r2 * (2.0 - 5.0 * t);
+    double g1 = t2 * (1.0 + 2.0 * r - 15.0 * r2), k1 = -0.5 * r * t2 * (2.0 - 5.0 * r);
+    double a2 = -60.0 * t * r * (1.0 - 2.0 * t), b2 = -12.0 * t * r * (3.0 - 5.0 * t), c2 = r * (1.0 - 8.0 * t + 10.0 * t2);
+    double g2 = 12.0 * t * r * (3.0 - 5.0 * r), k2 = t * (1.0 - 8.0 * r + 10.0 * r2);
+    for (int i = 0; i < axes; i++) {
+        double p0 = q->d1[0][i], p1 = q->d1[1][i], v0 = h * q->d2[0][i], v1 = h * q->d2[1][i];
+        double w0 = h * h * q->d3[0][i], w1 = h * h * q->d3[1][i];
+        d1[i] = a * p0 + b * v0 + c * w0 + f * p1 + g * v1 + k * w1;
+        d2[i] = (a1 * (p0 - p1) + b1 * v0 + c1 * w0 + g1 * v1 + k1 * w1) / h;
+        d3[i] = (a2 * (p0 - p1) + b2 * v0 + c2 * w0 + g2 * v1 + k2 * w1) / (h * h);
     }
 }
 
 /* Three motions at start, middle and end of an interval. */
 static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->jump;
-    middle(s->q, p->cfg.axes, d1, d2, d3);
+    derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
     double worst = ratio_at(p, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
     worst = fmax(worst, ratio_at(p, d1, d2, d3, m[1], share));
     return fmax(worst, ratio_at(p, s->q->d1[1], s->q->d2[1], s->q->d3[1], m[2], share));
@@ -63,11 +70,28 @@ static double rest_ratio(const jerk_planner *p, const segment *s, double v, doub
 /* Where the speed peaks inside the interval, with the derivatives of its middle. */
 static double peak_ratio(const jerk_planner *p, const segment *s, motion m) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
-    middle(s->q, p->cfg.axes, d1, d2, d3);
+    derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
     return ratio_at(p, d1, d2, d3, m, s->jump);
 }
 
 static motion motion_of(double x, double u, double c) { return (motion){sqrt(x), u, c}; }
+
+static bool bends(const jerk_planner *p, const jerk_interval *q) {
+    for (int a = 0; a < p->cfg.axes; a++)
+        if (q->d2[0][a] != 0.0 || q->d2[1][a] != 0.0) return true;
+    return false;
+}
+
+/* Between the points that have rows the path may bend otherwise than the rows know. */
+static double quarters_ratio(const jerk_planner *p, const segment *s, double x, double u, double c) {
+    double worst = 0.0, d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
+    for (int k = 1; k <= 3; k += 2) {
+        double t = 0.25 * k, d = t * s->h;
+        derivatives_at(s->q, t, p->cfg.axes, d1, d2, d3);
+        worst = fmax(worst, ratio_at(p, d1, d2, d3, motion_of(x + 2.0 * d * u + d * d * c, u + d * c, c), s->jump));
+    }
+    return worst;
+}
 
 /* Largest speed over its cap: the feed or what was allowed on the way down to it. */
 static double feed_ratio(const jerk_planner *p, const grid *g, int k, double x0, double x1, double top_x) {
@@ -92,6 +116,7 @@ static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, doubl
     if (!(low > LEAST_DIP * top_x) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
     motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
     double limits = ratio_of(p, s, m);
+    if (bends(p, s->q)) limits = fmax(limits, quarters_ratio(p, s, x0, u0, c));
     if (u0 * u1 < 0.0 && c < 0.0) limits = fmax(limits, peak_ratio(p, s, motion_of(top_x, 0.0, c)));
     double feed = feed_ratio(p, g, k, x0, x1, top_x);
     s->excess = limits > CHECK_SLACK ? limits : 0.0;

@@ -45,8 +45,7 @@ static double velocity_cap(const jerk_planner *p, const jerk_interval *q) {
 /* Where the path bends so little that no row bounds it, the tangent terms still do; a cap keeps x bounded. */
 void segment_limits(const jerk_planner *p, segment *s) {
     const jerk_interval *q = s->q;
-    double factor = q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor;
-    double feed = q->feed > 0 ? q->feed * factor * VEL_USABLE / p->scale : 1e15;
+    double feed = fmin(1e15, asked_speed(p, q) * VEL_USABLE / p->scale);
     s->h = q->length;
     s->jump = s->share = 1.0;
     s->excess = s->fast = 0.0;
@@ -141,7 +140,9 @@ static extent window_extent(const jerk_planner *p) {
     double knots = 0.0;
     int blocks = 0;
     while (e.end != p->tail) {
-        const jerk_interval *q = ring_at(p, e.end++);
+        const jerk_interval *q = ring_at(p, e.end);
+        if (e.end != p->head && asked_speed(p, q) <= 0.0) return e; /* an override of zero begins here */
+        e.end++;
         e.length += q->length;
         knots += ceil(q->length / p->spacing);
         blocks += (int)q->blocks;

@@ -24,6 +24,8 @@ static brake brake_estimate(const jerk_planner *p, double v1) {
     return (brake){top, rise + (ramp > 0.0 ? 0.5 * (top + v1) * (drop / ramp + ramp / jerk) : 0.0)};
 }
 
+double jerk_stop_distance(const jerk_planner *p) { return p->at_rest ? 0.0 : brake_estimate(p, 0.0).distance; }
+
 /* The speed is above what a reduced override allows: a window that comes down to it without falling below. */
 bool plan_ramp(jerk_planner *p) {
     static const double tries[] = {1.03, 1.15, 1.5};

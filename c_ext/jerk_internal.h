@@ -102,15 +102,17 @@ typedef struct problem {
 /* An accepted plan: from `next` on it is the stored tail, and it ends at rest. */
 typedef struct plan {
     double *h, *x, *u, *c;                /* x, u at the n + 1 knots */
+    double *jerk, *time;                  /* mm/s3: if not 0, instead of c; s: if known, else 0 */
     double *offset;
     uint64_t *tag;
-    bool *last;
+    uint8_t *last;                        /* as jerk_law.last */
     int n, next;                          /* next: first segment not handed out */
     int since;                            /* handed out since it was planned */
     bool final;                           /* converged: it need not be planned again */
     bool rest_start, stands;              /* starts at rest; ends where the axes must stand */
     uint64_t end;                         /* ring index of the first interval that it does not finish */
     double length;                        /* mm from `next` to the end */
+    double lasts;                         /* mm: with more than that left it need not be planned again */
 } plan;
 
 struct jerk_planner {
@@ -123,6 +125,7 @@ struct jerk_planner {
     uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
     bool finished, hold, changed, at_rest;
     double feed_factor, rapid_factor;
+    double command_speed;                 /* mm/s; < 0: none */
     int capacity;                         /* segments a grid can hold */
     double behind_mm, behind_share;       /* reach of a jump behind the head, and what it leaves */
     double x, u;                          /* scaled state at the head */
@@ -136,6 +139,12 @@ struct jerk_planner {
 };
 
 static inline const jerk_interval *ring_at(const jerk_planner *p, uint64_t i) { return &p->ring[i & p->mask]; }
+
+/* Speed that the operator and the program ask for over q, mm/s. */
+static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) {
+    if (p->command_speed >= 0.0) return p->command_speed;
+    return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) : 1e30;
+}
 
 /* jerk_knots.c */
 void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out);
@@ -178,10 +187,14 @@ void plan_accept(jerk_planner *p, const grid *g, bool final);
 void plan_window(jerk_planner *p);
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 
+/* jerk_straight.c */
+bool plan_straight(jerk_planner *p);
+
 /* jerk_hold.c */
 void plan_stop(jerk_planner *p);
 bool plan_ramp(jerk_planner *p);
 
 /* jerk_law.c */
-void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double scale);
+void law_constant_jerk(jerk_law *law, double h, double v, double a, double jerk, double time);
+void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double time, double scale);
 #endif

@@ -48,8 +48,8 @@ static double duration(const jerk_law *law, double h, double v1) {
     return t;
 }
 
-/* The law over h from scaled (x, u, c) to x1; x = 0: it starts at rest, x1 = 0: it ends at rest. */
-void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double scale) {
+/* The law over h from scaled (x, u, c) to x1; x = 0: it starts at rest, x1 = 0: it ends at rest. `time`: if known, else 0. */
+void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double time, double scale) {
     double f2 = scale * scale;
     law->length = h;
     law->v0 = scale * sqrt(fmax(0.0, x));
@@ -66,7 +66,16 @@ void law_from(jerk_law *law, double h, double x, double u, double c, double x1, 
         law->a0 = x > 0.0 ? -law->jerk * law->time : 0.0;
         return;
     }
-    law->time = duration(law, h, scale * sqrt(x1));
+    law->time = time > 0.0 ? time : duration(law, h, scale * sqrt(x1));
+}
+
+void law_constant_jerk(jerk_law *law, double h, double v, double a, double jerk, double time) {
+    law->length = h;
+    law->v0 = v;
+    law->a0 = a;
+    law->c = 0.0;
+    law->jerk = jerk;
+    law->time = time;
 }
 
 /* States every `dt` over consecutive laws; `phase` is the time of the first sample in the first law, and is left as

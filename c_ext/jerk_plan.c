@@ -15,6 +15,19 @@
 #define FALLBACK_LENGTHS 6
 #define SHRINK 0.25      /* of the guess, at the second try from rest */
 #define FALLBACK_TRIES 40
+#define LASTS 6.0         /* a plan is not made anew while so many stopping ways are left of it */
+
+/* Way from the largest speed of the plan to rest with the smallest limits. */
+static double stopping_way(const jerk_planner *p, const grid *g) {
+    double x = 0.0, a = 1e30, j = 1e30;
+    for (int k = 0; k < g->n; k++) x = fmax(x, p->prob.x[k]);
+    for (int i = 0; i < p->cfg.axes; i++) {
+        a = fmin(a, p->cfg.a_max[i]);
+        j = fmin(j, p->cfg.j_max[i]);
+    }
+    double v = p->scale * sqrt(x), ramp = fmin(a, sqrt(v * j));
+    return 0.5 * v * (v / ramp + ramp / j);
+}
 
 /* The checked problem becomes the plan. */
 void plan_accept(jerk_planner *p, const grid *g, bool final) {
@@ -30,7 +43,8 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
         pl->h[k] = s->h;
         pl->tag[k] = s->q->tag;
         pl->offset[k] = s->q->offset;
-        pl->last[k] = s->last;
+        pl->last[k] = (uint8_t)(s->last + 2 * (s->last && s->q->blocks > 0));
+        pl->jerk[k] = pl->time[k] = 0.0;
         end += s->last;
     }
     pl->n = g->n;
@@ -40,6 +54,7 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
     pl->stands = g->stands;
     pl->end = end;
     pl->length = g->from_start[g->n];
+    pl->lasts = LASTS * stopping_way(p, g);
 }
 
 /* Time over the first `length` mm, to compare plans; rest intervals are exact, others by the mean speed. */
@@ -172,6 +187,10 @@ static bool above_soft(const jerk_planner *p, const grid *g) {
 /* A new plan over the window, if it is legal and not slower than the stored tail; else the tail stays. */
 void plan_window(jerk_planner *p) {
     grid *g = &p->grid;
+    if (plan_straight(p)) {
+        p->changed = false;
+        return;
+    }
     grid_window(p, g);
     if (g->n < (g->rest_start ? 3 : 2)) return;
     bool changed = p->changed, above = above_soft(p, g);

@@ -9,6 +9,8 @@
 #define DEFAULT_REFRESH 0.2 
 #define SHORT_WINDOW 50      /* blocks: here what is left of the window counts */
 #define SHORT_REFRESH 0.12
+#define LEAST_PART 1e-7  /* mm: shorter parts of a law are not handed out */
+#define LEAST_TIME 1e-9  /* s */
 
 static bool positive(double v) { return isfinite(v) && v > 0.0; }
 
@@ -53,10 +55,10 @@ static void lay_out(jerk_planner *p, arena *m) {
     b->jerk = take(m, sizeof(two_sided) * blocks * 2 * axes);
     b->acc = take(m, sizeof(two_sided) * blocks * 2 * axes);
     b->one = take(m, sizeof(one_sided) * blocks * ONE_SIDED_ROWS);
-    double **kept[] = {&p->plan.h, &p->plan.x, &p->plan.u, &p->plan.c, &p->plan.offset, &p->scratch};
+    double **kept[] = {&p->plan.h, &p->plan.x, &p->plan.u, &p->plan.c, &p->plan.jerk, &p->plan.time, &p->plan.offset, &p->scratch};
     for (size_t i = 0; i < sizeof kept / sizeof *kept; i++) *kept[i] = doubles(m, stages);
     p->plan.tag = take(m, sizeof(uint64_t) * n);
-    p->plan.last = take(m, sizeof(bool) * n);
+    p->plan.last = take(m, n);
 }
 
 /* Smallest limits: length of the ramp from rest to full acceleration, and the speed scale. */
@@ -65,9 +67,10 @@ static void set_scales(jerk_planner *p) {
     double length = 1e30, v = 0.0;
     for (int a = 0; a < c->axes; a++) {
         double t = c->a_max[a] / c->j_max[a];
-        length = fmin(length, c->j_max[a] * t * t * t / 6.0);
+        if (t > 2.0 * c->cycle_s) length = fmin(length, c->j_max[a] * t * t * t / 6.0); /* else: as good as unlimited */
         v = fmax(v, c->v_max[a]);
     }
+    if (length >= 1e30) length = v * c->cycle_s;
     p->rest_length = length;
     p->scale = v / 3.0;
     p->spacing = c->spacing_mm > 0.0 ? c->spacing_mm : length / 6.0;
@@ -85,6 +88,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     while (p->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) p->mask = 2 * p->mask + 1;
     p->at_rest = true;
     p->feed_factor = p->rapid_factor = 1.0;
+    p->command_speed = -1.0;
     arena m = {0};
     lay_out(p, &m);
     if (posix_memalign(&p->arena, 64, m.used)) p->arena = NULL;
@@ -128,7 +132,7 @@ static bool worth_planning(const jerk_planner *p) {
     if (p->hold || p->wait > 0) return false;
     if (!pl->final) return true;
     if (pl->stands || !more_path(p)) return false;
-    return pl->since >= p->cfg.refresh * pl->n;
+    return pl->since >= p->cfg.refresh * pl->n && pl->length < pl->lasts;
 }
 
 static double thread_cpu_s(void) {
@@ -139,7 +143,7 @@ static double thread_cpu_s(void) {
 
 static bool zero_factor(const jerk_planner *p) {
     const jerk_interval *q = ring_at(p, p->head);
-    return p->head != p->tail && (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) <= 0.0;
+    return p->head != p->tail && asked_speed(p, q) <= 0.0;
 }
 
 static void plan_again(jerk_planner *p) {
@@ -161,7 +165,12 @@ static void law_of(const jerk_planner *p, int k, jerk_law *law) {
     law->s0 = pl->offset[k];
     law->flags = end ? JERK_STAND : 0;
     law->last = pl->last[k];
-    law_from(law, pl->h[k], pl->x[k], pl->u[k], pl->c[k], end ? 0.0 : pl->x[k + 1], p->scale);
+    if (pl->jerk[k] != 0.0) {
+        law_constant_jerk(law, pl->h[k], p->scale * sqrt(pl->x[k]), p->scale * p->scale * pl->u[k], pl->jerk[k], pl->time[k]);
+        return;
+    }
+    law_from(law, pl->h[k], pl->x[k], pl->u[k], pl->c[k], end ? 0.0 : pl->x[k + 1], pl->time[k], p->scale);
+    pl->time[k] = law->time; /* tails are asked for again and again */
 }
 
 /* Segment `next` of the plan is the caller's: the path and the state move on. */
@@ -170,6 +179,7 @@ static void hand_out(jerk_planner *p) {
     int k = pl->next++;
     pl->since++;
     p->wait--;
+    pl->length -= pl->h[k];
     p->at_rest = pl->next == pl->n;
     p->x = p->at_rest ? 0.0 : pl->x[k + 1];
     p->u = p->at_rest ? 0.0 : pl->u[k + 1];
@@ -188,9 +198,43 @@ int jerk_next(jerk_planner *p, jerk_law *law) {
     return 1;
 }
 
+/* Only the first `seconds` of the law of segment `next` are handed out; what is left stays in the plan. */
+static void split(jerk_planner *p, jerk_law *law, double seconds) {
+    plan *pl = &p->plan;
+    int k = pl->next;
+    jerk_state at;
+    jerk_at(law, seconds, &at);
+    double d = at.s - law->s0, left = pl->h[k] - d;
+    if (!(d > LEAST_PART) || !(left > LEAST_PART) || !(at.v > 0.0)) {
+        hand_out(p);
+        return;
+    }
+    pl->jerk[k] = k + 1 == pl->n ? 0.0 : law->jerk; /* towards a rest the law follows from speed and way */
+    pl->time[k] = law->time - seconds;
+    pl->h[k] = left;
+    pl->length -= d;
+    pl->offset[k] += d;
+    pl->x[k] = p->x = at.v * at.v / (p->scale * p->scale);
+    pl->u[k] = p->u = at.a / (p->scale * p->scale);
+    pl->rest_start = p->at_rest = false;
+    p->behind_mm = fmax(0.0, p->behind_mm - d);
+    ring_consume(p, d, false);
+    *law = (jerk_law){.tag = law->tag, .s0 = law->s0, .v0 = law->v0, .a0 = law->a0, .c = law->c, .jerk = law->jerk, .time = seconds, .length = d};
+}
+
+int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds) {
+    if (worth_planning(p)) plan_again(p);
+    if (p->plan.next >= p->plan.n) return 0;
+    law_of(p, p->plan.next, law);
+    if (law->time <= seconds * (1.0 + 1e-9)) hand_out(p);
+    else split(p, law, seconds);
+    p->stats.laws++;
+    return 1;
+}
+
 int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds) {
     int64_t n = 0;
-    for (double t = 0.0; n < max && t < seconds && jerk_next(p, &laws[n]); n++) t += laws[n].time;
+    for (double t = 0.0; n < max && seconds - t > LEAST_TIME && jerk_next_within(p, &laws[n], seconds - t); n++) t += laws[n].time;
     return n;
 }
 

@@ -48,7 +48,7 @@ typedef struct jerk_law {
     double c, jerk;             /* 1/s2, mm/s3 */
     double time, length;        /* s, mm */
     uint32_t flags;             /* JERK_STAND: at rest at the end */
-    uint32_t last;              /* the caller's interval ends with this law */
+    uint32_t last;              /* 1: the caller's interval ends with this law; 3: and a program block with it */
 } jerk_law;
 
 typedef struct jerk_state {
@@ -58,6 +58,7 @@ typedef struct jerk_state {
 typedef struct jerk_stats {
     uint64_t solves, failed, refused, slower, holds, hold_solves, laws, iterations;
     double worst_solve_s;       /* CPU seconds of the slowest plan */
+    uint64_t straight;          /* lines from rest to rest, planned without the solver */
     uint64_t segments;          /* planner intervals handed out */
     double worst_ratio;         /* largest true row the checker has seen in an accepted plan */
 } jerk_stats;
@@ -74,9 +75,23 @@ void jerk_finish(jerk_planner *p, int finished);    /* no more intervals will co
 void jerk_override(jerk_planner *p, double feed, double rapid);
 void jerk_hold(jerk_planner *p, int hold);
 
+void jerk_command_speed(jerk_planner *p, double speed); /* mm/s in place of feed and override; < 0: no longer */
+
+/* Changes of a path that has been pushed.  Intervals are counted from the one the planner is in. */
+int64_t jerk_ahead(const jerk_planner *p);          /* intervals pushed and not handed out; of the first perhaps a part */
+const jerk_interval *jerk_path(const jerk_planner *p, int64_t i);
+void jerk_stand(jerk_planner *p, int64_t i, int stand); /* the axes must stand (need not) at the end of interval i */
+int jerk_passes(const jerk_planner *p, int64_t i);  /* the present plan runs over the end of interval i */
+void jerk_cut(jerk_planner *p, int64_t i, double length); /* keep `length` mm of interval i and nothing behind it */
+void jerk_brake(jerk_planner *p);                   /* what is left of the plan becomes the shortest stop */
+void jerk_reset(jerk_planner *p);                   /* at rest, without a path */
+double jerk_stop_distance(const jerk_planner *p);    /* mm, estimated on a straight line from here */
+double jerk_speed(const jerk_planner *p);           /* mm/s at the end of what was handed out; 0: at rest */
+
 int jerk_ready(const jerk_planner *p);              /* enough is known to go on without planning a stop too early */
 int jerk_next(jerk_planner *p, jerk_law *law);      /* 1: a law was handed out; 0: at rest, nothing to do */
-int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds); /* at least `seconds` of them */
+int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds); /* as jerk_next, at most `seconds` of the law */
+int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds); /* `seconds` of them */
 int64_t jerk_tail(const jerk_planner *p, jerk_law *laws, int64_t max); /* from what was handed out to rest */
 void jerk_tail_driven(jerk_planner *p);             /* the tail was executed: go on from its end, at rest */
 void jerk_at(const jerk_law *law, double t, jerk_state *out);

@@ -26,6 +26,7 @@
 #define NC_EVENT 14
 #define NC_COMPENSATION 15 /* consumed by the radius compensation stage */
 #define NC_SMOOTHING 16    /* consumed by the smoothing stage */
+#define NC_COORDINATES 20  /* consumed by the stages of frames and kinematics */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */
@@ -37,6 +38,9 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
+#define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
+#define NC_PTP 8192           /* coordinates: blocks are straight lines of the machine axes */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */
@@ -55,6 +59,13 @@
  * or 5; `degree` outer corners: 25 lines, 26 arcs; `flags` NC_CONTOUR_FEED. */
 /* An NC_SMOOTHING row says how the contour is smoothed from here on: `code` 0 exactly, 1 within `value` mm (0: as configured)
  * and `radius` degrees of the rotary axes (0: as configured); turns over `angle` rad (0: as configured) stay corners. */
+/* An NC_COORDINATES row says what lies between programmed and axis positions from here on. `end`: where the channel stands
+ * in the new programmed coordinates. Frame: p = origin + R p_programmed over the three main axes; R as unit quaternion
+ * (w x y z) in `center`, `radius`, `programmed_radius`; origin in `angle`, `value`, `length_min`. Kinematics: `code`, its
+ * number + 1, 0 for none; tool length in `feed`; flag NC_PTP. */
+/* A motion with NC_ELEMENT and `degree` NC_TANGENTS names its tangents over the main axes (in and out, 6 numbers in the
+ * pool from `pool` on), because its geometry lies in other coordinates than the axes. */
+#define NC_TANGENTS 255
 typedef struct nc_block {
     double end[NC_AXES];
     double length;            /* path length: main axes, rotary axes when only they move */

@@ -51,26 +51,21 @@ static double need_at(engine *e, uint64_t i, uint64_t end, double s) {
     return fmin(st.cap * st.cap, fmin(st.end2, st.cap * st.cap) + 2.0 * st.accel * (st.to - s));
 }
 
-typedef struct writer {
-    engine *e;
-    phase *out;       /* linear buffer, or NULL for the ring */
-    uint32_t count, max;
-    uint64_t piece;
-    double s, v, seconds, budget;
-} writer;
-
-static bool writer_full(const writer *w) {
+bool writer_full(const writer *w) {
     if (w->seconds >= w->budget) return true;
     if (w->out) return w->count + 4 >= w->max;
     return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed) >= PHASE_RING - 4;
 }
 
+void write_phase(writer *w, const phase *ph) {
+    if (w->out) w->out[w->count++] = *ph;
+    else w->e->phase_ring[w->e->plan.written++ & (PHASE_RING - 1)] = *ph;
+    w->seconds += ph->time;
+}
+
 static void emit(writer *w, double a, double time, bool last) {
-    phase *ph = w->out ? &w->out[w->count] : &w->e->phase_ring[w->e->plan.written & (PHASE_RING - 1)];
-    *ph = (phase){w->piece, w->s, w->v, a, time, last};
-    if (w->out) w->count++;
-    else w->e->plan.written++;
-    w->seconds += time;
+    phase ph = {.piece = w->piece, .s0 = w->s, .v0 = w->v, .a = a, .time = time, .last = last};
+    write_phase(w, &ph);
 }
 
 /* Constant acceleration until speed v1 or distance d (whichever the caller computed to coincide); cut at the budget. */
@@ -119,7 +114,7 @@ static void brake(writer *w, const stretch *st, double end2, bool ends) {
 }
 
 /* One step over the stretch: accelerate, cruise or brake, each cut at the budget. */
-static void drive(writer *w, const stretch *st, bool ends) {
+static void drive_stretch(writer *w, const stretch *st, bool ends) {
     double room = st->to - w->s, v = w->v, a = st->accel, end2 = fmin(st->end2, st->cap * st->cap);
     if (v * v >= end2 + 2.0 * a * room) {
         brake(w, st, end2, ends);
@@ -144,7 +139,7 @@ static void drive(writer *w, const stretch *st, bool ends) {
     }
 }
 
-static void pass_event(writer *w) {
+void pass_event(writer *w) {
     const piece *p = piece_at(w->e, w->piece);
     double time = p->type == NC_DWELL ? p->value : 0.0;
     emit(w, 0.0, time, true);
@@ -174,7 +169,7 @@ static void drive_window(writer *w, uint64_t end) {
         }
         stretch st = stretch_at(e, w->piece, end, w->s);
         if (w->v <= 0.0 && st.cap <= 0.0) return;
-        drive(w, &st, st.to >= p->length);
+        drive_stretch(w, &st, st.to >= p->length);
         if (w->s >= p->length) {
             note_infeasible(w, p, end);
             w->piece++;
@@ -218,6 +213,7 @@ static bool resume_after_tail(engine *e) {
     e->plan.committed_s += driven;
     e->plan.written = word >> 2;
     e->plan.tails[((word >> 1) & 1) ^ 1].count = 0;
+    e->drive.restart = true;
     e->tail_done = 0;
     ATOMIC_SET(e->commit, word ^ 3u);
     return true;
@@ -276,7 +272,7 @@ static uint64_t choose_conditions(engine *e) {
     return state_feasible(e, end) ? end : plan_under(e, &old);
 }
 
-static double ahead_s(engine *e) {
+double ahead_s(engine *e) {
     double consumed;
     __atomic_load(&e->geo.consumed_s, &consumed, __ATOMIC_ACQUIRE);
     return e->plan.committed_s - consumed;
@@ -314,6 +310,7 @@ static bool withdraw(engine *e) {
     e->plan.v = 0.0;
     e->plan.written = ATOMIC_GET(e->commit) >> 2;
     __atomic_load(&e->geo.consumed_s, &e->plan.committed_s, __ATOMIC_ACQUIRE);
+    e->drive.restart = true;
     return true;
 }
 
@@ -342,8 +339,8 @@ int planner_pump(engine *e) {
     __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
     e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0 || feed_job_pending(e);
-    uint64_t end = choose_conditions(e);
-    commit(e, end);
+    if (e->drive.planner) drive_commit(e);
+    else commit(e, choose_conditions(e));
     e->plan.cpu_s += thread_cpu_s() - t0;
     return e->plan.written != before;
 }

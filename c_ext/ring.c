@@ -19,7 +19,19 @@ static bool row_is_finite(const engine *e, const nc_block *r) {
            isfinite(r->length_min);
 }
 
+/* A motion in other coordinates than the axes': its tangents, kept for the element that is pushed next. */
+static bool tangents_are_given(engine *e, const nc_block *r, const double *pool, int64_t pool_n) {
+    if (!pool || (int64_t)r->pool + 6 > pool_n || !(r->length > 0)) return false;
+    for (int i = 0; i < 6; i++) {
+        e->next_tangents[i] = pool[r->pool + i];
+        if (!isfinite(e->next_tangents[i])) return false;
+    }
+    return true;
+}
+
 static bool row_is_supported(engine *e, const nc_block *r, const double *pool, int64_t pool_n) {
+    if (r->type <= NC_POLYNOMIAL && r->flags & NC_ELEMENT && r->degree == NC_TANGENTS)
+        return tangents_are_given(e, r, pool, pool_n);
     if (r->flags & NC_ELEMENT && r->type == NC_POLYNOMIAL) return false;
     if (r->flags & NC_PIECE && !(r->value >= 0 && e->element_head > 0)) return false;
     switch (r->type) {
@@ -160,7 +172,15 @@ static void push_programmed(engine *e, const nc_block *row) {
     piece p;
     memset(&p, 0, sizeof p);
     memcpy(p.start, e->element_end, sizeof p.start);
-    piece_build(e, &p, row);
+    if (row->degree == NC_TANGENTS) {
+        for (int i = 0; i < 3; i++) {
+            if (e->cfg.main[i] < 0) continue;
+            p.tangent_in[e->cfg.main[i]] = e->next_tangents[i];
+            p.tangent_out[e->cfg.main[i]] = e->next_tangents[3 + i];
+        }
+    } else {
+        piece_build(e, &p, row);
+    }
     push_element(e, &p, row);
     memcpy(e->element_end, row->end, sizeof e->element_end);
 }

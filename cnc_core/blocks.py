@@ -22,6 +22,7 @@ NC_AXES = 9
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
 SMOOTHING = 16
+COORDINATES = 20
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -39,8 +40,12 @@ TYPE_NAMES: dict[int, str] = {
     EVENT: "event",
     COMPENSATION: "compensation",
     SMOOTHING: "smoothing",
+    COORDINATES: "coordinates",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
+BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
+TANGENTS = 255  # degree of an element that names its tangents in the pool
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
@@ -104,6 +109,11 @@ class BlockBatch:
     def motion(self) -> npt.NDArray[np.bool_]:
         """Mask of the rows that move axes."""
         return np.asarray(self.rows["type"] <= POLYNOMIAL)
+
+
+def number_of_blocks(batch: BlockBatch) -> int:
+    """Rows that are blocks, not said to the stages alone."""
+    return int((batch.rows["type"] != COORDINATES).sum())
 
 
 def motion_planes(plane: int) -> tuple[int, int, int]:
@@ -190,6 +200,9 @@ def blocks(
 ) -> Iterator[Block]:
     """One ``Block`` a row that is executed; ``start`` (axes,), the position before the batch, is advanced in place."""
     for row in batch.rows:
+        if row["type"] == COORDINATES:
+            start[:] = row["end"][: len(start)]
+            continue
         if row["flags"] & ELEMENT and row["type"] <= POLYNOMIAL:
             continue
         yield Block(row, start.copy(), axes, main, batch.pool)

@@ -89,11 +89,14 @@ def open_program(
     collect: bool = False,
     lenient: bool = False,
     tolerance: float = 0.0,
+    programmed: bool = False,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
 
-    program = Program(file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance)
+    program = Program(
+        file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance, programmed=programmed
+    )
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
@@ -113,12 +116,14 @@ def check(
 
     Example: hli-cosim check part.nc --json
     """
+    from .blocks import number_of_blocks  # noqa: PLC0415
+
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(file, config, dialect, collect=True, lenient=lenient)
-            count = sum(map(len, program.batches()))
+            program = open_program(file, config, dialect, collect=True, lenient=lenient, programmed=True)
+            count = sum(map(number_of_blocks, program.batches()))
         errors, setups = program.errors, getattr(program.reader, "setups", [])
         say_warnings(program)
     except CncError as error:
@@ -145,7 +150,7 @@ def blocks(
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect, lenient=lenient)
+    program = open_program(file, config, dialect, lenient=lenient, programmed=True)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():

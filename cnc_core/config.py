@@ -20,6 +20,8 @@ from .errors import ConfigError, Place
 from .frontend.isons_cell import IO_BLOCKS
 from .frontend.machine import External, ProgramMachine, Tool
 from .isons_config import IsonsConfig
+from .kinematics.machine import Kinematics
+from .kinematics_config import KinematicsConfig
 
 EXTERNAL_BLOCKS = 1000  # 24-byte blocks of one area of external variables
 MIN_FB_STORAGE = 65536  # P-STUP-00033: smaller values other than 0 are raised to it, with a warning
@@ -166,6 +168,7 @@ class ChannelConfig(_Table):
     m_pre_outp: dict[str, NotNegative] = Field(default_factory=dict)
     g_programs: dict[str, str] = Field(default_factory=dict)
     m6_program: str = ""
+    kin_id: Annotated[int, Field(ge=0, le=999)] | None = None
     skip_levels: list[Annotated[int, Field(ge=1, le=10)]] = Field(default_factory=list)
 
     @field_validator("g_programs")
@@ -231,6 +234,7 @@ class CellConfig(_Table):
     external: dict[str, ExternalConfig] = Field(default_factory=dict)
     zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
     isons: IsonsConfig = Field(default_factory=IsonsConfig)
+    kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
 
     @model_validator(mode="before")
     @classmethod
@@ -342,6 +346,45 @@ class CellConfig(_Table):
         x, y, z = (names.index(n) if n in names else -1 for n in "XYZ")
         return x, y, z
 
+    @model_validator(mode="after")
+    def _kinematics_fit(self) -> CellConfig:
+        for key, table in self.kinematics.items():
+            if not key.isdigit() or key != str(int(key)) or int(key) > 999:
+                raise ValueError(f"kinematics {key!r} is not a number 0..999")
+            for kind, names in (("linear", table.linear), ("rotary", table.rotary)):
+                for name in names:
+                    if name not in self.axes:
+                        raise ValueError(f"kinematics {key}: the machine has no axis {name!r}")
+                    if self.axes[name].kind != kind:
+                        raise ValueError(f"kinematics {key}: axis {name} is not a {kind} axis")
+            if min(self.main_axes) < 0:
+                raise ValueError(f"kinematics {key}: the tip is programmed with X, Y and Z, which the machine lacks")
+            if {self.axis_names[i] for i in self.main_axes} != set(table.linear):
+                raise ValueError(f"kinematics {key}: linear axes are X, Y and Z, in the order of the chain")
+        try:
+            self.kinematic_machines  # noqa: B018 - built once, to see that it can be
+        except ValueError as error:
+            raise ValueError(f"kinematics: {error}") from None
+        if self.channel.kin_id is not None and str(self.channel.kin_id) not in self.kinematics:
+            raise ValueError(f"channel.kin_id: there is no table kinematics.{self.channel.kin_id}")
+        return self
+
+    @property
+    def kinematic_machines(self) -> dict[int, Kinematics]:
+        """Kinematic transformations by number."""
+        low, high = self.axis_values("min_mm"), self.axis_values("max_mm")
+        return {
+            int(key): table.machine(int(key), self.axis_names, self.main_axes, low, high)
+            for key, table in self.kinematics.items()
+        }
+
+    @property
+    def kin_id(self) -> int | None:
+        """Transformation that programs begin with (P-CHAN-00032): ``channel.kin_id``, else the first table."""
+        if self.channel.kin_id is not None:
+            return self.channel.kin_id
+        return next((int(key) for key in self.kinematics), None)
+
     @property
     def m_functions(self) -> dict[int, str]:
         """Synchronisation type by M number."""
@@ -368,6 +411,8 @@ class CellConfig(_Table):
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
             axis_ids=tuple(a.id or i for i, a in enumerate(self.axes.values(), 1)),
+            kinematics=self.kinematic_machines,
+            kin_id=self.kin_id,
         )
 
     def warnings(self) -> list[str]:
@@ -387,6 +432,7 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
         "tools": ToolConfig,
         "external": ExternalConfig,
         "spindles": SpindleConfig,
+        "kinematics": KinematicsConfig,
         "isons": IsonsConfig,
     }
     if len(path) == 1:

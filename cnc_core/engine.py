@@ -71,7 +71,9 @@ class Samples:
     element: npt.NDArray[np.int64]
 
 
-def _engine_config(cell: CellConfig, window: int | None, clock: int, service: int, channel: int) -> Any:
+def _engine_config(
+    cell: CellConfig, window: int | None, clock: int, service: int, channel: int, jerk: bool
+) -> Any:
     config = ffi.new("engine_config *")
     config.cycle_s = cell.cycle_s
     names = cell.axis_names
@@ -81,7 +83,7 @@ def _engine_config(cell: CellConfig, window: int | None, clock: int, service: in
         ("j_max", "j_max_mm_s3"),
         ("start", "start_mm"),
     ):
-        getattr(config, target)[0 : len(names)] = list(cell.axis_values(key))
+        getattr(config, target)[0 : len(names)] = list(cell.axis_values(key) * (jerk or target != "j_max"))
     config.axis_count = len(names)
     config.main = list(cell.main_axes)
     config.window = window or cell.channel.window
@@ -105,7 +107,10 @@ def bare_loop(period_s: float, rows: int, fifo: bool = True) -> npt.NDArray[np.i
 
 
 class Engine:
-    """Owner of one C engine. ``segment``: address of a mapped HLI segment, or None for offline planning."""
+    """Owner of one C engine. ``segment``: address of a mapped HLI segment, or None for offline planning.
+
+    ``jerk`` False: the cell's jerk limits are left aside.
+    """
 
     def __init__(
         self,
@@ -116,9 +121,10 @@ class Engine:
         clock: int = 1,
         service: int = 0,
         record_rows: int = 0,
+        jerk: bool = True,
     ) -> None:
         self.axes = len(cell.axes)
-        config = _engine_config(cell, window, clock, service, 0)
+        config = _engine_config(cell, window, clock, service, 0, jerk)
         pointer = ffi.cast("void *", segment) if segment else ffi.NULL
         handle = lib.engine_new(config, pointer)
         if handle == ffi.NULL:

@@ -30,6 +30,7 @@ class PlanResult:
     path_deviation_mm: float = 0.0
     lookahead: int = 0
     infeasible: int = 0
+    jerk_limited: bool = False
     samples: dict[str, Any] | None = None
 
     def as_json(self) -> dict[str, Any]:
@@ -42,7 +43,7 @@ class PlanResult:
             "max_ratio": self.max_ratio,
             "path_deviation_mm": self.path_deviation_mm,
             "lookahead": self.lookahead,
-            "planner": "acceleration-limited",
+            "planner": "jerk-limited" if self.jerk_limited else "acceleration-limited",
         }
 
 
@@ -77,7 +78,8 @@ def plan_program(
 ) -> PlanResult:
     """Plan and interpolate to the end; CncError if the program is wrong."""
     cell = program.cell
-    engine = Engine(cell, window=window, record_rows=RECORD_ROWS)
+    jerk = jerk and bool(cell.axis_values("j_max_mm_s3").any())
+    engine = Engine(cell, window=window, record_rows=RECORD_ROWS, jerk=jerk)
     check, kept = TrajectoryCheck(cell), []
     feeder = Feeder(program, engine, lambda batch: check.table.add(batch.rows, batch.pool))
     try:
@@ -93,7 +95,10 @@ def plan_program(
             if event in (Event.PROGRAM_END, Event.FAULT):
                 break
         check.finish()
-        return _result(cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None)
+        carried = max(program.frames.deviation, program.kinematics.deviation)
+        return _result(
+            cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
+        )
     finally:
         engine.close()
 
@@ -106,10 +111,11 @@ def _result(
     window: int,
     jerk: bool,
     kept: list[Samples] | None,
+    carried: float,
 ) -> PlanResult:
     state = engine.state
     ratio: dict[str, float | None] = dict(check.ratio)
-    if not jerk or not cell.axis_values("j_max_mm_s3").any():
+    if not jerk:
         ratio["jerk"] = None
     return PlanResult(
         blocks=feeder.rows,
@@ -117,9 +123,10 @@ def _result(
         plan_cpu_s=float(state.plan_cpu_s),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
-        path_deviation_mm=check.deviation,
+        path_deviation_mm=max(check.deviation, carried),
         lookahead=window,
         infeasible=int(state.infeasible),
+        jerk_limited=jerk,
         samples=_arrays(cell, kept) if kept is not None else None,
     )
 

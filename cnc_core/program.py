@@ -16,11 +16,14 @@ from . import frontend
 from .blocks import BlockBatch
 from .config import CellConfig
 from .errors import CncError, Place
+from .geometry.frames import Frames
+from .geometry.parameter_feed import ParameterFeed
 from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
+from .kinematics.stage import KinematicsStage, ProgrammedView
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
@@ -76,6 +79,7 @@ class Program:
     ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
+    ``programmed``: rows as they are ahead of the kinematics, which is followed for its errors only.
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -90,6 +94,7 @@ class Program:
         lenient: bool = False,
         start: npt.NDArray[np.float64] | None = None,
         tolerance: float = 0.0,
+        programmed: bool = False,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
@@ -104,10 +109,14 @@ class Program:
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
-        self.profiles = Profiles(machine.main, self._place)
+        contour: list[Stage] = [compensation, DropZeroLength(), self.smoothing]
+        self.frames = Frames(Pipeline(contour), machine.start, machine.main)
+        machines = dict(cell.kinematic_machines)  # profiles add their own
+        self.profiles = Profiles(machine.main, self._place, machines)
+        self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
-        stages: list[Stage] = [self.profiles, compensation, DropZeroLength(), self.smoothing, self.limits]
-        self.pipeline = Pipeline(stages)
+        axes: Stage = Pipeline([self.kinematics, ParameterFeed(len(machine.axes), machine.main), self.limits])
+        self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property
     def errors(self) -> list[CncError]:

@@ -90,7 +90,7 @@ def test_an_insert_command_shortly_ahead_of_a_sharp_corner(tmp_path: Path) -> No
     text = "N10 G1 F18000\nN20 X0.0723 Y0.3203\nN30 G2 X-3.4852 Y2.3357 I-1.147 J2.1228\nN40 G0 X-3.4851 Y2.3372\n"
     for cycle in range(60, 90):
         with Inside(tmp_path, text) as cnc:
-            _drive(cnc, [(cycle, "insert", (1000, 2, 1))], 250)
+            _drive(cnc, [(cycle, "insert", (1000, 2, 1))], 700)
             assert cnc.state.program_end_r
 
 
@@ -101,7 +101,7 @@ def test_backward_from_an_inserted_stop_at_the_end(tmp_path: Path, hold: bool) -
     if hold:
         commands += [(900, "feedhold", True), (1100, "feedhold", False)]
     with Inside(tmp_path, SQUARE) as cnc:
-        _drive(cnc, commands, 1800)
+        _drive(cnc, commands, 2600)
         assert cnc.pos[-1] == pytest.approx([0, 0, 0])
         assert not cnc.state.program_end_r
 
@@ -155,7 +155,7 @@ def test_an_insert_command_replaces_one_that_is_still_ahead(tmp_path: Path) -> N
     for gap in (1, 5, 12):
         for cycle in range(60, 100, 8):
             with Inside(tmp_path, text) as cnc:
-                _drive(cnc, [(cycle, "insert", (20000, 2, 0)), (cycle + gap, "insert", (300_000, 2, 0))], 300)
+                _drive(cnc, [(cycle, "insert", (20000, 2, 0)), (cycle + gap, "insert", (300_000, 2, 0))], 700)
                 assert cnc.state.wait_continue_r
 
 

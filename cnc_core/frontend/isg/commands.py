@@ -28,6 +28,7 @@ from cnc_core.blocks import (
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
+from cnc_core.frontend.isg.frame_commands import FrameCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
 from cnc_core.frontend.isg.text_commands import TextCommands
 from cnc_core.frontend.isg.time_commands import TimeCommands
@@ -45,7 +46,7 @@ class Command(NamedTuple):
     behind: Callable[[], None] | None = None
 
 
-class CommandParser(PositionCommands, TextCommands, TimeCommands):
+class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands):
     """Compiles one # command; the stream stands behind ``#``."""
 
     def parse(self) -> Command:
@@ -73,6 +74,7 @@ class CommandParser(PositionCommands, TextCommands, TimeCommands):
             (("MCS", "ON"), self._mcs_on),
             (("MCS", "OFF"), self._mcs_off),
             (("SUPPRESS", "OFFSETS"), self._suppress),
+            *self._frame_commands(),
             (("CHANNEL", "INIT"), self._channel_init),
             (("SET", "DEC", "LR", "SOLL"), self._channel_init),
             (("SET", "IPO", "SOLLPOS"), self._get_position),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from cnc_core.frontend.base.flow import Flow
 from cnc_core.frontend.base.scanner import Modal
 from cnc_core.frontend.isg.offsets import Offsets
+from cnc_core.frontend.isg.spaces import Spaces
 from cnc_core.frontend.isg.store import Store
 from cnc_core.frontend.isg.system import System
 from cnc_core.frontend.machine import ProgramMachine
@@ -41,4 +42,8 @@ class Context:
     programs: dict[str, str] = field(default_factory=dict)
     signals: dict[int, int] = field(default_factory=dict)
     executor: Executor = field(init=False)
+    spaces: Spaces = field(init=False)
     loop: RealTimeLoop = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.spaces = Spaces(self.machine, self.modal, self.offsets)

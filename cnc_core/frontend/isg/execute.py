@@ -13,6 +13,7 @@ from cnc_core.frontend.isg import gcodes
 from cnc_core.frontend.isg.calls import Call, positional
 from cnc_core.frontend.isg.context import Context
 from cnc_core.frontend.isg.feeds import Feeds
+from cnc_core.frontend.isg.spaces import Rotation
 from cnc_core.frontend.isg.words import Function, WordBlock, Words
 from cnc_core.frontend.machine import Tool
 
@@ -48,15 +49,18 @@ class Executor:
     def execute(self, block: WordBlock) -> list[Row]:
         """Rows of one block."""
         words = block.evaluate()
+        spaces = self._context.spaces
+        due = self._coordinates(words) if spaces.due or spaces.watches_plane else []
         if block.simple and self.feeds.plain and not self.compensation.choice.active:
-            return self._plain_motion(words) if block.words else []
+            return due + self._plain_motion(words) if block.words else due
         self.program_end = self.level_end = False
         self.calls = []
         if words.is_dwell:
-            return [self._dwell(words)]
+            return [*due, self._dwell(words)]
         self._check(words)
         words = self._non_motions(words)
-        before = self._switch_rows(words)
+        before = due + self._switch_rows(words)
+        before += self._coordinate_rows(words.motion.n)
         plane = words.motion.plane or self._modal.plane
         before += self.compensation.update(words.codes, self._radius(plane), plane, words.motion.n)
         motion = self._motion(words)
@@ -84,6 +88,31 @@ class Executor:
             replace(self.tool_data, radius_mm=value_mm) if radius else replace(self.tool_data, length_mm=value_mm)
         )
         self._offsets.set_tool_length(self.tool_data.length_mm)
+
+    def rotation_in_cycle(self, offset: int) -> None:
+        """Cycles expect coordinate systems that are made with #CS."""
+        levels = self._context.store.arguments
+        if self._context.spaces.rotation is not None and levels[-1] is not levels[0]:
+            self._context.warn(910111, ERRORS[910111], offset)
+
+    def _coordinates(self, words: Words) -> list[Row]:
+        """What the assignments of the block, or a new plane, change in the coordinates."""
+        spaces, plane = self._context.spaces, words.motion.plane
+        if spaces.watches_plane and plane is not None and plane != self._modal.plane:
+            if self.compensation.choice.active:
+                raise fail(20133, ERRORS[20133], words.motion.offset or 0)
+            self._modal.apply(MotionWords(plane=plane))
+            if spaces.rotation is not None:
+                self._context.warn(910110, ERRORS[910110], words.motion.offset or 0)
+                spaces.set_rotation(None)
+            spaces.touch()
+        return self._coordinate_rows(words.motion.n) if spaces.due else []
+
+    def _coordinate_rows(self, n: int) -> list[Row]:
+        rows = self._context.spaces.rows(n)
+        if rows and self.compensation.choice.active:
+            raise fail(906003, f"a change of coordinates: {ERRORS[906003]}", 0)
+        return list(rows)
 
     def _plain_motion(self, words: Words) -> list[Row]:
         error, row = self._modal.apply(words.motion)
@@ -154,6 +183,9 @@ class Executor:
         if "G51" in words.codes or "G52" in words.codes:
             self._offsets.diameter = "G51" in words.codes
             self._offsets.update()
+        if "G69" in words.codes and self._context.spaces.rotation is not None:
+            self.not_compensated("G69", words.codes["G69"])
+            self._context.spaces.set_rotation(None)
         if "G164" in words.codes or "G165" in words.codes:
             self._modal.set_rule(NO_CORRECTION, "G164" in words.codes)
 
@@ -185,6 +217,8 @@ class Executor:
         if code == 92:
             self.not_compensated("G92", offset)
             self._offsets.set_g92(axes, add=not self._modal.absolute)
+        elif code == 68:
+            return self._rotate(words, offset)
         elif code == 160:
             self._exclude(words, offset)
         elif code == 351:
@@ -195,6 +229,26 @@ class Executor:
         elif not axes:
             raise fail(900004, "G74 without axis words", offset)
         return replace(words, motion=replace(words.motion, axis={}))
+
+    def _rotate(self, words: Words, offset: int) -> Words:
+        """G68 R30 X10 Y5: contour rotation about a point of the plane, the present one where no word names it."""
+        self.not_compensated("G68", offset)
+        modal, axes = self._modal, words.motion.axis
+        plane = words.motion.plane or modal.plane
+        first, second, third = (self._machine.main[place] for place in motion_planes(plane))
+        if third in axes:
+            raise fail(22156, ERRORS[22156], offset)
+        if set(axes) - {first, second} or min(first, second) < 0:
+            raise fail(900010, "G68: only words of the plane's axes name the centre", offset)
+        self._context.spaces.set_rotation(None)
+        self._context.spaces.touch()
+        present = self._context.spaces.position_in(self._context.spaces.wanted(), self._context.spaces.axes())
+        total = self._offsets.selected_total()
+        centre = [axes[a] * modal.unit_mm if a in axes else float(present[a] - total[a]) for a in (first, second)]
+        rotation = Rotation(plane, words.motion.r or 0.0, (centre[0], centre[1]))
+        self._context.spaces.set_rotation(rotation)
+        self.rotation_in_cycle(offset)
+        return replace(words, motion=replace(words.motion, axis={}, r=None))
 
     def _exclude(self, words: Words, offset: int) -> None:
         if 160 not in words.values:
@@ -297,6 +351,8 @@ class Executor:
                 raise fail(20131, f"unknown G function G{code:02d}: no subprogram is assigned to it", offset)
             arguments = positional(words.arguments) if words.arguments else None
             self.calls.append(Call(program, False, offset, arguments))
+        if any(call.arguments is not None for call in self.calls) and self._context.spaces.rotation is not None:
+            self._context.warn(910111, ERRORS[910111], self.calls[0].offset)
         if len(self.calls) > 1:
             raise fail(900011, "more than one subprogram call in a block", self.calls[1].offset)
 

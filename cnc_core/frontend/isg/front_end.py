@@ -79,7 +79,7 @@ class IsgFrontEnd(ProgramLevels):
         return read_block(self._source, self.modal.line)
 
     def _plain(self) -> bool:
-        return self.executor.feeds.plain and not self._declaring
+        return self.executor.feeds.plain and not self._declaring and not self.context.spaces.watches_plane
 
     def _may_drain(self) -> bool:
         return not self.executor.compensation.choice.active

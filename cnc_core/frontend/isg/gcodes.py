@@ -87,10 +87,10 @@ OFFSETS = frozenset({*range(53, 60), 92, 159, 160})
 MIRRORS = {20: (1.0, 1.0), 21: (-1.0, 1.0), 22: (1.0, -1.0), 23: (-1.0, -1.0)}
 DIAMETER = frozenset({51, 52})
 FEED_MODES = (93, 94, 95, 194)
-EXECUTED = OFFSETS | DIAMETER | frozenset({*MIRRORS, *FEED_MODES, 74, 164, 165, 351})
+EXECUTED = OFFSETS | DIAMETER | frozenset({*MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351})
 
 # Initial states, and what is always so here: they change nothing.
-INITIAL = frozenset({8, 12, 69, 97, 117, 135, 140, 150, 163, 202, 260})
+INITIAL = frozenset({8, 12, 97, 117, 135, 140, 150, 163, 202, 260})
 
 # Accepted and kept, without effect on the rows; said once in a warning.
 STORED = frozenset({9, 13, 61, 900, 901, 261, 115, 116, 127, 128, *range(129, 135), 136, 137, 166, 167, 193})
@@ -101,12 +101,12 @@ VALUED = frozenset({115, 128, 129, 131, 133, 134, 159, 160, 231, 233, 333, 334, 
 VALUE_OPTIONAL = frozenset({115})
 
 # Axis words of the block belong to these functions and move nothing.
-AXIS_TAKERS = frozenset({74, 92, 127, 130, 132, 136, 160, 230, 351})
+AXIS_TAKERS = frozenset({68, 74, 92, 127, 130, 132, 136, 160, 230, 351})
 
 ACCEPTED = INITIAL | STORED | EXECUTED | COMPENSATION
 
 # Known to the manual and refused by name.
 REFUSED = frozenset(
-    {33, 63, 66, 68, 96, 98, 99, *range(100, 109), 112, 141, 151, 196, 200, 201, 236, 238, 301, 302, 303, 310}
+    {33, 63, 66, 96, 98, 99, *range(100, 109), 112, 141, 151, 196, 200, 201, 236, 238, 301, 302, 303, 310}
     | {331, 332}
 )

@@ -11,7 +11,7 @@ LIMITS = ("VEL", "ACC", "DEC", "RADIAL_ACC", "RADIAL_JERK", "JERK", "TRANS_ACC",
 
 
 class PositionCommands(CommandBase):
-    """#PSET, #MCS, #SUPPRESS OFFSETS, #OVERRIDE and the like."""
+    """#PSET, #SUPPRESS OFFSETS, #OVERRIDE and the like."""
 
     def _pset(self) -> Run:
         """``#PSET X10 Y0``: the position gets these values."""
@@ -38,24 +38,6 @@ class PositionCommands(CommandBase):
             return []
 
         return run
-
-    def _mcs_on(self) -> Run:
-        """All offsets off; EX TOOL keeps the tool."""
-        if self._stream.accept("["):
-            for word in ("EX", "TOOL"):
-                if not self._stream.accept_name(word):
-                    raise fail(900010, f"#MCS ON: expected {word}", self._stream.current.offset)
-            raise fail(900003, "#MCS ON [EX TOOL] is not supported", self._start)
-        return lambda: self._set_mcs(True)
-
-    def _mcs_off(self) -> Run:
-        return lambda: self._set_mcs(False)
-
-    def _set_mcs(self, on: bool) -> Items:
-        self._context.executor.not_compensated("#MCS", self._start)
-        self._context.offsets.machine_coordinates = on
-        self._context.offsets.update()
-        return []
 
     def _suppress(self) -> Run:
         """``#SUPPRESS OFFSETS [ZERO ADD_ZERO PSET TOOL ..] X..``: for this block."""

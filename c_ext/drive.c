@@ -1,0 +1,367 @@
+/* The jerk-limited planner behind the engine: pieces of the run ring become intervals of its path, its time laws become
+ * phases, what is left of its plan becomes the stopping tail.
+ *
+ * Where the axes must stand is a flag of the interval ahead of that place, so it can come and go while the path ahead is
+ * known: gates that open, single block, held axes. A stand that comes too late to be met is not set, as in profile.c.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include "engine_internal.h"
+
+#define TURN_STEP 0.1      /* rad of turn over an interval */
+#define TINY_MM 1e-7       /* shorter pieces are stepped over */
+#define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
+#define STAND_SPEED 1.0    /* mm/s: corners that had to be passed below it are stood at */
+#define STOP_MARGIN 0.98   /* of the estimated stopping distance: a stand nearer than that is not tried */
+#define BRAKES_AHEAD 1.6   /* window in planner intervals, over the stopping distance from full speed */
+#define MAX_KNOTS 1000.0
+
+/* ------------------------------------------------------------------------------------------------ limits */
+static double stop_knots(const jerk_config *c) {
+    double knots = 0.0;
+    for (int i = 0; i < c->axes; i++) {
+        double v = c->v_max[i], a = c->a_max[i], j = c->j_max[i], t = a / j;
+        if (t > 2.0 * c->cycle_s) knots = fmax(knots, 0.5 * v * (v / a + t) / (j * t * t * t / 36.0));
+    }
+    return knots;
+}
+
+static jerk_config config_of(const engine_config *cfg) {
+    jerk_config c = {.axes = cfg->axis_count, .cycle_s = cfg->cycle_s, .window_blocks = (int)cfg->window};
+    for (int i = 0; i < c.axes; i++) {
+        c.v_max[i] = cfg->v_max[i];
+        c.a_max[i] = cfg->a_max[i];
+        c.j_max[i] = cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
+    }
+    c.window_knots = (int)fmin(MAX_KNOTS, fmax(2.0 * cfg->window, 64.0 + BRAKES_AHEAD * stop_knots(&c)));
+    return c;
+}
+
+static bool jerk_limited(const engine_config *cfg) {
+    for (int i = 0; i < cfg->axis_count; i++)
+        if (cfg->j_max[i] > 0) return true;
+    return false;
+}
+
+bool drive_new(engine *e) {
+    if (!jerk_limited(&e->cfg)) return true;
+    jerk_config c = config_of(&e->cfg);
+    e->drive.laws_max = c.window_knots + 128;
+    if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;
+    e->drive.planner = jerk_new(&c, 2 * c.window_knots);
+    e->drive.laws = calloc((size_t)e->drive.laws_max, sizeof(jerk_law));
+    return e->drive.planner && e->drive.laws;
+}
+
+void drive_free(engine *e) {
+    jerk_free(e->drive.planner);
+    free(e->drive.laws);
+}
+
+/* ------------------------------------------------------------------------------------------------ path */
+static void derivatives(const engine *e, const piece *p, double s, double *d1, double *d2, double *d3) {
+    if (p->kind == PIECE_CURVE) {
+        curve_piece_derivatives(e, p, s, d1, d2, d3);
+        return;
+    }
+    piece_tangent(e, p, s, d1);
+    if (p->kind != PIECE_ARC) return;
+    double w = p->sweep / p->whole, angle = p->angle0 + w * (p->from + p->dir * s), r = p->radius * w * w;
+    d2[p->axis1] = -r * cos(angle);
+    d2[p->axis2] = -r * sin(angle);
+    d3[p->axis1] = -w * w * d1[p->axis1];
+    d3[p->axis2] = -w * w * d1[p->axis2];
+}
+
+static double bend_at(const engine *e, const piece *p, double s) {
+    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0;
+    derivatives(e, p, s, d1, d2, d3);
+    for (int i = 0; i < e->cfg.axis_count; i++) sum += d2[i] * d2[i];
+    return sqrt(sum);
+}
+
+/* Where the interval that begins at s ends. */
+static double interval_end(const engine *e, const piece *p, double s) {
+    double end = p->length, bend = 0.0;
+    if (p->kind == PIECE_LINE) return end;
+    if (p->kind == PIECE_ARC) {
+        bend = fabs(p->sweep) / p->whole;
+    } else {
+        end = fmin(end, curve_piece_cell_end(e, p, s));
+        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, s + 0.5 * k * (end - s)));
+    }
+    double parts = ceil((end - s) * bend / TURN_STEP - 1e-9), next = parts > 1.0 ? s + (end - s) / parts : end;
+    return p->length - next < TINY_MM ? p->length : next;
+}
+
+static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, double from, double to) {
+    jerk_interval q = {.length = to - from, .offset = from, .tag = i};
+    derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
+    derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
+    q.feed = p->feed > 0 ? p->feed : p->v_hard;
+    q.flags = p->feed > 0 ? 0 : JERK_RAPID;
+    q.blocks = to >= p->length;
+    return q;
+}
+
+/* A corner that could only be crept through is stood at. */
+static bool sharp(const engine *e, const piece *p) {
+    for (int a = 0; a < e->cfg.axis_count; a++) {
+        double j = e->cfg.j_max[a] > 0 ? e->cfg.j_max[a] : e->cfg.a_max[a] / e->cfg.cycle_s;
+        if (p->jump[a] * STAND_SPEED > CORNER_SHARE * j * e->cfg.cycle_s * e->cfg.cycle_s) return true;
+    }
+    return false;
+}
+
+/* Whether the axes must stand behind motion i; *known: what follows has been fed. */
+static bool stands_behind(engine *e, uint64_t i, bool *known) {
+    *known = true;
+    if (piece_at(e, i)->stop_after) return true;
+    for (uint64_t k = i + 1; k < e->piece_head; k++) {
+        const piece *p = piece_at(e, k);
+        if (stands_before(e, p)) return true;
+        if (is_motion(p)) return sharp(e, p);
+    }
+    *known = false;
+    return false;
+}
+
+static void close_boundary(engine *e) {
+    drive *d = &e->drive;
+    int64_t n = jerk_ahead(d->planner);
+    if (!d->open || n == 0) return;
+    bool known, stand = stands_behind(e, d->last, &known);
+    d->open = !known;
+    if (known) jerk_stand(d->planner, n - 1, stand);
+}
+
+/* One interval of piece `next`; a piece too short to be one is stepped over. */
+static bool push_interval(engine *e) {
+    drive *d = &e->drive;
+    const piece *p = piece_at(e, d->next);
+    bool whole = true;
+    if (p->length - d->at > TINY_MM) {
+        double to = interval_end(e, p, d->at);
+        jerk_interval q = interval_of(e, p, d->next, d->at, to);
+        if (jerk_push(d->planner, &q, 1) != 1) return false;
+        d->last = d->next;
+        d->has_last = d->open = true;
+        whole = to >= p->length;
+        d->at = to;
+    }
+    if (whole) {
+        d->next++;
+        d->at = 0.0;
+    }
+    return true;
+}
+
+/* Push path until the planner's look-ahead is full, or there is no more. */
+static void push_path(engine *e) {
+    drive *d = &e->drive;
+    close_boundary(e);
+    while (d->next < e->piece_head && !jerk_ready(d->planner)) {
+        if (!is_motion(piece_at(e, d->next))) {
+            d->next++;
+            continue;
+        }
+        if (d->at <= 0.0) close_boundary(e);
+        if (!push_interval(e)) break;
+    }
+    close_boundary(e);
+    jerk_finish(d->planner, e->feed.final && d->next >= e->piece_head);
+}
+
+/* The path stands where the planner of the engine says: everything is pushed anew. */
+static void restart(engine *e) {
+    drive *d = &e->drive;
+    jerk_reset(d->planner);
+    d->next = e->plan.piece;
+    d->at = e->plan.s;
+    d->has_last = d->open = d->restart = false;
+}
+
+/* The run ring is fed anew from `head` on. */
+void drive_cut_run(engine *e, uint64_t head) {
+    drive *d = &e->drive;
+    if (!d->planner || d->next < head || d->restart) return;
+    int64_t n = jerk_ahead(d->planner);
+    while (n > 0 && jerk_path(d->planner, n - 1)->tag >= head) n--;
+    jerk_cut(d->planner, n, 0.0);
+    if (n > 0) jerk_stand(d->planner, n - 1, 0);
+    d->next = head;
+    d->at = 0.0;
+    d->open = d->has_last = n > 0;
+    if (n > 0) d->last = jerk_path(d->planner, n - 1)->tag;
+}
+
+/* Piece i ends at s now. */
+void drive_shorten(engine *e, uint64_t i, double s) {
+    drive *d = &e->drive;
+    if (!d->planner || d->restart || d->next < i || (d->next == i && d->at <= s)) return;
+    int64_t n = jerk_ahead(d->planner);
+    while (n > 0 && jerk_path(d->planner, n - 1)->tag == i && jerk_path(d->planner, n - 1)->offset >= s - TINY_MM) n--;
+    if (n > 0 && jerk_path(d->planner, n - 1)->tag == i) jerk_cut(d->planner, n - 1, s - jerk_path(d->planner, n - 1)->offset);
+    d->next = i + 1;
+    d->at = 0.0;
+    d->open = true;
+}
+
+/* ------------------------------------------------------------------------------------------------ conditions */
+typedef struct conditions {
+    techno_counts done, done_again;
+    uint32_t held_axes;
+    bool single, m01;
+} conditions;
+
+static void read_conditions(engine *e, conditions *c) {
+    memset(c, 0, sizeof *c);
+    c->done = techno_done(&e->done);
+    c->done_again = techno_done(&e->done_again);
+    c->single = ATOMIC_GET(e->single_now);
+    c->m01 = ATOMIC_GET(e->m01_now);
+    c->held_axes = ATOMIC_GET(e->held_axes);
+}
+
+static bool conditions_change(engine *e) {
+    planner *p = &e->plan;
+    conditions want;
+    read_conditions(e, &want);
+    bool same = p->single == want.single && p->m01 == want.m01 && p->held_axes == want.held_axes &&
+                memcmp(&p->done, &want.done, sizeof want.done) == 0 && memcmp(&p->done_again, &want.done_again, sizeof want.done) == 0;
+    p->done = want.done;
+    p->done_again = want.done_again;
+    p->single = want.single;
+    p->m01 = want.m01;
+    p->held_axes = want.held_axes;
+    return !same;
+}
+
+/* Stands that the present conditions ask for, as far as they can still be met. */
+static void update_stands(engine *e) {
+    jerk_planner *j = e->drive.planner;
+    double way = 0.0, stop = STOP_MARGIN * jerk_stop_distance(j);
+    for (int64_t i = 0, n = jerk_ahead(j); i < n; i++) {
+        const jerk_interval *q = jerk_path(j, i);
+        way += q->length;
+        if (!q->blocks) continue;
+        bool known, stand = stands_behind(e, q->tag, &known);
+        if (known && (!stand || way >= stop)) jerk_stand(j, i, stand);
+    }
+}
+
+/* A plan that runs over a stand: there was none that meets it. */
+static void forget_missed_stands(jerk_planner *j) {
+    for (int64_t i = 0, n = jerk_ahead(j); i < n && jerk_passes(j, i); i++) jerk_stand(j, i, 0);
+}
+
+static void set_speeds(engine *e) {
+    jerk_planner *j = e->drive.planner;
+    jerk_hold(j, e->plan.hold);
+    jerk_command_speed(j, e->plan.ext_speed < NEVER ? e->plan.ext_speed : -1.0);
+    if (!e->plan.hold) jerk_override(j, e->plan.override, fmin(1.0, e->plan.rapid));
+}
+
+/* ------------------------------------------------------------------------------------------------ phases */
+static bool steps_over(engine *e, uint64_t i) {
+    const piece *p = piece_at(e, i);
+    return !is_motion(p) || p->length <= TINY_MM;
+}
+
+/* Events, and pieces without a length, up to piece `until`. */
+static void pass_events(writer *w, uint64_t until) {
+    while (w->piece < until && !writer_full(w) && steps_over(w->e, w->piece)) {
+        const piece *p = piece_at(w->e, w->piece);
+        if (is_motion(p)) {
+            const phase ph = {.piece = w->piece, .s0 = p->length, .v0 = w->v, .last = true};
+            write_phase(w, &ph);
+            w->piece++;
+        } else {
+            pass_event(w);
+        }
+    }
+}
+
+static void write_law(writer *w, const jerk_law *law) {
+    bool last = law->last & 2;
+    const phase ph = {law->tag, law->s0, law->v0, law->a0, law->c, law->jerk, law->time, last};
+    write_phase(w, &ph);
+    w->piece = law->tag + last;
+    w->s = last ? 0.0 : law->s0 + law->length;
+    w->v = law->flags & JERK_STAND ? 0.0 : law->length / law->time; /* not at rest: that is all a tail needs */
+}
+
+static void write_commit(engine *e, writer *w, bool changed) {
+    jerk_planner *j = e->drive.planner;
+    jerk_law law;
+    pass_events(w, e->piece_head);
+    while (!writer_full(w)) {
+        if (!jerk_next_within(j, &law, w->budget - w->seconds)) {
+            int64_t known = jerk_ahead(j);
+            push_path(e); /* it stands; is there more? */
+            if (jerk_ahead(j) == known) break;
+            continue;
+        }
+        if (changed) forget_missed_stands(j);
+        changed = false;
+        write_law(w, &law);
+        pass_events(w, e->piece_head);
+    }
+    w->v = jerk_speed(j);
+}
+
+/* What is left of the plan; false if it finds no room. */
+static bool write_tail(engine *e, tail *t, const writer *from) {
+    drive *d = &e->drive;
+    writer w = {.e = e, .out = t->phases, .max = e->plan.tail_max, .piece = from->piece, .s = from->s, .v = from->v, .budget = NEVER};
+    int64_t n = from->v > 0.0 ? jerk_tail(d->planner, d->laws, d->laws_max) : 0;
+    for (int64_t i = 0; i < n; i++) {
+        pass_events(&w, d->laws[i].tag);
+        if (writer_full(&w)) return false;
+        write_law(&w, &d->laws[i]);
+    }
+    t->count = w.count;
+    t->piece = w.piece;
+    t->s = w.s;
+    return n < d->laws_max;
+}
+
+/* The stopping tail becomes the shortest one there is, so that what lies behind it may be changed. False: not now. */
+bool drive_shorten_tail(engine *e) {
+    if (!e->drive.planner || e->plan.v <= 0.0) return true;
+    uint64_t word = ATOMIC_GET(e->commit);
+    if (e->drive.restart || (word & 1)) return false;
+    uint32_t next = ((word >> 1) & 1) ^ 1;
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v};
+    jerk_brake(e->drive.planner);
+    if (write_tail(e, &e->plan.tails[next], &w) &&
+        __atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return true;
+    e->drive.restart = true;
+    return false;
+}
+
+/* Commit motion until COMMIT_HIGH_S of it are ahead of GEO. */
+void drive_commit(engine *e) {
+    if (e->drive.restart && e->plan.v > 0.0) return; /* the stored tail is driven first */
+    if (e->drive.restart) restart(e);
+    bool changed = conditions_change(e);
+    if (changed) update_stands(e);
+    push_path(e);
+    set_speeds(e);
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e)};
+    uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
+    uint32_t next = ((word >> 1) & 1) ^ 1;
+    if (word & 1) return; /* GEO has taken the tail */
+    write_commit(e, &w, changed);
+    if (!write_tail(e, &e->plan.tails[next], &w) ||
+        !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
+        e->plan.written = before;
+        e->drive.restart = true; /* ... from rest: where the tail that GEO drives now ends, or where the path stands already */
+        return;
+    }
+    e->plan.phases += e->plan.written - before;
+    e->plan.piece = w.piece;
+    e->plan.s = w.s;
+    e->plan.v = w.v;
+    e->plan.committed_s += w.seconds;
+}
