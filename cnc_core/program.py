@@ -112,7 +112,9 @@ class Program:
         contour: list[Stage] = [compensation, DropZeroLength(), self.smoothing]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         machines = dict(cell.kinematic_machines)  # profiles add their own
-        self.profiles = Profiles(machine.main, self._place, machines)
+        self.profiles = Profiles(
+            machine.main, self._place, machines, (cell.axis_values("min_mm"), cell.axis_values("max_mm"))
+        )
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
         axes: Stage = Pipeline([self.kinematics, ParameterFeed(len(machine.axes), machine.main), self.limits])

@@ -112,6 +112,8 @@ class Workshop:
         self.folder = folder
 
     def program(self, text: str, setup: str = SETUP_3, cell: CellConfig = CELL_3, **options: Any) -> Program:
+        """Rows as ``blocks`` shows them, unless ``programmed`` is False."""
+        options.setdefault("programmed", True)
         (self.folder / "CONFIG1").write_text(setup)
         path = self.folder / "program.osai"
         path.write_text(text)

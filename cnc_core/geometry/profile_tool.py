@@ -188,7 +188,6 @@ class Rotaries:
 
     def _leaned(self, d: FloatArray, forward: npt.NDArray[np.bool_]) -> FloatArray:
         """Directions; at singular poses a little ahead or behind on their way."""
-        a, _, _, _ = self._chain.orientation_form()
         _, free = self._branches(d[:, 0])
         out = d[:, 0].copy()
         singular = free.any(axis=1)

@@ -156,11 +156,6 @@ class Modal:
         """The next offset of one axis acts at once."""
         self._modal.offset[axis] = self._modal.offset_next[axis]
 
-    def set_position(self, position: npt.NDArray[np.float64]) -> None:
-        """(axes,) where the channel stands, in coordinates that have changed; nothing moves."""
-        for i, value in enumerate(position):
-            self._modal.pos[i] = float(value)
-
     def set_mirror(self, mirror: npt.NDArray[np.float64], share: npt.NDArray[np.float64]) -> None:
         """(axes,) 1 or -1, and the driven share of an axis word (0.5: diameters); from the next word on."""
         for i, (sign, part) in enumerate(zip(mirror, share, strict=True)):
