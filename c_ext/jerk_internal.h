@@ -118,7 +118,7 @@ typedef struct plan {
 struct jerk_planner {
     jerk_config cfg;
     double scale;                         /* F */
-    double rest_length;                   /* mm from rest to full acceleration with the smallest limits */
+    double finest;                        /* mm: grid step at a standstill */
     double spacing;
     jerk_interval *ring;
     double *tight;                        /* as `ring` */
