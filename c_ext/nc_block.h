@@ -42,6 +42,7 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
 #define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
 #define NC_PTP 8192           /* coordinates: blocks are straight lines of the machine axes */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */

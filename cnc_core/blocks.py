@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .profile import ProfileChunk
+
 NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
@@ -46,6 +48,7 @@ TYPE_NAMES: dict[int, str] = {
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
+BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
@@ -88,10 +91,16 @@ class BlockBatch:
 
     ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row owns ``axes * (degree + 1)`` values from
     ``row["pool"]`` on, axis after axis, ascending powers of the parameter 0..``row["angle"]``.
+    ``profile``: columns of a profile that come behind the rows; the stage for profiles makes rows of them.
     """
 
     rows: npt.NDArray[Any]
     pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    profile: ProfileChunk | None = None
+
+    @classmethod
+    def of_profile(cls, chunk: ProfileChunk) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK), profile=chunk)
 
     @classmethod
     def empty(cls) -> BlockBatch:

@@ -119,19 +119,22 @@ def check(
     from .blocks import number_of_blocks  # noqa: PLC0415
 
     count, errors = 0, []
+    setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
             program = open_program(file, config, dialect, collect=True, lenient=lenient, programmed=True)
             count = sum(map(number_of_blocks, program.batches()))
-        errors = program.errors
+        errors, setups = program.errors, getattr(program.reader, "setups", [])
         say_warnings(program)
     except CncError as error:
         errors = [error]
     for found in errors:
         say_error(found)
     if as_json:
-        emit({"errors": [e.as_json() for e in errors], "blocks": count})
+        emit({"errors": [e.as_json() for e in errors], "blocks": count} | ({"setups": setups} if setups else {}))
     elif not errors:
+        for setup in setups:
+            out.print(f"setup {setup['file']}\n" + "\n".join(f"  {line}" for line in setup["printed"]))
         out.print(f"{file}: {count} blocks, no errors")
     if errors:
         raise typer.Exit(1)

@@ -19,6 +19,8 @@ from .errors import CncError, Place
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
 from .geometry.corner import Corners
 from .geometry.frames import Frames
+from .geometry.parameter_feed import ParameterFeed
+from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.spline import Spline
@@ -142,9 +144,14 @@ class Program:
             self.smoothing,
         ]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
-        self.kinematics = KinematicsStage(cell.kinematic_machines, machine.start, machine.main, self._place)
-        axes: Stage = Pipeline([self.kinematics, AxisLimits(cell, self._place)])
-        self.pipeline = Pipeline([self.frames, ProgrammedView(axes) if programmed else axes])
+        machines = dict(cell.kinematic_machines)  # profiles add their own
+        self.profiles = Profiles(
+            machine.main, self._place, machines, (cell.axis_values("min_mm"), cell.axis_values("max_mm"))
+        )
+        self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
+        self.limits = AxisLimits(cell, self._place)
+        axes: Stage = Pipeline([self.kinematics, ParameterFeed(len(machine.axes), machine.main), self.limits])
+        self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property
     def errors(self) -> list[CncError]:
@@ -165,7 +172,7 @@ class Program:
         except CncError as error:
             return self._behind_held(error)
         if isinstance(item, BlockBatch):
-            if not len(item):
+            if not len(item) and item.profile is None:
                 return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
         if item is Wait.DRAINED or item is None:
@@ -186,6 +193,8 @@ class Program:
             raise item
         assert item is not None
         self._next = None
+        if isinstance(self.port, OfflinePort):
+            self.port.moved(self.limits.last)
         return item
 
     def _behind_held(self, item: Wait | CncError | None) -> BlockBatch | Wait | None:

@@ -124,6 +124,11 @@ class Modal:
         """Programmed position of all channel axes, machine coordinates."""
         return np.array(list(self._modal.pos)[: self._modal.axes], dtype=np.float64)
 
+    def set_position(self, position: npt.NDArray[np.float64]) -> None:
+        """(axes,) where the axes stand, machine coordinates."""
+        for i, value in enumerate(position):
+            self._modal.pos[i] = float(value)
+
     def go_to(self, file: int, line: int, read: int = 0) -> None:
         """What is read next stands behind ``line`` lines of ``file``; ``read`` lines count as read on the way."""
         self._modal.file = file
@@ -150,11 +155,6 @@ class Modal:
     def set_offset_of(self, axis: int) -> None:
         """The next offset of one axis acts at once."""
         self._modal.offset[axis] = self._modal.offset_next[axis]
-
-    def set_position(self, position: npt.NDArray[np.float64]) -> None:
-        """(axes,) where the channel stands, in coordinates that have changed; nothing moves."""
-        for i, value in enumerate(position):
-            self._modal.pos[i] = float(value)
 
     def set_mirror(self, mirror: npt.NDArray[np.float64], share: npt.NDArray[np.float64]) -> None:
         """(axes,) 1 or -1, and the driven share of an axis word (0.5: diameters); from the next word on."""
