@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..profile import BLEND, SMOOTH, STOP, ProfileSpec
-from . import spline
+from . import profile_spline as spline
 from .profile_curves import Intervals
 from .profile_points import FloatArray
 

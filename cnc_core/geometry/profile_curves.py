@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..profile import SMOOTH, STOP, TANGENT, ProfileSpec
-from . import spline
+from . import profile_spline as spline
 from .profile_points import FloatArray, IntArray, PointFilter, Points, automatic_codes
 from .profile_spline import CORE, HALO, Window
 
