@@ -35,6 +35,12 @@ static bool jerk_limited(const engine_config *cfg) {
     return false;
 }
 
+/* A second planner like the first one. */
+jerk_planner *drive_spare(const engine *e) {
+    jerk_config c = config_of(&e->cfg);
+    return jerk_new(&c, 2 * c.window_knots);
+}
+
 bool drive_new(engine *e) {
     if (!jerk_limited(&e->cfg)) return true;
     jerk_config c = config_of(&e->cfg);
@@ -139,6 +145,11 @@ static bool stands_behind(engine *e, uint64_t i, bool *known) {
     }
     *known = false;
     return false;
+}
+
+bool drive_stands_behind(engine *e, uint64_t i) {
+    bool known;
+    return stands_behind(e, i, &known);
 }
 
 static void close_boundary(engine *e) {

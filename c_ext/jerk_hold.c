@@ -78,3 +78,13 @@ void plan_stop(jerk_planner *p) {
         d = low > 0.0 ? near : 0.92 * high;
     }
 }
+
+/* Way of the stop that a hold would plan now; `scratch`: made like p, its content is lost. */
+double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch) {
+    double way = 0.0;
+    if (p->at_rest) return 0.0;
+    planner_copy(scratch, p);
+    if (!p->hold) plan_stop(scratch);
+    for (int k = scratch->plan.next; k < scratch->plan.n; k++) way += scratch->plan.h[k];
+    return way;
+}

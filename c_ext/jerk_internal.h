@@ -191,6 +191,9 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 /* jerk_straight.c */
 bool plan_straight(jerk_planner *p);
 
+/* jerk_planner.c */
+void planner_copy(jerk_planner *to, const jerk_planner *from);
+
 /* jerk_hold.c */
 void plan_stop(jerk_planner *p);
 bool plan_ramp(jerk_planner *p);

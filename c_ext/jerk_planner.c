@@ -129,6 +129,15 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     return p;
 }
 
+/* `to` was made with the same configuration and capacity: it becomes the same planner with memory of its own. */
+void planner_copy(jerk_planner *to, const jerk_planner *from) {
+    arena m = {to->arena, 0};
+    *to = *from;
+    to->arena = m.at;
+    lay_out(to, &m);
+    memcpy(to->arena, from->arena, m.used);
+}
+
 void jerk_free(jerk_planner *p) {
     if (!p) return;
     free(p->arena);

@@ -15,12 +15,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .profile import ProfileChunk
+
 NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
 SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
 COORDINATES, CORNER = 20, 21
+PATH_MODE, FILTER = 22, 23
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -43,10 +46,14 @@ TYPE_NAMES: dict[int, str] = {
     SPLINE: "spline",
     COORDINATES: "coordinates",
     CORNER: "corner",
+    PATH_MODE: "path_mode",
+    FILTER: "filter",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
+BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool
+NO_OVERRIDE = 16384
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
@@ -75,7 +82,7 @@ NC_BLOCK = np.dtype(
         ("plane", np.uint8),
         ("degree", np.uint8),
         ("fill_1", np.uint8),
-        ("fill_2", np.uint32),
+        ("end_speed", np.float32),
     ],
     align=True,
 )
@@ -88,10 +95,16 @@ class BlockBatch:
 
     ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row owns ``axes * (degree + 1)`` values from
     ``row["pool"]`` on, axis after axis, ascending powers of the parameter 0..``row["angle"]``.
+    ``profile``: columns of a profile that come behind the rows; the stage for profiles makes rows of them.
     """
 
     rows: npt.NDArray[Any]
     pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    profile: ProfileChunk | None = None
+
+    @classmethod
+    def of_profile(cls, chunk: ProfileChunk) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK), profile=chunk)
 
     @classmethod
     def empty(cls) -> BlockBatch:
