@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from cnc_core.blocks import ELEMENT, PIECE, TANGENTS
+from cnc_core.blocks import ELEMENT, PIECE, TANGENTS, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
 from cnc_core.errors import CncError
 from cnc_core.planning import plan_program
@@ -279,3 +279,38 @@ def test_number_of_the_transformation():
         parse_config(BASE + "[kinematics.head]\ntype='head-head'\nrotary=['C','A']\n")
     with pytest.raises(CncError, match="not a rotary axis"):
         parse_config(BASE.replace("[axes.C]\nkind='rotary'", "[axes.C]") + tables)
+
+
+def test_elements_name_the_tangents_of_the_tip(tmp_path):
+    """Over several switches of coordinates in one batch: unit tangents along the programmed lines and arcs."""
+    path = tmp_path / "part.nc"
+    path.write_text(PROGRAM + "#CS ON [1,2,3,40,50,60]\n")
+    cell = load_config(ROOT / "head_table.toml")
+    shown, found = {}, {}
+    for programmed in (True, False):
+        for batch in Program(path, cell, "isg", programmed=programmed).batches():
+            start = cell.axis_values("start_mm")
+            if programmed:
+                for block in blocks(batch, start, cell.axis_names, cell.main_axes):
+                    value = block.as_json()
+                    if "end" in value:
+                        shown.setdefault(value["n"], []).append(value)
+                continue
+            rows = batch.rows[(batch.rows["type"] <= 3) & (batch.rows["flags"] & ELEMENT != 0)]
+            for row in rows[rows["degree"] == TANGENTS]:
+                at = int(row["pool"])
+                found[int(row["n"])] = batch.pool[at : at + 6].reshape(2, 3)
+    assert len(found) >= 9
+    for n, tangents in found.items():
+        assert np.abs(np.linalg.norm(tangents, axis=1) - 1.0).max() < 1e-9
+        first, last = shown[n][0], shown[n][-1]
+        if first["type"] == "linear":
+            way = np.array([first["end"][a] - first["start"][a] for a in "XYZ"])
+            assert np.abs(tangents - way / np.linalg.norm(way)).max() < 1e-9
+        else:
+            slope = np.polynomial.polynomial.polyder
+            ends = [
+                [np.polynomial.polynomial.polyval(s, slope(block["coeff"][a])) for a in "XYZ"]
+                for block, s in ((first, 0.0), (last, last["s"]))
+            ]
+            assert np.abs(tangents - ends).max() < 1e-9
