@@ -28,6 +28,7 @@ static double value(const double *c, double w) {
 }
 
 static double speed(const curve *c, double w) {
+    if (c->natural > 0.0) return c->natural;
     double sum = 0.0;
     for (int i = 0; i < c->axes; i++) {
         if (!(c->metric >> i & 1)) continue;
@@ -68,6 +69,7 @@ void curve_at(const curve *c, double w, curve_point *p) {
         v2 += first[i] * first[i];
         along += first[i] * second[i];
     }
+    if (c->natural > 0.0) v2 = c->natural * c->natural;
     double v = sqrt(v2);
     for (int i = 0; i < c->axes; i++) {
         p->d1[i] = first[i] / v;
@@ -89,6 +91,7 @@ void curve_third(const curve *c, double w, double *d3) {
         ss += second[i] * second[i];
         ft += first[i] * third[i];
     }
+    if (c->natural > 0.0) vv = c->natural * c->natural;
     double v = sqrt(vv), v1 = fs / v, v2 = (ss + ft - v1 * v1) / v;
     for (int i = 0; i < c->axes; i++) {
         double d1 = first[i] / v, d2 = (second[i] - v1 * d1) / vv;
@@ -103,15 +106,16 @@ typedef struct cell {
 } cell;
 
 static double metric_angle(const curve *c, const curve_point *a, const curve_point *b, double *bend) {
-    double turn = 0.0, change = 0.0, most = 0.0;
+    double turn = 0.0, change = 0.0, most = 0.0, fast = 0.0;
     for (int i = 0; i < c->axes; i++) {
         change = fmax(change, fabs(a->d2[i] - b->d2[i]));
         most = fmax(most, fmax(fabs(a->d2[i]), fabs(b->d2[i])));
-        if (!(c->metric >> i & 1)) continue;
+        fast = fmax(fast, fmax(fabs(a->d1[i]), fabs(b->d1[i])));
+        if (!(c->natural > 0.0) && !(c->metric >> i & 1)) continue;
         turn += (a->d1[i] - b->d1[i]) * (a->d1[i] - b->d1[i]);
     }
     *bend = most > 0.0 ? change / most : 0.0;
-    return sqrt(turn);
+    return c->natural > 0.0 && fast > 0.0 ? sqrt(turn) / fast : sqrt(turn);
 }
 
 static void judge(const curve *c, cell *k) {
@@ -182,12 +186,9 @@ static void set_metric(curve *c, uint16_t main) {
     c->metric = c->moving & main ? c->moving & main : c->moving;
 }
 
-bool curve_build(curve *c, const double *coefficients, int axes, int degree, double end, uint16_t main) {
+static bool set_cells(curve *c) {
     cell cells[CURVE_CELLS + 1];
     int n;
-    c->axes = (uint8_t)axes;
-    set_coefficients(c, coefficients, degree, end);
-    set_metric(c, main);
     if (!c->moving || !cut_cells(c, cells, &n)) return false;
     c->cells = (uint8_t)n;
     c->w[0] = c->s[0] = 0.0;
@@ -196,6 +197,25 @@ bool curve_build(curve *c, const double *coefficients, int axes, int degree, dou
         c->s[i + 1] = c->s[i] + cells[i].length;
     }
     for (int i = 0; i <= n; i++) c->dwds[i] = 1.0 / speed(c, c->w[i]);
+    return true;
+}
+
+bool curve_build(curve *c, const double *coefficients, int axes, int degree, double end, uint16_t main) {
+    c->axes = (uint8_t)axes;
+    c->natural = 0.0;
+    set_coefficients(c, coefficients, degree, end);
+    set_metric(c, main);
+    return set_cells(c);
+}
+
+bool curve_build_by_length(curve *c, const double *coefficients, int axes, int degree, double end, double length) {
+    c->axes = (uint8_t)axes;
+    c->natural = length;
+    set_coefficients(c, coefficients, degree, end);
+    set_metric(c, 0);
+    c->metric = 0;
+    if (!(length > 0.0) || !set_cells(c)) return false;
+    for (int i = 0; i <= c->cells; i++) c->s[i] = c->w[i] * length;
     return true;
 }
 
@@ -209,6 +229,7 @@ static double hermite_guess(const curve *c, int i, double s) {
 double curve_parameter(const curve *c, double s) {
     if (s <= 0.0) return 0.0;
     if (s >= c->s[c->cells]) return 1.0;
+    if (c->natural > 0.0) return s / c->natural;
     int i = 0;
     while (s > c->s[i + 1]) i++;
     double w = hermite_guess(c, i, s), low = 0.0, high = 0.0;

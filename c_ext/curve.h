@@ -1,6 +1,7 @@
 /* A polynomial of degree <= 5 per axis, parametrised by arc length.
  *
- * The length is measured over the axes in `metric` (the main axes, or all others where the main axes rest). Cells cut the
+ * By length (`natural`): the parameter runs with the length of a path elsewhere (the tool tip's), the axes follow.
+ * Otherwise the length is measured over the axes in `metric` (the main axes, or all others where the main axes rest). Cells cut the
  * parameter so that an 8-point Gauss rule over any part of a cell is exact to rounding; s -> parameter is a cubic Hermite
  * guess and at most CURVE_NEWTON steps, so its time is bounded. No state, no allocation: also used by the smoothing stage.
  */
@@ -20,6 +21,7 @@ typedef struct curve {
     double s[CURVE_CELLS + 1];      /* ... and the length up to there, mm */
     double dwds[CURVE_CELLS + 1];
     double bend[NC_AXES];           /* largest |second derivative by length| of each axis, set by the engine */
+    double natural;                 /* > 0: the parameter runs with the path length, which is this long */
     uint16_t metric;                /* bit per axis that the length is measured over */
     uint16_t moving;                /* bit per axis that moves at all */
     uint8_t axes, cells;
@@ -33,6 +35,8 @@ typedef struct curve_point {
 /* Fill `c` from axes * (degree + 1) coefficients over 0..end; false if the curve does not move, turns back on itself
  * (speed zero) or is too wild for CURVE_CELLS cells. `main`: bit mask of the main axes. */
 bool curve_build(curve *c, const double *coefficients, int axes, int degree, double end, uint16_t main);
+/* The same with the parameter running with the path length, which is given: whatever the axes do, it does not stand. */
+bool curve_build_by_length(curve *c, const double *coefficients, int axes, int degree, double end, double length);
 static inline double curve_length(const curve *c) { return c->s[c->cells]; }
 double curve_parameter(const curve *c, double s);
 void curve_position(const curve *c, double w, double *q);

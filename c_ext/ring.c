@@ -19,7 +19,19 @@ static bool row_is_finite(const engine *e, const nc_block *r) {
            isfinite(r->length_min) && isfinite(r->end_speed);
 }
 
+/* A motion in other coordinates than the axes': its tangents, kept for the element that is pushed next. */
+static bool tangents_are_given(engine *e, const nc_block *r, const double *pool, int64_t pool_n) {
+    if (!pool || (int64_t)r->pool + 6 > pool_n || !(r->length > 0)) return false;
+    for (int i = 0; i < 6; i++) {
+        e->next_tangents[i] = pool[r->pool + i];
+        if (!isfinite(e->next_tangents[i])) return false;
+    }
+    return true;
+}
+
 static bool row_is_supported(engine *e, const nc_block *r, const double *pool, int64_t pool_n) {
+    if (r->type <= NC_POLYNOMIAL && r->flags & NC_ELEMENT && r->degree == NC_TANGENTS)
+        return tangents_are_given(e, r, pool, pool_n);
     if (r->flags & NC_ELEMENT && r->type == NC_POLYNOMIAL) return false;
     if (r->flags & NC_PIECE && !(r->value >= 0 && e->element_head > 0)) return false;
     switch (r->type) {
@@ -38,6 +50,8 @@ static bool row_is_supported(engine *e, const nc_block *r, const double *pool, i
         return r->value >= 0;
     case NC_M: case NC_H: case NC_S: case NC_T: case NC_MARKER: case NC_DISTANCE_RESET: case NC_FLUSH: case NC_EVENT:
         return true;
+    case NC_DYNAMICS:
+        return limits_row_check(e, r);
     case NC_RT_LOOP_BEGIN:
         return !e->in_loop;
     case NC_RT_LOOP_END:
@@ -127,6 +141,7 @@ void store_publish(engine *e) { ATOMIC_SET(e->store_head, e->store_head + 1); }
 
 static void push_motion(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
+    p->limits = e->limits[row->flags & NC_RAPID ? 1 : 0];
     piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
     p->new_block = e->has_motion_piece && e->last_count != p->count;
@@ -162,7 +177,15 @@ static void push_programmed(engine *e, const nc_block *row) {
     piece p;
     memset(&p, 0, sizeof p);
     memcpy(p.start, e->element_end, sizeof p.start);
-    piece_build(e, &p, row);
+    if (row->degree == NC_TANGENTS) {
+        for (int i = 0; i < 3; i++) {
+            if (e->cfg.main[i] < 0) continue;
+            p.tangent_in[e->cfg.main[i]] = e->next_tangents[i];
+            p.tangent_out[e->cfg.main[i]] = e->next_tangents[3 + i];
+        }
+    } else {
+        piece_build(e, &p, row);
+    }
     push_element(e, &p, row);
     memcpy(e->element_end, row->end, sizeof e->element_end);
 }
@@ -216,6 +239,10 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
 static void push_row(engine *e, const nc_block *row) {
     if (e->spindle_pending && (row->count != e->spindle_row.count || row->type <= NC_POLYNOMIAL)) techno_spindle_word(e);
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
+    if (row->type == NC_DYNAMICS) {
+        limits_set(e, row);
+        return;
+    }
     if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
         push_programmed(e, row);
         return;

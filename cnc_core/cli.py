@@ -97,6 +97,7 @@ def open_program(
     collect: bool = False,
     lenient: bool = False,
     tolerance: float = 0.0,
+    programmed: bool = False,
     answers: Path | None = None,
     restart: tuple[int | None, int, str | None] = (None, 1, None),
 ) -> Any:
@@ -105,9 +106,16 @@ def open_program(
     from .restart import Restart  # noqa: PLC0415
 
     program = Program(
-        file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance, answers=answers,
+        file,
+        load(config),
+        dialect,
+        collect=collect,
+        lenient=lenient,
+        tolerance=tolerance,
+        programmed=programmed,
+        answers=answers,
         restart=Restart.of(*restart),
-    )  # fmt: skip
+    )
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
     return program
@@ -134,20 +142,27 @@ def check(
 
     Example: hli-cosim check part.nc --json
     """
+    from .blocks import number_of_blocks  # noqa: PLC0415
+
     count, errors = 0, []
+    setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(file, config, dialect, collect=True, lenient=lenient, answers=answers)
-            count = sum(map(len, program.batches()))
-        errors = program.errors
+            program = open_program(
+                file, config, dialect, collect=True, lenient=lenient, programmed=True, answers=answers
+            )
+            count = sum(map(number_of_blocks, program.batches()))
+        errors, setups = program.errors, getattr(program.reader, "setups", [])
         say_warnings(program)
     except CncError as error:
         errors = [error]
     for found in errors:
         say_error(found)
     if as_json:
-        emit({"errors": [e.as_json() for e in errors], "blocks": count})
+        emit({"errors": [e.as_json() for e in errors], "blocks": count} | ({"setups": setups} if setups else {}))
     elif not errors:
+        for setup in setups:
+            out.print(f"setup {setup['file']}\n" + "\n".join(f"  {line}" for line in setup["printed"]))
         out.print(f"{file}: {count} blocks, no errors")
     if errors:
         raise typer.Exit(1)
@@ -172,11 +187,15 @@ def blocks(
     from . import blocks as rows  # noqa: PLC0415
 
     restart = (start_line, start_pass, start_marker)
-    program = open_program(file, config, dialect, lenient=lenient, answers=answers, restart=restart)
+    program = open_program(
+        file, config, dialect, lenient=lenient, programmed=True, answers=answers, restart=restart
+    )
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
         for block in rows.blocks(batch, start, cell.axis_names, cell.main_axes):
+            if block.row["type"] == rows.DYNAMICS:
+                continue  # limits of the engine, not a block
             value = block.as_json()
             if as_json:
                 emit(value)
@@ -333,7 +352,7 @@ def _say_run_errors(result: Any) -> None:
     for e in result.errors:
         place = f"{e['file']}:{e['line']}:{e['column']}: " if e["line"] else ""
         say_error(f"{place}{e['code']}: {e['text']}")
-        if e["line"] and result.error_text:
+        if e["line"] and result.error_text and e["line"] == result.errors[0]["line"]:
             say_error(f"    {result.error_text}")
 
 
@@ -646,7 +665,8 @@ def _failed(error: Exception) -> int:
     if not isinstance(error, CncError | HliError | OSError | ValueError):
         raise error
     numbered = _numbered(error)
-    say_error(numbered)
+    for each in (numbered, *numbered.also):
+        say_error(each)
     if "--json" in sys.argv and not _emitted:
         emit(_empty_result(numbered))
     return 1
@@ -657,8 +677,8 @@ def _empty_result(error: CncError) -> dict[str, Any]:
     if "run" in sys.argv[1:2]:
         from .cell import RunResult  # noqa: PLC0415
 
-        return RunResult(end="error", errors=[error.as_json()]).as_json()
-    return {"errors": [error.as_json()]}
+        return RunResult(end="error", errors=[e.as_json() for e in (error, *error.also)]).as_json()
+    return {"errors": [e.as_json() for e in (error, *error.also)]}
 
 
 if __name__ == "__main__":

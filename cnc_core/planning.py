@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .blocks import PIECE, POLYNOMIAL, BlockBatch
+from .blocks import PIECE, POLYNOMIAL, BlockBatch, number_of_blocks
 from .config import CellConfig
 from .engine import Engine, Event, Samples
 from .program import Program
@@ -53,7 +53,7 @@ class Feeder:
     """Pushes a program's rows into an engine; what the ring does not take waits for the next call."""
 
     def __init__(self, program: Program, engine: Engine, seen: Callable[[BlockBatch], None]) -> None:
-        self.source, self.engine, self.seen = program.batches(), engine, seen
+        self.program, self.source, self.engine, self.seen = program, program.batches(), engine, seen
         self.batch, self.first, self.rows, self.done = BlockBatch.empty(), 0, 0, False
 
     def fill(self) -> None:
@@ -66,7 +66,8 @@ class Feeder:
                     self.done = True
                     return
                 self.batch, self.first = batch, 0
-                self.rows += int(((batch.rows["flags"] & PIECE == 0) | (batch.rows["type"] > POLYNOMIAL)).sum())
+                pieces = (batch.rows["flags"] & PIECE != 0) & (batch.rows["type"] <= POLYNOMIAL)
+                self.rows += number_of_blocks(batch) - int(pieces.sum())
                 self.seen(batch)
                 continue
             taken = self.engine.push(self.batch, self.first)
@@ -97,7 +98,12 @@ def plan_program(
             if event in (Event.PROGRAM_END, Event.FAULT):
                 break
         check.finish()
-        out = _result(cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None)
+        carried = program.frames.deviation + program.kinematics.deviation
+        if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone
+            carried += program.smoothing.report.deviation
+        out = _result(
+            cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
+        )
         out.filters = [asdict(report) for report in program.filter_reports]
         return out
     finally:
@@ -112,6 +118,7 @@ def _result(
     window: int,
     jerk: bool,
     kept: list[Samples] | None,
+    carried: float,
 ) -> PlanResult:
     state = engine.state
     ratio: dict[str, float | None] = dict(check.ratio)
@@ -123,7 +130,7 @@ def _result(
         plan_cpu_s=float(state.plan_cpu_s),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
-        path_deviation_mm=check.deviation,
+        path_deviation_mm=max(check.deviation, carried, feeder.program.contouring.report.deviation),
         lookahead=window,
         infeasible=int(state.infeasible),
         jerk_limited=jerk,

@@ -112,6 +112,9 @@ class OfflinePort:
 
     def live_position(self) -> npt.NDArray[np.float64]:
         return self._position.copy()
+    def moved(self, position: npt.NDArray[np.float64]) -> None:
+        """The rows handed out so far end at ``position``."""
+        self._position = np.array(position, dtype=np.float64)
 
     def message(self, text: str) -> None:
         self.messages.append(text)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .blocks import CIRCULAR, ELEMENT, PIECE, POLYNOMIAL, RAPID, motion_planes
+from .blocks import CIRCULAR, ELEMENT, PIECE, POLYNOMIAL, RAPID, TANGENTS, motion_planes
 from .config import CellConfig
 from .engine import Samples
 from .geometry.polynomial import ORDER, coefficients, distance, normalised
@@ -32,21 +32,36 @@ class ElementTable:
         self.curves: FloatArray = np.empty((0, self.axes, ORDER))  # of the polynomials among the rows, over 0..1
         self.curve_of: npt.NDArray[np.int64] = np.empty(0, np.int64)  # element -> row of ``curves``, -1 if none
         self.position = cell.axis_values("start_mm")
+        self.driven, self.away = self.position.copy(), False
 
     def add(self, rows: npt.NDArray[Any], pool: FloatArray | None = None) -> None:
         """Append the motion rows of a batch; ``pool`` holds the coefficients of its polynomials."""
-        motion = rows[(rows["type"] <= POLYNOMIAL) & ((rows["flags"] & PIECE) == 0)]
+        seen = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & PIECE) == 0)
+        motion = rows[seen]
+        starts = self._starts_of(rows, seen)
         if not len(motion):
             return
-        ends = motion["end"][:, : self.axes]
-        starts = np.vstack([self.position, ends[:-1]])
         self.rows = motion.copy() if self.rows is None else np.concatenate([self.rows, motion])
         self.starts = np.vstack([self.starts, starts])
-        self.position = ends[-1].copy()
         self._add_curves(motion, pool)
 
+    def _starts_of(self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]) -> FloatArray:
+        """(n, axes) where elements begin: behind the element before, or where the axes stand if that is elsewhere."""
+        driven = np.flatnonzero((rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0))
+        stood = np.vstack([self.driven, rows["end"][driven, : self.axes]])
+        motion = rows[seen]
+        stands = stood[np.searchsorted(driven, np.flatnonzero(seen))]
+        ends = motion["end"][:, : self.axes]
+        away = _elsewhere(motion)
+        behind = np.vstack([self.position, ends[:-1]]) if len(motion) else ends
+        follows = (motion["flags"] & ELEMENT != 0) & ~np.append([self.away], away[:-1])[: len(motion)]
+        self.driven = stood[-1].copy()
+        if len(motion):
+            self.position, self.away = ends[-1].copy(), bool(away[-1])
+        return np.where(follows[:, None], behind, stands)
+
     def _add_curves(self, motion: npt.NDArray[Any], pool: FloatArray | None) -> None:
-        is_curve = motion["type"] == POLYNOMIAL
+        is_curve = (motion["type"] == POLYNOMIAL) & ~_elsewhere(motion)
         number = np.where(is_curve, len(self.curves) + np.cumsum(is_curve) - 1, -1)
         self.curve_of = np.concatenate([self.curve_of, number])
         if is_curve.any() and pool is not None:
@@ -74,12 +89,19 @@ class ElementTable:
             return np.zeros(len(element))
         index = element - self.first
         out = self._element_distance(index, pos)
-        smoothed = np.flatnonzero(self.rows["flags"][index] & ELEMENT)
+        elsewhere = _elsewhere(self.rows[index])
+        smoothed = np.flatnonzero((self.rows["flags"][index] & ELEMENT != 0) & ~elsewhere)
         for k in range(1, NEIGHBOURS + 1):  # which element is under the tool is known roughly there
             for side in (index[smoothed] + k, index[smoothed] - k):
                 near = np.clip(side, 0, len(self.rows) - 1)
                 out[smoothed] = np.minimum(out[smoothed], self._element_distance(near, pos[smoothed]))
+        out[elsewhere] = 0.0
         return out
+
+    def elsewhere(self, element: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
+        """Elements in other coordinates than the axes': the stage that made their pieces vouches for the deviation."""
+        assert self.rows is not None
+        return _elsewhere(self.rows[element - self.first])
 
     def _element_distance(self, index: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
         assert self.rows is not None
@@ -90,7 +112,7 @@ class ElementTable:
             arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
             if arcs.any():
                 out[arcs] = self._arc_distance(rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane)
-        curves = rows["type"] == POLYNOMIAL
+        curves = self.curve_of[index] >= 0
         if curves.any():
             out[curves] = distance(self.curves[self.curve_of[index[curves]]], pos[curves])
         return out
@@ -123,6 +145,10 @@ def _line_distance(starts: FloatArray, ends: FloatArray, pos: FloatArray) -> Flo
     length2 = np.maximum((along**2).sum(axis=1), 1e-300)
     t = np.clip(((pos - starts) * along).sum(axis=1) / length2, 0.0, 1.0)[:, None]
     return np.asarray(np.linalg.norm(pos - (starts + t * along), axis=1))
+
+
+def _elsewhere(rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    return np.asarray((rows["flags"] & ELEMENT != 0) & (rows["degree"] == TANGENTS))
 
 
 class TrajectoryCheck:
@@ -175,6 +201,7 @@ class TrajectoryCheck:
         speed = np.linalg.norm(moved[:, main], axis=1) / self.dt
         only_others = ~np.asarray(np.abs(moved[:, main]).max(axis=1) > 0)
         speed = np.where(only_others, np.linalg.norm(moved, axis=1) / self.dt, speed)
+        speed = np.where(table.elsewhere(element), samples.speed, speed)
         with np.errstate(invalid="ignore"):
             ratios = np.where(np.isfinite(allowed) & (allowed > 0), speed / allowed, 0.0)
         self.ratio["feed"] = max(self.ratio["feed"], float(ratios.max(initial=0.0)))

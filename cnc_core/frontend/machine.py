@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,14 @@ class Tool:
 
     radius_mm: float = 0.0
     length_mm: float = 0.0
+
+
+@dataclass(frozen=True)
+class HscSetting:
+    """One state of SysHscSettings: subprogram of the manufacturer, tolerance in mm."""
+
+    program: str = ""
+    tolerance_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -44,6 +53,34 @@ class External:
         return -(-(self.characters + 1) // 24) if self.type == "STRING" else 1
 
 
+class TipMachine(Protocol):
+    """A kinematic transformation as a front end sees it (``cnc_core.kinematics.machine``).
+
+    Positions are (axes,) or (n, axes) in channel order, mm and degrees; ``length`` of the tool.
+    """
+
+    @property
+    def rotary_axes(self) -> tuple[int, ...]:
+        """Channel index of the rotary axes, part to tool."""
+        ...
+
+    def orient(self, direction: npt.NDArray[np.float64], near: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """(axes,) ``near`` with the rotary axes turned so that the tool points into ``direction``."""
+        ...
+
+    def directions(self, q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """(n, 3) tool directions, tip to spindle, in the part frame."""
+        ...
+
+    def programmed(self, q: npt.NDArray[np.float64], length: float) -> npt.NDArray[np.float64]:
+        """(n, axes) the tip in place of the linear axes."""
+        ...
+
+    def driven(self, programmed: npt.NDArray[np.float64], length: float) -> npt.NDArray[np.float64]:
+        """(n, axes) axis positions of programmed ones."""
+        ...
+
+
 @dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
@@ -54,7 +91,9 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``: what only the IsoNs dialect knows.
+    ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``kinematics``: transformations by number; ``kin_id``: the first.
+    ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     ``probe``: machine position by axis where the probe trips, mm or degrees.
     """
 
@@ -72,3 +111,12 @@ class ProgramMachine:
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
     probe: dict[str, float] = field(default_factory=dict)
+    hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
+    kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
+    kin_id: int | None = None
+    axis_ids: tuple[int, ...] = ()
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """Logical axis numbers in channel order."""
+        return self.axis_ids or tuple(range(1, len(self.axes) + 1))

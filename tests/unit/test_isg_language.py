@@ -21,7 +21,7 @@ DOCS = Path(__file__).parents[2] / "docs" / "isg.md"
 
 def test_lenient_turns_unknown_things_into_warnings(tmp_path):
     """Unknown # commands and undefined M functions are errors, in lenient mode warnings; not what is refused."""
-    text = "#NONSENSE ON [A=1]\nM99 G00 X1\n#CS ON [1,0,0,0,0,0]\nV.L.A=2\nX[V.L.A+P9]\n"
+    text = "#NONSENSE ON [A=1]\nM99 G00 X1\n#BCS ON [1,0,0,0,0,0]\nV.L.A=2\nX[V.L.A+P9]\n"
     strict, lenient = Run(text, tmp_path), Run(text, tmp_path, lenient=True)
     assert strict.codes == [900002, 900009, 900003, 907010, 907010]
     assert lenient.codes == [900003]

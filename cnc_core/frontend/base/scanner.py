@@ -125,7 +125,7 @@ class Modal:
         return np.array(list(self._modal.pos)[: self._modal.axes], dtype=np.float64)
 
     def set_position(self, position: npt.NDArray[np.float64]) -> None:
-        """The axes stand elsewhere, (axes,) machine coordinates."""
+        """(axes,) where the axes stand, machine coordinates."""
         for i, value in enumerate(position):
             self._modal.pos[i] = float(value)
 

@@ -12,7 +12,12 @@ from cnc_core.frontend.base.scanner import NO_CORRECTION, MotionWords, Row
 from cnc_core.frontend.isg import gcodes
 from cnc_core.frontend.isg.calls import Call, positional
 from cnc_core.frontend.isg.context import Context
+from cnc_core.frontend.isg.contouring import Contouring, Smooth
+from cnc_core.frontend.isg.corner_commands import CornerWords
+from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
+from cnc_core.frontend.isg.spaces import Rotation
+from cnc_core.frontend.isg.spline_commands import Splines, refused_with_compensation
 from cnc_core.frontend.isg.words import Function, WordBlock, Words
 from cnc_core.frontend.machine import Tool
 
@@ -35,7 +40,11 @@ class Executor:
         self._machine, self._modal, self._offsets = context.machine, context.modal, context.offsets
         self.feeds: Feeds = Feeds(context.machine, context.modal)
         self.spindle_rev_min = 0.0
-        self.vector_limit_mm_s = 0.0  # of #VECTOR LIMIT, also while it is off
+        self.dynamics = Dynamics(context.modal, len(context.machine.axes), context.warn)
+        self.contouring = Contouring(context.modal, context.offsets)
+        self.smooth = Smooth(context.modal)
+        self.splines = Splines(context.modal)
+        self.corner_words = CornerWords(context.modal)
         self.tool: int = 0
         self.data: int = 0
         self.tool_data = Tool()
@@ -48,19 +57,31 @@ class Executor:
     def execute(self, block: WordBlock) -> list[Row]:
         """Rows of one block."""
         words = block.evaluate()
+        spaces = self._context.spaces
+        due = self._coordinates(words) if spaces.due or spaces.watches_plane else []
         if block.simple and self.feeds.plain and not self.compensation.choice.active:
-            return self._plain_motion(words) if block.words else []
+            return due + self._plain_motion(words) if block.words else due
         self.program_end = self.level_end = False
         self.calls = []
         if words.is_dwell:
-            return [self._dwell(words)]
+            return [*due, self._dwell(words)]
         self._check(words)
         words = self._non_motions(words)
-        before = self._switch_rows(words)
+        before = due + self._switch_rows(words)
+        before += self._coordinate_rows(words.motion.n)
         plane = words.motion.plane or self._modal.plane
         before += self.compensation.update(words.codes, self._radius(plane), plane, words.motion.n)
-        motion = self._motion(words)
+        words, corner = self._corner_row(words)
+        ahead, behind = self._contour_rows(words)
+        for name in ("G150", "G151"):
+            if name in words.codes:
+                ahead += self.switch_spline(name == "G151", words.motion.n, words.codes[name])
+        if self.splines.active and self.compensation.choice.active:
+            raise refused_with_compensation(0)
+        motion = ahead + self._motion(words) + behind + corner
         self.compensation.settle()
+        if "G61" in words.codes:
+            self.contouring.last_once = self._modal.position
         after = self._end_rows(words)
         numbers = [f.number for f in words.functions["M"]]
         self.program_end = any(n in PROGRAM_ENDS for n in numbers)
@@ -74,6 +95,34 @@ class Executor:
             self._mentioned.add(name)
             self._context.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
 
+    def _corner_row(self, words: Words) -> tuple[Words, list[Row]]:
+        """G301, G302: their I is no centre word, and nothing else of the block moves."""
+        code = next((c for c in gcodes.CORNERS if f"G{c}" in words.codes), 0)
+        if not code:
+            return words, []
+        offset, motion = words.codes[f"G{code}"], words.motion
+        if motion.axis or set(motion.centre) - {"I"} or motion.r is not None:
+            raise fail(900010, f"G{code} stands in a block of its own, with I", offset)
+        rows = self.corner_words.g(code, motion.centre.get("I"), motion.n, offset)
+        return replace(words, motion=replace(motion, centre={})), rows
+
+    def switch_spline(self, on: bool, n: int, offset: int) -> list[Row]:
+        """G150, G151, #SPLINE."""
+        if on and self.compensation.choice.active:
+            raise refused_with_compensation(offset)
+        return self.splines.switch(on, n)
+
+    def check_contouring(self, on: bool, offset: int) -> None:
+        """G61 and G261 do not go together with #HSC."""
+        if on and self.smooth.hsc is not None:
+            raise fail(120433, f"{ERRORS[120433]}: G61, G261", offset)
+
+    def check_hsc(self, offset: int) -> None:
+        """#HSC does not go together with G261, G95, G96."""
+        active = [f"G{self.feeds.mode}"] if self.feeds.mode == 95 else []
+        if self.contouring.active or active:
+            raise fail(120433, f"{ERRORS[120433]}: {(active or ['G261'])[0]} is active", offset)
+
     def not_compensated(self, name: str, offset: int) -> None:
         if self.compensation.choice.active:
             raise fail(906003, f"{name}: {ERRORS[906003]}", offset)
@@ -84,6 +133,31 @@ class Executor:
             replace(self.tool_data, radius_mm=value_mm) if radius else replace(self.tool_data, length_mm=value_mm)
         )
         self._offsets.set_tool_length(self.tool_data.length_mm)
+
+    def rotation_in_cycle(self, offset: int) -> None:
+        """Cycles expect coordinate systems that are made with #CS."""
+        levels = self._context.store.arguments
+        if self._context.spaces.rotation is not None and levels[-1] is not levels[0]:
+            self._context.warn(910111, ERRORS[910111], offset)
+
+    def _coordinates(self, words: Words) -> list[Row]:
+        """What the assignments of the block, or a new plane, change in the coordinates."""
+        spaces, plane = self._context.spaces, words.motion.plane
+        if spaces.watches_plane and plane is not None and plane != self._modal.plane:
+            if self.compensation.choice.active:
+                raise fail(20133, ERRORS[20133], words.motion.offset or 0)
+            self._modal.apply(MotionWords(plane=plane))
+            if spaces.rotation is not None:
+                self._context.warn(910110, ERRORS[910110], words.motion.offset or 0)
+                spaces.set_rotation(None)
+            spaces.touch()
+        return self._coordinate_rows(words.motion.n) if spaces.due else []
+
+    def _coordinate_rows(self, n: int) -> list[Row]:
+        rows = self._context.spaces.rows(n)
+        if rows and self.compensation.choice.active:
+            raise fail(906003, f"a change of coordinates: {ERRORS[906003]}", 0)
+        return list(rows)
 
     def _plain_motion(self, words: Words) -> list[Row]:
         error, row = self._modal.apply(words.motion)
@@ -138,6 +212,7 @@ class Executor:
             self._select_first(words)
         self._modes(words)
         self._selections(words)
+        self._weights(words)
         if takers:
             words = self._take_axes(takers[0], words)
         self._stored_codes(words)
@@ -150,10 +225,15 @@ class Executor:
     def _modes(self, words: Words) -> None:
         for mode in gcodes.FEED_MODES:
             if f"G{mode}" in words.codes:
+                if mode == 95 and self.smooth.hsc is not None:
+                    raise fail(120433, f"{ERRORS[120433]}: G95", words.codes["G95"])
                 self.feeds.choose(mode)
         if "G51" in words.codes or "G52" in words.codes:
             self._offsets.diameter = "G51" in words.codes
             self._offsets.update()
+        if "G69" in words.codes and self._context.spaces.rotation is not None:
+            self.not_compensated("G69", words.codes["G69"])
+            self._context.spaces.set_rotation(None)
         if "G164" in words.codes or "G165" in words.codes:
             self._modal.set_rule(NO_CORRECTION, "G164" in words.codes)
 
@@ -185,16 +265,40 @@ class Executor:
         if code == 92:
             self.not_compensated("G92", offset)
             self._offsets.set_g92(axes, add=not self._modal.absolute)
+        elif code == 68:
+            return self._rotate(words, offset)
         elif code == 160:
             self._exclude(words, offset)
         elif code == 351:
             self._mirror_axes(axes, offset)
+        elif code in WEIGHTS:
+            self.dynamics.weigh(code, axes, offset)
         elif code != 74:
             for axis, value in axes.items():
                 self.stored[f"G{code} {self._offsets.names[axis]}"] = value
         elif not axes:
             raise fail(900004, "G74 without axis words", offset)
         return replace(words, motion=replace(words.motion, axis={}))
+
+    def _rotate(self, words: Words, offset: int) -> Words:
+        """G68 R30 X10 Y5: contour rotation about a point of the plane, the present one where no word names it."""
+        self.not_compensated("G68", offset)
+        modal, axes = self._modal, words.motion.axis
+        plane = words.motion.plane or modal.plane
+        first, second, third = (self._machine.main[place] for place in motion_planes(plane))
+        if third in axes:
+            raise fail(22156, ERRORS[22156], offset)
+        if set(axes) - {first, second} or min(first, second) < 0:
+            raise fail(900010, "G68: only words of the plane's axes name the centre", offset)
+        self._context.spaces.set_rotation(None)
+        self._context.spaces.touch()
+        present = self._context.spaces.position_in(self._context.spaces.wanted(), self._context.spaces.axes())
+        total = self._offsets.selected_total()
+        centre = [axes[a] * modal.unit_mm if a in axes else float(present[a] - total[a]) for a in (first, second)]
+        rotation = Rotation(plane, words.motion.r or 0.0, (centre[0], centre[1]))
+        self._context.spaces.set_rotation(rotation)
+        self.rotation_in_cycle(offset)
+        return replace(words, motion=replace(words.motion, axis={}, r=None))
 
     def _exclude(self, words: Words, offset: int) -> None:
         if 160 not in words.values:
@@ -214,6 +318,25 @@ class Executor:
             self._offsets.mirror[axis] = value
         self._offsets.update()
 
+    def _weights(self, words: Words) -> None:
+        """G128=, G131= ..: one weight for all axes."""
+        for code, value in words.values.items():
+            if code in WEIGHTS:
+                every = dict.fromkeys(range(len(self._machine.axes)), value)
+                self.dynamics.weigh(code, every, words.codes[f"G{code}"])
+
+    def _contour_rows(self, words: Words) -> tuple[list[Row], list[Row]]:
+        """What G61, G260, G261 and G360 say to the stage: ahead of the motion, and behind it."""
+        codes, n = words.codes, words.motion.n
+        for name in ("G61", "G261"):
+            if name in codes:
+                self.check_contouring(True, codes[name])
+        if "G61" in codes:
+            return self.contouring.once(n)
+        if "G260" in codes or "G360" in codes:
+            return self.contouring.switch(False, n), []
+        return (self.contouring.switch(True, n) if "G261" in codes else []), []
+
     def _stored_codes(self, words: Words) -> None:
         for name, offset in words.codes.items():
             code = int(name[1:])
@@ -230,8 +353,9 @@ class Executor:
     # rows
 
     def _switch_rows(self, words: Words) -> list[Row]:
-        """S, T, D and the M and H functions that stand before the motion."""
-        n, rows = words.motion.n, []
+        """Limits, S, T, D and the M and H functions that stand before the motion."""
+        n = words.motion.n
+        rows = self.dynamics.rows(n)
         if words.spindle is not None:
             self.spindle_rev_min = words.spindle
             rows.append(self._modal.row(S, n, value=words.spindle))
@@ -285,6 +409,8 @@ class Executor:
     def _calls(self, words: Words) -> None:
         """Subprograms that are executed at the end of the block."""
         self.calls = [] if words.call is None else [words.call]
+        if words.call is not None and words.call.arguments is not None and set(words.offsets) - {"N", "L"}:
+            raise fail(907108, ERRORS[907108], words.call.offset)
         for function in words.functions["M"]:
             if function.number == 6 and self._m6():
                 self.calls.append(Call(self._m6(), False, function.offset))
@@ -297,6 +423,8 @@ class Executor:
                 raise fail(20131, f"unknown G function G{code:02d}: no subprogram is assigned to it", offset)
             arguments = positional(words.arguments) if words.arguments else None
             self.calls.append(Call(program, False, offset, arguments))
+        if any(call.arguments is not None for call in self.calls) and self._context.spaces.rotation is not None:
+            self._context.warn(910111, ERRORS[910111], self.calls[0].offset)
         if len(self.calls) > 1:
             raise fail(900011, "more than one subprogram call in a block", self.calls[1].offset)
 

@@ -6,7 +6,8 @@ on an axis from its next absolute word on; #PSET acts at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
@@ -22,6 +23,21 @@ ZERO, ADD_ZERO, PSET, TOOL = "ZERO", "ADD_ZERO", "PSET", "TOOL"
 KINDS = (ZERO, ADD_ZERO, PSET, TOOL)
 # without effect here: no such offset exists
 EMPTY_KINDS = ("CLAMP", "MEASURE", "MANUAL")
+
+
+@dataclass(frozen=True)
+class Selected:
+    """Zero offset, G92 and #PSET as they were selected: number and (axes,) values."""
+
+    number: int
+    active: Array
+    g92: Array
+    pset: Array
+
+    @classmethod
+    def none(cls) -> Selected:
+        """Nothing is brought back."""
+        return cls(-1, *[np.empty(0)] * 3)
 
 
 class Offsets:
@@ -46,8 +62,11 @@ class Offsets:
         self.mirror = np.ones(self._axes)
         self.diameter = False
         self.suppressed: frozenset[str] = frozenset()
-        self.machine_coordinates = False  # #MCS ON
         self.tool_length_mm = 0.0
+        self.length_elsewhere = False  # the tool length acts behind a coordinate system or a transformation
+        self.changed: Callable[[], None] = lambda: None
+        self._outside: Selected | None = None  # #MCS ON: what comes back with #MCS OFF
+        self._tool_off = self._ex_tool = False
 
     def _zeros(self) -> Array:
         return np.zeros(self._axes)
@@ -114,7 +133,10 @@ class Offsets:
         self.update()
 
     def set_tool_length(self, length_mm: float) -> None:
+        """Of a data set selected now."""
         self.tool_length_mm = length_mm
+        if self._outside is not None and not self._ex_tool:
+            self._tool_off = False
         self.update()
 
     def update(self) -> None:
@@ -124,10 +146,61 @@ class Offsets:
             share[self.first_main] = 0.5
         self._modal.set_mirror(self.mirror, share)
         self._modal.set_next_offset(self._total())
-        self._modal.set_tool_length(0.0 if self._off(TOOL) else self.tool_length_mm)
+        self.place_length()
+        self.changed()
+
+    def place_length(self) -> None:
+        """The tool length acts on the third axis of the plane, or elsewhere."""
+        self._modal.set_tool_length(0.0 if self.length_elsewhere else self.length_in_force)
+
+    @property
+    def length_in_force(self) -> float:
+        """mm"""
+        return 0.0 if self._off(TOOL) else self.tool_length_mm
+
+    def selected_total(self) -> Array:
+        """(axes,) sum of what is selected, without the tool length."""
+        return self._total()
+
+    # coordinate systems and machine coordinates take offsets over and give them back
+
+    def put_away(self, axes: Iterable[int]) -> Selected:
+        """The offsets of some axes begin at 0; what they were."""
+        before = Selected(self.number, self.active.copy(), self.g92.copy(), self.pset.copy())
+        for axis in axes:
+            if axis >= 0:
+                self.active[axis] = self.g92[axis] = self.pset[axis] = 0.0
+        self.number = 0
+        self.update()
+        return before
+
+    def bring_back(self, selected: Selected) -> None:
+        """As they were put away."""
+        if selected.number < 0:
+            return
+        self.number = selected.number
+        self.active, self.g92, self.pset = selected.active.copy(), selected.g92.copy(), selected.pset.copy()
+        self.update()
+
+    def take_effect(self, axes: Iterable[int]) -> None:
+        """At once on these axes: their coordinates have changed as a whole."""
+        for axis in axes:
+            if axis >= 0:
+                self._modal.set_offset_of(axis)
+
+    def enter_machine(self, *, ex_tool: bool) -> None:
+        """#MCS ON: no offset acts; those selected inside last until #MCS OFF."""
+        self._tool_off, self._ex_tool = True, ex_tool
+        self._outside = self.put_away(range(self._axes))
+
+    def leave_machine(self) -> None:
+        """#MCS OFF; the tool is the one selected last."""
+        outside, self._outside, self._tool_off = self._outside, None, False
+        if outside is not None:
+            self.bring_back(outside)
 
     def _off(self, kind: str) -> bool:
-        return self.machine_coordinates or kind in self.suppressed
+        return kind in self.suppressed or (kind == TOOL and self._tool_off)
 
     def _total(self) -> Array:
         """Without the tool length."""
@@ -139,6 +212,11 @@ class Offsets:
 
     def _length(self, axis: int) -> float:
         return float(self._modal.offset_next[axis] - self._total()[axis])
+
+    def machine(self, axis: int, value: float) -> float:
+        """Machine coordinate of a programmed absolute value, with the offsets of the next absolute word."""
+        share = 0.5 if self.diameter and axis == self.first_main else 1.0
+        return value * self.scale(axis) * float(self.mirror[axis]) * share + float(self._modal.offset_next[axis])
 
     # what programs read
 

@@ -10,7 +10,9 @@ from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.variables import READ_ONLY, WRONG_INDEX, Value
+from cnc_core.frontend.isg.cycles.hsc_settings import STATES
 from cnc_core.frontend.isg.store import Reference, Setter
+from cnc_core.frontend.machine import HscSetting
 
 if TYPE_CHECKING:
     from cnc_core.frontend.isg.context import Context
@@ -45,14 +47,14 @@ SIMPLE: dict[str, Plain] = {
     "T_AKT": lambda c: float(c.executor.tool),
     "D_AKT": lambda c: float(c.executor.data),
     "NP_DEFAULT": lambda c: 0.0,
-    "CS_ACTIVE": lambda c: 0.0,
-    "CS_COUNT": lambda c: 0.0,
-    "ACS_ACTIVE": lambda c: 0.0,
-    "ACS_COUNT": lambda c: 0.0,
-    "ROT_ACTIVE": lambda c: 0.0,
-    "ROT_ANGLE": lambda c: 0.0,
-    "ROT_CENTER1": lambda c: 0.0,
-    "ROT_CENTER2": lambda c: 0.0,
+    "CS_ACTIVE": lambda c: float(bool(c.spaces.cs.stack) or c.spaces.selected is not None),
+    "CS_COUNT": lambda c: float(len(c.spaces.cs.stack)),
+    "ACS_ACTIVE": lambda c: float(bool(c.spaces.acs.stack)),
+    "ACS_COUNT": lambda c: float(len(c.spaces.acs.stack)),
+    "ROT_ACTIVE": lambda c: float(c.spaces.rotation is not None),
+    "ROT_ANGLE": lambda c: c.spaces.rotation.degrees if c.spaces.rotation else 0.0,
+    "ROT_CENTER1": lambda c: c.spaces.rotation.centre[0] / c.modal.unit_mm if c.spaces.rotation else 0.0,
+    "ROT_CENTER2": lambda c: c.spaces.rotation.centre[1] / c.modal.unit_mm if c.spaces.rotation else 0.0,
     "TOOL_COMP": lambda c: float(c.executor.compensation.choice.side),
     "CNC_CHANNEL": lambda c: 1.0,
 }
@@ -62,8 +64,8 @@ PER_AXIS: dict[str, Callable[[Context, int], float]] = {
     "ABS": lambda c, a: c.offsets.programmed(a, float(c.modal.position[a])),
     "PROG": lambda c, a: c.offsets.programmed(a, float(c.modal.position[a])),
     "MENT": lambda c, a: c.offsets.programmed(a, float(c.modal.position[a])) * float(c.offsets.mirror[a]),
-    "ACS.ABS": lambda c, a: float(c.modal.position[a]) / c.offsets.scale(a),
-    "ACT_POS": lambda c, a: float(c.modal.position[a]) / c.offsets.scale(a),
+    "ACS.ABS": lambda c, a: float(c.spaces.axes()[a]) / c.offsets.scale(a),
+    "ACT_POS": lambda c, a: float(c.spaces.axes()[a]) / c.offsets.scale(a),
     "BZP": lambda c, a: float(c.offsets.g92[a]) / c.offsets.scale(a),
     "REF": lambda c, a: 1.0,
     "MANUAL_OFFSETS": lambda c, a: 0.0,
@@ -165,6 +167,7 @@ class System:
             "WZ_AKT": self._active_tool,
             "WZ": self._tool,
             "KIN": self._kinematic,
+            "HSCS": self._hsc_tolerance,
         }.get(first)
         return special(indices, rest, offset) if special else None
 
@@ -251,6 +254,14 @@ class System:
             return (tool.radius_mm if rest[0] == "R" else tool.length_mm) / modal.unit_mm
 
         return load, None
+
+    def _hsc_tolerance(self, indices: Sequence[Formula], rest: list[str], offset: int) -> Access:
+        """V.G.HSCS.FINISH.TOLERANCE and the like, mm or inch, read only."""
+        context = self.context
+        if indices or len(rest) != 2 or rest[0].lower() not in STATES or rest[1] != "TOLERANCE":
+            return None
+        setting = context.machine.hsc_settings.get(rest[0].lower(), HscSetting())
+        return (lambda: setting.tolerance_mm / context.modal.unit_mm), None
 
     def _kinematic(self, indices: Sequence[Formula], rest: list[str], offset: int) -> Access:
         """V.G.KIN[i].*: kept without effect."""

@@ -1,0 +1,414 @@
+"""Commands of coordinate systems and kinematics: #CS, #ACS, #ROTATION, #MCS, #TRAFO, #KIN ID, #PTP, #TOOL ORI CS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cnc_core.coordinates import Frame
+from cnc_core.errors import ERRORS
+from cnc_core.frontend.base.formula import Formula
+from cnc_core.frontend.base.lexer import Kind, fail
+from cnc_core.frontend.isg.command_base import CommandBase, Items, Run
+from cnc_core.frontend.isg.spaces import NEEDS_TRAFO, Rotation, Systems, frame_of
+
+COMPENSATED, NOT_IN_MCS = 20802, 910107
+ID_MAX = 2**31 - 1
+TRAFO_WORDS = ("OFF", "ON", "NONE", "DEFAULT")
+
+
+class FrameCommands(CommandBase):
+    """What changes the coordinates; each gives the row that tells the stages."""
+
+    def _changing(self, name: str, change: Callable[[], None], *, in_ptp: int = 0, in_mcs: bool = False) -> Run:
+        """A change of coordinates: not during compensation, nor where #PTP (error ``in_ptp``) or #MCS forbid it."""
+        spaces, start = self._context.spaces, self._start
+
+        def run() -> Items:
+            self.not_compensated(name, COMPENSATED)
+            if in_ptp and spaces.ptp:
+                raise fail(in_ptp, ERRORS[in_ptp], start)
+            if spaces.mcs and not in_mcs:
+                raise fail(NOT_IN_MCS, f"{name}: {ERRORS[NOT_IN_MCS]}", start)
+            change()
+            return list(spaces.rows(self._modal.n))
+
+        return run
+
+    def not_compensated(self, name: str, number: int) -> None:
+        if self._context.executor.compensation.choice.active:
+            raise fail(number, ERRORS[number] if number == 21525 else f"{name}: {ERRORS[number]}", self._start)
+
+    def _frame_commands(self) -> tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]:
+        return (
+            (("CS", "DEF"), self._cs_def),
+            (("CS", "ON"), self._cs_on),
+            (("CS", "OFF"), self._cs_off),
+            (("CS", "ADD"), self._cs_add),
+            (("CS", "SET"), self._cs_set),
+            (("CS", "SELECT"), self._cs_select),
+            (("CS", "DEL"), self._cs_del),
+            (("ACS", "DEF"), self._acs_def),
+            (("ACS", "ON"), self._acs_on),
+            (("ACS", "OFF"), self._acs_off),
+            (("ROTATION", "ON"), self._rotation_on),
+            (("ROTATION", "OFF"), self._rotation_off),
+            (("KIN", "ID"), self._kin_id),
+            (("TRAFO", "ON"), self._trafo_on),
+            (("TRAFO", "OFF"), self._trafo_off),
+            (("TRAFO",), self._trafo_steps),
+            (("RTCP", "ON"), self._trafo_on),
+            (("RTCP", "OFF"), self._trafo_off),
+            (("PTP", "ON"), self._ptp_on),
+            (("PTP", "OFF"), self._ptp_off),
+            (("ORI", "MODE"), self._ori_mode),
+            (("TOOL", "ORI", "CS"), self._tool_ori_cs),
+        )
+
+    # values
+
+    def _bracket(self) -> list[Formula | None]:
+        """``[a, , b]``: values, None for an empty field."""
+        stream, found = self._stream, list[Formula | None]()
+        opened = self._formulas.open()
+        while True:
+            empty = stream.is_op(",") or stream.is_op("]")
+            if stream.at_end:
+                raise fail(900013, "bracket is not closed", opened)
+            found.append(None if empty else self._formulas.expression())
+            if not stream.accept(","):
+                break
+        self._formulas.close(opened)
+        return found
+
+    def _frame(self, fields: list[Formula | None]) -> Callable[[], Frame]:
+        """Up to three shifts and three angles."""
+        start, modal = self._start, self._modal
+        if len(fields) > 6:
+            raise fail(900010, f"a coordinate system has six values, not {len(fields)}", start)
+
+        def make() -> Frame:
+            values = []
+            for field in fields:
+                value = 0.0 if field is None else field()
+                if isinstance(value, str):
+                    raise fail(907011, ERRORS[907011], start)
+                if not abs(value) <= 1e9:
+                    raise fail(900012, f"coordinate system: {value} out of range", start)
+                values.append(value)
+            return frame_of(values, modal.unit_mm)
+
+        return make
+
+    def _number(self, field: Formula | None) -> Callable[[], int]:
+        if field is None:
+            raise fail(900004, "a number of a coordinate system is expected", self._start)
+        return self._whole(field, "number of a coordinate system", 1, ID_MAX)
+
+    def _definition(self) -> tuple[Callable[[], int] | None, Callable[[], Frame] | None]:
+        """``[id][values]``, ``[values]``, ``[id]`` (one value alone) or nothing."""
+        if not self._stream.is_op("["):
+            return None, None
+        first = self._bracket()
+        if self._stream.is_op("["):
+            if len(first) != 1:
+                raise fail(900010, "a number of a coordinate system is expected in the first bracket", self._start)
+            return self._number(first[0]), self._frame(self._bracket())
+        if len(first) == 1 and first[0] is not None:
+            return self._number(first[0]), None
+        return None, self._frame(first)
+
+    # #CS and #ACS
+
+    def _systems_def(self, systems: Systems) -> Run:
+        """``DEF [id][v1,v2,v3,f1,f2,f3]``: nothing changes yet."""
+        start = self._start
+        if not self._stream.is_op("["):
+            raise fail(900010, f"#{systems.name} DEF: values are expected", start)
+        first = self._bracket()
+        two = self._stream.is_op("[")
+        number = self._number(first[0]) if two and len(first) == 1 else None
+        if two and number is None:
+            raise fail(900010, "a number of a coordinate system is expected in the first bracket", start)
+        frame = self._frame(self._bracket() if two else first)
+
+        def run() -> Items:
+            if self._context.spaces.mcs:
+                raise fail(NOT_IN_MCS, f"#{systems.name} DEF: {ERRORS[NOT_IN_MCS]}", start)
+            systems.define(None if number is None else number(), frame(), start)
+            return []
+
+        return run
+
+    def _systems_on(self, systems: Systems) -> Run:
+        """``ON``, ``ON [id]``, ``ON [values]``, ``ON [id][values]``."""
+        spaces, start = self._context.spaces, self._start
+        number, frame = self._definition()
+
+        def change() -> None:
+            wanted = None if number is None else number()
+            if frame is not None:
+                wanted = systems.define(wanted, frame(), start)
+            spaces.switch_on(systems, systems.find(wanted, start), start)
+
+        return self._changing(f"#{systems.name} ON", change, in_ptp=21550)
+
+    def _systems_off(self, systems: Systems) -> Run:
+        """``OFF``: the last one, ``OFF ALL``."""
+        every = self._stream.accept_name("ALL") is not None
+        if self._stream.is_op("["):
+            raise fail(900010, f"#{systems.name} OFF takes no number: the last one is deselected", self._start)
+        spaces = self._context.spaces
+
+        def change() -> None:
+            spaces.switch_off(systems, every=every)
+
+        name = f"#{systems.name} OFF"
+        changing = self._changing(name, change, in_ptp=21550)
+        return lambda: changing() if systems.stack else []
+
+    def _cs_def(self) -> Run:
+        return self._systems_def(self._context.spaces.cs)
+
+    def _cs_on(self) -> Run:
+        return self._systems_on(self._context.spaces.cs)
+
+    def _cs_off(self) -> Run:
+        return self._systems_off(self._context.spaces.cs)
+
+    def _acs_def(self) -> Run:
+        return self._systems_def(self._context.spaces.acs)
+
+    def _acs_on(self) -> Run:
+        return self._systems_on(self._context.spaces.acs)
+
+    def _acs_off(self) -> Run:
+        return self._systems_off(self._context.spaces.acs)
+
+    # the named stack
+
+    def _system_name(self) -> str:
+        """``[NAME]``"""
+        stream = self._stream
+        if not stream.is_op("["):
+            raise fail(900010, "the name of a coordinate system is expected in brackets", self._start)
+        begin = stream.current.offset + 1
+        end = stream.text.find("]", begin)
+        if end < 0:
+            raise fail(900013, "bracket is not closed", begin - 1)
+        name = stream.text[begin:end].strip().strip('"').upper()
+        stream.skip_to(end + 1)
+        return name
+
+    def _cs_add(self) -> Run:
+        """``#CS ADD [NAME][v1,..,f3]``: on top of the stack, not in force yet."""
+        spaces, start, name = self._context.spaces, self._start, self._system_name()
+        frame = self._frame(self._bracket_expected("#CS ADD"))
+
+        def run() -> Items:
+            spaces.add_named(name, frame(), start)
+            return []
+
+        return run
+
+    def _cs_set(self) -> Run:
+        """``#CS SET [NAME][v1,..,f3]``: other values, in force at once if they are used."""
+        spaces, start, name = self._context.spaces, self._start, self._system_name()
+        frame = self._frame(self._bracket_expected("#CS SET"))
+        return self._changing("#CS SET", lambda: spaces.set_named(name, frame(), start), in_ptp=21550)
+
+    def _bracket_expected(self, name: str) -> list[Formula | None]:
+        if not self._stream.is_op("["):
+            raise fail(900010, f"{name}: values are expected", self._start)
+        return self._bracket()
+
+    def _cs_select(self) -> Run:
+        """``#CS SELECT [NAME]``: the chain up to NAME; MCS: none."""
+        spaces, start, name = self._context.spaces, self._start, self._system_name()
+        return self._changing("#CS SELECT", lambda: spaces.select_named(name, start), in_ptp=21550)
+
+    def _cs_del(self) -> Run:
+        """``#CS DEL``: the topmost one, ``#CS DEL ALL``."""
+        spaces, every = self._context.spaces, self._stream.accept_name("ALL") is not None
+        return self._changing("#CS DEL", lambda: spaces.delete_named(every=every), in_ptp=21550)
+
+    # contour rotation
+
+    def _rotation_on(self) -> Run:
+        """``#ROTATION ON [ANGLE=.. CENTER1=.. CENTER2=..]``: in the plane, about a programmed point."""
+        known = {"ANGLE": True, "CENTER1": True, "CENTER2": True}
+        keys = self._keys(known) if self._stream.is_op("[") else {}
+        start, spaces = self._start, self._context.spaces
+
+        def value(key: str) -> float:
+            formula = keys.get(key)
+            found = 0.0 if formula is None else formula()
+            if isinstance(found, str) or not abs(found) <= 1e9:
+                raise fail(900012, f"#ROTATION ON: {key} {found} out of range", start)
+            return found
+
+        def change() -> None:
+            unit = self._modal.unit_mm
+            centre = value("CENTER1") * unit, value("CENTER2") * unit
+            spaces.set_rotation(Rotation(self._modal.plane, value("ANGLE"), centre))
+            self._context.executor.rotation_in_cycle(start)
+
+        return self._changing("#ROTATION ON", change)
+
+    def _rotation_off(self) -> Run:
+        spaces = self._context.spaces
+        changing = self._changing("#ROTATION OFF", lambda: spaces.set_rotation(None))
+        return lambda: changing() if spaces.rotation else []
+
+    # machine coordinates
+
+    def _mcs_on(self) -> Run:
+        """Transformations and offsets off; EX TOOL: also the offsets of tools selected meanwhile."""
+        ex_tool = False
+        if self._stream.accept("["):
+            for word in ("EX", "TOOL"):
+                if not self._stream.accept_name(word):
+                    raise fail(900010, f"#MCS ON: expected {word}", self._stream.current.offset)
+            self._stream.expect("]", 900010)
+            ex_tool = True
+        spaces = self._context.spaces
+        return self._changing(
+            "#MCS ON", lambda: spaces.set_machine_coordinates(True, ex_tool=ex_tool), in_ptp=21531, in_mcs=True
+        )
+
+    def _mcs_off(self) -> Run:
+        spaces = self._context.spaces
+        return self._changing("#MCS OFF", lambda: spaces.set_machine_coordinates(False), in_mcs=True)
+
+    # kinematics
+
+    def _kin_id(self) -> Run:
+        """``#KIN ID [n]``: the transformation that #TRAFO ON switches on."""
+        fields = self._bracket_expected("#KIN ID")
+        if len(fields) != 1 or fields[0] is None:
+            raise fail(900010, "#KIN ID: one number is expected", self._start)
+        number, spaces = self._whole(fields[0], "#KIN ID", 0, 999), self._context.spaces
+
+        def run() -> Items:
+            spaces.kin_id = number()
+            return []
+
+        return run
+
+    def _trafo_on(self) -> Run:
+        return self._trafo(lambda: True)
+
+    def _trafo_off(self) -> Run:
+        spaces = self._context.spaces
+        off = self._trafo(lambda: False)
+        return lambda: off() if spaces.active_kin is not None else []
+
+    def _trafo(self, on: Callable[[], bool]) -> Run:
+        spaces, start = self._context.spaces, self._start
+
+        def change() -> None:
+            if not on():
+                spaces.set_trafo(None, start)
+                return
+            if spaces.kin_id is None:
+                raise fail(292005, "#TRAFO ON: the cell has no kinematics ([kinematics.N])", start)
+            spaces.set_trafo(spaces.kin_id, start)
+
+        def run() -> Items:
+            if self._context.executor.compensation.choice.active:
+                raise fail(906003, f"#TRAFO: {ERRORS[906003]}", start)
+            return self._changing("#TRAFO", change, in_ptp=21552)()
+
+        return run
+
+    def _trafo_steps(self) -> Run:
+        """``#TRAFO [id1, id2]``: numbers or OFF, ON, NONE, DEFAULT; one step may be on."""
+        if not self._stream.is_op("["):
+            words = " ".join(self._words(9))
+            if words:
+                raise fail(900003, f"#TRAFO {words} is not supported", self._start)
+            raise fail(900010, "#TRAFO: ON, OFF or [id] is expected", self._start)
+        steps = self._steps()
+        spaces, start = self._context.spaces, self._start
+        if len(steps) > 2:
+            raise fail(900010, "#TRAFO: at most two steps", start)
+        if len(steps) == 2 and steps[1] == "ON":
+            raise fail(900003, "#TRAFO with a second step is not supported", start)
+        first, second = steps[0], steps[1] if len(steps) == 2 else "NONE"
+
+        def chosen() -> bool:
+            if isinstance(second, str):
+                pass
+            elif second():
+                raise fail(900003, "#TRAFO with a second step is not supported", start)
+            if first == "NONE":
+                return spaces.active_kin is not None
+            if first == "DEFAULT":
+                spaces.kin_id = self._context.machine.kin_id
+            elif not isinstance(first, str):
+                spaces.kin_id = first()
+            return first != "OFF"
+
+        return self._trafo(chosen)
+
+    def _steps(self) -> list[str | Callable[[], int]]:
+        stream, found = self._stream, list[str | Callable[[], int]]()
+        opened = self._formulas.open()
+        while True:
+            word = stream.current.text.upper()
+            if stream.current.kind is Kind.NAME and word in TRAFO_WORDS:
+                stream.next()
+                found.append(word)
+            elif stream.is_op(",") or stream.is_op("]"):
+                found.append("NONE")
+            else:
+                found.append(self._whole(self._formulas.expression(), "#TRAFO", 0, 999))
+            if not stream.accept(","):
+                break
+        self._formulas.close(opened)
+        return found
+
+    def _ptp_on(self) -> Run:
+        """Blocks are straight lines of the axes; their ends are programmed as before."""
+        return self._ptp(True)
+
+    def _ptp_off(self) -> Run:
+        spaces, off = self._context.spaces, self._ptp(False)
+        return lambda: off() if spaces.ptp else []
+
+    def _ptp(self, on: bool) -> Run:
+        spaces, start = self._context.spaces, self._start
+
+        def change() -> None:
+            if on and spaces.active_kin is None:
+                raise fail(21527, ERRORS[21527], start)
+            spaces.set_ptp(on)
+
+        def run() -> Items:
+            self.not_compensated("#PTP", 21525)
+            return self._changing("#PTP", change)()
+
+        return run
+
+    def _ori_mode(self) -> Run:
+        """``#ORI MODE [ANGLE]``: orientation is programmed by the angles of the rotary axes, as always here."""
+        stream = self._stream
+        if not stream.accept("["):
+            raise fail(900010, "#ORI MODE: [ANGLE] is expected", self._start)
+        if not stream.accept_name("ANGLE"):
+            raise fail(900003, f"#ORI MODE [{' '.join(self._words(9))}] is not supported", self._start)
+        stream.expect("]", 900010)
+        return list
+
+    def _tool_ori_cs(self) -> Run:
+        """The tool into the Z axis of the coordinate system; the nearest position of the rotary axes."""
+        spaces, start = self._context.spaces, self._start
+
+        def run() -> Items:
+            self.not_compensated("#TOOL ORI CS", 906003)
+            if spaces.mcs or spaces.active_kin is None:
+                raise fail(NEEDS_TRAFO, f"#TOOL ORI CS: {ERRORS[NEEDS_TRAFO]}", start)
+            return list(spaces.orient_tool(self._modal.n))
+
+        return run
+
+

@@ -1,0 +1,366 @@
+"""What lies around the offsets: contour rotation, coordinate systems, machine coordinates, kinematic transformation.
+
+Programmed value first: mirroring, contour rotation, #PSET, G92 and zero offset as they were selected inside, the #CS in
+force from the inside out (each of them where the offsets in force at its selection had put the workpiece), #ACS, tool
+length, kinematic transformation.  The stages do the geometry; here the state is kept, and a ``COORDINATES`` row is made
+whenever it has changed.  The axes do not move by it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import COORDINATES, LINEAR, RAPID, motion_planes
+from cnc_core.coordinates import Coordinates, Frame
+from cnc_core.errors import ERRORS
+from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.frontend.isg.offsets import Offsets, Selected
+from cnc_core.frontend.machine import ProgramMachine
+
+Array = npt.NDArray[np.float64]
+STORED_MAX = 5
+UNDEFINED, NAME_UNKNOWN, TOO_MANY = 20821, 21601, 910109
+NEEDS_TRAFO, WRONG_KINEMATICS = 910108, 292005
+RESERVED = ("MCS", "IMCS", "ACS")
+
+
+def frame_of(values: Sequence[float], unit_mm: float) -> Frame:
+    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees): first f3 about Z, then f2 about the new Y, then f1 about X."""
+    v = np.zeros(6)
+    v[: len(values)] = values
+    return Frame(_turn(2, v[5]) @ _turn(1, v[4]) @ _turn(0, v[3]), v[:3] * unit_mm)
+
+
+def _turn(axis: int, degrees: float) -> Array:
+    """(3, 3) right-handed; multiples of 90 degrees exactly."""
+    quarter, rest = divmod(degrees, 90.0)
+    c, s = float(np.cos(np.radians(rest))), float(np.sin(np.radians(rest)))
+    c, s = ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
+    a, b = (axis + 1) % 3, (axis + 2) % 3
+    out = np.eye(3)
+    out[a, a], out[a, b], out[b, a], out[b, b] = c, -s, s, c
+    return out
+
+
+@dataclass
+class Active:
+    """A coordinate system in force: where it lies in the one around it, and the offsets it has taken over."""
+
+    frame: Frame
+    number: int | None
+    offsets: Selected
+    shift: Array
+
+
+@dataclass
+class Systems:
+    """#CS or #ACS: definitions by number, those without a name, and the stack in force."""
+
+    name: str
+    stored: dict[int, Frame] = field(default_factory=dict)
+    unnamed: set[int] = field(default_factory=set)
+    stack: list[Active] = field(default_factory=list)
+    last: int | None = None
+
+    def define(self, number: int | None, frame: Frame, offset: int) -> int:
+        """Keep a definition; without a number under the next free one."""
+        if number is None:
+            number = next(i for i in range(1, STORED_MAX + 2) if i not in self.stored)
+            self.unnamed.add(number)
+        else:
+            self.unnamed.discard(number)
+        if number not in self.stored and len(self.stored) >= STORED_MAX:
+            raise fail(TOO_MANY, f"#{self.name}: {ERRORS[TOO_MANY]} ({STORED_MAX})", offset)
+        self.stored[number] = frame
+        self.last = number
+        return number
+
+    def find(self, number: int | None, offset: int) -> int:
+        """A stored one; None: that defined last."""
+        number = self.last if number is None else number
+        if number is None or number not in self.stored:
+            text = f"#{self.name} ON: coordinate system {'' if number is None else number} is not defined"
+            raise fail(UNDEFINED, " ".join(text.split()), offset)
+        return number
+
+    def forget(self, number: int | None) -> None:
+        """A definition without a name goes with its deselection."""
+        if number in self.unnamed and all(active.number != number for active in self.stack):
+            self.unnamed.discard(number)
+            self.stored.pop(number, None)
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """Contour rotation in a plane: degrees, centre in programmed coordinates, mm."""
+
+    plane: int
+    degrees: float
+    centre: tuple[float, float]
+
+
+class Spaces:
+    """State of one channel; ``rows`` gives the row that is due."""
+
+    def __init__(self, machine: ProgramMachine, modal: Modal, offsets: Offsets) -> None:
+        self._machine, self._modal, self._offsets = machine, modal, offsets
+        self.cs, self.acs = Systems("CS"), Systems("ACS")
+        self.named: list[tuple[str, Frame]] = []
+        self.selected: Active | None = None
+        self.selected_name = ""
+        self.rotation: Rotation | None = None
+        self.kin_id = machine.kin_id
+        self.active_kin: int | None = None
+        self.ptp = False
+        self.mcs = False
+        self._said = Coordinates()
+        self.due = False  # something has changed that the stages may have to know
+        self.watches_plane = False  # a change of the plane changes the coordinates: the scanner must not pass over it
+        offsets.changed = self.touch
+
+    def touch(self) -> None:
+        """The coordinates may have changed."""
+        self.due = True
+
+    # what is in force
+
+    def wanted(self) -> Coordinates:
+        """Coordinates as the state wants them; the offsets are told whether the tool length is theirs."""
+        if self.mcs:
+            self._offsets.length_elsewhere = False
+            return Coordinates()
+        frame = Frame()
+        for active in self.acs.stack:
+            frame = frame @ active.frame
+        for active in [*([self.selected] if self.selected else []), *self.cs.stack]:
+            frame = frame @ Frame(origin=active.shift) @ active.frame
+        frame = frame @ self._rotation_frame()
+        special = self.active_kin is not None or not frame.identity
+        self._offsets.length_elsewhere = special
+        length = self._offsets.length_in_force if special else 0.0
+        if self.active_kin is not None:
+            return Coordinates(frame, self.active_kin, length, self.ptp)
+        if special and length:
+            axis = np.zeros(3)
+            axis[motion_planes(self._modal.plane)[2]] = length
+            frame = Frame(origin=axis) @ frame
+        return Coordinates(frame)
+
+    def _rotation_frame(self) -> Frame:
+        """The contour turns about its centre; offsets keep their directions."""
+        if self.rotation is None:
+            return Frame()
+        first, second, third = motion_planes(self.rotation.plane)
+        centre = np.zeros(3)
+        centre[[first, second]] = self.rotation.centre
+        centre += self._main_values(self._offsets.selected_total())
+        turned = _turn(third, self.rotation.degrees)
+        return Frame(turned, centre - turned @ centre)
+
+    def _main_values(self, values: Array) -> Array:
+        """(3,) of X, Y, Z; 0 where the machine lacks one."""
+        return np.array([values[axis] if axis >= 0 else 0.0 for axis in self._machine.main])
+
+    # rows
+
+    def _watch(self) -> None:
+        length = self._offsets.length_elsewhere and self.active_kin is None and self._offsets.tool_length_mm != 0.0
+        self.watches_plane = length or self.rotation is not None
+
+    def rows(self, n: int) -> list[Row]:
+        """The row that tells the stages, if they have to know; the modal position goes into the new coordinates."""
+        if not self.due:
+            return []
+        wanted = self.wanted()
+        self._offsets.place_length()
+        self.due = False
+        self._watch()
+        if _same(wanted, self._said):
+            return []
+        position = self.position_in(wanted, self.axes())
+        self._said = wanted
+        self._modal.set_position(position)
+        self._offsets.take_effect(self._machine.main)
+        return [self._row(wanted, position, n)]
+
+    def _row(self, coordinates: Coordinates, position: Array, n: int) -> Row:
+        row = self._modal.row(COORDINATES, n)
+        coordinates.fill(row, position)
+        return row
+
+    def axes(self) -> Array:
+        """(axes,) where the axes of the machine stand behind the last motion."""
+        return self.axes_at(self._modal.position)
+
+    def axes_at(self, programmed: Array) -> Array:
+        """(axes,) axis positions of a position in the coordinates in force (offsets added)."""
+        said, out = self._said, programmed.copy()
+        self._store_main(out, said.frame.outer(self._main_values(programmed)))
+        if said.kinematics is not None:
+            out = self._machine.kinematics[said.kinematics].driven(out, said.length)[0]
+        return out
+
+    def position_in(self, coordinates: Coordinates, axes: Array) -> Array:
+        """(axes,) the axis position ``axes`` in other coordinates."""
+        out = axes.copy()
+        if coordinates.kinematics is not None:
+            out = self._machine.kinematics[coordinates.kinematics].programmed(out, coordinates.length)[0]
+        self._store_main(out, coordinates.frame.inner(self._main_values(out)))
+        return out
+
+    def _store_main(self, out: Array, values: Array) -> None:
+        for place, axis in enumerate(self._machine.main):
+            if axis >= 0:
+                out[axis] = values[place]
+
+    # coordinate systems
+
+    def needs_axes(self, frame: Frame, offset: int) -> None:
+        """A turned frame needs all axes that it mixes."""
+        for place, axis in enumerate(self._machine.main):
+            fixed = frame.rotation[place, place] == 1.0 and frame.origin[place] == 0.0
+            if axis < 0 and not fixed:
+                raise fail(900016, f"{ERRORS[900016]}: {'XYZ'[place]}", offset)
+
+    def switch_on(self, systems: Systems, number: int, offset: int) -> None:
+        """One more coordinate system, in the one in force."""
+        self.needs_axes(systems.stored[number], offset)
+        systems.stack.append(self._taken(systems.stored[number], number, systems is self.cs))
+        self.touch()
+
+    def _taken(self, frame: Frame, number: int | None, take_offsets: bool) -> Active:
+        """The workpiece lies where the offsets in force put it; inside they begin at 0."""
+        if not take_offsets:
+            return Active(frame, number, Selected.none(), np.zeros(3))
+        shift = self._main_values(self._offsets.selected_total())
+        return Active(frame, number, self._offsets.put_away(self._machine.main), shift)
+
+    def switch_off(self, systems: Systems, *, every: bool = False) -> None:
+        """The last one, or all; what has been programmed inside them goes with them."""
+        while systems.stack:
+            active = systems.stack.pop()
+            self._offsets.bring_back(active.offsets)
+            systems.forget(active.number)
+            self.touch()
+            if not every:
+                break
+
+    # named ones: #CS ADD
+
+    def find_named(self, name: str, offset: int) -> int:
+        """Place in the named stack."""
+        for place, (known, _) in enumerate(self.named):
+            if known == name:
+                return place
+        raise fail(NAME_UNKNOWN, f"{ERRORS[NAME_UNKNOWN]}: {name}", offset)
+
+    def add_named(self, name: str, frame: Frame, offset: int) -> None:
+        if name in RESERVED or len(name) > 8 or not name:
+            raise fail(900004, f"#CS ADD: {name!r} is no free name of at most 8 characters", offset)
+        if any(known == name for known, _ in self.named):
+            raise fail(900005, f"#CS ADD: {name} exists already", offset)
+        if len(self.named) >= STORED_MAX:
+            raise fail(TOO_MANY, f"#CS ADD: {ERRORS[TOO_MANY]} ({STORED_MAX})", offset)
+        self.needs_axes(frame, offset)
+        self.named.append((name, frame))
+
+    def set_named(self, name: str, frame: Frame, offset: int) -> None:
+        place = self.find_named(name, offset)
+        self.needs_axes(frame, offset)
+        self.named[place] = (name, frame)
+        self._refresh_named(self.selected_name, offset)
+
+    def select_named(self, name: str, offset: int) -> None:
+        """The chain up to ``name``; MCS: none of them."""
+        if name == "MCS":
+            self._drop_selected()
+            return
+        self.find_named(name, offset)
+        self._refresh_named(name, offset)
+
+    def delete_named(self, *, every: bool) -> None:
+        """The topmost one, or all; if it was in force, the new topmost one is."""
+        if not self.named:
+            return
+        del self.named[0 if every else -1 :]
+        if self.selected and all(known != self.selected_name for known, _ in self.named):
+            top = self.named[-1][0] if self.named else ""
+            self._refresh_named(top, 0) if top else self._drop_selected()
+
+    def _refresh_named(self, name: str, offset: int) -> None:
+        if not name:
+            return
+        frame = Frame()
+        for _, inner in self.named[: self.find_named(name, offset) + 1]:
+            frame = frame @ inner
+        self.selected_name = name
+        if self.selected is None:
+            self.selected = self._taken(frame, None, True)
+        else:
+            self.selected.frame = frame
+        self.touch()
+
+    def _drop_selected(self) -> None:
+        if self.selected is not None:
+            self._offsets.bring_back(self.selected.offsets)
+            self.selected, self.selected_name = None, ""
+            self.touch()
+
+    # rotation, machine coordinates, transformation
+
+    def set_rotation(self, rotation: Rotation | None) -> None:
+        self.rotation = rotation
+        self.touch()
+
+    def set_machine_coordinates(self, on: bool, *, ex_tool: bool = False) -> None:
+        """All transformations and offsets off, or as they were."""
+        if on == self.mcs:
+            return
+        self.mcs = on
+        if on:
+            self._offsets.enter_machine(ex_tool=ex_tool)
+        else:
+            self._offsets.leave_machine()
+        self.touch()
+
+    def set_trafo(self, number: int | None, offset: int) -> None:
+        """A kinematic transformation by number, None: off."""
+        if number is not None and number not in self._machine.kinematics:
+            text = f"kinematic {number} is not defined in the cell ([kinematics.{number}])"
+            raise fail(WRONG_KINEMATICS, text, offset)
+        self.active_kin = number
+        self.touch()
+
+    def set_ptp(self, on: bool) -> None:
+        self.ptp = on
+        self.touch()
+
+    def orient_tool(self, n: int) -> list[Row]:
+        """The tool into the Z axis of the coordinates in force: rotary axes alone move, at rapid."""
+        said = self._said
+        assert said.kinematics is not None
+        kinematics, axes = self._machine.kinematics[said.kinematics], self.axes()
+        target = kinematics.orient(said.frame.rotation[:, 2], axes)
+        way = float(np.linalg.norm(target - axes))
+        if way < 1e-9:
+            return []
+        move = self._modal.row(LINEAR, n, flags=RAPID)
+        move["end"][0, : len(target)], move["length"], move["length_min"] = target, way, way
+        position = self.position_in(said, target)
+        self._modal.set_position(position)
+        return [self._row(Coordinates(), axes, n), move, self._row(said, position, n)]
+
+
+def _same(a: Coordinates, b: Coordinates) -> bool:
+    return (
+        a.kinematics == b.kinematics
+        and a.ptp == b.ptp
+        and a.length == b.length
+        and np.array_equal(a.frame.rotation, b.frame.rotation)
+        and np.array_equal(a.frame.origin, b.frame.origin)
+    )
