@@ -11,6 +11,7 @@ void engine_abort(engine *e) {
 }
 
 void engine_halt(engine *e) {
+    ATOMIC_SET(e->finished, 0);
     engine_expect_drain(e);
     ATOMIC_SET(e->abort_now, 1);
 }

@@ -134,7 +134,7 @@ class Preparation:
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
-        self.waiting = self.done = self._halted = False
+        self.waiting = self.done = self._halted = self._stopping = self._stopped = False
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         try:
@@ -162,6 +162,11 @@ class Preparation:
             self.engine.resync()
             assert self.program is not None
             self.program.resync(self.port.latched)
+        elif self._stopping and not self._stopped:
+            self._stopped = True
+            self.engine.resync()
+            assert self.program is not None
+            self.program.begin_stop(self.port.latched)
 
     def _latch(self) -> None:
         self.port.latched, self.port.latched_s = self._live()
@@ -205,6 +210,15 @@ class Preparation:
         for command in self.engine.take_commands():
             place = " ".join(f"{name}{value:.4f}" for name, value in zip(names, command.position, strict=False))
             self.port.message(f"event {command.value:g} at {place}, {command.cycle * self._cycle_s:.6f} s")
+
+    def stop(self) -> bool:
+        """Brake, leave out the rest, execute what the program has for a stop; False if it has nothing."""
+        if self.program is None or self._stopping or not getattr(self.program.reader, "has_stop", False):
+            return False
+        self._stopping, self._batch, self._first = True, BlockBatch.empty(), 0
+        self.waiting, self.done = True, False
+        self.engine.halt()
+        return True
 
     def close(self) -> None:
         """Nothing more is read; the rows pushed so far are executed or have been left out."""

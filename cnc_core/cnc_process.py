@@ -312,6 +312,8 @@ class CncProcess:
 
     def abort_program(self) -> None:
         """Brake and leave out the rest."""
+        if self.preparation and self.preparation.stop():
+            return
         if self.preparation:
             self.preparation.close()
         self.engine.abort()

@@ -228,7 +228,7 @@ class Program:
             else:
                 self.pipeline.drain()
         self.pipeline.drain()
-        if reader.executor.output.side != 40:
+        if self._compensated or reader.executor.tip.on:
             raise CncError(909171, f"{ERRORS[909171]}: {restart}", Place(str(self.path)))
         self.pipeline.resync(self._start)
         self._searching.found()
@@ -238,9 +238,13 @@ class Program:
         """A wait, behind what the stages hold as far as it asks for that."""
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
-        elif item is Wait.DRAINED or item is Wait.STOPPED or (item is Wait.CYCLE and not self.reader.modal.compensated):
+        elif item in (Wait.DRAINED, Wait.STOPPED) or (item is Wait.CYCLE and not self._compensated):
             return self._behind_held(item)
         return item
+
+    @property
+    def _compensated(self) -> bool:
+        return bool(getattr(self.reader, "compensated", False))
 
     def _place(self, file: int, line: int) -> Place:
         return source_place(self.reader.files[file], line)
@@ -259,6 +263,13 @@ class Program:
         if isinstance(self.port, OfflinePort):
             self.port.moved(self.limits.last)
         return item
+
+    def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
+        """The axes have been stopped at ``position``: what the program has for that comes next, then its end."""
+        self._next = None
+        self.pipeline.drain()
+        self.pipeline.resync(position)
+        self.reader.begin_stop(position)  # type: ignore[attr-defined]
 
     def resync(self, position: npt.NDArray[np.float64]) -> None:
         """The path goes on from ``position`` (axes,)."""

@@ -42,9 +42,9 @@ def test_blocks_and_check(cli: Cli, program: Write) -> None:
     part = program("$A=100\nG90 G1X[$A]Y100\nG91 X5Y-3\nG90 X0Y0\n")
     ends = [row["end"] for row in cli("blocks", part, "--json").lines]
     assert [(end["X"], end["Y"]) for end in ends] == [(100, 100), (105, 97), (0, 0)]
-    wrong = program("LOOP 2.5\nEND_LOOP\nGOTO NO\nG103\nG2X5R0\n", "wrong.isons")
+    wrong = program("LOOP 2.5\nEND_LOOP\nGOTO NO\nG104\nG2X5R0\n", "wrong.isons")
     outcome = cli("check", wrong, "--json")
-    assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:3] == [(909105, 1), (907023, 3), (900003, 4)]
+    assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:3] == [(909105, 1), (907023, 3), (910106, 4)]
     assert outcome.status == 1
 
 
@@ -102,3 +102,20 @@ def test_a_dialog_without_answers_ends_the_run(cli: Cli, program: Write) -> None
     (part.parent / "answers.json").write_text('["YES"]')
     run = cli("run", part, "--plc", "none", "--json", "--answers", part.parent / "answers.json").json
     assert (run["end"], run["blocks"]) == ("completed", 2)
+
+
+@pytest.mark.parametrize("from_hold", [False, True])
+def test_a_stop_executes_its_macro(
+    cli: Cli, program: Write, monkeypatch: pytest.MonkeyPatch, from_hold: bool
+) -> None:
+    """The PLC stops the program: the axes brake, M_STOP is executed from there, the run ends as aborted."""
+    part = program("OPT M_STOP 20\nF6\nG1X50\nX90\n", "part.isons")
+    (part.parent / "M20.isons").write_text("ADD_VAR $_Q0\nG0Z5\nADD_VAR $_R2\nSAVE_VAR \"at.txt\"\n")
+    if from_hold:
+        monkeypatch.setenv("HLI_COSIM_STOP_FROM_HOLD", "1")
+    plc = Path(__file__).with_name("plc_isons_stop.py")
+    run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
+    assert run["end"] == "aborted"
+    x, z = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
+    assert 10 < x < 20
+    assert z == 5

@@ -22,6 +22,7 @@ from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.path_modes import PathModes
 from cnc_core.frontend.isons.rotary import target_of
 from cnc_core.frontend.isons.text import AXIS_LETTERS
+from cnc_core.frontend.isons.tip import Tip
 from cnc_core.frontend.isons.transform import Rotation, Scaling, Transform
 from cnc_core.frontend.isons.words import WordBlock
 from cnc_core.frontend.isons_cell import IsonsCell, ToolTable
@@ -83,6 +84,7 @@ class Executor:
         self.frame = Frame(machine, modal, cell)
         self.transform = Transform(len(machine.axes))
         self.output = Output(machine, modal, parameters)
+        self.tip = Tip(self)
         self.modes, self.modes_changed = PathModes(machine.axes, modal, parameters), True
         self.rotary_modes: dict[int, int] = {}
         self.plane_pair, self.plane_code, self.plane_reversed = (0, 1), 17, False
@@ -112,7 +114,7 @@ class Executor:
         if modal.feed == 0.0:
             modal.feed = p.speed("FEEDDEF") / p["FEEDRES"]
         modal.apply(MotionWords(centre_absolute=not p["ARC_REL"]))
-        self.output.refresh()
+        self.output.refresh(limits=not self.tip.on)
         self.modes_changed = True
 
     def follow_scanner(self) -> None:
@@ -317,6 +319,8 @@ class Executor:
             rows += self.output.compensate(code, self._radius(), self.plane_code, words.block.n, offset)
         elif code in DIRECT:
             rows += DIRECT[code](self, words, offset)
+        elif code in (103, 104, 105):
+            rows += self.tip.function(code, words, offset)
         elif code in (10, 11):
             rows += override(self, code == 10, words.block.n)
         elif code == 62:
@@ -375,7 +379,7 @@ class Executor:
             if mode not in range(4):
                 raise fail(900012, f"G81 {letter}{mode:g} is not 0..3", offset)
             self.output.limits.choose(self.axis(letter, offset), int(mode))
-        self.output.refresh()
+        self.output.refresh(limits=not self.tip.on)
 
     def _corner(self, code: int, words: Words) -> None:
         corners = self.output.corners

@@ -136,6 +136,11 @@ class IsonsFrontEnd(BlockReader):
         return self._port.answers
 
     @property
+    def compensated(self) -> bool:
+        """Tool radius compensation holds rows back that it needs for what follows."""
+        return self.executor.output.side != OFF
+
+    @property
     def _data(self) -> LevelData:
         data: LevelData = self.flow.level.user
         return data
@@ -442,6 +447,26 @@ class IsonsFrontEnd(BlockReader):
         if not self._event("M_END"):
             self._ended = True
 
+    @property
+    def has_stop(self) -> bool:
+        """The cell or the program has a macro for a stop."""
+        number = self.macros.event("M_STOP")
+        return number is not None and self.macros.find("M", number) is not None
+
+    def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
+        """STOP: the axes stand at ``position``; the macro M_STOP is executed, then the program ends."""
+        self._queue.clear()
+        self.executor.output.stopped(position)
+        self.modal.set_position(self.executor.tip.programmed(position))
+        self.modal.set_compensated(False)
+        self._closing, self._ended, self._drained = True, False, False
+        self.flow.forget()
+        del self.flow.levels[1:]
+        self.flow.level = self.flow.levels[0]
+        file = self.flow.file
+        file.source.seek(file.path.stat().st_size)
+        self._event("M_STOP")
+
     def _error(self, error: CncError, block: BlockText) -> None:
         """Behind an error that ends the program the ERROR macro is executed; the error comes last."""
         super()._error(error, block)
@@ -464,7 +489,7 @@ class IsonsFrontEnd(BlockReader):
 
     def read(self, rows: int) -> BlockBatch | Wait | None:
         if self.executor.stopping and self._port.answers and not self._queue:
-            self.modal.set_position(self._port.position())
+            self.modal.set_position(self.executor.tip.programmed(self._port.position()))
         self.executor.stopping = self.executor.stopping and bool(self._queue)
         item = super().read(rows)
         if isinstance(item, Wait):

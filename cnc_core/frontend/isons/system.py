@@ -175,7 +175,7 @@ class System:
     def _actual(self, index: int) -> float:
         if not self._port.answers or self.executor.output.side != OFF:
             return self._demand(index)
-        return self._position(self._port.live_position(), index)
+        return self._position(self.executor.tip.programmed(self._port.live_position()), index)
 
     def _timer(self, index: int) -> float:
         return max(0.0, round((self._timers[index] - self._clock.look()) * 1000.0, 6))
