@@ -232,6 +232,12 @@ void engine_get_state(engine *e, engine_state *out) {
     out->techno_wait_cycles = e->techno_wait_cycles;
     out->waiting_techno = e->geo.waiting_techno;
     out->infeasible = e->plan.infeasible;
+    uint64_t done = ATOMIC_GET(e->store_done);
+    out->rows_taken = e->rows_taken;
+    out->row_done = done > 0 ? store_at(e, done - 1)->row : 0;
+    out->halt_row = e->halt_row;
+    out->halt_s = e->halt_s;
+    out->halt_whole = e->halt_whole;
     out->mode_warnings = e->mode_warnings;
     out->errors_lost = e->errors_lost;
 }

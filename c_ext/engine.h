@@ -89,6 +89,9 @@ typedef struct engine_state {
     int32_t fill;
     uint32_t mode_warnings;        /* mode commands whose from_mode or from_state was wrong */
     uint32_t errors_lost;          /* error records that found no room in the queue */
+    uint64_t rows_taken, row_done; /* rows pushed; rows below it have been executed */
+    uint64_t halt_row;             /* behind engine_halt: the row in which the path stands, */
+    double halt_s, halt_whole;     /* and how much of it has been driven, mm */
     uint64_t infeasible;           /* planner: state that could not be continued legally; must stay 0 */
 } engine_state;
 
@@ -159,6 +162,11 @@ void engine_expect_drain(engine *e);
 void engine_expect_cycle(engine *e);
 /* Brake, leave out what has been pushed, report ENGINE_DRAINED; the program goes on behind engine_resync. */
 void engine_halt(engine *e);
+/* HOLD and its end come as ENGINE_MODE_COMMAND (1), or are carried out here (0); engine_hold does so for the cell. While a
+ * macro runs, the transient state stays until the cell sets another one. */
+void engine_hold_by_cell(engine *e, int by_cell);
+void engine_hold(engine *e, int hold);
+void engine_macro_runs(engine *e, int runs);
 /* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
 void engine_resync(engine *e);
 /* 1 and the next command that the path has passed, or 0. */

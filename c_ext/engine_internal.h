@@ -109,6 +109,7 @@ typedef struct piece {
     double path0, dist0;     /* at the start of the whole piece: mm since program start, displayed distance mm */
     double path_rate, dist_rate; /* change of both over a mm of the piece as it is driven */
     uint64_t origin;         /* place in the store */
+    uint64_t row;            /* number of the row it comes from */
     double from, whole;      /* where in the whole piece this one begins, and the whole piece's length */
     int8_t dir;              /* 1 forward, -1 backward */
     bool replay;             /* on a stretch that has been driven before: functions have units of their own */
@@ -315,6 +316,9 @@ struct engine {
     engine_command commands[COMMANDS_MAX];
     uint64_t command_head, command_tail, commands_lost;
     int override_ignored;
+    int hold_to_cell, macro_runs; /* HOLD and back are for the cell to carry out; it does */
+    uint64_t rows_taken, halt_row; /* rows pushed; the one in which a halt left the path */
+    double halt_s, halt_whole;
     uint64_t blocks_from;    /* no rows are asked for before this cycle */
     float end_speed;         /* of the motion pushed last */
     int finished, expect_drain, hold_start, stay;

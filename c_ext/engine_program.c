@@ -22,6 +22,8 @@ void engine_resync(engine *e) {
     memcpy(e->element_end, e->geo.position, sizeof e->element_end);
     map_behind_element(e);
     e->has_tangent = e->has_motion_piece = e->stop_pending = false;
+    e->pushed_path = e->geo.path - e->geo.path_shift;
+    e->distance = (e->geo.dist - e->geo.dist_shift) * TENTH_UM;
     e->end_speed = 0.0f;
 }
 
@@ -100,6 +102,8 @@ static void begin_motion(engine *e) {
     geo_begin_distance(e);
     ATOMIC_SET(e->abort_now, 0);
     ATOMIC_SET(e->override_ignored, 0);
+    ATOMIC_SET(e->hold_to_cell, 0);
+    ATOMIC_SET(e->macro_runs, 0);
     ATOMIC_SET(e->program_end, 0);
     e->end_reported = 0;
 }

@@ -16,6 +16,7 @@ from .engine import Engine
 from .errors import CncError
 from .frontend.machine import External
 from .operator_answers import Answer, Operator, Question
+from .pausing import Pause
 from .port import ExternalValue, Wait
 from .program import Program
 from .restart import Restart
@@ -125,6 +126,7 @@ class Preparation:
         *,
         lenient: bool = False,
         restart: Restart | None = None,
+        held: Callable[[bool], None] = lambda _: None,
     ) -> None:
         position = np.array(list(engine.state.position)[: engine.axes])
         self.port = port or LivePort(position)
@@ -137,6 +139,8 @@ class Preparation:
         self.waiting = self.done = self._halted = self._stopping = self._stopped = False
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
+        self._cell = cell
+        self.pause = Pause(self, lambda: held(True), lambda: held(False))
         try:
             self.program: Program | None = Program(
                 path, cell, dialect, self.port, lenient=lenient, start=position, restart=restart
@@ -147,6 +151,9 @@ class Preparation:
 
     def pump(self) -> None:
         """Push rows until the ring is full, the program waits, or it ends."""
+        if self.pause.held:
+            self.engine.expect_cycle()
+            return
         try:
             while not (self.done or self.waiting or self.port.interrupted) and self._step():
                 pass
@@ -157,6 +164,8 @@ class Preparation:
         """Everything handed out so far has been executed: go on reading."""
         self._latch()
         self.waiting = False
+        if self.pause.drained():
+            return
         if self._halted:
             self._halted = False
             self.engine.resync()
@@ -179,11 +188,13 @@ class Preparation:
     def _step(self) -> bool:
         """One piece of work; False when the ring is full."""
         if self._first < len(self._batch):
-            taken = self.engine.push(self._batch, self._first)
-            self._first += taken
-            return self._first >= len(self._batch)
+            return self._push()
+        if self.pause.pushed_all():
+            return True
         assert self.program is not None
         item = self.program.read()
+        if self._pausable:
+            self.engine.hold_by_cell(self.program.reader.pauses)  # type: ignore[attr-defined]
         if isinstance(item, BlockBatch):
             self._batch, self._first = item, 0
             self.blocks += len(item)
@@ -196,6 +207,8 @@ class Preparation:
         elif item is Wait.STOPPED:
             self.waiting = self._halted = True
             self.engine.halt()
+        elif item is None and self.pause.active:
+            self.pause.ended()
         elif item is None:
             for report in self.program.filter_reports:
                 self.port.message(str(report))
@@ -203,6 +216,56 @@ class Preparation:
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")
         return True
+
+    @property
+    def _pausable(self) -> bool:
+        """The dialect has macros for a pause."""
+        return self.program is not None and hasattr(self.program.reader, "pauses") and not self.pause.active
+
+    def _push(self) -> bool:
+        if self._first == 0 and self._pausable:
+            state = self.engine.state
+            self.pause.rows.add(int(state.rows_taken), self._batch, int(state.row_done))
+        self._first += self.engine.push(self._batch, self._first)
+        return self._first >= len(self._batch)
+
+    # pausing
+
+    def hold(self) -> bool:
+        """HOLD, where the cell has asked for it; False if the program does not allow it (PAUSE_MODE 4)."""
+        reader: Any = self.program.reader if self.program else None
+        if reader is None or reader.pause_mode == 4:
+            return False
+        if not self.pause.begin(reader):
+            self.engine.hold(True)
+        return True
+
+    def resume(self) -> None:
+        """ACTIVE from HOLD."""
+        if self.pause.held:
+            self._latch()
+            self.pause.resume()
+        else:
+            self.engine.hold(False)
+
+    def take_rows(self) -> tuple[BlockBatch, int]:
+        out = self._batch, self._first
+        self._batch, self._first = BlockBatch.empty(), 0
+        return out
+
+    def give_rows(self, batch: BlockBatch) -> None:
+        self._batch, self._first = batch, 0
+
+    def macro(self, path: Path, place: npt.NDArray[np.float64]) -> None:
+        main: Any = self.program.reader if self.program else None
+        main = self._main_reader = getattr(self, "_main_reader", None) or main
+        self.program = Program(
+            path, self._cell, "isons", self.port, start=self.port.latched,
+            reader=lambda machine: main.macro_reader(path, machine, place),
+        )  # fmt: skip
+
+    def position(self) -> npt.NDArray[np.float64]:
+        return self.port.latched.copy()
 
     def take_commands(self) -> None:
         """Commands that the path has passed become messages."""

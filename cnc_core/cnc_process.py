@@ -290,7 +290,7 @@ class CncProcess:
         )
         self.preparation = Preparation(
             path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient,
-            restart=self._take_restart(),
+            restart=self._take_restart(), held=self.modes.held,
         )  # fmt: skip
         self.preparation.pump()
         self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_RUNNING)
@@ -309,6 +309,15 @@ class CncProcess:
             return self.options.dialect or frontend.detect(path)
         except CncError:
             return ""
+
+    def hold_program(self) -> bool:
+        """HOLD, with the program's macros; False if the program does not allow it."""
+        return self.preparation is not None and self.preparation.hold()
+
+    def resume_program(self) -> None:
+        """ACTIVE from HOLD."""
+        if self.preparation:
+            self.preparation.resume()
 
     def abort_program(self) -> None:
         """Brake and leave out the rest."""

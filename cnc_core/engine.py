@@ -269,6 +269,18 @@ class Engine:
         """Brake, leave out what has been pushed, report ``Event.DRAINED``."""
         lib.engine_halt(self._handle)
 
+    def hold_by_cell(self, by_cell: bool) -> None:
+        """HOLD and its end come as ``Event.MODE_COMMAND``."""
+        lib.engine_hold_by_cell(self._handle, int(by_cell))
+
+    def hold(self, hold: bool) -> None:
+        """HOLD or its end, for a cell that has asked for them."""
+        lib.engine_hold(self._handle, int(hold))
+
+    def macro_runs(self, runs: bool) -> None:
+        """The transient state of the mode stays until ``set_mode``."""
+        lib.engine_macro_runs(self._handle, int(runs))
+
     def resync(self) -> None:
         """Behind ``Event.DRAINED``: the path goes on from where the axes stand."""
         lib.engine_resync(self._handle)

@@ -16,6 +16,7 @@ from . import frontend
 from .blocks import BlockBatch
 from .config import SYNCH, CellConfig, synch_value
 from .errors import ERRORS, CncError, Place
+from .frontend.machine import ProgramMachine
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
 from .geometry.corner import Corners
 from .geometry.feed_control import FeedControl
@@ -116,6 +117,7 @@ class Program:
     calls so; for ISG unknown # commands and undefined M functions are warnings.
     ``programmed``: rows as they are ahead of the kinematics, which is followed for its errors only.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is given.
+    ``reader``: makes the front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed without motion (``isons``).
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
@@ -134,6 +136,7 @@ class Program:
         programmed: bool = False,
         answers: Path | None = None,
         restart: Restart | None = None,
+        reader: Callable[[ProgramMachine], FrontEnd] | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
@@ -145,7 +148,7 @@ class Program:
             if self.dialect != "isons":
                 raise CncError(900003, f"restart is not supported in the dialect {self.dialect}", Place(str(path)))
             self.port = self._searching = SearchingPort(self.port)
-        self.reader: FrontEnd = frontend.create(
+        self.reader: FrontEnd = reader(machine) if reader else frontend.create(
             self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
         )
         self._own_errors: list[CncError] = []

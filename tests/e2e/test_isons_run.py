@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import Outcome
 
@@ -119,3 +120,47 @@ def test_a_stop_executes_its_macro(
     x, z = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
     assert 10 < x < 20
     assert z == 5
+
+
+PAUSED = Path(__file__).with_name("plc_isons_pause.py")
+MACROS = {
+    "M30.isons": "GLOBAL $X $Y\n$X=$_Q0\n$Y=$_Q1\nG0Z5\nG0X-3\n",
+    "M31.isons": 'GLOBAL $X $Y\nG1X[$X]Y[$Y]\nG62\nADD_VAR $_C0-$_Q0\nSAVE_VAR "back.txt"\n',
+}
+
+
+@pytest.mark.parametrize("path", ["G1X40\nG2X60Y20R20\nG1Y50\n", "G2X40Y0R20\nG1Y9\n", "G61\nG1X30\nG62\nG1Y20\n"])
+def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
+    """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of the path, cut where it was left."""
+    part = program("OPT M_PAUSE 30\nOPT M_GOPAUSE 31\nG60 F6\n" + path, "part.isons")
+    for name, text in MACROS.items():
+        (part.parent / name).write_text(text)
+    recorded = part.parent / "run.npz"
+    outcome = cli("run", part, "--plc", PAUSED, "--json", "--out", part.parent / "out", "--record", recorded)
+    assert outcome.json["end"] == "completed", outcome.err
+    assert outcome.json["plc"]["result"]["states"][:6] == [3, 4, 13, 5, 11, 4]
+    assert float((part.parent / "out" / "back.txt").read_text()) == pytest.approx(0, abs=1e-9)
+    driven = np.load(recorded)["pos"]
+    assert driven[:, 2].max() == pytest.approx(5, abs=1e-6)
+    away = (driven[:, 2] > 1e-9) | (driven[:, 0] < -1e-9)
+    whole = cli("run", part, "--plc", "none", "--json", "--out", part.parent / "out", "--record", recorded)
+    assert whole.json["end"] == "completed"
+    plain = np.load(recorded)["pos"]
+    apart = [float(np.linalg.norm(plain - point, axis=1).min()) for point in driven[~away][::20]]
+    assert max(apart) < 0.2  # the samples of the uninterrupted run are up to 0.1 mm apart
+    assert driven[-1] == pytest.approx(plain[-1])
+
+
+@pytest.mark.parametrize(("mode", "parked", "states"), [(3, False, [3, 4, 13, 5, 11, 4]), (4, False, [3, 4, 13, 4])])
+def test_pause_modes(cli: Cli, program: Write, mode: int, parked: bool, states: list[int]) -> None:
+    """PAUSE_MODE 3 only stands still, 4 does not allow a pause: error 270061."""
+    part = program(f"OPT M_PAUSE 30\nOPT M_GOPAUSE 31\nPAUSE_MODE {mode}\nF6\nG1X40\n", "part.isons")
+    for name, text in MACROS.items():
+        (part.parent / name).write_text(text)
+    recorded = part.parent / "run.npz"
+    run = cli("run", part, "--plc", PAUSED, "--json", "--out", part.parent / "out", "--record", recorded).json
+    assert run["end"] == "completed"
+    result = run["plc"]["result"]
+    assert result["states"][: len(states)] == states
+    assert result["errors"] == ([270061] if mode == 4 else [])
+    assert (np.load(recorded)["pos"][:, 2].max() > 0) == parked

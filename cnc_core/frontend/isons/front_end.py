@@ -54,6 +54,7 @@ from cnc_core.port import ChannelPort, Wait
 
 RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
 LEVELS_MAX = 101
+PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
 NORMAL, GO_BLOCK = 0, 2  # $_X7
 M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
@@ -84,6 +85,7 @@ class IsonsFrontEnd(BlockReader):
         *,
         collect: bool = False,
         scan: bool = True,
+        caller: IsonsFrontEnd | None = None,
     ) -> None:
         cell = machine.isons or IsonsCell()
         self.parameters = Parameters(cell.parameters)
@@ -106,10 +108,11 @@ class IsonsFrontEnd(BlockReader):
         self.executor.positioner_offset = positioners.set_offset
         self.executor.speed_copied = lambda speed: self.system.shared.write("K", 9, speed, 0)
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
-        before: Executor | None = port.retained.get("isons")
+        before: Executor | None = caller.executor if caller else port.retained.get("isons")
         if before is not None:
             take_over(self.executor, before)
-        port.retained["isons"] = self.executor
+        if caller is None:
+            port.retained["isons"] = self.executor
         self._queue.extend(self.executor.mode_rows(0))
         self.control = Control(
             self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
@@ -129,7 +132,10 @@ class IsonsFrontEnd(BlockReader):
         self.flow.level.user = LevelData(MAIN, self.store.scope)
         self._closing = False
         self._failed: CncError | None = None
-        self._event("M_START")
+        if caller is None:
+            self._event("M_START")
+        else:
+            self.store.common, self.macros.events = caller.store.common, {}
 
     @property
     def answers(self) -> bool:
@@ -446,6 +452,33 @@ class IsonsFrontEnd(BlockReader):
         file.source.seek(file.path.stat().st_size)
         if not self._event("M_END"):
             self._ended = True
+
+    # pausing
+
+    @property
+    def pause_mode(self) -> int:
+        """PAUSE_MODE."""
+        return self.executor.pause_mode
+
+    def pause_macro(self, event: str) -> Path | None:
+        """Macro of M_PAUSE or M_GOPAUSE, None if there is none."""
+        number = self.macros.event(event)
+        return None if number is None else self.macros.find("M", number)
+
+    @property
+    def pauses(self) -> bool:
+        """Pausing is more than to stand still."""
+        return self.pause_mode == 4 or any(self.pause_macro(event) for event in PAUSE_EVENTS)
+
+    def macro_reader(self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64]) -> IsonsFrontEnd:
+        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C."""
+        reader = IsonsFrontEnd(path, machine, self.port, caller=self)
+        reader.executor.counter = self.executor.tip.programmed(place)
+        return reader
+
+    def return_speed(self) -> float:
+        """VRIPOSO in mm/s, 0 if it is not given."""
+        return self.parameters.speed("VRIPOSO") / 60.0
 
     @property
     def has_stop(self) -> bool:

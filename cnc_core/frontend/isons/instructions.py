@@ -335,7 +335,7 @@ class Instructions:
         def run() -> Items:
             self._f.macros.set_event(name, value(), self._start)
             if name not in OWN_EVENTS:
-                text = f"OPT {name} is stored: the channel pauses without macros"
+                text = f"OPT {name} is stored: backward motion calls no macros"
                 self._f.warn(907042, text, self._start)
             return ()
 
