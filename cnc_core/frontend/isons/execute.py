@@ -117,6 +117,19 @@ class Executor:
         self.output.refresh(limits=not self.tip.on)
         self.modes_changed = True
 
+    def parameter_in_force(self, name: str) -> float:
+        """Value of a machine parameter; what is not given but has a key of the cell, as the cell has it."""
+        what, _, letter = name.rpartition("_")
+        axis = self.axes.get(letter)
+        if self.parameters.given(name) or axis is None:
+            return self.parameters[name]
+        if what == "VMAX" and self.machine.velocity is not None:
+            return float(self.machine.velocity[axis]) * 60.0 / self.parameters.speed_unit
+        if what in ("LIMITE_N", "LIMITE_P"):
+            limits = self.output.limits.low if what == "LIMITE_N" else self.output.limits.high
+            return float(limits[axis]) * 1000.0
+        return self.parameters[name]
+
     def follow_scanner(self) -> None:
         """Plain lines may have changed the plane."""
         if self.plane_code and self.plane_code != self.modal.plane:
@@ -372,6 +385,8 @@ class Executor:
             raise fail(900004, "G36: an axis is expected", offset)
 
     def _limit(self, words: Words, offset: int) -> None:
+        if not words.values.keys() & set(AXIS_LETTERS):
+            raise fail(900004, "G81: an axis with 0..3 is expected", offset)
         for letter in AXIS_LETTERS:
             mode = words.take(letter)
             if mode is None:
@@ -390,6 +405,9 @@ class Executor:
             return
         if code in (30, 33):
             size, angle = words.take("R"), words.take("A")
+            for name, value in (("R", size), ("A", angle)):
+                if value is not None and value < 0:
+                    raise fail(900012, f"G{code}: {name}{value:g} is negative", words.offset(name))
             corner.size = corner.size if size is None else size * self.modal.unit_mm
             corner.angle = corner.angle if angle is None else angle
         corner.on = True

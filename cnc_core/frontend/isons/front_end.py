@@ -477,8 +477,9 @@ class IsonsFrontEnd(BlockReader):
         return reader
 
     def return_speed(self) -> float:
-        """VRIPOSO in mm/s, 0 if it is not given."""
-        return self.parameters.speed("VRIPOSO") / 60.0
+        """VRIPOSO in mm/s, the programmed feed if it is not given."""
+        speed = self.parameters.speed("VRIPOSO") or self.modal.feed * self.parameters["FEEDRES"]
+        return speed / 60.0
 
     @property
     def has_stop(self) -> bool:

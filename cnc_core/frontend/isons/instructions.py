@@ -348,7 +348,7 @@ class Instructions:
 
         def run() -> Items:
             self._parameter(name)
-            target(self._f.parameters[name])
+            target(self._f.executor.parameter_in_force(name))
             return ()
 
         return run
