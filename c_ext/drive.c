@@ -10,7 +10,9 @@
 
 #define TURN_STEP 0.1      /* rad of turn over an interval */
 #define CURVE_MISS 0.03     /* of the third derivative: beyond it an interval of a curve is halved, ... */
-#define CURVE_HALVINGS 3   /* ... so often */
+#define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
+#define CURVE_SHORTEST 2e-3 /* mm */
+#define CURVE_NOISE 1e-3
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
 #define CORNER_ACC_SHARE 0.012
@@ -132,7 +134,8 @@ static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) 
     derivatives(e, p, q->offset + 0.5 * q->length, d1, d2, d3);
     for (int i = 0; i < e->cfg.axis_count; i++) {
         double middle = 1.5 * (q->d2[1][i] - q->d2[0][i]) / q->length - 0.25 * (q->d3[0][i] + q->d3[1][i]);
-        miss = fmax(miss, fabs(middle - d3[i]));
+        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : NEVER;
+        miss = fmax(miss, fabs(middle - d3[i]) - CURVE_NOISE * j / (v * v * v)); /* too little to matter at any speed */
         most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))));
     }
     return miss <= CURVE_MISS * most;
@@ -142,7 +145,7 @@ static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) 
 static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, double from) {
     double to = interval_end(e, p, from);
     jerk_interval q = interval_of(e, p, i, from, to);
-    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && !fits_curve(e, p, &q); k++) {
+    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > CURVE_SHORTEST && !fits_curve(e, p, &q); k++) {
         to = 0.5 * (from + to);
         q = interval_of(e, p, i, from, to);
     }
