@@ -42,6 +42,7 @@ ERRORS: dict[int, str] = {
     20590: "#IF, #ELSE, #ENDIF do not fit together",
     20612: "#PSET while mirroring is active",
     20651: "flush or synchronous wait during tool radius compensation",
+    20669: "#TLC and #TRAFO exclude each other",
     20726: "message: a value is missing",
     20752: "G04: time out of range",
     20802: "change of coordinates during tool radius compensation",

@@ -22,7 +22,7 @@ from ..geometry.pieces import NotCarried, cut, element_rows, line_rows, merged, 
 from ..geometry.polynomial import joined
 from ..geometry.stage import RefusedRow
 from .chain import SingularMachine
-from .machine import Kinematics
+from .machine import Kinematics, LengthCorrection
 
 TOLERANCE = 1e-4  # mm, of the tool tip
 SWEEP = 30.0  # degrees that rotary axes and arcs together turn in one piece at most
@@ -33,7 +33,7 @@ NO_KINEMATICS, TOO_CLOSE, ONLY_LINES = 910106, 910104, 910105
 class _Driven:
     """Carrier from the tip to the axes."""
 
-    def __init__(self, kinematics: Kinematics, length: float) -> None:
+    def __init__(self, kinematics: Kinematics | LengthCorrection, length: float) -> None:
         self._kinematics, self._length = kinematics, length
 
     def carry(self, jets: FloatArray) -> FloatArray:
@@ -59,7 +59,7 @@ class KinematicsStage:
     ) -> None:
         self._machines, self._main, self._place = machines, main, place
         self._count = len(start)
-        self._kinematics: Kinematics | None = None
+        self._kinematics: Kinematics | LengthCorrection | None = None
         self._length, self._ptp = 0.0, False
         self._axes = start.copy()  # where the machine stands
         self._tip = start.copy()  # the same, programmed
@@ -97,7 +97,8 @@ class KinematicsStage:
         if chosen.kinematics is None:
             self._kinematics = None
         elif chosen.kinematics in self._machines:
-            self._kinematics = self._machines[chosen.kinematics]
+            machine = self._machines[chosen.kinematics]
+            self._kinematics = machine.length_correction() if chosen.length_only else machine
             self.used = True
         else:
             raise self._refused(row, NO_KINEMATICS, BlockBatch.empty())
@@ -209,7 +210,12 @@ class KinematicsStage:
         return np.asarray((rows["type"] == LINEAR) & rests)
 
     def _curves(
-        self, batch: BlockBatch, which: IntArray, starts: FloatArray, kinematics: Kinematics, pools: list[FloatArray]
+        self,
+        batch: BlockBatch,
+        which: IntArray,
+        starts: FloatArray,
+        kinematics: Kinematics | LengthCorrection,
+        pools: list[FloatArray],
     ) -> tuple[IntArray, int, npt.NDArray[Any]]:
         """Pieces of the motions ``which``."""
         rows = batch.rows[which]

@@ -298,3 +298,23 @@ M30
     shown = Shown(tmp_path, text, load_config(EXAMPLES / "head_table.toml"))
     assert shown.codes == []
     assert len(shown.ends()) == 2
+
+
+def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
+    """#TLC: axes programmed for one tool are driven for a longer one; in tilted motion the tip does not notice."""
+    cell = load_config(EXAMPLES / "head_table.toml")
+    path = tmp_path / "a.nc"
+    text = "G00 X100 Y20 Z300 B20 C10\n#TLC ON [12]\nG01 X150 Y-30 Z280 F2000\n"
+    text += "G01 X120 Z310 B70 C-50\n#TLC OFF\nG01 X0\n"
+    path.write_text(text)
+    rows = np.concatenate([b.rows for b in Program(path, cell, "isg").batches()])
+    driven = rows[(rows["type"] <= 3) & (rows["flags"] & PIECE != 0)]
+    kin = cell.kinematic_machines[9]
+    for line, point in ((3, (150, -30, 280, 20, 10)), (4, (120, -30, 310, 70, -50))):
+        end = driven[driven["line"] == line][-1]["end"][:5]
+        tip = kin.forward(np.array(point, float), 50.0).tip
+        assert np.abs(kin.forward(end, 62.0).tip - tip).max() < 1e-9
+    assert Shown(tmp_path, text, cell).ends()[1:3] == [[150, -30, 280], [120, -30, 310]]
+    wrong = "#TLC ON [1]\n#TRAFO ON\n#TLC OFF\n#TRAFO ON\n#TLC ON [1]\n"
+    assert Shown(tmp_path, wrong, cell).codes == [(20669, 2), (20669, 5)]
+    assert Shown(tmp_path, "#TLC ON [1]\n#TLC ON\n").codes == [(292005, 1), (900010, 2)]

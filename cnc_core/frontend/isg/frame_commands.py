@@ -57,6 +57,8 @@ class FrameCommands(CommandBase):
             (("TRAFO", "OFF"), self._trafo_off),
             (("TRAFO",), self._trafo_steps),
             (("RTCP", "ON"), self._trafo_on),
+            (("TLC", "ON"), self._tlc_on),
+            (("TLC", "OFF"), self._tlc_off),
             (("RTCP", "OFF"), self._trafo_off),
             (("PTP", "ON"), self._ptp_on),
             (("PTP", "OFF"), self._ptp_off),
@@ -311,6 +313,8 @@ class FrameCommands(CommandBase):
                 return
             if spaces.kin_id is None:
                 raise fail(292005, "#TRAFO ON: the cell has no kinematics ([kinematics.N])", start)
+            if spaces.tlc_mm is not None:
+                raise fail(20669, ERRORS[20669], start)
             spaces.set_trafo(spaces.kin_id, start)
 
         def run() -> Items:
@@ -366,6 +370,28 @@ class FrameCommands(CommandBase):
                 break
         self._formulas.close(opened)
         return found
+
+    def _tlc_on(self) -> Run:
+        """``#TLC ON [dl]``: the tool is dl longer than the axes are programmed for."""
+        fields = self._bracket_expected("#TLC ON")
+        if len(fields) != 1 or fields[0] is None:
+            raise fail(900010, "#TLC ON: one length is expected", self._start)
+        value, spaces, start = fields[0], self._context.spaces, self._start
+
+        def change() -> None:
+            length = value()
+            if isinstance(length, str) or not abs(length) <= 1e9:
+                raise fail(900012, f"#TLC ON: {length} is no length", start)
+            if spaces.active_kin is not None:
+                raise fail(20669, ERRORS[20669], start)
+            spaces.set_tlc(length * self._modal.unit_mm, start)
+
+        return self._changing("#TLC ON", change)
+
+    def _tlc_off(self) -> Run:
+        spaces, start = self._context.spaces, self._start
+        off = self._changing("#TLC OFF", lambda: spaces.set_tlc(None, start))
+        return lambda: off() if spaces.tlc_mm is not None else []
 
     def _ptp_on(self) -> Run:
         """Blocks are straight lines of the axes; their ends are programmed as before."""

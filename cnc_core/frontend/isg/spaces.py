@@ -20,7 +20,7 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.isg.offsets import Offsets, Selected
-from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.frontend.machine import ProgramMachine, TipMachine
 
 Array = npt.NDArray[np.float64]
 STORED_MAX = 5
@@ -117,6 +117,7 @@ class Spaces:
         self.kin_id = machine.kin_id
         self.active_kin: int | None = None
         self.ptp = False
+        self.tlc_mm: float | None = None  # #TLC: length corrected along the tool
         self.mcs = False
         self._said = Coordinates()
         self.due = False  # something has changed that the stages may have to know
@@ -141,15 +142,23 @@ class Spaces:
             frame = frame @ Frame(origin=active.shift) @ active.frame
         frame = frame @ self._rotation_frame()
         special = self.active_kin is not None or not frame.identity
+        if self.tlc_mm is not None:
+            self._offsets.length_elsewhere = not frame.identity
+            frame = self._lifted(frame, self._offsets.length_in_force) if not frame.identity else frame
+            return Coordinates(frame, self.kin_id, self.tlc_mm, length_only=True)
         self._offsets.length_elsewhere = special
         length = self._offsets.length_in_force if special else 0.0
         if self.active_kin is not None:
             return Coordinates(frame, self.active_kin, length, self.ptp)
-        if special and length:
-            axis = np.zeros(3)
-            axis[motion_planes(self._modal.plane)[2]] = length
-            frame = Frame(origin=axis) @ frame
-        return Coordinates(frame)
+        return Coordinates(self._lifted(frame, length) if special else frame)
+
+    def _lifted(self, frame: Frame, length: float) -> Frame:
+        """The tool length along the third axis of the plane, around the frame."""
+        if not length:
+            return frame
+        axis = np.zeros(3)
+        axis[motion_planes(self._modal.plane)[2]] = length
+        return Frame(origin=axis) @ frame
 
     def _rotation_frame(self) -> Frame:
         """The contour turns about its centre; offsets keep their directions."""
@@ -202,16 +211,21 @@ class Spaces:
         said, out = self._said, programmed.copy()
         self._store_main(out, said.frame.outer(self._main_values(programmed)))
         if said.kinematics is not None:
-            out = self._machine.kinematics[said.kinematics].driven(out, said.length)[0]
+            out = self._machine_of(said).driven(out, said.length)[0]
         return out
 
     def position_in(self, coordinates: Coordinates, axes: Array) -> Array:
         """(axes,) the axis position ``axes`` in other coordinates."""
         out = axes.copy()
         if coordinates.kinematics is not None:
-            out = self._machine.kinematics[coordinates.kinematics].programmed(out, coordinates.length)[0]
+            out = self._machine_of(coordinates).programmed(out, coordinates.length)[0]
         self._store_main(out, coordinates.frame.inner(self._main_values(out)))
         return out
+
+    def _machine_of(self, coordinates: Coordinates) -> TipMachine:
+        assert coordinates.kinematics is not None
+        machine = self._machine.kinematics[coordinates.kinematics]
+        return machine.length_correction() if coordinates.length_only else machine
 
     def _store_main(self, out: Array, values: Array) -> None:
         for place, axis in enumerate(self._machine.main):
@@ -336,6 +350,13 @@ class Spaces:
         self.active_kin = number
         self.touch()
 
+    def set_tlc(self, length_mm: float | None, offset: int) -> None:
+        """A length corrected along the tool; None: none."""
+        if length_mm is not None and (self.kin_id is None or self.kin_id not in self._machine.kinematics):
+            raise fail(WRONG_KINEMATICS, "#TLC ON: the cell has no such kinematic ([kinematics.N])", offset)
+        self.tlc_mm = length_mm
+        self.touch()
+
     def set_ptp(self, on: bool) -> None:
         self.ptp = on
         self.touch()
@@ -344,7 +365,7 @@ class Spaces:
         """The tool into the Z axis of the coordinates in force: rotary axes alone move, at rapid."""
         said = self._said
         assert said.kinematics is not None
-        kinematics, axes = self._machine.kinematics[said.kinematics], self.axes()
+        kinematics, axes = self._machine_of(said), self.axes()
         target = kinematics.orient(said.frame.rotation[:, 2], axes)
         way = float(np.linalg.norm(target - axes))
         if way < 1e-9:
@@ -360,6 +381,7 @@ def _same(a: Coordinates, b: Coordinates) -> bool:
     return (
         a.kinematics == b.kinematics
         and a.ptp == b.ptp
+        and a.length_only == b.length_only
         and a.length == b.length
         and np.array_equal(a.frame.rotation, b.frame.rotation)
         and np.array_equal(a.frame.origin, b.frame.origin)
