@@ -18,6 +18,7 @@ class Tool:
 
     radius_mm: float = 0.0
     length_mm: float = 0.0
+    kin_id: int | None = None
 
 
 @dataclass(frozen=True)

@@ -56,6 +56,10 @@ S30, C30 = 0.5, np.sqrt(0.75)
         # first about Z, then the new Y, then the newest X
         ("#CS ON [0,0,0,0,30,90]\nG00 X10 Y0 Z0", [(0, 10 * C30, -10 * S30)]),
         ("#CS ON [0,0,0,90,0,90]\nG00 X0 Y10 Z0", [(0, 0, 10)]),
+        # other sequences, fixed axes
+        ("#CS MODE ON [ROTATION_SEQUENCE=XYZ]\n#CS ON [0,0,0,90,0,90]\nG00 X0 Y10 Z0", [(-10, 0, 0)]),
+        ("#CS MODE ON [ROTATION_MODE_FIXED]\n#CS ON [0,0,0,90,0,90]\nG00 X10 Y0 Z0\n#CS OFF\n#CS MODE OFF\n"
+         "#CS ON [0,0,0,90,0,90]\nX10 Y0 Z0", [(0, 0, 10), (0, 10, 0)]),
         # short and empty fields
         ("#CS ON [1,2]\nG00 X0 Y0 Z0", [(1, 2, 0)]),
         ("#CS ON [,,10,,,90]\nG00 X1 Y0 Z0", [(0, 1, 10)]),
@@ -121,7 +125,8 @@ def test_programs_reach_these_points(tmp_path, text, points):
         ("#CS ADD [ABCDEFGHI][1]\n#CS ADD [MCS][1]\n#CS ADD [A][1]\n#CS ADD [A][1]",
          [(900004, 1), (900004, 2), (900005, 4)]),
         ("#CS SELECT [A]\n#CS SET [A][1]", [(21601, 1), (21601, 2)]),
-        ("#CS MODE ON", [(900003, 1)]),
+        ("#CS MODE ON\n#CS MODE ON [ROTATION_SEQUENCE=ZXZ]\n#CS MODE ON [FIXED]",
+         [(900010, 1), (900003, 2), (900010, 3)]),
         ("T1 D1 F100 G41\n#CS ON [1,1]\n#MCS ON\n#TRAFO ON\n#PTP ON\nG68 R3\n#TOOL ORI CS",
          [(20802, 2), (20802, 3), (906003, 4), (21525, 5), (906003, 6), (906003, 7)]),
         ("#CS ON [1,1]\nT1 D1 F100 G41 G01 X9\nD0", [(906003, 3)]),
@@ -131,7 +136,7 @@ def test_programs_reach_these_points(tmp_path, text, points):
         ("#ROTATION ON [ANGEL=3]", [(900010, 1)]),
         ("#TRAFO ON", [(292005, 1)]),
         ("#KIN ID[9]\n#TRAFO ON\n#RTCP ON", [(292005, 2), (292005, 3)]),
-        ("#PTP ON\n#TOOL ORI CS", [(21527, 1), (910108, 2)]),
+        ("#PTP ON\n#TOOL ORI CS\n#KIN ID 3", [(21527, 1), (292005, 2), (900010, 3)]),
         ("#ORI MODE [VECTOR_IJK]\n#ORI MODE", [(900003, 1), (900010, 2)]),
         ("#TRAFO [1,2,3]\n#TRAFO [ON,ON]\n#TRAFO [ON,3]\n#TRAFO", [(900010, 1), (900003, 2), (900003, 3), (900010, 4)]),
         ("#RT WHILE\nG01 X1 F100\n#CS ON [1,1]\n#RT ENDWHILE", [(22073, 3), (50991, 4)]),
@@ -148,6 +153,7 @@ def test_wrong_programs_are_refused(tmp_path, text, codes):
         ("#TRAFO ON\n#PTP ON\n#CS ON [1,1]\n#MCS ON\n#TRAFO OFF\n#TRAFO ON\n#ACS ON [1,1]",
          [(21550, 3), (21531, 4), (21552, 5), (21552, 6), (21550, 7)]),
         ("#KIN ID [3]\n#TRAFO ON", [(292005, 2)]),
+        ("#TRAFO ON\n#KIN ID [3]\n#TRAFO [4]\n#KIN ID\n#TRAFO OFF\n#KIN ID[0]\n#TRAFO ON", [(20687, 2), (20687, 3)]),
         ("#TRAFO ON\n#CS ON [0,0,0,0,120,0]\n#TOOL ORI CS", [(910102, 3)]),
         ("#TRAFO ON\n#PTP ON\nF100 G00 X0 Y0\nG02 X10 I5", [(910105, 4)]),
         ("#TRAFO ON\nG01 F1000 X900", [(903001, 2)]),
@@ -318,3 +324,21 @@ def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
     wrong = "#TLC ON [1]\n#TRAFO ON\n#TLC OFF\n#TRAFO ON\n#TLC ON [1]\n"
     assert Shown(tmp_path, wrong, cell).codes == [(20669, 2), (20669, 5)]
     assert Shown(tmp_path, "#TLC ON [1]\n#TLC ON\n").codes == [(292005, 1), (900010, 2)]
+
+
+def test_tool_orientation_without_a_transformation(tmp_path):
+    """#TOOL ORI CS turns rotary axes alone; the linear axes stand, what follows is programmed in the frame as before."""
+    cell = load_config(EXAMPLES / "head_head.toml")
+    text = "G00 X10 Y20 Z30\n#CS ON [1,2,3,0,25,30]\n#TOOL ORI CS\nG00 X0 Y0 Z0\n#TOOL ORI CS\n"
+    shown = Shown(tmp_path, text, cell)
+    assert shown.codes == []
+    assert len(shown.ends()) == 3
+    assert np.allclose(shown.ends("XYZCB")[1], (10, 20, 30, 30, 25))
+    assert np.allclose(shown.ends("XYZCB")[2], (1, 2, 3, 30, 25))
+
+
+def test_tools_choose_their_kinematic(tmp_path):
+    """P-TOOL-00011: D takes over the tool's kinematic, under another active one it is refused."""
+    text = (EXAMPLES / "head_table.toml").read_text() + "[tools.2]\nkin_id = 4\n[kinematics.4]\n"
+    cell = parse_config(text + 'type = "head-table"\nrotary = ["C", "B"]\n')
+    assert Shown(tmp_path, "D2\n#TRAFO ON\n#TRAFO OFF\n#KIN ID[9]\n#TRAFO ON\nD2\n", cell).codes == [(20990, 6)]

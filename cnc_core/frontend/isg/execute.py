@@ -379,6 +379,7 @@ class Executor:
     def _select_tool_data(self, number: int) -> None:
         self.data = number
         self.tool_data = self._machine.tools[number] if number else Tool()
+        self._context.spaces.tool_kinematic(self.tool_data.kin_id, 0)
         self._offsets.set_tool_length(self.tool_data.length_mm)
 
     def _function(self, kind: int, function: Function, n: int, flags: int = 0) -> Row:

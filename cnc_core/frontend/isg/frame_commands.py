@@ -9,7 +9,7 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg.command_base import CommandBase, Items, Run
-from cnc_core.frontend.isg.spaces import NEEDS_TRAFO, Rotation, Systems, frame_of
+from cnc_core.frontend.isg.spaces import SEQUENCES, Order, Rotation, Systems, frame_of
 
 COMPENSATED, NOT_IN_MCS = 20802, 910107
 ID_MAX = 2**31 - 1
@@ -47,6 +47,8 @@ class FrameCommands(CommandBase):
             (("CS", "SET"), self._cs_set),
             (("CS", "SELECT"), self._cs_select),
             (("CS", "DEL"), self._cs_del),
+            (("CS", "MODE", "ON"), self._cs_mode),
+            (("CS", "MODE", "OFF"), self._cs_mode_off),
             (("ACS", "DEF"), self._acs_def),
             (("ACS", "ON"), self._acs_on),
             (("ACS", "OFF"), self._acs_off),
@@ -84,7 +86,7 @@ class FrameCommands(CommandBase):
 
     def _frame(self, fields: list[Formula | None]) -> Callable[[], Frame]:
         """Up to three shifts and three angles."""
-        start, modal = self._start, self._modal
+        start, modal, spaces = self._start, self._modal, self._context.spaces
         if len(fields) > 6:
             raise fail(900010, f"a coordinate system has six values, not {len(fields)}", start)
 
@@ -97,7 +99,7 @@ class FrameCommands(CommandBase):
                 if not abs(value) <= 1e9:
                     raise fail(900012, f"coordinate system: {value} out of range", start)
                 values.append(value)
-            return frame_of(values, modal.unit_mm)
+            return frame_of(values, modal.unit_mm, spaces.order)
 
         return make
 
@@ -233,6 +235,40 @@ class FrameCommands(CommandBase):
         spaces, every = self._context.spaces, self._stream.accept_name("ALL") is not None
         return self._changing("#CS DEL", lambda: spaces.delete_named(every=every), in_ptp=21550)
 
+    def _cs_mode(self) -> Run:
+        """``#CS MODE ON [ROTATION_SEQUENCE=XYZ ROTATION_MODE_FIXED]``: of the definitions that follow."""
+        stream, sequence, fixed = self._stream, "ZYX", False
+        if not stream.accept("["):
+            raise fail(900010, "#CS MODE ON: ROTATION_SEQUENCE or ROTATION_MODE_FIXED is expected", self._start)
+        while not stream.is_op("]"):
+            word = stream.accept_name("ROTATION_SEQUENCE", "ROTATION_MODE_FIXED")
+            if word is None:
+                text = f"#CS MODE ON: expected ROTATION_SEQUENCE or ROTATION_MODE_FIXED, found {stream.describe()}"
+                raise fail(900010, text, stream.current.offset)
+            if word.text.upper() == "ROTATION_MODE_FIXED":
+                fixed = True
+            else:
+                stream.accept("=")
+                token = stream.next()
+                sequence = token.text.upper()
+                if sequence not in SEQUENCES:
+                    raise fail(900003, f"#CS MODE ON: ROTATION_SEQUENCE {sequence} is not supported", token.offset)
+            stream.accept(",")
+        stream.expect("]", 900010)
+        return self._order(Order(sequence, fixed))
+
+    def _cs_mode_off(self) -> Run:
+        return self._order(Order())
+
+    def _order(self, order: Order) -> Run:
+        spaces = self._context.spaces
+
+        def run() -> Items:
+            spaces.order = order
+            return []
+
+        return run
+
     # contour rotation
 
     def _rotation_on(self) -> Run:
@@ -284,14 +320,17 @@ class FrameCommands(CommandBase):
     # kinematics
 
     def _kin_id(self) -> Run:
-        """``#KIN ID [n]``: the transformation that #TRAFO ON switches on."""
-        fields = self._bracket_expected("#KIN ID")
-        if len(fields) != 1 or fields[0] is None:
-            raise fail(900010, "#KIN ID: one number is expected", self._start)
-        number, spaces = self._whole(fields[0], "#KIN ID", 0, 999), self._context.spaces
+        """``#KIN ID [n]``: the transformation that #TRAFO ON switches on; without a number that of the start."""
+        spaces, start = self._context.spaces, self._start
+        fields = self._bracket() if self._stream.is_op("[") else []
+        if not self._stream.at_end and not fields:
+            raise fail(900010, "#KIN ID: a number is expected in brackets", start)
+        if fields and (len(fields) != 1 or fields[0] is None):
+            raise fail(900010, "#KIN ID: one number is expected", start)
+        number = self._whole(fields[0], "#KIN ID", 0, 999) if fields and fields[0] is not None else None
 
         def run() -> Items:
-            spaces.kin_id = number()
+            spaces.select_kinematic(None if number is None else number(), start)
             return []
 
         return run
@@ -347,9 +386,9 @@ class FrameCommands(CommandBase):
             if first == "NONE":
                 return spaces.active_kin is not None
             if first == "DEFAULT":
-                spaces.kin_id = self._context.machine.kin_id
+                spaces.select_kinematic(None, start)
             elif not isinstance(first, str):
-                spaces.kin_id = first()
+                spaces.select_kinematic(first(), start)
             return first != "OFF"
 
         return self._trafo(chosen)
@@ -431,9 +470,9 @@ class FrameCommands(CommandBase):
 
         def run() -> Items:
             self.not_compensated("#TOOL ORI CS", 906003)
-            if spaces.mcs or spaces.active_kin is None:
-                raise fail(NEEDS_TRAFO, f"#TOOL ORI CS: {ERRORS[NEEDS_TRAFO]}", start)
-            return list(spaces.orient_tool(self._modal.n))
+            if spaces.mcs:
+                raise fail(NOT_IN_MCS, f"#TOOL ORI CS: {ERRORS[NOT_IN_MCS]}", start)
+            return list(spaces.orient_tool(self._modal.n, start))
 
         return run
 

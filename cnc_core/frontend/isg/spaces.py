@@ -25,15 +25,29 @@ from cnc_core.frontend.machine import ProgramMachine, TipMachine
 Array = npt.NDArray[np.float64]
 STORED_MAX = 5
 UNDEFINED, NAME_UNKNOWN, TOO_MANY = 20821, 21601, 910109
-NEEDS_TRAFO, WRONG_KINEMATICS = 910108, 292005
+WRONG_KINEMATICS = 292005
 RESERVED = ("MCS", "IMCS", "ACS")
 
 
-def frame_of(values: Sequence[float], unit_mm: float) -> Frame:
-    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees): first f3 about Z, then f2 about the new Y, then f1 about X."""
-    v = np.zeros(6)
+SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
+
+
+@dataclass(frozen=True)
+class Order:
+    """How the angles of a coordinate system turn it: the sequence, about the axes turned already or fixed ones."""
+
+    sequence: str = "ZYX"
+    fixed: bool = False
+
+
+def frame_of(values: Sequence[float], unit_mm: float, order: Order = Order()) -> Frame:
+    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees, about X, Y, Z); as a rule Z, then the new Y, then the new X."""
+    v, rotation = np.zeros(6), np.eye(3)
     v[: len(values)] = values
-    return Frame(_turn(2, v[5]) @ _turn(1, v[4]) @ _turn(0, v[3]), v[:3] * unit_mm)
+    for axis in ("XYZ".index(letter) for letter in order.sequence):
+        turned = _turn(axis, v[3 + axis])
+        rotation = turned @ rotation if order.fixed else rotation @ turned
+    return Frame(rotation, v[:3] * unit_mm)
 
 
 def _turn(axis: int, degrees: float) -> Array:
@@ -113,6 +127,7 @@ class Spaces:
         self.named: list[tuple[str, Frame]] = []
         self.selected: Active | None = None
         self.selected_name = ""
+        self.order = Order()
         self.rotation: Rotation | None = None
         self.kin_id = machine.kin_id
         self.active_kin: int | None = None
@@ -344,6 +359,10 @@ class Spaces:
 
     def set_trafo(self, number: int | None, offset: int) -> None:
         """A kinematic transformation by number, None: off."""
+        if number == 0 and number not in self._machine.kinematics:
+            number = None  # the manual's number of no kinematic
+        if number is not None and self.active_kin not in (None, number):
+            raise fail(20687, ERRORS[20687], offset)
         if number is not None and number not in self._machine.kinematics:
             text = f"kinematic {number} is not defined in the cell ([kinematics.{number}])"
             raise fail(WRONG_KINEMATICS, text, offset)
@@ -361,11 +380,27 @@ class Spaces:
         self.ptp = on
         self.touch()
 
-    def orient_tool(self, n: int) -> list[Row]:
+    def select_kinematic(self, number: int | None, offset: int) -> None:
+        """#KIN ID; None: that of the start."""
+        number = self._machine.kin_id if number is None else number
+        if number != self.kin_id and (self.active_kin is not None or self.tlc_mm is not None):
+            raise fail(20687, ERRORS[20687], offset)
+        self.kin_id = number
+
+    def tool_kinematic(self, number: int | None, offset: int) -> None:
+        """That of a tool (P-TOOL-00011), None: any."""
+        if number is None:
+            return
+        if self.active_kin not in (None, number):
+            raise fail(20990, ERRORS[20990], offset)
+        self.kin_id = number
+
+    def orient_tool(self, n: int, offset: int) -> list[Row]:
         """The tool into the Z axis of the coordinates in force: rotary axes alone move, at rapid."""
-        said = self._said
-        assert said.kinematics is not None
-        kinematics, axes = self._machine_of(said), self.axes()
+        said, number = self._said, self.kin_id if self._said.kinematics is None else self._said.kinematics
+        if number is None or number not in self._machine.kinematics:
+            raise fail(WRONG_KINEMATICS, f"#TOOL ORI CS: {ERRORS[WRONG_KINEMATICS]} in the cell", offset)
+        kinematics, axes = self._machine.kinematics[number], self.axes()
         target = kinematics.orient(said.frame.rotation[:, 2], axes)
         way = float(np.linalg.norm(target - axes))
         if way < 1e-9:
