@@ -327,7 +327,7 @@ def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
 
 
 def test_tool_orientation_without_a_transformation(tmp_path):
-    """#TOOL ORI CS turns rotary axes alone; the linear axes stand, what follows is programmed in the frame as before."""
+    """#TOOL ORI CS turns rotary axes alone; the linear axes stand, what follows is programmed in the frame."""
     cell = load_config(EXAMPLES / "head_head.toml")
     text = "G00 X10 Y20 Z30\n#CS ON [1,2,3,0,25,30]\n#TOOL ORI CS\nG00 X0 Y0 Z0\n#TOOL ORI CS\n"
     shown = Shown(tmp_path, text, cell)
