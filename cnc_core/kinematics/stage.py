@@ -27,6 +27,7 @@ from .machine import Kinematics, LengthCorrection
 TOLERANCE = 1e-4  # mm, of the tool tip
 SWEEP = 30.0  # degrees that rotary axes and arcs together turn in one piece at most
 STANDS = 1e-9
+DEGREES_A_MM = 20.0  # of rotary axes; where they turn more, the path parameter is stretched
 NO_KINEMATICS, TOO_CLOSE, ONLY_LINES = 910106, 910104, 910105
 
 
@@ -232,8 +233,18 @@ class KinematicsStage:
             raise self._refused_at(self._first_singular(batch, which, starts), 910103, batch) from None
         self.deviation = max(self.deviation, 2.0 * pieces.miss)
         made = piece_rows(rows, pieces, sum(map(len, pools)))
-        pools.append(pieces.coef.ravel())
+        stretch = self._stretch(rows, starts)[pieces.index]
+        for name in ("length", "length_min", "angle", "feed"):
+            made[name] *= stretch
+        pools.append((pieces.coef / stretch[:, None, None] ** np.arange(6)).ravel())
         return which[pieces.index], 1, made
+
+    def _stretch(self, rows: npt.NDArray[Any], starts: FloatArray) -> FloatArray:
+        """(n,) factor of the path parameter, so that it stays a good measure where rotary axes turn about a resting tip."""
+        assert self._kinematics is not None
+        rotary = list(self._kinematics.rotary_axes)
+        turn = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
+        return np.asarray(np.maximum(1.0, turn / (DEGREES_A_MM * rows["length"])))
 
     def _first_singular(self, batch: BlockBatch, which: IntArray, starts: FloatArray) -> int:
         """Which of the motions meets a singular position."""
@@ -269,6 +280,7 @@ class KinematicsStage:
         if not named.all():
             fresh = ~named
             made, tangents = element_rows(rows[fresh], Paths(rows[fresh], starts[fresh], batch.pool, self._main), at)
+            made["feed"] *= self._stretch(rows[fresh], starts[fresh])  # as that of the pieces
             parts.append((seen[fresh], 0, made))
             pools.append(tangents)
 

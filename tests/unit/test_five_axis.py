@@ -359,3 +359,16 @@ G01 Z300
     for q in driven[::7]:
         t = np.clip(((q - path) * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), 1e-30), 0, 1)[:, None]
         assert np.linalg.norm(path + t * d - q, axis=1).min() < 2e-3  # the reference is a polyline of samples
+
+
+@pytest.mark.parametrize("x", [0.0, 5e-7, 1e-3, 0.5])
+def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
+    """However short the tip's way: limits hold, the motion takes what the axes need, the tip stays."""
+    text = f"T1 D1\n#TRAFO ON\nG00 X0 Y0 Z100\nG01 X{x:.7f} B60 C30 F60000\nX10 F3000\n"
+    cell = load_config(ROOT / "head_table.toml")
+    result = plan(tmp_path, cell, text)
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+    turning = result.samples["block"] == 1
+    assert 0.5 < turning.sum() * cell.cycle_s < 1.5
+    tip, _ = head_table(result.samples["pos"][turning])
+    assert distance_to_segments(tip, np.array([(0, 0, 100), (x, 0, 100)])).max() < 1e-3
