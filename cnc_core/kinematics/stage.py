@@ -240,7 +240,7 @@ class KinematicsStage:
         return which[pieces.index], 1, made
 
     def _stretch(self, rows: npt.NDArray[Any], starts: FloatArray) -> FloatArray:
-        """(n,) factor of the path parameter, so that it stays a good measure where rotary axes turn about a resting tip."""
+        """(n,) factor of the path parameter: it stays a good measure where rotary axes turn about a resting tip."""
         assert self._kinematics is not None
         rotary = list(self._kinematics.rotary_axes)
         turn = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
