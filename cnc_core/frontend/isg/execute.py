@@ -12,6 +12,7 @@ from cnc_core.frontend.base.scanner import NO_CORRECTION, MotionWords, Row
 from cnc_core.frontend.isg import gcodes
 from cnc_core.frontend.isg.calls import Call, positional
 from cnc_core.frontend.isg.context import Context
+from cnc_core.frontend.isg.cycles.registry import find
 from cnc_core.frontend.isg.contouring import Contouring, Smooth
 from cnc_core.frontend.isg.corner_commands import CornerWords
 from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
@@ -424,8 +425,9 @@ class Executor:
                 raise fail(20131, f"unknown G function G{code:02d}: no subprogram is assigned to it", offset)
             arguments = positional(words.arguments) if words.arguments else None
             self.calls.append(Call(program, False, offset, arguments))
-        if any(call.arguments is not None for call in self.calls) and self._context.spaces.rotation is not None:
-            self._context.warn(910111, ERRORS[910111], self.calls[0].offset)
+        cycles = [call for call in self.calls if call.arguments is not None and find(call.name) is None]
+        if cycles and self._context.spaces.rotation is not None:  # built-in ones warn themselves
+            self._context.warn(910111, ERRORS[910111], cycles[0].offset)
         if len(self.calls) > 1:
             raise fail(900011, "more than one subprogram call in a block", self.calls[1].offset)
 
