@@ -98,6 +98,9 @@ S30, C30 = 0.5, np.sqrt(0.75)
         ("G54 T1 D1\n#CS ON [0,0,5,0,30,0]\nG00 X0 Y0 Z0\n#MCS ON\nX1 Y1 Z1\nG55 X0\nD1 Z0\n#MCS OFF\nX1 Y0 Z0",
          [(100, 50, 45), (1, 1, 1), (200, 1, 1), (200, 1, 40), (100 + C30, 50, 45 - S30)]),
         ("T1\n#MCS ON [EX TOOL]\nD1\nG00 Z1\n#MCS OFF\nZ1", [(0, 0, 1), (0, 0, 41)]),
+        # for one block
+        ("T1 D1\n#CS ON [1,0,0]\n#SUPPRESS OFFSETS [TOOL] G00 Z5\nZ6\nZ7", [(0, 0, 5), (0, 0, 46), (0, 0, 47)]),
+        ("#CS ON [1,0,0,0,0,90]\nG92 X3\nG00 X0\n#SUPPRESS OFFSETS X0\nX1", [(0, 3, 0), (0, 0, 0), (0, 4, 0)]),
         # mirroring comes first
         ("G21\n#CS ON [10,0,0,0,0,90]\nG00 X1 Y0", [(10, -1, 0)]),
     ],
@@ -342,3 +345,21 @@ def test_tools_choose_their_kinematic(tmp_path):
     text = (EXAMPLES / "head_table.toml").read_text() + "[tools.2]\nkin_id = 4\n[kinematics.4]\n"
     cell = parse_config(text + 'type = "head-table"\nrotary = ["C", "B"]\n')
     assert Shown(tmp_path, "D2\n#TRAFO ON\n#TRAFO OFF\n#KIN ID[9]\n#TRAFO ON\nD2\n", cell).codes == [(20990, 6)]
+
+
+def test_a_machine_without_z_turns_in_its_plane(tmp_path):
+    """Turns about Z need X and Y alone; others, and shifts along Z, are refused."""
+    cell = parse_config("[axes.X]\n[axes.Y]\n[axes.C]\nkind='rotary'\n")
+    text = "#CS ON [10,0,0,0,0,90]\nG00 X5 Y0\nG02 X15 I5 F100\n"
+    text += "#CONTOUR MODE [DEV PATH_DEV=0.1]\nG261\nG01 X20\nY10\nX0\n#CS OFF\n"
+    shown = Shown(tmp_path, text, cell)
+    assert shown.codes == []
+    assert np.allclose(shown.ends("XY")[:2], [(10, 5), (10, 15)])
+    arc = shown.blocks[1]
+    assert (arc["plane"], arc["center"]) == ("XY", pytest.approx({"X": 10.0, "Y": 10.0}))
+    curves = [b for b in shown.blocks if b["type"] == "polynomial"]
+    assert len(curves) >= 4
+    for curve in curves:
+        first = [np.polynomial.polynomial.polyval(0.0, curve["coeff"][a]) for a in "XY"]
+        assert np.allclose(first, [curve["start"][a] for a in "XY"], atol=1e-9)
+    assert Shown(tmp_path, "#CS ON [0,0,1]\n#CS ON [0,0,0,90,0,0]\n", cell).codes == [(900016, 1), (900016, 2)]

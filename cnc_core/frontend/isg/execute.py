@@ -12,9 +12,9 @@ from cnc_core.frontend.base.scanner import NO_CORRECTION, MotionWords, Row
 from cnc_core.frontend.isg import gcodes
 from cnc_core.frontend.isg.calls import Call, positional
 from cnc_core.frontend.isg.context import Context
-from cnc_core.frontend.isg.cycles.registry import find
 from cnc_core.frontend.isg.contouring import Contouring, Smooth
 from cnc_core.frontend.isg.corner_commands import CornerWords
+from cnc_core.frontend.isg.cycles.registry import find
 from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
 from cnc_core.frontend.isg.spaces import Rotation
