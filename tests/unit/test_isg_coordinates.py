@@ -98,6 +98,10 @@ S30, C30 = 0.5, np.sqrt(0.75)
         ("G54 T1 D1\n#CS ON [0,0,5,0,30,0]\nG00 X0 Y0 Z0\n#MCS ON\nX1 Y1 Z1\nG55 X0\nD1 Z0\n#MCS OFF\nX1 Y0 Z0",
          [(100, 50, 45), (1, 1, 1), (200, 1, 1), (200, 1, 40), (100 + C30, 50, 45 - S30)]),
         ("T1\n#MCS ON [EX TOOL]\nD1\nG00 Z1\n#MCS OFF\nZ1", [(0, 0, 1), (0, 0, 41)]),
+        # scale: words, distances, radius and centre, not the offsets
+        ("G54 G00 X0 Y0\n#SCALE ON [X2 Y=2,Z2]\nX5 Y1\nG91 X1\nG90\n#SCALE OFF\nX5",
+         [(100, 50, 0), (110, 52, 0), (112, 52, 0), (105, 52, 0)]),
+        ("#SCALE ON [Y3]\nG00 X1 Y1\nP1=V.A.ABS.Y\nZ[P1]", [(1, 3, 0), (1, 3, 1)]),
         # for one block
         ("T1 D1\n#CS ON [1,0,0]\n#SUPPRESS OFFSETS [TOOL] G00 Z5\nZ6\nZ7", [(0, 0, 5), (0, 0, 46), (0, 0, 47)]),
         ("#CS ON [1,0,0,0,0,90]\nG92 X3\nG00 X0\n#SUPPRESS OFFSETS X0\nX1", [(0, 3, 0), (0, 0, 0), (0, 4, 0)]),
@@ -135,6 +139,8 @@ def test_programs_reach_these_points(tmp_path, text, points):
         ("#CS ON [1,1]\nT1 D1 F100 G41 G01 X9\nD0", [(906003, 3)]),
         ("#MCS ON\n#CS ON [1,1]\n#ACS DEF [1,1]\n#TRAFO ON\n#CS OFF\n#MCS OFF",
          [(910107, 2), (910107, 3), (910107, 4)]),
+        ("#SCALE ON [X2 Y3]\nG02 X1 I5 F100\n#SCALE ON [X0]\n#SCALE ON [A2]\n#SCALE ON",
+         [(910113, 2), (900012, 3), (900010, 4), (900010, 5)]),
         ("G68 R30 Z5", [(22156, 1)]),
         ("#ROTATION ON [ANGEL=3]", [(900010, 1)]),
         ("#TRAFO ON", [(292005, 1)]),
@@ -363,3 +369,18 @@ def test_a_machine_without_z_turns_in_its_plane(tmp_path):
         first = [np.polynomial.polynomial.polyval(0.0, curve["coeff"][a]) for a in "XY"]
         assert np.allclose(first, [curve["start"][a] for a in "XY"], atol=1e-9)
     assert Shown(tmp_path, "#CS ON [0,0,1]\n#CS ON [0,0,0,90,0,0]\n", cell).codes == [(900016, 1), (900016, 2)]
+
+
+def test_scaled_circles(tmp_path):
+    """Centre, radius and pitch grow with the words, in the scanner and in the parser; the tool radius does not."""
+    text = "#SCALE ON [X2 Y2 Z2]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 F100\nG03 X20 R5\n"
+    text += "P1=1 G02 X30 Y0 Z6 R[5*P1]\nG41 D1 G01 X40 Y0\nX50\nG40 X60\n"
+    shown = Shown(tmp_path, text)
+    assert shown.codes == []
+    arcs = [b for b in shown.blocks if b["type"] == "circular"]
+    assert [(b["radius"], b["center"]["X"], b["end"]["X"], b["end"]["Z"]) for b in arcs] == [
+        (10, 10, 20, 0),
+        (10, 30, 40, 0),
+        (10, 50, 60, 12),
+    ]
+    assert [b["end"]["Y"] for b in shown.blocks[-3:-1]] == [2.0, 2.0]

@@ -54,6 +54,8 @@ class FrameCommands(CommandBase):
             (("ACS", "OFF"), self._acs_off),
             (("ROTATION", "ON"), self._rotation_on),
             (("ROTATION", "OFF"), self._rotation_off),
+            (("SCALE", "ON"), self._scale_on),
+            (("SCALE", "OFF"), self._scale_off),
             (("KIN", "ID"), self._kin_id),
             (("TRAFO", "ON"), self._trafo_on),
             (("TRAFO", "OFF"), self._trafo_off),
@@ -296,6 +298,51 @@ class FrameCommands(CommandBase):
         spaces = self._context.spaces
         changing = self._changing("#ROTATION OFF", lambda: spaces.set_rotation(None))
         return lambda: changing() if spaces.rotation else []
+
+    # scale
+
+    def _scale_on(self) -> Run:
+        """``#SCALE ON [X2 Y2 Z2]``: factors of the words of main axes, from the next absolute word on."""
+        stream, formulas, start, offsets = self._stream, self._formulas, self._start, self._context.offsets
+        if not stream.is_op("["):
+            raise fail(900010, "#SCALE ON: factors of axes are expected", start)
+        opened, factors = formulas.open(), dict[int, Callable[[], float]]()
+        while not stream.is_op("]"):
+            token = stream.current
+            name = self._axis_name()
+            if name is None or self._axes[name] not in self._context.machine.main:
+                raise fail(900010, f"#SCALE ON: expected a main axis, found {token.text or 'the end'}", token.offset)
+            stream.accept("=")
+            factors[self._axes[name]] = formulas.number(name, token.offset)
+            stream.accept(",")
+        formulas.close(opened)
+        if not factors:
+            raise fail(900010, "#SCALE ON: factors of axes are expected", start)
+
+        def run() -> Items:
+            self.not_compensated("#SCALE ON", 906003)
+            offsets.factor[:] = 1.0
+            for axis, factor in factors.items():
+                value = factor()
+                if not 1e-6 <= value <= 1e6:
+                    raise fail(900012, f"#SCALE ON: factor {value:g} out of range 0.000001..1000000", start)
+                offsets.factor[axis] = value
+            offsets.update()
+            return []
+
+        return run
+
+    def _scale_off(self) -> Run:
+        offsets = self._context.offsets
+
+        def run() -> Items:
+            if (offsets.factor != 1.0).any():
+                self.not_compensated("#SCALE OFF", 906003)
+                offsets.factor[:] = 1.0
+                offsets.update()
+            return []
+
+        return run
 
     # machine coordinates
 
