@@ -50,6 +50,7 @@ TYPE_NAMES: dict[int, str] = {
     FILTER: "filter",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
 BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool

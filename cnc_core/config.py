@@ -123,6 +123,7 @@ class ToolConfig(_Table):
 
     radius_mm: Finite = 0.0
     length_mm: Finite = 0.0
+    kin_id: Annotated[int, Field(ge=1, le=999)] | None = None
 
 
 class ExternalConfig(_Table):
@@ -425,7 +426,7 @@ class CellConfig(_Table):
             rotary=tuple(a.kind == "rotary" for a in self.axes.values()),
             main=self.main_axes,
             start=self.axis_values("start_mm") if start is None else start.copy(),
-            tools={int(k): Tool(t.radius_mm, t.length_mm) for k, t in self.tools.items()},
+            tools={int(k): Tool(t.radius_mm, t.length_mm, t.kin_id) for k, t in self.tools.items()},
             m_functions=self.m_functions,
             externals=self.externals,
             zero_offsets={int(k): v for k, v in self.zero_offsets.items()},

@@ -98,7 +98,9 @@ def plan_program(
             if event in (Event.PROGRAM_END, Event.FAULT):
                 break
         check.finish()
-        carried = max(program.frames.deviation, program.kinematics.deviation)
+        carried = program.frames.deviation + program.kinematics.deviation
+        if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone
+            carried += program.smoothing.report.deviation
         out = _result(
             cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
         )

@@ -18,6 +18,7 @@ class Tool:
 
     radius_mm: float = 0.0
     length_mm: float = 0.0
+    kin_id: int | None = None
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,14 @@ class TipMachine(Protocol):
         ...
 
 
+class Transformation(TipMachine, Protocol):
+    """A kinematic transformation of the cell."""
+
+    def length_correction(self) -> TipMachine:
+        """The same machine with the axes programmed: they are lifted by ``length`` along the tool."""
+        ...
+
+
 @dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
@@ -110,7 +119,7 @@ class ProgramMachine:
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
-    kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
+    kinematics: Mapping[int, Transformation] = field(default_factory=dict)
     kin_id: int | None = None
     axis_ids: tuple[int, ...] = ()
 

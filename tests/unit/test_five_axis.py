@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from inside import Inside, legal
 from scipy.spatial.transform import Rotation
 
-from cnc_core.blocks import ELEMENT, PIECE, TANGENTS
+from cnc_core.blocks import ELEMENT, PIECE, TANGENTS, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
 from cnc_core.errors import CncError
 from cnc_core.planning import plan_program
@@ -279,3 +280,95 @@ def test_number_of_the_transformation():
         parse_config(BASE + "[kinematics.head]\ntype='head-head'\nrotary=['C','A']\n")
     with pytest.raises(CncError, match="not a rotary axis"):
         parse_config(BASE.replace("[axes.C]\nkind='rotary'", "[axes.C]") + tables)
+
+
+def test_elements_name_the_tangents_of_the_tip(tmp_path):
+    """Over several switches of coordinates in one batch: unit tangents along the programmed lines and arcs."""
+    path = tmp_path / "part.nc"
+    path.write_text(PROGRAM + "#CS ON [1,2,3,40,50,60]\n")
+    cell = load_config(ROOT / "head_table.toml")
+    shown, found = {}, {}
+    for programmed in (True, False):
+        for batch in Program(path, cell, "isg", programmed=programmed).batches():
+            start = cell.axis_values("start_mm")
+            if programmed:
+                for block in blocks(batch, start, cell.axis_names, cell.main_axes):
+                    value = block.as_json()
+                    if "end" in value:
+                        shown.setdefault(value["n"], []).append(value)
+                continue
+            rows = batch.rows[(batch.rows["type"] <= 3) & (batch.rows["flags"] & ELEMENT != 0)]
+            for row in rows[rows["degree"] == TANGENTS]:
+                at = int(row["pool"])
+                found[int(row["n"])] = batch.pool[at : at + 6].reshape(2, 3)
+    assert len(found) >= 9
+    for n, tangents in found.items():
+        assert np.abs(np.linalg.norm(tangents, axis=1) - 1.0).max() < 1e-9
+        first, last = shown[n][0], shown[n][-1]
+        if first["type"] == "linear":
+            way = np.array([first["end"][a] - first["start"][a] for a in "XYZ"])
+            assert np.abs(tangents - way / np.linalg.norm(way)).max() < 1e-9
+        else:
+            slope = np.polynomial.polynomial.polyder
+            ends = [
+                [np.polynomial.polynomial.polyval(s, slope(block["coeff"][a])) for a in "XYZ"]
+                for block, s in ((first, 0.0), (last, last["s"]))
+            ]
+            assert np.abs(tangents - ends).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_control_by_the_plc_keeps_the_tip_on_its_path(seed, tmp_path):
+    """Backward motion, feed hold and override at random moments: the tip stays on the contour, limits hold, it ends."""
+    rng = np.random.default_rng(seed)
+    cell = load_config(ROOT / "head_table.toml")
+    text = """T1 D1 G90
+#TRAFO ON
+G00 X0 Y0 Z100
+G01 X40 Y30 B30 C40 F4000
+#CS ON [0,0,0,10,20,30]
+G91 G03 X20 Y0 I10 J0 B-10
+G90
+#CS OFF
+G01 X0 Y0 Z100 B5 C-30
+G01 B25 C30 F2000
+#TRAFO OFF
+G01 Z300
+"""
+    with Inside(tmp_path, text, cell) as cnc:
+        cnc.end()
+        still = np.vstack([cell.axis_values("start_mm"), cnc.pos])
+    with Inside(tmp_path, text, cell) as cnc:
+        cnc.level(cnc.bahn.override_valid, True)
+        for _ in range(1200):
+            for unit, chance in ((cnc.bahn.backward_motion, 0.008), (cnc.bahn.feedhold, 0.004)):
+                if rng.random() < chance:
+                    cnc.level(unit, bool(rng.random() < 0.5))
+            if rng.random() < 0.004:
+                cnc.level(cnc.bahn.override, int(rng.choice([300, 1000, 2000])))
+            cnc.run(1)
+        for unit in (cnc.bahn.backward_motion, cnc.bahn.feedhold):
+            cnc.level(unit, False)
+        cnc.level(cnc.bahn.override, 1000)
+        cnc.until(lambda: bool(cnc.state.program_end_r))
+        driven = cnc.pos
+        legal(driven, cell)
+        assert cnc.engine.state.infeasible == 0
+    assert np.abs(driven[-1] - still[-1]).max() < 1e-9
+    path, d = still[:-1], np.diff(still, axis=0)
+    for q in driven[::7]:
+        t = np.clip(((q - path) * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), 1e-30), 0, 1)[:, None]
+        assert np.linalg.norm(path + t * d - q, axis=1).min() < 2e-3  # the reference is a polyline of samples
+
+
+@pytest.mark.parametrize("x", [0.0, 5e-7, 1e-3, 0.5])
+def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
+    """However short the tip's way: limits hold, the motion takes what the axes need, the tip stays."""
+    text = f"T1 D1\n#TRAFO ON\nG00 X0 Y0 Z100\nG01 X{x:.7f} B60 C30 F60000\nX10 F3000\n"
+    cell = load_config(ROOT / "head_table.toml")
+    result = plan(tmp_path, cell, text)
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+    turning = result.samples["block"] == 1
+    assert 0.5 < turning.sum() * cell.cycle_s < 1.5
+    tip, _ = head_table(result.samples["pos"][turning])
+    assert distance_to_segments(tip, np.array([(0, 0, 100), (x, 0, 100)])).max() < 1e-3

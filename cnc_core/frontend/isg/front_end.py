@@ -89,7 +89,8 @@ class IsgFrontEnd(ProgramLevels):
     def _plain(self) -> bool:
         if self._declaring or self.context.patterns.opened or self.context.modal_cycle.call:
             return False
-        return self.executor.feeds.plain and not self.context.spaces.watches_plane
+        spaces = self.context.spaces
+        return self.executor.feeds.plain and not (spaces.watches_plane or spaces.due)
 
     def _may_drain(self) -> bool:
         return not self.executor.compensation.choice.active
