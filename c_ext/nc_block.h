@@ -26,6 +26,7 @@
 #define NC_EVENT 14
 #define NC_COMPENSATION 15 /* consumed by the radius compensation stage */
 #define NC_SMOOTHING 16    /* consumed by the smoothing stage */
+#define NC_EXTENSION 24   /* consumed by the orbit stage: `code` 1 on, 0 off; `value` R_MAX_SCALE, `radius` R_MAX_EQUID, mm */
 #define NC_COORDINATES 20  /* consumed by the stages of frames and kinematics */
 
 /* flags */

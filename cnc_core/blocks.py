@@ -21,6 +21,7 @@ LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
 SMOOTHING = 16
 COORDINATES = 20
+EXTENSION = 24
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -39,6 +40,7 @@ TYPE_NAMES: dict[int, str] = {
     COMPENSATION: "compensation",
     SMOOTHING: "smoothing",
     COORDINATES: "coordinates",
+    EXTENSION: "extension",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes

@@ -17,6 +17,7 @@ from .blocks import BlockBatch
 from .config import CellConfig
 from .errors import CncError, Place
 from .geometry.frames import Frames
+from .geometry.orbit import Orbit
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
@@ -107,7 +108,8 @@ class Program:
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
-        contour: list[Stage] = [compensation, DropZeroLength(), self.smoothing]
+        orbit = Orbit(machine.start, machine.main, self._place)
+        contour: list[Stage] = [compensation, DropZeroLength(), orbit, self.smoothing]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         self.kinematics = KinematicsStage(cell.kinematic_machines, machine.start, machine.main, self._place)
         axes: Stage = Pipeline([self.kinematics, AxisLimits(cell, self._place)])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Point, box
 
-from cnc_core.config import CellConfig, ToolConfig
+from cnc_core.config import CellConfig, ToolConfig, parse_config
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend import create
 from cnc_core.frontend.isg.cycles.declaration import Given, Surroundings, number_text
@@ -16,6 +16,7 @@ from cnc_core.frontend.machine import HscSetting, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
 from cnc_core.geometry import pocket
 from cnc_core.geometry.fits import fit_circle
+from cnc_core.geometry.rotation import from_points
 from cnc_core.port import OfflinePort
 from cnc_core.program import Program
 
@@ -450,3 +451,64 @@ def test_points_in_the_new_system(tmp_path, points, z):
     (tmp_path / "main.nc").write_text(f"{call}\n{inside}M30\n")
     wanted = [(100, 30, -25 * sign), (100, 70, -25 * sign), (115, 70, -50 * sign)]
     assert ends(tmp_path) == pytest.approx(np.array(wanted, dtype=float), abs=1e-5)
+
+
+TABLES = """
+[axes.X]
+[axes.Y]
+[axes.Z]
+[axes.A]
+kind = "rotary"
+[axes.C]
+kind = "rotary"
+[tools.1]
+length_mm = 80.0
+[kinematics.9]
+type = "table-table"
+rotary = ["C", "A"]
+directions = { A = [-1.0, 0.0, 0.0], C = [0.0, 0.0, -1.0] }
+points = { A = [0.0, 0.0, -50.0], C = [0.0, 0.0, 0.0] }
+"""
+HEADS = """
+[axes.X]
+[axes.Y]
+[axes.Z]
+[axes.C]
+kind = "rotary"
+[axes.B]
+kind = "rotary"
+[tools.1]
+length_mm = 80.0
+[kinematics.9]
+type = "head-head"
+linear = ["X", "Y", "Z"]
+rotary = ["C", "B"]
+points = { C = [0.0, 0.0, 0.0], B = [0.0, 0.0, 246.5] }
+"""
+
+
+@pytest.mark.parametrize("mode", [1, 2])
+@pytest.mark.parametrize("config", [TABLES, HEADS], ids=["table-table", "head-head"])
+def test_tool_is_turned_to_the_plane(tmp_path, config, mode):
+    """RTP-1 on machines: retraction along Z, then rotary axes alone; mode 1 leaves the system on, mode 2 does not."""
+    call = f"L CYCLE [NAME=SysPosRotationToPlane.ecy @P1={mode} @P2=50 @P3=140 @P4=0 @P5=-80 {ISG_POINTS}]"
+    text = f"D1\nG00 X10 Y10 Z10\n#KIN ID[9]\n#TRAFO ON\nG00 X1 Y2 Z3\n{call}\n"
+    text += '#MSG ["%d", V.G.CS_COUNT]\nG00 X30 Y67.741941 Z10\n#CS OFF\n#TRAFO OFF\nM30\n'
+    (tmp_path / "main.nc").write_text(text)
+    cell = parse_config(config)
+    program = Program(tmp_path / "main.nc", cell, programmed=True)
+    rows = [row for batch in program.batches() for row in batch.rows if row["type"] <= 3]
+    program.reader.close()
+    assert program.port.messages == ["1" if mode == 1 else "0"]
+    retracted, turned, last = rows[-3:]
+    assert retracted["end"][:3] == pytest.approx([1, 2, 53])
+    names = list(cell.axes)
+    angle = {name: turned["end"][i] for i, name in enumerate(names)}
+    about = "A" if "A" in angle else "B"
+    assert abs(angle[about]) == pytest.approx(59.036243, abs=1e-5)
+    assert last["end"][3:5] == pytest.approx(turned["end"][3:5])
+    wanted = (30.0, 67.741941, 10.0)
+    if mode == 1:
+        turn = from_points(np.array([(100, 30, -25), (100, 70, -25), (115, 70, -50)], dtype=float))
+        wanted = np.array([140.0, 0.0, -80.0]) + turn @ np.array(wanted)
+    assert last["end"][:3] == pytest.approx(wanted, abs=1e-6)

@@ -30,6 +30,7 @@ from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
 from cnc_core.frontend.isg.cycles.commands import CycleCommands
 from cnc_core.frontend.isg.frame_commands import FrameCommands
+from cnc_core.frontend.isg.orbit_commands import OrbitCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
 from cnc_core.frontend.isg.text_commands import TextCommands
 from cnc_core.frontend.isg.time_commands import TimeCommands
@@ -47,7 +48,7 @@ class Command(NamedTuple):
     behind: Callable[[], None] | None = None
 
 
-class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands, CycleCommands):
+class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands, CycleCommands, OrbitCommands):
     """Compiles one # command; the stream stands behind ``#``."""
 
     def parse(self) -> Command:
@@ -101,6 +102,8 @@ class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands,
             (("PATTERN",), self._pattern),
             (("AT",), self._at),
             (("DISABLE", "MODAL", "CYCLE"), self._disable_modal),
+            (("TRACK", "CHAN", "ON"), self._track_on),
+            (("TRACK", "CHAN", "OFF"), self._track_off),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
