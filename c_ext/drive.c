@@ -11,21 +11,13 @@
 #define TURN_STEP 0.1      /* rad of turn over an interval */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
+#define CORNER_ACC_SHARE 0.012
 #define STAND_SPEED 1.0    /* mm/s: corners that had to be passed below it are stood at */
 #define STOP_MARGIN 0.98   /* of the estimated stopping distance: a stand nearer than that is not tried */
 #define BRAKES_AHEAD 1.6   /* window in planner intervals, over the stopping distance from full speed */
 #define MAX_KNOTS 1000.0
 
 /* ------------------------------------------------------------------------------------------------ limits */
-static double stop_knots(const jerk_config *c) {
-    double knots = 0.0;
-    for (int i = 0; i < c->axes; i++) {
-        double v = c->v_max[i], a = c->a_max[i], j = c->j_max[i], t = a / j;
-        if (t > 2.0 * c->cycle_s) knots = fmax(knots, 0.5 * v * (v / a + t) / (j * t * t * t / 36.0));
-    }
-    return knots;
-}
-
 static jerk_config config_of(const engine_config *cfg) {
     jerk_config c = {.axes = cfg->axis_count, .cycle_s = cfg->cycle_s, .window_blocks = (int)cfg->window};
     for (int i = 0; i < c.axes; i++) {
@@ -33,7 +25,7 @@ static jerk_config config_of(const engine_config *cfg) {
         c.a_max[i] = cfg->a_max[i];
         c.j_max[i] = cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
     }
-    c.window_knots = (int)fmin(MAX_KNOTS, fmax(2.0 * cfg->window, 64.0 + BRAKES_AHEAD * stop_knots(&c)));
+    c.window_knots = (int)fmin(MAX_KNOTS, fmax(2.0 * cfg->window, 64.0 + BRAKES_AHEAD * jerk_stop_knots(&c)));
     return c;
 }
 
@@ -107,12 +99,27 @@ static double interval_end(const engine *e, const piece *p, double s) {
     return p->length - next < TINY_MM ? p->length : next;
 }
 
+/* Speed that the program allows beyond the machine's own limits (NC_DYNAMICS); 0: no such limit. */
+static double programmed_speed(const engine *e, const piece *p, double from, double to) {
+    const motion_limits *l = &p->limits;
+    double v = l->path_velocity > 0 ? (double)l->path_velocity : NEVER, bend = 0.0;
+    if (l->radial_acceleration > 0) {
+        double fast = 0.0;
+        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, from + 0.5 * k * (to - from), &fast));
+        if (bend > 1e-12) v = fmin(v, sqrt((double)l->radial_acceleration / bend));
+    }
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (l->velocity[i] < 1.0f && p->moving >> i & 1) v = fmin(v, fmax(p->v_hard, 1e-6));
+    return v < NEVER ? v : 0.0;
+}
+
 static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, double from, double to) {
     jerk_interval q = {.length = to - from, .offset = from, .tag = i};
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
     q.feed = p->feed > 0 ? p->feed : p->v_hard;
     q.flags = p->feed > 0 ? 0 : JERK_RAPID;
+    q.v_hard = programmed_speed(e, p, from, to);
     q.blocks = to >= p->length;
     return q;
 }
@@ -121,7 +128,8 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
 static bool sharp(const engine *e, const piece *p) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
         double j = e->cfg.j_max[a] > 0 ? e->cfg.j_max[a] : e->cfg.a_max[a] / e->cfg.cycle_s;
-        if (p->jump[a] * STAND_SPEED > CORNER_SHARE * j * e->cfg.cycle_s * e->cfg.cycle_s) return true;
+        double room = fmin(CORNER_SHARE * j * e->cfg.cycle_s, CORNER_ACC_SHARE * e->cfg.a_max[a]) * e->cfg.cycle_s;
+        if (p->jump[a] * STAND_SPEED > room) return true;
     }
     return false;
 }

@@ -45,6 +45,7 @@ engine *engine_new(const engine_config *config, void *segment) {
         return NULL;
     }
     memcpy(e->last_end, config->start, sizeof e->last_end);
+    limits_reset(e);
     memcpy(e->element_end, config->start, sizeof e->element_end);
     memcpy(e->geo.position, config->start, sizeof e->geo.position);
     e->plan.reserve_override = 1.0;

@@ -31,7 +31,7 @@ bool plan_ramp(jerk_planner *p) {
     static const double tries[] = {1.03, 1.15, 1.5};
     grid *g = &p->grid;
     for (int i = 0; i < 3; i++) {
-        grid_window(p, g);
+        grid_window(p, g, 1e30);
         if (g->n < 2) return false;
         double target = g->seg[0].soft;
         brake b = brake_estimate(p, p->scale * sqrt(target));

@@ -68,6 +68,8 @@ typedef struct jerk_planner jerk_planner;
 jerk_planner *jerk_new(const jerk_config *config, int capacity); /* NULL: no memory or bad limits */
 void jerk_free(jerk_planner *p);
 int jerk_check_config(const jerk_config *config);
+double jerk_spacing(const jerk_config *config);     /* mm: longest planner interval, unless spacing_mm says so */
+double jerk_stop_knots(const jerk_config *config);  /* such intervals from full speed to rest */
 
 int64_t jerk_room(const jerk_planner *p);
 int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n); /* taken, or a JERK_ error */

@@ -15,12 +15,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .profile import ProfileChunk
+
 NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
-SMOOTHING = 16
-COORDINATES = 20
+SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
+COORDINATES, CORNER = 20, 21
+PATH_MODE, FILTER = 22, 23
 EXTENSION = 24
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
@@ -39,12 +42,20 @@ TYPE_NAMES: dict[int, str] = {
     EVENT: "event",
     COMPENSATION: "compensation",
     SMOOTHING: "smoothing",
+    CONTOUR: "contour",
+    DYNAMICS: "dynamics",
+    SPLINE: "spline",
     COORDINATES: "coordinates",
+    CORNER: "corner",
+    PATH_MODE: "path_mode",
+    FILTER: "filter",
     EXTENSION: "extension",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
+BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool
+NO_OVERRIDE = 16384
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
@@ -73,7 +84,7 @@ NC_BLOCK = np.dtype(
         ("plane", np.uint8),
         ("degree", np.uint8),
         ("fill_1", np.uint8),
-        ("fill_2", np.uint32),
+        ("end_speed", np.float32),
     ],
     align=True,
 )
@@ -86,10 +97,16 @@ class BlockBatch:
 
     ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row owns ``axes * (degree + 1)`` values from
     ``row["pool"]`` on, axis after axis, ascending powers of the parameter 0..``row["angle"]``.
+    ``profile``: columns of a profile that come behind the rows; the stage for profiles makes rows of them.
     """
 
     rows: npt.NDArray[Any]
     pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    profile: ProfileChunk | None = None
+
+    @classmethod
+    def of_profile(cls, chunk: ProfileChunk) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK), profile=chunk)
 
     @classmethod
     def empty(cls) -> BlockBatch:
@@ -105,8 +122,8 @@ class BlockBatch:
 
 
 def number_of_blocks(batch: BlockBatch) -> int:
-    """Rows that are blocks, not said to the stages alone."""
-    return int((batch.rows["type"] != COORDINATES).sum())
+    """Rows that are blocks, not said to the stages or the engine alone."""
+    return int(((batch.rows["type"] != COORDINATES) & (batch.rows["type"] != DYNAMICS)).sum())
 
 
 def motion_planes(plane: int) -> tuple[int, int, int]:
@@ -183,6 +200,10 @@ class Block:
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
+        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE, CORNER):
+            out["code"], out["value"] = int(row["code"]), float(row["value"])
+            if kind == DYNAMICS:
+                out["limits"] = [float(v) for v in row["end"][: max(6, len(self.axes))]]
         elif kind == FLUSH:
             out["wait"] = bool(row["flags"] & WAIT)
         return out

@@ -94,6 +94,7 @@ class ProgramMachine:
     ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
     ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
     ``kinematics``: transformations by number; ``kin_id``: the first.
+    ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     """
 
     axes: tuple[str, ...]
@@ -113,3 +114,9 @@ class ProgramMachine:
     equidistant: bool = False
     kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
     kin_id: int | None = None
+    axis_ids: tuple[int, ...] = ()
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """Logical axis numbers in channel order."""
+        return self.axis_ids or tuple(range(1, len(self.axes) + 1))

@@ -12,8 +12,12 @@ from cnc_core.frontend.base.scanner import NO_CORRECTION, MotionWords, Row
 from cnc_core.frontend.isg import gcodes
 from cnc_core.frontend.isg.calls import Call, positional
 from cnc_core.frontend.isg.context import Context
+from cnc_core.frontend.isg.contouring import Contouring, Smooth
+from cnc_core.frontend.isg.corner_commands import CornerWords
+from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
 from cnc_core.frontend.isg.spaces import Rotation
+from cnc_core.frontend.isg.spline_commands import Splines, refused_with_compensation
 from cnc_core.frontend.isg.words import Function, WordBlock, Words
 from cnc_core.frontend.machine import Tool
 
@@ -36,7 +40,11 @@ class Executor:
         self._machine, self._modal, self._offsets = context.machine, context.modal, context.offsets
         self.feeds: Feeds = Feeds(context.machine, context.modal)
         self.spindle_rev_min = 0.0
-        self.vector_limit_mm_s = 0.0  # of #VECTOR LIMIT, also while it is off
+        self.dynamics = Dynamics(context.modal, len(context.machine.axes), context.warn)
+        self.contouring = Contouring(context.modal, context.offsets)
+        self.smooth = Smooth(context.modal)
+        self.splines = Splines(context.modal)
+        self.corner_words = CornerWords(context.modal)
         self.tool: int = 0
         self.data: int = 0
         self.tool_data = Tool()
@@ -63,8 +71,17 @@ class Executor:
         before += self._coordinate_rows(words.motion.n)
         plane = words.motion.plane or self._modal.plane
         before += self.compensation.update(words.codes, self._radius(plane), plane, words.motion.n)
-        motion = self._motion(words)
+        words, corner = self._corner_row(words)
+        ahead, behind = self._contour_rows(words)
+        for name in ("G150", "G151"):
+            if name in words.codes:
+                ahead += self.switch_spline(name == "G151", words.motion.n, words.codes[name])
+        if self.splines.active and self.compensation.choice.active:
+            raise refused_with_compensation(0)
+        motion = ahead + self._motion(words) + behind + corner
         self.compensation.settle()
+        if "G61" in words.codes:
+            self.contouring.last_once = self._modal.position
         after = self._end_rows(words)
         numbers = [f.number for f in words.functions["M"]]
         self.program_end = any(n in PROGRAM_ENDS for n in numbers)
@@ -77,6 +94,34 @@ class Executor:
         if name not in self._mentioned:
             self._mentioned.add(name)
             self._context.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
+
+    def _corner_row(self, words: Words) -> tuple[Words, list[Row]]:
+        """G301, G302: their I is no centre word, and nothing else of the block moves."""
+        code = next((c for c in gcodes.CORNERS if f"G{c}" in words.codes), 0)
+        if not code:
+            return words, []
+        offset, motion = words.codes[f"G{code}"], words.motion
+        if motion.axis or set(motion.centre) - {"I"} or motion.r is not None:
+            raise fail(900010, f"G{code} stands in a block of its own, with I", offset)
+        rows = self.corner_words.g(code, motion.centre.get("I"), motion.n, offset)
+        return replace(words, motion=replace(motion, centre={})), rows
+
+    def switch_spline(self, on: bool, n: int, offset: int) -> list[Row]:
+        """G150, G151, #SPLINE."""
+        if on and self.compensation.choice.active:
+            raise refused_with_compensation(offset)
+        return self.splines.switch(on, n)
+
+    def check_contouring(self, on: bool, offset: int) -> None:
+        """G61 and G261 do not go together with #HSC."""
+        if on and self.smooth.hsc is not None:
+            raise fail(120433, f"{ERRORS[120433]}: G61, G261", offset)
+
+    def check_hsc(self, offset: int) -> None:
+        """#HSC does not go together with G261, G95, G96."""
+        active = [f"G{self.feeds.mode}"] if self.feeds.mode == 95 else []
+        if self.contouring.active or active:
+            raise fail(120433, f"{ERRORS[120433]}: {(active or ['G261'])[0]} is active", offset)
 
     def not_compensated(self, name: str, offset: int) -> None:
         if self.compensation.choice.active:
@@ -167,6 +212,7 @@ class Executor:
             self._select_first(words)
         self._modes(words)
         self._selections(words)
+        self._weights(words)
         if takers:
             words = self._take_axes(takers[0], words)
         self._stored_codes(words)
@@ -179,6 +225,8 @@ class Executor:
     def _modes(self, words: Words) -> None:
         for mode in gcodes.FEED_MODES:
             if f"G{mode}" in words.codes:
+                if mode == 95 and self.smooth.hsc is not None:
+                    raise fail(120433, f"{ERRORS[120433]}: G95", words.codes["G95"])
                 self.feeds.choose(mode)
         if "G51" in words.codes or "G52" in words.codes:
             self._offsets.diameter = "G51" in words.codes
@@ -223,6 +271,8 @@ class Executor:
             self._exclude(words, offset)
         elif code == 351:
             self._mirror_axes(axes, offset)
+        elif code in WEIGHTS:
+            self.dynamics.weigh(code, axes, offset)
         elif code != 74:
             for axis, value in axes.items():
                 self.stored[f"G{code} {self._offsets.names[axis]}"] = value
@@ -268,6 +318,25 @@ class Executor:
             self._offsets.mirror[axis] = value
         self._offsets.update()
 
+    def _weights(self, words: Words) -> None:
+        """G128=, G131= ..: one weight for all axes."""
+        for code, value in words.values.items():
+            if code in WEIGHTS:
+                every = dict.fromkeys(range(len(self._machine.axes)), value)
+                self.dynamics.weigh(code, every, words.codes[f"G{code}"])
+
+    def _contour_rows(self, words: Words) -> tuple[list[Row], list[Row]]:
+        """What G61, G260, G261 and G360 say to the stage: ahead of the motion, and behind it."""
+        codes, n = words.codes, words.motion.n
+        for name in ("G61", "G261"):
+            if name in codes:
+                self.check_contouring(True, codes[name])
+        if "G61" in codes:
+            return self.contouring.once(n)
+        if "G260" in codes or "G360" in codes:
+            return self.contouring.switch(False, n), []
+        return (self.contouring.switch(True, n) if "G261" in codes else []), []
+
     def _stored_codes(self, words: Words) -> None:
         for name, offset in words.codes.items():
             code = int(name[1:])
@@ -284,8 +353,9 @@ class Executor:
     # rows
 
     def _switch_rows(self, words: Words) -> list[Row]:
-        """S, T, D and the M and H functions that stand before the motion."""
-        n, rows = words.motion.n, []
+        """Limits, S, T, D and the M and H functions that stand before the motion."""
+        n = words.motion.n
+        rows = self.dynamics.rows(n)
         if words.spindle is not None:
             self.spindle_rev_min = words.spindle
             rows.append(self._modal.row(S, n, value=words.spindle))

@@ -215,7 +215,8 @@ class IsgFrontEnd(ProgramLevels):
             special = self._special(stream, formulas)
             if special is not None:
                 return special
-            commands.append((block.words, CommandParser(stream, formulas, self.context, self._axes).parse()))
+            command = CommandParser(stream, formulas, self.context, self._axes).parse()
+            commands.append((block.words or command.last, command))
         if not commands:
             return lambda: self._words(block)
         return self._with_commands(commands, parser)
@@ -249,7 +250,7 @@ class IsgFrontEnd(ProgramLevels):
         """Commands in front of the words, the words, commands behind them."""
         block, offset = parser.block, 0
         self._command_drains = any(command.drain for _, command in commands)
-        exempt = any(command.behind for _, command in commands)
+        exempt = any(command.behind or command.last for _, command in commands)
         if (block.words or len(commands) > 1) and not exempt:
             self._warn_at(907043, "words beside a # command: they are executed too", offset)
 

@@ -213,6 +213,11 @@ class Offsets:
     def _length(self, axis: int) -> float:
         return float(self._modal.offset_next[axis] - self._total()[axis])
 
+    def machine(self, axis: int, value: float) -> float:
+        """Machine coordinate of a programmed absolute value, with the offsets of the next absolute word."""
+        share = 0.5 if self.diameter and axis == self.first_main else 1.0
+        return value * self.scale(axis) * float(self.mirror[axis]) * share + float(self._modal.offset_next[axis])
+
     # what programs read
 
     def programmed(self, axis: int, machine_value: float) -> float:

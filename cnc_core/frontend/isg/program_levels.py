@@ -168,6 +168,8 @@ class ProgramLevels(BlockReader):
 
     def _end(self) -> None:
         """The program is over."""
+        if not self._ended and (why := self.context.executor.contouring.at_end()):
+            self._warn_at(120206, why, 0)
         self._ended = True
         if self._collect and len(self.flow.levels) == 1:
             self._check_uncalled()
