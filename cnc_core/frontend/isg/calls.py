@@ -207,7 +207,7 @@ class Finder:
 
     def _made(self, file: ProgramFile, call: Call) -> Level:
         """The level of a program that stands in no file."""
-        return Level(file, START, file.path.name.strip("<>"), user=self._data(call))
+        return Level(file, START, file.path.name.strip("<>").partition(",")[0], user=self._data(call))
 
     def _check(self, call: Call) -> None:
         """The cycle exists and takes these parameters."""

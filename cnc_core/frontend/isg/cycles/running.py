@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from cnc_core.frontend.isg.context import Context
 
 WRAPPER = "SysPosPatternWrapper"
+FILES_MAX = 50_000  # with further calls, errors do not name the line of the call
 ROTATION_ACTIVE = 910111
 
 
@@ -37,6 +38,7 @@ class CycleRunner:
     def __init__(self, context: Context) -> None:
         self._context = context
         self.owner: dict[int, ProgramFile] = {}
+        self._lines: dict[int, int] = {}  # of the calls, by the number of the made file
 
     def surroundings(self) -> Surroundings:
         """The channel as it is now."""
@@ -132,11 +134,13 @@ class CycleRunner:
         return self.made(WRAPPER, pattern.wrapper(places, call.retract, inner, around))
 
     def made(self, name: str, lines: list[str]) -> ProgramFile:
-        """A program that stands in no file, beside the calling one."""
+        """A program that stands in no file, beside the calling one; its name says where it was called."""
         flow = self._context.flow
         busy = [level.file for level in flow.levels]
+        line = self._lines.get(flow.file.number, self._context.place(0).line)
+        where = f", called in line {line}" if len(flow.files) < FILES_MAX else ""
         for depth in range(len(busy) + 1):
-            title = f"<{name}.ecy>" if not depth else f"<{name}.ecy {depth + 1}>"
+            title = f"<{name}.ecy{where}>" if not depth else f"<{name}.ecy{where}, {depth + 1}>"
             file = flow.file_of(flow.file.path.parent / title)
             if file not in busy:
                 break
@@ -146,6 +150,7 @@ class CycleRunner:
         file.blocks.clear()
         file.places.clear()
         self.owner[file.number] = self.owner.get(flow.file.number, flow.file)
+        self._lines[file.number] = line
         return file
 
     def _put_out(self, name: str, value: float) -> None:
