@@ -186,6 +186,16 @@ def test_the_dry_run_leaves_what_only_the_machine_knows_alone(tmp_path):
     assert error.code == 13320
 
 
+def test_a_wrong_call_that_is_not_executed_does_not_stop_a_run(tmp_path):
+    """`check` reports it; a machine executes the program."""
+    text = "G00 X1\n$IF 0\nL CYCLE [NAME=SysHscSettings @P1=9]\n$ENDIF\nL CYCLE [NAME=SysHscSettings @P1=1]\nM30\n"
+    _, _, rows, error = run(tmp_path, text, port_type=LivePort)
+    assert error is None
+    assert len(rows) == 2
+    reader, _, _, _ = run(tmp_path, text)
+    assert [e.code for e in reader.errors] == [13320]
+
+
 def test_the_dry_run_writes_nothing(tmp_path):
     """Messages and files come once, of the real run."""
     text = 'G00 X1\n#MSG SAVE EXCLUSIVE ["once"]\nL CYCLE [NAME=SysHscSettings @P1=1]\nM30\n'

@@ -38,6 +38,7 @@ class CycleRunner:
     def __init__(self, context: Context) -> None:
         self._context = context
         self.owner: dict[int, ProgramFile] = {}
+        self.own_file: Callable[[str], bool] = lambda name: False  # there is a file of this name, which wins
         self._lines: dict[int, int] = {}  # of the calls, by the number of the made file
 
     def surroundings(self) -> Surroundings:
