@@ -399,6 +399,27 @@ def test_user_cycle_finds_its_place_and_its_parameters(tmp_path):
     assert port.messages == [f"{at} 100.000000", f"{at} 95.000000", f"{at} 90.000000", "0 0"]
 
 
+def test_the_pattern_leaves_plane_and_measure_to_the_cycle(tmp_path):
+    """A user's cycle finds G91 and the plane as its caller has them."""
+    text = f"{AT}G91 G18\nL CYCLE [NAME=c.ecy PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n"
+    (tmp_path / "c.ecy").write_text("G02 F100 X2 Z0 I1\nM17\n")
+    (tmp_path / "main.nc").write_text(text)
+    arcs = [p for p in ends(tmp_path) if p[2] == 20.0 and p[0] in (102.0, 2.0)]
+    assert len(arcs) == 2
+
+
+def test_pocket_under_other_modes(tmp_path):
+    """G95, G70, G91, G19, G161, G51: the same motions as plain, in the units of the call."""
+    call = "L CYCLE [NAME=SysMillRectangularPocket.ecy {} @P20=600 @P21=300 @P31=1 @P74={}]"
+    plain = "@P1=0 @P2=50.8 @P3=2.54 @P4=12.7 @P5=5.08 @P6=5.08 @P72=50.8 @P73=25.4"
+    inch = "@P1=0 @P2=2 @P3=0.1 @P4=0.5 @P5=0.2 @P6=0.2 @P72=2 @P73=1"
+    found = []
+    for modes, values, corner in (("G71", plain, 7.62), ("G70 G91 G19 G161 G95 G51 S100", inch, 0.3)):
+        (tmp_path / "main.nc").write_text(f"D1\nG00 Z80\n{modes}\n{call.format(values, corner)}\nM30\n")
+        found.append(ends(tmp_path))
+    assert found[1] == pytest.approx(found[0], abs=1e-9)
+
+
 def test_local_cycle_at_a_pattern(tmp_path):
     """LL CYCLE finds the local subprogram of the caller's file."""
     text = f'%L C\n#MSG ["%f", V.A.ABS.Z]\nM17\n%MAIN\n{AT}LL CYCLE [NAME=C PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n'

@@ -54,6 +54,7 @@ class CycleRunner:
             tool_radius=executor.tool_data.radius_mm / modal.unit_mm,
             feed=executor.feeds.per_minute_mm / modal.unit_mm,
             trafo=context.spaces.active_kin is not None,
+            absolute=modal.absolute,
             compensated=executor.compensation.choice.active,
             programs={f"hscs.{state}.prog": s.program for state, s in machine.hsc_settings.items()},
         )
