@@ -211,6 +211,7 @@ class Finder:
     def __init__(self, context: Context, folder: Path) -> None:
         self._context, self._folder = context, folder
         self.called: set[tuple[int, Mark]] = set()
+        self._places: dict[tuple[str, Path], Path | None] = {}
 
     def level(self, call: Call) -> Level | None:
         """The program level that a call opens, None if it is over at once.
@@ -267,6 +268,13 @@ class Finder:
         return self._context.flow.file_of(found)
 
     def _found(self, call: Call) -> Path | None:
+        """Where the file stands; looked up once for a name and a calling folder."""
+        key = call.name, self._context.flow.file.path.parent
+        if key not in self._places:
+            self._places[key] = self._look_up(call)
+        return self._places[key]
+
+    def _look_up(self, call: Call) -> Path | None:
         wanted = Path(call.name.replace("\\", "/"))
         folders = [self._folder, self._context.flow.file.path.parent]
         for folder in folders:
