@@ -69,6 +69,18 @@ def test_no_output_is_written_by_a_cycle_that_fails(tmp_path):
     assert port.messages == ["7.000000"]
 
 
+@pytest.mark.parametrize(
+    ("declared", "code"), [("V.CYC.SysRetVariance : STRING[5]", 907012), ("V.CYC.SysRetVariance[2]", 907015)]
+)
+def test_no_output_is_written_if_one_does_not_fit(tmp_path, declared, code):
+    """A variable of another type or shape is an error, and the others keep what they held."""
+    text = f"#VAR\nV.CYC.SysRetRadius = 7\n{declared}\n#ENDVAR\n"
+    text += "L CYCLE [NAME=SysCalcCircle @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=0]\n"
+    reader, port, _, _ = run(tmp_path, text + '#MSG ["%f", V.CYC.SysRetRadius]\n')
+    assert [e.code for e in reader.errors] == [code]
+    assert port.messages == ["7.000000"]
+
+
 def test_outputs_are_in_the_unit_of_the_program(tmp_path):
     """Under G70 inches go in and come out, the variance in square inches."""
     text = "#VAR\nV.CYC.SysRetRadius\nV.CYC.SysRetVariance\n#ENDVAR\nG70\n"

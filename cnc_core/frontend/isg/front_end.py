@@ -351,6 +351,7 @@ class IsgFrontEnd(ProgramLevels):
 
     def _macro(self, name: str, text: str) -> Run:
         def run() -> Items:
+            self.context.patterns.not_open(0, "a macro")
             if self.context.macros.get(name) != text:
                 self.context.macros[name] = text
                 for file in self.flow.known_files:

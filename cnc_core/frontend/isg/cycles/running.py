@@ -102,6 +102,7 @@ class CycleRunner:
             raise fail(error.code, f"{cycle.name}: {error.text}", call.offset) from None
         for code, text in work.warnings:
             self._context.warn(code, f"{cycle.name}: {text}", call.offset)
+        self._outputs_fit(work.outputs, call)
         for name, value in work.outputs.items():
             self._put_out(name.upper(), value)
         for name, text in work.files.items():
@@ -154,6 +155,14 @@ class CycleRunner:
         self.owner[file.number] = self.owner.get(flow.file.number, flow.file)
         self._lines[file.number] = line
         return file
+
+    def _outputs_fit(self, outputs: dict[str, float], call: Call) -> None:
+        """Every declared variable can take its value: none is written if one cannot."""
+        for name, value in outputs.items():
+            variable = self._context.store.cycle.get(name.upper())
+            if variable is not None:
+                variable.type.convert(value, variable.name, call.offset)
+                variable.place([], call.offset)
 
     def _put_out(self, name: str, value: float) -> None:
         """A V.CYC variable, if the program has declared it; vectors also as arrays or by their old names."""
