@@ -24,6 +24,7 @@ MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION =
 SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
 COORDINATES, CORNER = 20, 21
 PATH_MODE, FILTER = 22, 23
+EXTENSION = 24
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -48,6 +49,7 @@ TYPE_NAMES: dict[int, str] = {
     CORNER: "corner",
     PATH_MODE: "path_mode",
     FILTER: "filter",
+    EXTENSION: "extension",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool

@@ -56,6 +56,8 @@ ERRORS: dict[int, str] = {
     22156: "G68: the third main axis may not be programmed",
     22158: "real-time loop during tool radius compensation",
     22181: "#RT ENDWHILE without #RT WHILE; real-time loops do not nest",
+    50917: "radii of the orbit: 0 <= MAX_SCALE <= MAX_EQUID, or MAX_EQUID 0",
+    50918: "orbited contour: concave, or turned away from the origin",
     50991: "a real-time loop has to end where it begins",
     20990: "the tool is for another kinematic than the active one",
     21024: "I, J, K and R together",
@@ -161,7 +163,10 @@ ERRORS: dict[int, str] = {
     907107: "cycle: the tool has no radius (CYC_NO_TOOL)",
     907108: "a cycle call stands alone in its block",
     907110: "cycle: unknown parameter is ignored",
-    907112: "obsolete name",
+    # our own: die sinking
+    907120: "#TRACK CHAN ON [EXTEND] needs FCT_EXTENSION_EQUIDIST (P-CHAN-00650)",
+    907121: "orbited contour: only lines may meet in a corner",
+    907122: "orbited contour: nothing is left of the element at R_MAX_SCALE",
     # our own: RS-274 programs
     908001: "word that no function of the block uses",
     908002: "parameter is not defined",
