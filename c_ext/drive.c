@@ -9,6 +9,10 @@
 #include "engine_internal.h"
 
 #define TURN_STEP 0.1      /* rad of turn over an interval */
+#define CURVE_MISS 0.03     /* of the third derivative: beyond it an interval of a curve is halved, ... */
+#define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
+#define CURVE_SHORTEST 2e-3 /* mm */
+#define CURVE_NOISE 1e-3
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
 #define CORNER_ACC_SHARE 0.012
@@ -131,6 +135,30 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
     return q;
 }
 
+/* Whether the planner's polynomial over q (jerk_knots.c) has the third derivative of the curve in the middle too. */
+static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) {
+    double d1[NC_AXES], d2[NC_AXES], d3[NC_AXES], most = 0.0, miss = 0.0;
+    derivatives(e, p, q->offset + 0.5 * q->length, d1, d2, d3);
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double middle = 1.5 * (q->d2[1][i] - q->d2[0][i]) / q->length - 0.25 * (q->d3[0][i] + q->d3[1][i]);
+        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : NEVER;
+        miss = fmax(miss, fabs(middle - d3[i]) - CURVE_NOISE * j / (v * v * v)); /* too little to matter at any speed */
+        most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))));
+    }
+    return miss <= CURVE_MISS * most;
+}
+
+/* The next interval of the path of a piece. */
+static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, double from) {
+    double to = interval_end(e, p, from);
+    jerk_interval q = interval_of(e, p, i, from, to);
+    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > CURVE_SHORTEST && !fits_curve(e, p, &q); k++) {
+        to = 0.5 * (from + to);
+        q = interval_of(e, p, i, from, to);
+    }
+    return q;
+}
+
 /* A corner that could only be crept through is stood at. */
 static bool sharp(const engine *e, const piece *p) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
@@ -174,13 +202,12 @@ static bool push_interval(engine *e) {
     const piece *p = piece_at(e, d->next);
     bool whole = true;
     if (p->length - d->at > TINY_MM) {
-        double to = interval_end(e, p, d->at);
-        jerk_interval q = interval_of(e, p, d->next, d->at, to);
+        jerk_interval q = next_interval(e, p, d->next, d->at);
         if (jerk_push(d->planner, &q, 1) != 1) return false;
         d->last = d->next;
         d->has_last = d->open = true;
-        whole = to >= p->length;
-        d->at = to;
+        whole = q.blocks;
+        d->at += q.length;
     }
     if (whole) {
         d->next++;

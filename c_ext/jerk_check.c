@@ -82,11 +82,23 @@ static bool bends(const jerk_planner *p, const jerk_interval *q) {
     return false;
 }
 
+/* Points to look at inside: more of them where the third derivative changes much over the interval. */
+static int points_inside(const jerk_planner *p, const jerk_interval *q) {
+    double change = 0.0, most = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        change = fmax(change, fabs(q->d3[1][a] - q->d3[0][a]));
+        most = fmax(most, fmax(fabs(q->d3[0][a]), fabs(q->d3[1][a])));
+    }
+    return change > 0.4 * most ? 12 : 4;
+}
+
 /* Between the points that have rows the path may bend otherwise than the rows know. */
-static double quarters_ratio(const jerk_planner *p, const segment *s, double x, double u, double c) {
+static double inside_ratio(const jerk_planner *p, const segment *s, double x, double u, double c) {
     double worst = 0.0, d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
-    for (int k = 1; k <= 3; k += 2) {
-        double t = 0.25 * k, d = t * s->h;
+    int n = points_inside(p, s->q);
+    for (int k = 1; k < n; k++) {
+        double t = (double)k / n, d = t * s->h;
+        if (2 * k == n) continue; /* the middle has been looked at */
         derivatives_at(s->q, t, p->cfg.axes, d1, d2, d3);
         worst = fmax(worst, ratio_at(p, d1, d2, d3, motion_of(x + 2.0 * d * u + d * d * c, u + d * c, c), s->jump));
     }
@@ -116,7 +128,7 @@ static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, doubl
     if (!(low > LEAST_DIP * top_x) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
     motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
     double limits = ratio_of(p, s, m);
-    if (bends(p, s->q)) limits = fmax(limits, quarters_ratio(p, s, x0, u0, c));
+    if (bends(p, s->q)) limits = fmax(limits, inside_ratio(p, s, x0, u0, c));
     if (u0 * u1 < 0.0 && c < 0.0) limits = fmax(limits, peak_ratio(p, s, motion_of(top_x, 0.0, c)));
     double feed = feed_ratio(p, g, k, x0, x1, top_x);
     s->excess = limits > CHECK_SLACK ? limits : 0.0;

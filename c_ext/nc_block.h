@@ -33,6 +33,7 @@
 #define NC_CORNER 21       /* consumed by the stage of chamfers and roundings, cnc_core/geometry/corner.py */
 #define NC_PATH_MODE 22    /* what the feed refers to, corner and arc speeds; consumed by that stage (geometry/path_mode.py) */
 #define NC_FILTER 23       /* settings of a filter; consumed with it (geometry/polyline.py) */
+#define NC_EXTENSION 24    /* consumed by the orbit stage: `code` 1 on, 0 off; `value` R_MAX_SCALE, `radius` R_MAX_EQUID, mm */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */
@@ -47,6 +48,7 @@
 #define NC_PATH_FEED 16384 /* motion: the feed counts along `length`, whatever the path mode says (geometry/path_mode.py) */
 #define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
 #define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
+#define NC_LENGTH_ONLY 2048     /* coordinates: the tool length is corrected, the axes are programmed */
 #define NC_PTP 8192           /* coordinates: blocks are straight lines of the machine axes */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
@@ -72,7 +74,7 @@
 /* An NC_COORDINATES row says what lies between programmed and axis positions from here on. `end`: where the channel stands
  * in the new programmed coordinates. Frame: p = origin + R p_programmed over the three main axes; R as unit quaternion
  * (w x y z) in `center`, `radius`, `programmed_radius`; origin in `angle`, `value`, `length_min`. Kinematics: `code`, its
- * number + 1, 0 for none; tool length in `feed`; flag NC_PTP. */
+ * number + 1, 0 for none; tool length in `feed`; flags NC_PTP, NC_LENGTH_ONLY. */
 /* A motion with NC_ELEMENT and `degree` NC_TANGENTS names its tangents over the main axes (in and out, 6 numbers in the
  * pool from `pool` on), because its geometry lies in other coordinates than the axes. */
 #define NC_TANGENTS 255

@@ -24,6 +24,7 @@ MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION =
 SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
 COORDINATES, CORNER = 20, 21
 PATH_MODE, FILTER = 22, 23
+EXTENSION = 24
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -48,9 +49,11 @@ TYPE_NAMES: dict[int, str] = {
     CORNER: "corner",
     PATH_MODE: "path_mode",
     FILTER: "filter",
+    EXTENSION: "extension",
 }
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 PATH_FEED = 16384  # motion: the feed counts along its length, whatever the path mode says
+LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
 BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool

@@ -123,6 +123,7 @@ class ToolConfig(_Table):
 
     radius_mm: Finite = 0.0
     length_mm: Finite = 0.0
+    kin_id: Annotated[int, Field(ge=1, le=999)] | None = None
 
 
 class ExternalConfig(_Table):
@@ -433,7 +434,7 @@ class CellConfig(_Table):
             rotary=tuple(a.kind == "rotary" for a in self.axes.values()),
             main=self.main_axes,
             start=self.axis_values("start_mm") if start is None else start.copy(),
-            tools={int(k): Tool(t.radius_mm, t.length_mm) for k, t in self.tools.items()},
+            tools={int(k): Tool(t.radius_mm, t.length_mm, t.kin_id) for k, t in self.tools.items()},
             m_functions=self.m_functions,
             externals=self.externals,
             zero_offsets={int(k): v for k, v in self.zero_offsets.items()},
@@ -443,6 +444,7 @@ class CellConfig(_Table):
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
             probe=dict(self.probe),
+            equidistant="FCT_EXTENSION_EQUIDIST" in self.channel.functions,
             hsc_settings={
                 str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()
             },

@@ -24,6 +24,7 @@ from .geometry.frames import Frames
 from .geometry.low_pass import LowPass
 from .geometry.noise import FineNoise, Noise
 from .geometry.nurbs import SplineFilter
+from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
 from .geometry.path_mode import PathMode
 from .geometry.polyline import FilterReport, RunFilter
@@ -163,6 +164,7 @@ class Program:
             Corners(machine.start, machine.main, self._place),
             compensation,
             DropZeroLength(),
+            Orbit(machine.start, machine.main, self._place),
             Spline(machine.start, machine.main, self._place),
             *self.filters,
             PathMode(machine.start, machine.main),

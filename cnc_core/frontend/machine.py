@@ -18,6 +18,7 @@ class Tool:
 
     radius_mm: float = 0.0
     length_mm: float = 0.0
+    kin_id: int | None = None
 
 
 @dataclass(frozen=True)
@@ -81,6 +82,14 @@ class TipMachine(Protocol):
         ...
 
 
+class Transformation(TipMachine, Protocol):
+    """A kinematic transformation of the cell."""
+
+    def length_correction(self) -> TipMachine:
+        """The same machine with the axes programmed: they are lifted by ``length`` along the tool."""
+        ...
+
+
 @dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
@@ -92,6 +101,7 @@ class ProgramMachine:
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
     ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
     ``kinematics``: transformations by number; ``kin_id``: the first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     ``probe``: machine position by axis where the probe trips, mm or degrees.
@@ -112,7 +122,8 @@ class ProgramMachine:
     isons: IsonsCell | None = None
     probe: dict[str, float] = field(default_factory=dict)
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
-    kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
+    equidistant: bool = False
+    kinematics: Mapping[int, Transformation] = field(default_factory=dict)
     kin_id: int | None = None
     axis_ids: tuple[int, ...] = ()
 

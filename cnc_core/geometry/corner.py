@@ -112,6 +112,9 @@ class Corners:
         if not len(motions):
             return batch
         last = int(motions[-1])
+        count = batch.rows["count"]
+        while last and count[last - 1] == count[last] and batch.rows["type"][last - 1] > POLYNOMIAL:
+            last -= 1  # the rest of its block stays with it: it may be refused yet
         if len(motions) > 1:
             self._start = batch.rows["end"][motions[-2], : len(self._start)].copy()
         self._held = self._part(batch, last)
@@ -120,10 +123,12 @@ class Corners:
     def _part(self, batch: BlockBatch, first: int) -> BlockBatch:
         """The rows from a motion on, with the coefficients of that motion alone."""
         rows = batch.rows[first:].copy()
-        if rows["type"][0] != POLYNOMIAL:
+        curve = np.flatnonzero(rows["type"] == POLYNOMIAL)
+        if not len(curve):
             return BlockBatch(rows)
-        begin, size = int(rows["pool"][0]), len(self._start) * (int(rows["degree"][0]) + 1)
-        rows["pool"][0] = 0
+        at = int(curve[0])
+        begin, size = int(rows["pool"][at]), len(self._start) * (int(rows["degree"][at]) + 1)
+        rows["pool"][at] = 0
         return BlockBatch(rows, batch.pool[begin : begin + size].copy())
 
     def drain(self) -> BlockBatch:

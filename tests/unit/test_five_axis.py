@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from inside import Inside, legal
 from scipy.spatial.transform import Rotation
 
 from cnc_core.blocks import ELEMENT, PIECE, TANGENTS, blocks
@@ -314,3 +315,60 @@ def test_elements_name_the_tangents_of_the_tip(tmp_path):
                 for block, s in ((first, 0.0), (last, last["s"]))
             ]
             assert np.abs(tangents - ends).max() < 1e-9
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_control_by_the_plc_keeps_the_tip_on_its_path(seed, tmp_path):
+    """Backward motion, feed hold and override at random moments: the tip stays on the contour, limits hold, it ends."""
+    rng = np.random.default_rng(seed)
+    cell = load_config(ROOT / "head_table.toml")
+    text = """T1 D1 G90
+#TRAFO ON
+G00 X0 Y0 Z100
+G01 X40 Y30 B30 C40 F4000
+#CS ON [0,0,0,10,20,30]
+G91 G03 X20 Y0 I10 J0 B-10
+G90
+#CS OFF
+G01 X0 Y0 Z100 B5 C-30
+G01 B25 C30 F2000
+#TRAFO OFF
+G01 Z300
+"""
+    with Inside(tmp_path, text, cell) as cnc:
+        cnc.end()
+        still = np.vstack([cell.axis_values("start_mm"), cnc.pos])
+    with Inside(tmp_path, text, cell) as cnc:
+        cnc.level(cnc.bahn.override_valid, True)
+        for _ in range(1200):
+            for unit, chance in ((cnc.bahn.backward_motion, 0.008), (cnc.bahn.feedhold, 0.004)):
+                if rng.random() < chance:
+                    cnc.level(unit, bool(rng.random() < 0.5))
+            if rng.random() < 0.004:
+                cnc.level(cnc.bahn.override, int(rng.choice([300, 1000, 2000])))
+            cnc.run(1)
+        for unit in (cnc.bahn.backward_motion, cnc.bahn.feedhold):
+            cnc.level(unit, False)
+        cnc.level(cnc.bahn.override, 1000)
+        cnc.until(lambda: bool(cnc.state.program_end_r))
+        driven = cnc.pos
+        legal(driven, cell)
+        assert cnc.engine.state.infeasible == 0
+    assert np.abs(driven[-1] - still[-1]).max() < 1e-9
+    path, d = still[:-1], np.diff(still, axis=0)
+    for q in driven[::7]:
+        t = np.clip(((q - path) * d).sum(axis=1) / np.maximum((d * d).sum(axis=1), 1e-30), 0, 1)[:, None]
+        assert np.linalg.norm(path + t * d - q, axis=1).min() < 2e-3  # the reference is a polyline of samples
+
+
+@pytest.mark.parametrize("x", [0.0, 5e-7, 1e-3, 0.5])
+def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
+    """However short the tip's way: limits hold, the motion takes what the axes need, the tip stays."""
+    text = f"T1 D1\n#TRAFO ON\nG00 X0 Y0 Z100\nG01 X{x:.7f} B60 C30 F60000\nX10 F3000\n"
+    cell = load_config(ROOT / "head_table.toml")
+    result = plan(tmp_path, cell, text)
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+    turning = result.samples["block"] == 1
+    assert 0.5 < turning.sum() * cell.cycle_s < 1.5
+    tip, _ = head_table(result.samples["pos"][turning])
+    assert distance_to_segments(tip, np.array([(0, 0, 100), (x, 0, 100)])).max() < 1e-3

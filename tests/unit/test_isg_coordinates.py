@@ -56,6 +56,10 @@ S30, C30 = 0.5, np.sqrt(0.75)
         # first about Z, then the new Y, then the newest X
         ("#CS ON [0,0,0,0,30,90]\nG00 X10 Y0 Z0", [(0, 10 * C30, -10 * S30)]),
         ("#CS ON [0,0,0,90,0,90]\nG00 X0 Y10 Z0", [(0, 0, 10)]),
+        # other sequences, fixed axes
+        ("#CS MODE ON [ROTATION_SEQUENCE=XYZ]\n#CS ON [0,0,0,90,0,90]\nG00 X0 Y10 Z0", [(-10, 0, 0)]),
+        ("#CS MODE ON [ROTATION_MODE_FIXED]\n#CS ON [0,0,0,90,0,90]\nG00 X10 Y0 Z0\n#CS OFF\n#CS MODE OFF\n"
+         "#CS ON [0,0,0,90,0,90]\nX10 Y0 Z0", [(0, 0, 10), (0, 10, 0)]),
         # short and empty fields
         ("#CS ON [1,2]\nG00 X0 Y0 Z0", [(1, 2, 0)]),
         ("#CS ON [,,10,,,90]\nG00 X1 Y0 Z0", [(0, 1, 10)]),
@@ -94,6 +98,13 @@ S30, C30 = 0.5, np.sqrt(0.75)
         ("G54 T1 D1\n#CS ON [0,0,5,0,30,0]\nG00 X0 Y0 Z0\n#MCS ON\nX1 Y1 Z1\nG55 X0\nD1 Z0\n#MCS OFF\nX1 Y0 Z0",
          [(100, 50, 45), (1, 1, 1), (200, 1, 1), (200, 1, 40), (100 + C30, 50, 45 - S30)]),
         ("T1\n#MCS ON [EX TOOL]\nD1\nG00 Z1\n#MCS OFF\nZ1", [(0, 0, 1), (0, 0, 41)]),
+        # scale: words, distances, radius and centre, not the offsets
+        ("G54 G00 X0 Y0\n#SCALE ON [X2 Y=2,Z2]\nX5 Y1\nG91 X1\nG90\n#SCALE OFF\nX5",
+         [(100, 50, 0), (110, 52, 0), (112, 52, 0), (105, 52, 0)]),
+        ("#SCALE ON [Y3]\nG00 X1 Y1\nP1=V.A.ABS.Y\nZ[P1]", [(1, 3, 0), (1, 3, 1)]),
+        # for one block
+        ("T1 D1\n#CS ON [1,0,0]\n#SUPPRESS OFFSETS [TOOL] G00 Z5\nZ6\nZ7", [(0, 0, 5), (0, 0, 46), (0, 0, 47)]),
+        ("#CS ON [1,0,0,0,0,90]\nG92 X3\nG00 X0\n#SUPPRESS OFFSETS X0\nX1", [(0, 3, 0), (0, 0, 0), (0, 4, 0)]),
         # mirroring comes first
         ("G21\n#CS ON [10,0,0,0,0,90]\nG00 X1 Y0", [(10, -1, 0)]),
     ],
@@ -121,17 +132,20 @@ def test_programs_reach_these_points(tmp_path, text, points):
         ("#CS ADD [ABCDEFGHI][1]\n#CS ADD [MCS][1]\n#CS ADD [A][1]\n#CS ADD [A][1]",
          [(900004, 1), (900004, 2), (900005, 4)]),
         ("#CS SELECT [A]\n#CS SET [A][1]", [(21601, 1), (21601, 2)]),
-        ("#CS MODE ON", [(900003, 1)]),
+        ("#CS MODE ON\n#CS MODE ON [ROTATION_SEQUENCE=ZXZ]\n#CS MODE ON [FIXED]",
+         [(900010, 1), (900003, 2), (900010, 3)]),
         ("T1 D1 F100 G41\n#CS ON [1,1]\n#MCS ON\n#TRAFO ON\n#PTP ON\nG68 R3\n#TOOL ORI CS",
          [(20802, 2), (20802, 3), (906003, 4), (21525, 5), (906003, 6), (906003, 7)]),
         ("#CS ON [1,1]\nT1 D1 F100 G41 G01 X9\nD0", [(906003, 3)]),
         ("#MCS ON\n#CS ON [1,1]\n#ACS DEF [1,1]\n#TRAFO ON\n#CS OFF\n#MCS OFF",
          [(910107, 2), (910107, 3), (910107, 4)]),
+        ("#SCALE ON [X2 Y3]\nG02 X1 I5 F100\n#SCALE ON [X0]\n#SCALE ON [A2]\n#SCALE ON",
+         [(910113, 2), (900012, 3), (900010, 4), (900010, 5)]),
         ("G68 R30 Z5", [(22156, 1)]),
         ("#ROTATION ON [ANGEL=3]", [(900010, 1)]),
         ("#TRAFO ON", [(292005, 1)]),
         ("#KIN ID[9]\n#TRAFO ON\n#RTCP ON", [(292005, 2), (292005, 3)]),
-        ("#PTP ON\n#TOOL ORI CS", [(21527, 1), (910108, 2)]),
+        ("#PTP ON\n#TOOL ORI CS\n#KIN ID 3", [(21527, 1), (292005, 2), (900010, 3)]),
         ("#ORI MODE [VECTOR_IJK]\n#ORI MODE", [(900003, 1), (900010, 2)]),
         ("#TRAFO [1,2,3]\n#TRAFO [ON,ON]\n#TRAFO [ON,3]\n#TRAFO", [(900010, 1), (900003, 2), (900003, 3), (900010, 4)]),
         ("#RT WHILE\nG01 X1 F100\n#CS ON [1,1]\n#RT ENDWHILE", [(22073, 3), (50991, 4)]),
@@ -148,6 +162,7 @@ def test_wrong_programs_are_refused(tmp_path, text, codes):
         ("#TRAFO ON\n#PTP ON\n#CS ON [1,1]\n#MCS ON\n#TRAFO OFF\n#TRAFO ON\n#ACS ON [1,1]",
          [(21550, 3), (21531, 4), (21552, 5), (21552, 6), (21550, 7)]),
         ("#KIN ID [3]\n#TRAFO ON", [(292005, 2)]),
+        ("#TRAFO ON\n#KIN ID [3]\n#TRAFO [4]\n#KIN ID\n#TRAFO OFF\n#KIN ID[0]\n#TRAFO ON", [(20687, 2), (20687, 3)]),
         ("#TRAFO ON\n#CS ON [0,0,0,0,120,0]\n#TOOL ORI CS", [(910102, 3)]),
         ("#TRAFO ON\n#PTP ON\nF100 G00 X0 Y0\nG02 X10 I5", [(910105, 4)]),
         ("#TRAFO ON\nG01 F1000 X900", [(903001, 2)]),
@@ -298,3 +313,74 @@ M30
     shown = Shown(tmp_path, text, load_config(EXAMPLES / "head_table.toml"))
     assert shown.codes == []
     assert len(shown.ends()) == 2
+
+
+def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
+    """#TLC: axes programmed for one tool are driven for a longer one; in tilted motion the tip does not notice."""
+    cell = load_config(EXAMPLES / "head_table.toml")
+    path = tmp_path / "a.nc"
+    text = "G00 X100 Y20 Z300 B20 C10\n#TLC ON [12]\nG01 X150 Y-30 Z280 F2000\n"
+    text += "G01 X120 Z310 B70 C-50\n#TLC OFF\nG01 X0\n"
+    path.write_text(text)
+    rows = np.concatenate([b.rows for b in Program(path, cell, "isg").batches()])
+    driven = rows[(rows["type"] <= 3) & (rows["flags"] & PIECE != 0)]
+    kin = cell.kinematic_machines[9]
+    for line, point in ((3, (150, -30, 280, 20, 10)), (4, (120, -30, 310, 70, -50))):
+        end = driven[driven["line"] == line][-1]["end"][:5]
+        tip = kin.forward(np.array(point, float), 50.0).tip
+        assert np.abs(kin.forward(end, 62.0).tip - tip).max() < 1e-9
+    assert Shown(tmp_path, text, cell).ends()[1:3] == [[150, -30, 280], [120, -30, 310]]
+    wrong = "#TLC ON [1]\n#TRAFO ON\n#TLC OFF\n#TRAFO ON\n#TLC ON [1]\n"
+    assert Shown(tmp_path, wrong, cell).codes == [(20669, 2), (20669, 5)]
+    assert Shown(tmp_path, "#TLC ON [1]\n#TLC ON\n").codes == [(292005, 1), (900010, 2)]
+
+
+def test_tool_orientation_without_a_transformation(tmp_path):
+    """#TOOL ORI CS turns rotary axes alone; the linear axes stand, what follows is programmed in the frame."""
+    cell = load_config(EXAMPLES / "head_head.toml")
+    text = "G00 X10 Y20 Z30\n#CS ON [1,2,3,0,25,30]\n#TOOL ORI CS\nG00 X0 Y0 Z0\n#TOOL ORI CS\n"
+    shown = Shown(tmp_path, text, cell)
+    assert shown.codes == []
+    assert len(shown.ends()) == 3
+    assert np.allclose(shown.ends("XYZCB")[1], (10, 20, 30, 30, 25))
+    assert np.allclose(shown.ends("XYZCB")[2], (1, 2, 3, 30, 25))
+
+
+def test_tools_choose_their_kinematic(tmp_path):
+    """P-TOOL-00011: D takes over the tool's kinematic, under another active one it is refused."""
+    text = (EXAMPLES / "head_table.toml").read_text() + "[tools.2]\nkin_id = 4\n[kinematics.4]\n"
+    cell = parse_config(text + 'type = "head-table"\nrotary = ["C", "B"]\n')
+    assert Shown(tmp_path, "D2\n#TRAFO ON\n#TRAFO OFF\n#KIN ID[9]\n#TRAFO ON\nD2\n", cell).codes == [(20990, 6)]
+
+
+def test_a_machine_without_z_turns_in_its_plane(tmp_path):
+    """Turns about Z need X and Y alone; others, and shifts along Z, are refused."""
+    cell = parse_config("[axes.X]\n[axes.Y]\n[axes.C]\nkind='rotary'\n")
+    text = "#CS ON [10,0,0,0,0,90]\nG00 X5 Y0\nG02 X15 I5 F100\n"
+    text += "#CONTOUR MODE [DEV PATH_DEV=0.1]\nG261\nG01 X20\nY10\nX0\n#CS OFF\n"
+    shown = Shown(tmp_path, text, cell)
+    assert shown.codes == []
+    assert np.allclose(shown.ends("XY")[:2], [(10, 5), (10, 15)])
+    arc = shown.blocks[1]
+    assert (arc["plane"], arc["center"]) == ("XY", pytest.approx({"X": 10.0, "Y": 10.0}))
+    curves = [b for b in shown.blocks if b["type"] == "polynomial"]
+    assert len(curves) >= 4
+    for curve in curves:
+        first = [np.polynomial.polynomial.polyval(0.0, curve["coeff"][a]) for a in "XY"]
+        assert np.allclose(first, [curve["start"][a] for a in "XY"], atol=1e-9)
+    assert Shown(tmp_path, "#CS ON [0,0,1]\n#CS ON [0,0,0,90,0,0]\n", cell).codes == [(900016, 1), (900016, 2)]
+
+
+def test_scaled_circles(tmp_path):
+    """Centre, radius and pitch grow with the words, in the scanner and in the parser; the tool radius does not."""
+    text = "#SCALE ON [X2 Y2 Z2]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 F100\nG03 X20 R5\n"
+    text += "P1=1 G02 X30 Y0 Z6 R[5*P1]\nG41 D1 G01 X40 Y0\nX50\nG40 X60\n"
+    shown = Shown(tmp_path, text)
+    assert shown.codes == []
+    arcs = [b for b in shown.blocks if b["type"] == "circular"]
+    assert [(b["radius"], b["center"]["X"], b["end"]["X"], b["end"]["Z"]) for b in arcs] == [
+        (10, 10, 20, 0),
+        (10, 30, 40, 0),
+        (10, 50, 60, 12),
+    ]
+    assert [b["end"]["Y"] for b in shown.blocks[-3:-1]] == [2.0, 2.0]

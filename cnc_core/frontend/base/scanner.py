@@ -161,6 +161,10 @@ class Modal:
         for i, (sign, part) in enumerate(zip(mirror, share, strict=True)):
             self._modal.mirror[i], self._modal.share[i] = float(sign), float(part)
 
+    def set_arc_scale(self, scale: float) -> None:
+        """Factor of centre words, radius and pitch; 0: circles are refused."""
+        self._modal.arc_scale = scale
+
     @property
     def offset_in_force(self) -> npt.NDArray[np.float64]:
         """(axes,) machine minus programmed coordinates as they are now, tool length included."""

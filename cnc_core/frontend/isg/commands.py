@@ -32,6 +32,7 @@ from cnc_core.frontend.isg.command_base import Items, Run
 from cnc_core.frontend.isg.corner_commands import CornerCommands
 from cnc_core.frontend.isg.cycles.commands import CycleCommands
 from cnc_core.frontend.isg.frame_commands import FrameCommands
+from cnc_core.frontend.isg.orbit_commands import OrbitCommands
 from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
 from cnc_core.frontend.isg.spline_commands import SplineCommands
@@ -64,6 +65,7 @@ class CommandParser(
     TextCommands,
     TimeCommands,
     CycleCommands,
+    OrbitCommands,
 ):
     """Compiles one # command; the stream stands behind ``#``."""
 
@@ -138,6 +140,8 @@ class CommandParser(
             (("PATTERN",), self._pattern),
             (("AT",), self._at),
             (("DISABLE", "MODAL", "CYCLE"), self._disable_modal),
+            (("TRACK", "CHAN", "ON"), self._track_on),
+            (("TRACK", "CHAN", "OFF"), self._track_off),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:

@@ -14,6 +14,7 @@ from cnc_core.frontend.isg.calls import Call, positional
 from cnc_core.frontend.isg.context import Context
 from cnc_core.frontend.isg.contouring import Contouring, Smooth
 from cnc_core.frontend.isg.corner_commands import CornerWords
+from cnc_core.frontend.isg.cycles.registry import find
 from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
 from cnc_core.frontend.isg.spaces import Rotation
@@ -379,6 +380,7 @@ class Executor:
     def _select_tool_data(self, number: int) -> None:
         self.data = number
         self.tool_data = self._machine.tools[number] if number else Tool()
+        self._context.spaces.tool_kinematic(self.tool_data.kin_id, 0)
         self._offsets.set_tool_length(self.tool_data.length_mm)
 
     def _function(self, kind: int, function: Function, n: int, flags: int = 0) -> Row:
@@ -423,8 +425,9 @@ class Executor:
                 raise fail(20131, f"unknown G function G{code:02d}: no subprogram is assigned to it", offset)
             arguments = positional(words.arguments) if words.arguments else None
             self.calls.append(Call(program, False, offset, arguments))
-        if any(call.arguments is not None for call in self.calls) and self._context.spaces.rotation is not None:
-            self._context.warn(910111, ERRORS[910111], self.calls[0].offset)
+        cycles = [call for call in self.calls if call.arguments is not None and find(call.name) is None]
+        if cycles and self._context.spaces.rotation is not None:  # built-in ones warn themselves
+            self._context.warn(910111, ERRORS[910111], cycles[0].offset)
         if len(self.calls) > 1:
             raise fail(900011, "more than one subprogram call in a block", self.calls[1].offset)
 
