@@ -113,7 +113,12 @@ class Program:
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         machines = dict(cell.kinematic_machines)  # profiles add their own
         self.profiles = Profiles(
-            machine.main, self._place, machines, (cell.axis_values("min_mm"), cell.axis_values("max_mm"))
+            machine.main,
+            self._place,
+            machines,
+            (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
+            cell.axis_values("a_max_mm_s2"),
+            cell.cycle_s,
         )
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)

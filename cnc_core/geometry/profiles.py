@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, MutableMapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from .stage import RefusedRow
 
 SAME = 1e-9  # mm by which the machine may stand beside the profile's first point
 JUMP = 1e-6  # mm or degrees that an axis may stand off the next curve's beginning
+SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
 CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
 
@@ -50,11 +52,18 @@ class ProfileReport:
 class _Open:
     """The profile that is being read.  ``switched``: its kinematics are in force."""
 
-    def __init__(self, spec: ProfileSpec, kinematics: Kinematics | None, number: int) -> None:
+    def __init__(
+        self,
+        spec: ProfileSpec,
+        kinematics: Kinematics | None,
+        number: int,
+        edge_speed: Callable[[ProfileSpec, FloatArray, FloatArray], float],
+    ) -> None:
         self.spec, self.kinematics, self.number = spec, kinematics, number
         self.curves = Curves(spec) if spec.kind == POINTS else None
-        self.blends = Blends(spec)
-        self.first: FloatArray | None = None  # columns of the first point
+        self.blends = Blends(spec, partial(edge_speed, spec))
+        self.first: ProfileChunk | None = None
+        self.approach: ProfileChunk | None = None  # the same until the machine stands where the profile begins
         self.switched = kinematics is not None and spec.point != "AXI"
         self.position = spec.start.copy()  # in programmed coordinates
         if self.switched:
@@ -66,7 +75,8 @@ class _Open:
 class Profiles:
     """``main``: channel index of the main axes, -1 where there is none.  ``place``: of (file, line).
 
-    ``machines``: kinematics by number; those of profiles are added.  ``low``, ``high``: (axes,) software limits.
+    ``machines``: kinematics by number; those of profiles are added.  ``limits``: lowest and highest position, (axes,)
+    each.  ``acceleration``: (axes,) mm/s2 or degrees/s2.  ``cycle_s``: period of the interpolator.
     """
 
     def __init__(
@@ -75,7 +85,10 @@ class Profiles:
         place: Callable[[int, int], Place],
         machines: MutableMapping[int, Kinematics],
         limits: tuple[FloatArray, FloatArray],
+        acceleration: FloatArray,
+        cycle_s: float,
     ) -> None:
+        self._acceleration, self._cycle_s = acceleration, cycle_s
         self._main, self._place = [i for i in main if i >= 0], place
         self._machines, self._limits = machines, limits
         self._open: _Open | None = None
@@ -121,7 +134,7 @@ class Profiles:
             number = 1 + max(self._machines, default=0)
             kinematics = self._machine(spec, number, chunk)
             self._machines[number] = kinematics
-        self._open = _Open(spec, kinematics, number)
+        self._open = _Open(spec, kinematics, number, self._edge_speed)
         self.report.profiles += 1
         if not self._open.switched:
             return BlockBatch.empty()
@@ -171,17 +184,18 @@ class Profiles:
     def _rows(self, open_: _Open, chunk: ProfileChunk) -> BlockBatch:
         spec = chunk.spec
         self.report.points += len(chunk)
-        parts = []
         if open_.first is None and len(chunk):
-            open_.first = chunk.values[0] if len(chunk.values) else chunk.coef[0, :, 0]
-            parts.append(self._approach(open_, chunk))
+            open_.first = open_.approach = chunk
         if spec.kind == POINTS:
             intervals = self._points(open_, Points.of(chunk), chunk.last)
         elif spec.kind == CONTROL_POINTS:
             intervals = _of_bspline(chunk)
         else:
             intervals = _of_polynomials(chunk)
-        return joined([*parts, self._finished(open_, intervals, chunk.last)])
+        rows = self._finished(open_, intervals, chunk.last)
+        if chunk.last and open_.approach is not None:  # a single point
+            return joined([self._approach(open_, open_.approach), rows])
+        return rows
 
     def _points(self, open_: _Open, points: Points, final: bool) -> Intervals:
         curves, report = open_.curves, self.report
@@ -192,6 +206,20 @@ class Profiles:
         report.marked += curves.marked - marked
         report.blends += open_.blends.count - blended
         return out
+
+    def _edge_speed(self, spec: ProfileSpec, a: FloatArray, b: FloatArray) -> float:
+        """vs = Acc Amax Tc / |t2 - t1| of every axis (specification 4.3), mm/s."""
+        linear = list(spec.linear)
+        jump = np.abs(b / np.linalg.norm(b[linear]) - a / np.linalg.norm(a[linear]))
+        axes = spec.axes if spec.point == "AXI" else [spec.axes[i] for i in linear]
+        columns = range(len(axes)) if spec.point == "AXI" else linear
+        speed = np.inf
+        for axis, i in zip(axes, columns, strict=True):
+            own = axis.cutting.acceleration
+            most = self._acceleration[axis.channel] if own is None else min(own, self._acceleration[axis.channel])
+            if jump[i] > 1e-9:
+                speed = min(speed, spec.marks.edge_share * float(most) * self._cycle_s / float(jump[i]))
+        return max(speed, SLOWEST)
 
     # rows
 
@@ -262,39 +290,37 @@ class Profiles:
         rows, axes = batch.rows, len(open_.position)
         starts = np.vstack([open_.position, rows["end"][:-1, :axes]])
         begins = made.coef[:, :, 0]
-        turns = np.flatnonzero(np.abs(begins - starts).max(axis=1) > JUMP)
+        jumps = np.abs(begins - starts).max(axis=1) > JUMP
+        if open_.approach is not None:
+            jumps[0] = np.abs(begins[0] - starts[0]).max() > SAME
+        turns = np.flatnonzero(jumps)
         open_.position = rows["end"][-1][:axes].copy()
+        inserted = [self._turn(open_, rows[i], starts[i], begins[i]) for i in turns]
+        open_.approach = None
         if not len(turns):
             return batch
-        spec, inserted = open_.spec, []
-        for i in turns:
-            inserted.append(
-                line_row(
-                    starts[i], begins[i], self._main, False, feed=float(rows["feed"][i]) or TURNING, n=rows["n"][i],
-                    line=rows["line"][i], count=spec.count, file=spec.file,
-                )
-            )  # fmt: skip
-            if i:
-                rows["flags"][i - 1] |= EXACT_STOP
+        rows["flags"][turns[turns > 0] - 1] |= EXACT_STOP
         return BlockBatch(np.insert(rows, turns, np.concatenate(inserted)), batch.pool)
 
+    def _turn(self, open_: _Open, row: Any, start: FloatArray, end: FloatArray) -> npt.NDArray[Any]:
+        """A line to where the curve of ``row`` begins; the first one leads to the profile."""
+        first, spec = open_.approach, open_.spec
+        if first is not None:
+            rapid = bool(len(first.rapid) and first.rapid[0])
+            feed, line, n = float(first.feed[0]), int(first.line[0]), int(first.number[0])
+            open_.approach = None
+        else:
+            rapid, feed, line, n = False, float(row["feed"]), int(row["line"]), int(row["n"])
+        return line_row(
+            start, end, self._main, rapid, feed=feed or TURNING, line=line, n=n, count=spec.count, file=spec.file
+        )
+
     def _approach(self, open_: _Open, chunk: ProfileChunk) -> BlockBatch:
-        """A line to where the profile begins, if the machine stands elsewhere."""
-        spec, first = open_.spec, open_.first
-        assert first is not None
-        one = Intervals.none(len(first))
-        one.coef = np.zeros((1, len(first), 2))
-        one.coef[0, :, 0] = first
-        one.span, one.line = np.array([1.0]), chunk.line[:1]
-        exact = open_.carry.exact
-        end = open_.carry.copied(one.coef)[0, :, 0] if exact else self._carried_start(open_, chunk)
+        """A line to a profile of one point."""
+        end = self._carried_start(open_, chunk)
         if np.abs(end - open_.position).max() <= SAME:
             return BlockBatch.empty()
-        rapid = bool(len(chunk.rapid) and chunk.rapid[0])
-        row = line_row(
-            open_.position, end, self._main, rapid, feed=float(chunk.feed[0]) or TURNING, line=int(chunk.line[0]),
-            n=int(chunk.number[0]), count=spec.count, file=spec.file,
-        )  # fmt: skip
+        row = self._turn(open_, None, open_.position, end)
         open_.position = end
         return BlockBatch(row)
 
