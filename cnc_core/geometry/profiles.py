@@ -141,22 +141,11 @@ class Profiles:
         return self._switch(Coordinates(kinematics=number, length=spec.tool.length), self._open.position, chunk)
 
     def _machine(self, spec: ProfileSpec, number: int, chunk: ProfileChunk) -> Kinematics:
-        assert spec.chain is not None
-        steps = {s.name: Step(s.offset, s.rotation) for s in spec.chain.steps}
-        low, high = (limit.copy() for limit in self._limits)
-        elements: dict[str, Element] = {}
-        for axis in spec.axes:
-            if axis.place != "OTH":
-                elements[axis.place] = Element(axis.channel, steps[axis.name])
-            low[axis.channel] = max(low[axis.channel], -np.inf if axis.low is None else axis.low)
-            high[axis.channel] = min(high[axis.channel], np.inf if axis.high is None else axis.high)
         try:
-            chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
+            return machine_of(spec, number, self._limits)
         except ValueError as error:
             place = self._place(spec.file, int(chunk.line[0]))
             raise RefusedRow(CncError(CHAIN, f"MAC and CIN: {error}", place), BlockBatch.empty(), spec.count) from None
-        x, y, z = (spec.axes[i].channel for i in spec.linear)
-        return Kinematics(chain, (x, y, z), low, high, number)
 
     def _switch(self, chosen: Coordinates, position: FloatArray, chunk: ProfileChunk | None) -> BlockBatch:
         assert self._open is not None
@@ -361,6 +350,22 @@ class Profiles:
                     text = f"axis {axis.name} would reach {worst:g}, the setup allows {low:g} to {high:g}"
                     place = self._place(spec.file, int(intervals.line[made.index[i]]))
                     raise RefusedRow(CncError(LIMIT, text, place), BlockBatch.empty(), spec.count)
+
+
+def machine_of(spec: ProfileSpec, number: int, limits: tuple[FloatArray, FloatArray]) -> Kinematics:
+    """The machine of a profile with rotary axes; ValueError if its chain does not make one."""
+    assert spec.chain is not None
+    steps = {s.name: Step(s.offset, s.rotation) for s in spec.chain.steps}
+    low, high = (limit.copy() for limit in limits)
+    elements: dict[str, Element] = {}
+    for axis in spec.axes:
+        if axis.place != "OTH":
+            elements[axis.place] = Element(axis.channel, steps[axis.name])
+        low[axis.channel] = max(low[axis.channel], -np.inf if axis.low is None else axis.low)
+        high[axis.channel] = min(high[axis.channel], np.inf if axis.high is None else axis.high)
+    chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
+    x, y, z = (spec.axes[i].channel for i in spec.linear)
+    return Kinematics(chain, (x, y, z), low, high, number)
 
 
 def _reach(coef: FloatArray, span: float) -> tuple[float, float]:

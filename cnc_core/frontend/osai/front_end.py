@@ -46,11 +46,18 @@ GROUPS = ((0, 1), (70, 71), (90, 91))
 class OsaiFrontEnd(BlockReader):
     """Resumable reader of one program.  ``setups``: what ``check`` prints of every setup that was activated.
 
-    ``lenient``: a gap between polynomials is a warning.
+    ``lenient``: a gap between polynomials is a warning.  ``setup``: holds in place of what (HSM,..) names.
     """
 
     def __init__(
-        self, path: Path, machine: ProgramMachine, port: ChannelPort, *, collect: bool = False, lenient: bool = False
+        self,
+        path: Path,
+        machine: ProgramMachine,
+        port: ChannelPort,
+        *,
+        collect: bool = False,
+        lenient: bool = False,
+        setup: Path | None = None,
     ) -> None:
         super().__init__(path, Modal(machine, Rules()), port, collect=collect, scan=False)
         self.setups: list[dict[str, object]] = []
@@ -58,7 +65,8 @@ class OsaiFrontEnd(BlockReader):
         self._axes = {name: i for i, name in enumerate(machine.axes) if len(name) == 1}
         self._letters = "".join(self._axes) + "FSTPIJKR"
         self._variables = Variables()
-        self._setup: SetupFile | None = None
+        self._given = setup
+        self._setup = SetupFile(setup) if setup else None
         self._profile: Profile | None = None
         self._spec_ok = True
         self._virtual: str | None = None
@@ -140,7 +148,7 @@ class OsaiFrontEnd(BlockReader):
     def _open_setup(self, name: str, offset: int) -> None:
         if not name:
             raise fail(909201, "(HSM,file) names no setup file", offset)
-        path = self._beside(name)
+        path = self._given or self._beside(name)
         if path is None:
             raise fail(909201, f"setup file {name} not found", offset)
         self._setup = SetupFile(path)
