@@ -18,6 +18,7 @@ from .config import CellConfig
 from .errors import CncError, Place
 from .geometry.frames import Frames
 from .geometry.parameter_feed import ParameterFeed
+from .geometry.profile_limits import ProfileLimits
 from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.smoothing import Smoothing, SmoothingMachine
@@ -122,7 +123,9 @@ class Program:
         )
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
-        axes: Stage = Pipeline([self.kinematics, ParameterFeed(len(machine.axes), machine.main), self.limits])
+        dynamics = ProfileLimits(self.profiles.caps, machine.start, machine.main)
+        parameter = ParameterFeed(len(machine.axes), machine.main)
+        axes: Stage = Pipeline([self.kinematics, parameter, dynamics, self.limits])
         self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property

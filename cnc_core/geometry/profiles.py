@@ -25,6 +25,7 @@ from .polynomial import bernstein, joined, normalised
 from .profile_blend import Blends
 from .profile_carry import Carried, Carry, NotCarried
 from .profile_curves import Curves, Intervals
+from .profile_limits import AxisCaps
 from .profile_points import FloatArray, Points
 from .profile_rows import line_row, rows_of
 from .profile_tool import NoNormal
@@ -32,6 +33,7 @@ from .stage import RefusedRow
 
 SAME = 1e-9  # mm by which the machine may stand beside the profile's first point
 JUMP = 1e-6  # mm or degrees that an axis may stand off the next curve's beginning
+PROFILES_KEPT = 64  # whose limits rows on their way may still need
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
 CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
@@ -76,7 +78,8 @@ class Profiles:
     """``main``: channel index of the main axes, -1 where there is none.  ``place``: of (file, line).
 
     ``machines``: kinematics by number; those of profiles are added.  ``limits``: lowest and highest position, (axes,)
-    each.  ``acceleration``: (axes,) mm/s2 or degrees/s2.  ``cycle_s``: period of the interpolator.
+    each.  ``acceleration``: (axes,) mm/s2 or degrees/s2.  ``cycle_s``: period of the interpolator.  ``caps``: limits of
+    the profiles' axes by their rows' block count.
     """
 
     def __init__(
@@ -92,6 +95,7 @@ class Profiles:
         self._main, self._place = [i for i in main if i >= 0], place
         self._machines, self._limits = machines, limits
         self._open: _Open | None = None
+        self.caps: dict[int, AxisCaps] = {}
         self.report = ProfileReport()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
@@ -136,6 +140,10 @@ class Profiles:
             self._machines[number] = kinematics
         self._open = _Open(spec, kinematics, number, self._edge_speed)
         self.report.profiles += 1
+        if caps := AxisCaps.of(spec, len(spec.start)):
+            while len(self.caps) >= PROFILES_KEPT:
+                del self.caps[next(iter(self.caps))]
+            self.caps[spec.count] = caps
         if not self._open.switched:
             return BlockBatch.empty()
         return self._switch(Coordinates(kinematics=number, length=spec.tool.length), self._open.position, chunk)

@@ -289,3 +289,35 @@ def test_parameter_feed(shop):
 def test_marks_have_names():
     """The codes of the waist are those of the program."""
     assert (SMOOTH, BLEND, STOP, PASS) == (0, 63, 66, 67)
+
+
+def measured(result, axis, order):
+    """Largest derivative of an axis over the samples, mm/s .."""
+    pos, dt = result.samples["pos"][:, axis], result.samples["t"][1]
+    return float(np.abs(np.diff(pos, n=order)).max() / dt**order)
+
+
+def test_velocity_limits_of_the_setup(shop):
+    """DIN: Vmax and Vrap of a profile hold on their axis, and on no other; rapid lines stay rapid for the PLC."""
+    setup = changed(PLAIN, DIN_Y="(DIN,Y,600,,,1200,,)")
+    text = "X0Y0Z0F6000\nX30Y20\nX60Y50\nX90Y90\nG00X190Y190\nG1X290Y191\nX390Y192"
+    result = plan_program(shop.profile(text, setup, programmed=False), keep_samples=True)
+    rapid = result.samples["pos"][:, 0] > 100
+    rapid &= result.samples["pos"][:, 0] < 190
+    speed = np.abs(np.diff(result.samples["pos"][:, 1]))[rapid[1:]] / result.cycle_s
+    assert speed.max() == pytest.approx(20.0, rel=0.02)
+    slow = np.abs(np.diff(result.samples["pos"][:, 1]))[result.samples["pos"][1:, 0] < 89] / result.cycle_s
+    assert 9.0 < slow.max() <= 10.0 * 1.02
+    assert measured(result, 0, 1) > 95.0
+    rows = np.concatenate([b.rows for b in shop.profile(text, setup).batches()])
+    assert (rows["flags"] & RAPID).any()
+
+
+def test_acceleration_limit_of_the_setup_in_bends(shop):
+    """DIN: the speed in a bend is such that Amax takes it."""
+    setup = changed(PLAIN, DIN_X="(DIN,X,,200,,,,)", DIN_Y="(DIN,Y,,200,,,,)")
+    angles = np.linspace(0, 2 * np.pi, 80)
+    text = body(np.round(np.column_stack([5 * np.cos(angles), 5 * np.sin(angles), 0 * angles]), 5), 9000)
+    result = plan_program(shop.profile(text, setup, programmed=False), keep_samples=True)
+    v = result.samples["v"]
+    assert np.median(v[v > 1]) == pytest.approx(np.sqrt(200 * 5), rel=0.05)
