@@ -81,7 +81,7 @@ class Blends:
         a, b = evaluated(left, whole.span[at])[1], evaluated(right, 0.0)[1]
         turn, passed = self._turn(a, b), whole.after[at] == PASS
         chord = self.spec.tolerance if passed else self.spec.chord
-        if turn < SHARP and np.allclose(a, b, rtol=0.0, atol=1e-3 * (np.linalg.norm(a) + 1e-12)):
+        if self._goes_on(left, float(whole.span[at]), right):
             whole.after[at] = SMOOTH
             return whole[:0]
         if turn > BACK or not chord > 0.0:
@@ -108,6 +108,17 @@ class Blends:
             feed = np.minimum(feed, self._edge_speed(a, b))
         none = np.array([SMOOTH])
         return Intervals(coef[None], np.array([span]), feed, none, piece.rapid.copy(), piece.line, piece.number)
+
+    def _goes_on(self, left: FloatArray, span: float, right: FloatArray) -> bool:
+        """Direction and curvature are the same on both sides already."""
+        sides = []
+        for jet in (evaluated(left, span), evaluated(right, 0.0)):
+            d1, d2 = jet[1][self._linear], jet[2][self._linear]
+            speed = float(np.linalg.norm(d1))
+            t = d1 / max(speed, 1e-300)
+            sides.append((t, (d2 - (d2 @ t) * t) / max(speed, 1e-300) ** 2))
+        (t1, k1), (t2, k2) = sides
+        return bool(np.abs(t1 - t2).max() < 1e-9 and np.abs(k1 - k2).max() < 1e-9)
 
     def _turn(self, a: FloatArray, b: FloatArray) -> float:
         x, y = a[self._linear], b[self._linear]
