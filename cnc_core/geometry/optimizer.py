@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..profile import BLEND, SMOOTH
-from . import bspline
+from . import bspline, spline
 from .profile_blend import evaluated, joining, shifted, tangent_length
 
 FloatArray = npt.NDArray[np.float64]
@@ -26,6 +26,7 @@ USED = 0.97  # share of the tolerance that the fit uses
 REFINEMENTS = 40
 STIFF = 1e-9  # weight of the fit's third differences: what no point decides
 SHARP = np.radians(0.5)
+END_POINTS = 7  # that say where a curve begins to go
 
 
 @dataclass(frozen=True)
@@ -159,10 +160,15 @@ class SectionFitter:
             breaks = np.concatenate([[u[0]], u[0] + np.cumsum(span)])
             missed = self._missed(values, u, coef, breaks)
             bad = np.unique(np.clip(np.searchsorted(breaks, u[missed > 1.0], side="right") - 1, 0, len(span) - 1))
+            if not len(bad) and not self._swings(values, u, coef, breaks):
+                break
             finer = self._halved(u, breaks, bad)
             if not len(finer):
+                coef, breaks = self._through(values, u, state)
                 break
             inner = np.unique(np.concatenate([inner, finer]))
+        else:
+            coef, breaks = self._through(values, u, state)
         report.deviation = max(report.deviation, self._deviation(values, u, coef, breaks))
         return coef, breaks
 
@@ -246,28 +252,55 @@ class SectionFitter:
         off = self._off(values, u, coef, breaks)
         return float(np.linalg.norm(off[:, self.linear], axis=1).max())
 
+    def _swings(self, values: FloatArray, u: FloatArray, coef: FloatArray, breaks: FloatArray) -> bool:
+        """Between two points the curve is longer than the points' own bends explain: it oscillates."""
+        middle = 0.5 * (u[1:] + u[:-1])
+        k = np.clip(np.searchsorted(breaks, middle, side="right") - 1, 0, len(coef) - 1)
+        s = middle - breaks[k]
+        at = np.einsum("nck,nk->nc", coef[k], s[:, None] ** np.arange(6))
+        off = np.linalg.norm((at - 0.5 * (values[1:] + values[:-1]))[:, self.linear], axis=1)
+        bend = np.zeros(len(values))
+        bend[1:-1] = np.linalg.norm((values[2:] - 2.0 * values[1:-1] + values[:-2])[:, self.linear], axis=1)
+        bend[0], bend[-1] = bend[1] if len(bend) > 2 else 0.0, bend[-2] if len(bend) > 2 else 0.0
+        allowed = 2.0 * self.tolerances.linear + np.maximum(bend[1:], bend[:-1])
+        return bool((off > allowed).any())
+
+    def _through(self, values: FloatArray, u: FloatArray, state: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+        """The interpolating spline, where no fit of fewer knots holds the tolerance."""
+        h = np.diff(u)
+        window = spline.Window(values, h, slice(0, len(values)))
+        states = spline.derivatives([window], DEGREE if len(values) > 2 else 3)[0]
+        if state is not None:
+            states[0] = state[1:]
+            values = values.copy()
+            values[0] = state[0]
+        return spline.hermite(values, states, h), u.copy()
+
     @staticmethod
     def _halved(u: FloatArray, breaks: FloatArray, bad: IntArray) -> FloatArray:
-        """Knots in the middle of bad spans that hold more points than one."""
+        """Knots in the middle of bad spans that hold points enough."""
         out = []
         for k in bad:
             inside = u[(u > breaks[k] + 1e-9) & (u < breaks[k + 1] - 1e-9)]
-            if len(inside) > 1:
+            if len(inside) > 3:
                 out.append(0.5 * (breaks[k] + breaks[k + 1]))
-            elif len(inside) == 1 and breaks[k + 1] - breaks[k] > 1e-6:
-                out.append(float(inside[0]))
         return np.array(out)
 
 
 def _end_state(values: FloatArray, u: FloatArray) -> FloatArray:
-    """(3, columns) value, direction of the first two points, curvature of the first three."""
-    if len(values) < 3:
-        slope = (values[1] - values[0]) / (u[1] - u[0])
-        return np.array([values[0], slope, 0.0 * slope])
-    h1, h2 = u[1] - u[0], u[2] - u[1]
-    first, second = (values[1] - values[0]) / h1, (values[2] - values[1]) / h2
-    bend = 2.0 * (second - first) / (h1 + h2)
-    return np.array([values[0], first, bend])
+    """(3, columns) value, direction and curvature at the first point.
+
+    The manual takes them from the first two and three points; noise of a few micrometres on short chords turns such a
+    direction by degrees, and on a bend it lies half a chord off.  So both come from a parabola through the first point
+    that fits the next ones best.
+    """
+    n = min(END_POINTS, len(values))
+    t, moved = u[1:n] - u[0], values[1:n] - values[0]
+    powers = t[:, None] ** np.arange(1, min(n, 3))
+    scale = t[-1] ** np.arange(1, min(n, 3))
+    found = np.linalg.lstsq(powers / scale, moved, rcond=None)[0] / scale[:, None]
+    bend = 2.0 * found[1] if len(found) > 1 else 0.0 * found[0]
+    return np.array([values[0], found[0], bend])
 
 
 def join_sections(parts: list[Fit], linear: list[int], tolerances: Tolerances, report: FitReport) -> Fit:

@@ -41,7 +41,8 @@ def lines_of(path):
     port = OfflinePort(MACHINE.start)
     front_end = create(path.parent.name.partition("_")[0], path, MACHINE, port, collect=True)
     start = MACHINE.start.copy()
-    profiles = Profiles(MACHINE.main, lambda file, line: Place(line=line), {}, MACHINE.limits, np.full(4, 3000.0), 0.001)
+    limits, acceleration = MACHINE.limits, np.full(4, 3000.0)
+    profiles = Profiles(MACHINE.main, lambda file, line: Place(line=line), {}, limits, acceleration, 0.001)
     for item in read_all(front_end, rows=3):
         if isinstance(item, Wait):
             yield {"wait": item.value}
