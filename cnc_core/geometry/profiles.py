@@ -34,6 +34,8 @@ from .stage import RefusedRow
 SAME = 1e-9  # mm by which the machine may stand beside the profile's first point
 JUMP = 1e-6  # mm or degrees that an axis may stand off the next curve's beginning
 PROFILES_KEPT = 64  # whose limits rows on their way may still need
+SPEED_GRID = np.linspace(0.0, 1.0, 25)
+SLOWDOWN = 0.03  # of the largest speed over the parameter
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
 CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
@@ -281,6 +283,10 @@ class Profiles:
         if lengths is not None:
             feed = feed * np.divide(rows["length"], lengths, out=np.ones_like(feed), where=lengths > 1e-9)
         rows["feed"] = feed
+        if not open_.switched:
+            standing = _slows_down(made, self._main) & ~intervals.rapid[made.index]
+            rows["feed"][standing] *= made.span[standing] / np.maximum(rows["length"][standing], 1e-12)
+            rows["flags"][standing] |= BY_PARAMETER
 
     def _with_turns(self, open_: _Open, made: Carried, batch: BlockBatch) -> BlockBatch:
         """Where an axis has to turn before the next curve begins (tangential axis, singular pose), it does so alone."""
@@ -374,6 +380,20 @@ def machine_of(spec: ProfileSpec, number: int, limits: tuple[FloatArray, FloatAr
     chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
     x, y, z = (spec.axes[i].channel for i in spec.linear)
     return Kinematics(chain, (x, y, z), low, high, number)
+
+
+def _slows_down(made: Carried, main: list[int]) -> npt.NDArray[np.bool_]:
+    """(n,) polynomials that nearly stand somewhere, measured by their parameter: they are driven by it."""
+    d = made.coef[:, :, 1:] * np.arange(1, 6)
+    t = made.span[:, None] * SPEED_GRID
+    speed = np.zeros_like(t)
+    for axis in main:
+        value = np.zeros_like(t)
+        for k in range(4, -1, -1):
+            value = value * t + d[:, axis, k, None]
+        speed += value * value
+    speed = np.sqrt(speed)
+    return np.asarray(speed.min(axis=1) < SLOWDOWN * speed.max(axis=1))
 
 
 def _reach(coef: FloatArray, span: float) -> tuple[float, float]:

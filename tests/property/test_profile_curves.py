@@ -321,3 +321,23 @@ def test_acceleration_limit_of_the_setup_in_bends(shop):
     result = plan_program(shop.profile(text, setup, programmed=False), keep_samples=True)
     v = result.samples["v"]
     assert np.median(v[v > 1]) == pytest.approx(np.sqrt(200 * 5), rel=0.05)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_points_are_driven(shop, seed):
+    """Random points with random transitions, however sharp: every limit holds, every point is passed."""
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(0, 20, (30, 3)).round(3)
+    lines = body(points, 6000).splitlines()
+    for i in np.flatnonzero(rng.random(29) < 0.3)[::-1]:
+        lines.insert(int(i) + 1, f"G{rng.choice([62, 63, 66, 67])}")
+    setup = changed(PLAIN, PNT=f"(PNT,AXI,AXI,{'QUI' if seed % 2 else 'CUB'})")
+    result = plan_program(shop.profile("\n".join(lines), setup, programmed=False), keep_samples=True)
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+    assert result.samples["pos"][-1][:3] == pytest.approx(points[-1], abs=1e-6)
+
+
+def test_a_programmed_reversal_is_an_edge(shop):
+    """G62, G63, G67 where the path turns back: standstill, no curve leads through."""
+    made = curves(shop.profile("X0Y0Z0F1000\nX5\nG63\nX0\nG67\nX5\nG62\nX0", PLAIN))
+    assert [bool(row["flags"] & EXACT_STOP) for _, _, row in made] == [True] * 4

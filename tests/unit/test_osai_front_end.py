@@ -470,3 +470,14 @@ def test_every_word_stands_in_the_docs():
     codes = " ".join(row[0] for row in table("The main program"))
     for code in ("HSM", "CLS", *VIRTUALISATIONS):
         assert f"({code}," in codes
+
+
+def test_motion_behind_a_profile_goes_on_from_there(shop):
+    """Behind G60 the axes that are not programmed stay where the profile has left them, tool length included."""
+    cell = parse_config("[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm=5.0\nlength_mm=100.0\n")
+    setup = changed(SETUP_3, PNT="(PNT,CLP,CLP,QUI)")
+    text = "T1 M6\nG1 X10Y10Z10F3000\n(HSM,CONFIG1)\nG61\nX10Y10Z10\nX20\nX30Y20Z10\nG60\nG1 X0\nZ5\n"
+    rows = rows_of(shop.program(text, setup, cell=cell))
+    ends = rows["end"][rows["type"] <= POLYNOMIAL][:, :3]
+    assert ends[0] == pytest.approx([10, 10, 110])
+    assert ends[-2:] == pytest.approx(np.array([[0, 20, 110], [0, 20, 105]]))

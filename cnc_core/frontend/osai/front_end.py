@@ -72,8 +72,7 @@ class OsaiFrontEnd(BlockReader):
         self._virtual: str | None = None
         self._saved: tuple[object, ...] = ()
         self._tool, self._active = 0, Tool()
-        self._resync = False
-        self._chunk: ProfileChunk | None = None
+        self._awaited = self._resync = False  # where the axes stand is known when the wait behind a profile is over
 
     # BlockReader
 
@@ -86,6 +85,8 @@ class OsaiFrontEnd(BlockReader):
             self._resync = False
             self.modal.set_position(self._port.position())
         item = super().read(rows) if self._profile is None or self._queue else self._profile_batch(rows)
+        if isinstance(item, Wait):  # it comes true before the next call
+            self._resync, self._awaited = self._awaited, False
         if self._ended:
             self.flow.close()
         return item
@@ -352,7 +353,7 @@ class OsaiFrontEnd(BlockReader):
         modal.feed, modal.n = feed, profile.context.number
         if spec.point != "AXI" or spec.tangential is not None:  # only the machine knows where its axes stand
             self._queue.append(Wait.DRAINED)
-            self._resync = True
+            self._awaited = True
 
     def _final(self, chunk: ProfileChunk, position: FloatArray) -> FloatArray:
         spec = chunk.spec
