@@ -30,6 +30,7 @@ class LivePort:
     """
 
     answers = True
+    manual_data = False
 
     def __init__(
         self,

@@ -274,6 +274,7 @@ class CncProcess:
             self._skip_levels() | self.cell.skip_mask,
             self.engine.write_external,
         )
+        port.manual_data = path == self._scratch
         self.preparation = Preparation(
             path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient
         )

@@ -179,6 +179,7 @@ ERRORS: dict[int, str] = {
     909209: "setup: wrong axis",
     909210: "setup: too many axes",
     909211: "setup: incomplete kinematic chain",
+    909219: "profiles belong into part programs, not into manual data input (MDI)",
     909220: "G60 and G61 stand alone in their block",
     909221: "only inside, or only outside a profile (G61 .. G60)",
     909222: "the profile has no end (G60)",

@@ -13,6 +13,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend import detect
 from cnc_core.frontend.osai.codes import CODES, TRANSITIONS, VIRTUALISATIONS
 from cnc_core.frontend.osai.front_end import ARCS, SUPPORTED_G
+from cnc_core.port import OfflinePort
 
 DOCS = Path(__file__).parents[2] / "docs" / "osai.md"
 POL = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
@@ -481,3 +482,11 @@ def test_motion_behind_a_profile_goes_on_from_there(shop):
     ends = rows["end"][rows["type"] <= POLYNOMIAL][:, :3]
     assert ends[0] == pytest.approx([10, 10, 110])
     assert ends[-2:] == pytest.approx(np.array([[0, 20, 110], [0, 20, 105]]))
+
+
+def test_not_in_manual_data(shop):
+    """G61 in MDI is refused; the motions of MDI are not."""
+    port = OfflinePort(np.zeros(3))
+    port.manual_data = True
+    program = shop.program(f"G1 X5 F100\n(HSM,CONFIG1)\nG61\n{CUBE}G60\n", port=port)
+    assert refusal(program)[:3] == (909219, 3, 1)

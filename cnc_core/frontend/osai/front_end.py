@@ -259,6 +259,8 @@ class OsaiFrontEnd(BlockReader):
         offset = words.g[61]
         if len(words.g) > 1 or words.m or any(letter != "P" for letter in words.values):
             raise fail(909220, "G61 stands alone in its block", offset)
+        if self._port.manual_data:
+            raise fail(909219, ERRORS[909219], offset)
         degree = words.values.get("P", 5.0)
         if degree not in DEGREES:
             raise fail(909229, f"P{degree:g}: the degree is 3, 4 or 5", words.offsets["P"])
