@@ -376,3 +376,120 @@ def test_both_branches_of_the_sample_machine(shop):
         assert found[0, 0] == pytest.approx(wanted, abs=1e-6)
     up = Rotaries(machine, np.array([0, 0, 0, 77.0, 0])).angles(jets.still(UP, 1), np.ones(1, bool))
     assert up[0, 0] == pytest.approx([77.0, 0.0])
+
+
+def driven_of(program):
+    rows = np.concatenate([b.rows for b in program.batches()])
+    return rows[(rows["type"] <= POLYNOMIAL) & (rows["flags"] & 256 == 0)]
+
+
+def test_contact_points_on_five_axes(shop):
+    """CCP with every versor programmed: the tilted check of 5.3, through polynomials and points."""
+    setup = changed(
+        SETUP_5, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,PRG,PRG,REL)", TOL="(TOL,100,10,2,-90,)", EDG=None, CRV=None
+    )
+    words = "i0j0.5k0.866025404m0.6n0o0.8"
+    program = shop.profile(f"X0Y0Z0{words}F1000\nX1\nX2", setup, cell=CELL_5, programmed=False)
+    last = driven_of(program)["end"][-1][:5]
+    pose = program.profiles._machines[1].forward(last, 100.0)
+    assert pose.tip[0] == pytest.approx([9.856402, -4.843076, 2.086750], abs=1e-5)
+    assert pose.direction[0] == pytest.approx([0, 0.5, 0.866025404], abs=1e-8)
+    lines = {"X": "0,1,0,0,0,0", "Y": "0,0,0,0,0,0", "Z": "0,0,0,0,0,0", "i": "0,0,0,0,0,0", "j": "0.5,0,0,0,0,0",
+             "k": "0.866025404,0,0,0,0,0", "m": "0.6,0,0,0,0,0", "n": "0,0,0,0,0,0", "o": "0.8,0,0,0,0,0",
+             "p": "0.832050,0,0,0,0,0", "q": "-0.480384,0,0,0,0,0", "d": "0.277350,0,0,0,0,0"}  # fmt: skip
+    body = "<*,2,1,1000,0\n" + "\n".join(f"<{name},{c}" for name, c in lines.items())
+    pol = changed(setup, PNT="(PNT,CCP,CCP,QUI,POL)")
+    again = driven_of(shop.profile(body, pol, cell=CELL_5, programmed=False))["end"][-1][:5]
+    assert again == pytest.approx(last, abs=1e-4)
+    for name in "mq":
+        without = "\n".join(line for line in body.splitlines() if not line.startswith(f"<{name}"))
+        with pytest.raises(CncError) as caught:
+            list(shop.profile(without, pol, cell=CELL_5).batches())
+        assert caught.value.code == 909251
+
+
+def test_b_splines_of_directions(shop):
+    """BSP on five axes: ijk is a spline too, normalised where it is evaluated."""
+    setup = changed(SETUP_5, PNT="(PNT,CLP,CLP,QUI,BSP)", TOL="(TOL,100,0,0,-90,)")
+    body = "X0Y0Z0i0.2j0k1K0F1000\nX5i0.3K0\nX10i0.4j0.2K0\nX15i0.1K0\nK10\nK10\nK10\nK10"
+    program = shop.profile(body, setup, head="G61 P3", cell=CELL_5, programmed=False)
+    ends = driven_of(program)["end"][:, :5]
+    pose = program.profiles._machines[1].forward(ends[-1], 100.0)
+    d = np.array([0.1, 0.2, 1.0])
+    assert pose.tip[0] == pytest.approx([15, 0, 0], abs=1e-6)
+    assert pose.direction[0] == pytest.approx(d / np.linalg.norm(d), abs=1e-9)
+    with pytest.raises(CncError) as caught:
+        list(shop.profile(body.replace("j0", ""), setup, head="G61 P3", cell=CELL_5).batches())
+    assert caught.value.code == 909251
+
+
+def test_feed_of_axis_points_refers_to_the_tip(shop):
+    """AXI points, feed on CLP, OriginLen: a pure rotation of B moves the tip on a circle of radius K + L."""
+    setup = changed(SETUP_5, PNT="(PNT,AXI,CLP,QUI)", TOL="(TOL,,,0,-90,100)", EDG=None, CRV=None)
+    body = "\n".join(f"X{i / 100:.2f}Y0Z0A0B{i}F1000" for i in range(21))
+    made = curves(shop.profile(body, setup, cell=CELL_5))
+    seconds = sum(float(row["length"] / row["feed"]) for _, _, row in made)
+    assert seconds == pytest.approx(np.radians(20) * 346.5 / (1000 / 60), rel=0.01)
+    with pytest.raises(CncError) as caught:
+        list(shop.profile(body, changed(setup, PNT="(PNT,CLP,AXI,QUI)"), cell=CELL_5).batches())
+    assert caught.value.code == 909208
+
+
+def test_tangential_axis_of_the_chain(shop):
+    """A rotary axis that follows the tangent: ijk counts along the motion, to its left, upwards."""
+    setup = changed(
+        SETUP_5, AXI_A="(AXI,A,5,TAN,WRK)", VER="(VER,PRG,PRG,PRG)", TOL="(TOL,100,0,0,-90,)", EDG=None, CRV=None
+    )
+    body = "X0Y0Z0A0i0.5j0k0.866025404F1000\nX5Y5\nX10Y10"
+    program = shop.profile(body, setup, cell=CELL_5, programmed=False)
+    pose = program.profiles
+    ends = driven_of(program)["end"][-1][:5]
+    direction = pose._machines[1].forward(ends, 100.0).direction[0]
+    assert direction == pytest.approx([0.5 / np.sqrt(2), 0.5 / np.sqrt(2), 0.866025404], abs=1e-6)
+
+
+def test_chain_that_makes_no_machine(shop):
+    """Linear axes that do not span the space: 909211 at the profile."""
+    setup = changed(SETUP_5, CIN_Z="(CIN,Z,0,0,0,0,0,0)", TOL="(TOL,100,0,0,-90,)")
+    with pytest.raises(CncError) as caught:
+        list(shop.profile("X0Y0Z0A0B0F100\nX1", setup, cell=CELL_5).batches())
+    assert caught.value.code == 909211
+
+
+@pytest.mark.parametrize(
+    ("xyz", "ab", "length", "tip", "d"),
+    [
+        ((0, 0, 0), (0, 0), 0, (0, 0, -246.5), (0, 0, 1)),
+        ((1, 2, 3), (0, 0), 100, (1, 2, -343.5), (0, 0, 1)),
+        ((1, 2, 3), (0, 90), 100, (-345.5, 2, 3), (1, 0, 0)),
+        ((1, 2, 3), (90, 90), 100, (1, -344.5, 3), (0, 1, 0)),
+        ((100, 50, 400), (30, 20), 100, (-2.632652991, -9.254989831, 74.396506898), (0.296198133, 0.171010072, 0.939692621)),
+        ((100, 50, 400), (-90, 45), 100, (100, 295.012499681, 154.987500319), (0, -0.707106781, 0.707106781)),
+        ((10, 20, 30), (180, -30), 0, (-113.25, 20, -183.475262033), (0.5, 0, 0.866025404)),
+    ],
+)  # fmt: skip
+def test_table_of_the_sample_machine(shop, xyz, ab, length, tip, d):
+    """10.3: the machine of the setup, through MAC and CIN; and back again."""
+    program = shop.profile("X0Y0Z0A0B0F100\nX1", changed(SETUP_5, TOL="(TOL,100,0,0,-90,)"), cell=CELL_5)
+    list(program.batches())
+    machine = program.profiles._machines[1]
+    q = np.array([*xyz, *ab], dtype=float)
+    pose = machine.forward(q, length)
+    assert pose.tip[0] == pytest.approx(tip, abs=1e-8)
+    assert pose.direction[0] == pytest.approx(d, abs=1e-8)
+    assert machine.inverse(pose.tip, pose.direction, q, length)[0] == pytest.approx(q, abs=1e-8)
+
+
+def test_machine_with_two_tables(shop):
+    """10.4: MAC WRK, bed WRK, tables C and A under the part."""
+    setup = changed(
+        SETUP_5, MAC="(MAC,WRK,WRK)", TOL="(TOL,100,0,0,-90,)", AXI_X="(AXI,X,1,ABS,LI1)", AXI_Y="(AXI,Y,2,ORD,LI2)",
+        AXI_A="(AXI,A,5,OTH,TOL)", AXI_B="(AXI,B,6,OTH,WRK)", CIN_A="(CIN,A,0,0,0,0,90,0)",
+        CIN_B="(CIN,B,0,0,0,0,-90,0)", CIN_w="(CIN,w,0,0,0,0,0,0)", CIN_X="(CIN,X,0,0,0,0,90,0)",
+        CIN_Y="(CIN,Y,0,0,0,-90,0,-90)", CIN_Z="(CIN,Z,0,0,0,90,0,0)", CIN_t="(CIN,t,0,0,0,0,0,0)",
+    )  # fmt: skip
+    program = shop.profile("X0Y0Z0A0B0F100\nX1", setup, cell=CELL_5)
+    list(program.batches())
+    pose = program.profiles._machines[1].forward(np.array([100.0, 50, 400, 30, 20]), 100.0)
+    assert pose.tip[0] == pytest.approx([160.082190214, 147.441762853, 234.807621135], abs=1e-8)
+    assert pose.direction[0] == pytest.approx([0.171010072, 0.469846310, 0.866025404], abs=1e-8)
