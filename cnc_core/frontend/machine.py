@@ -74,6 +74,14 @@ class TipMachine(Protocol):
 
 
 @dataclass(frozen=True)
+class OsaiCell:
+    """What only the 10-Series dialect knows: polynomials' feed along the arc; location points in the tool's centre."""
+
+    feed_by_length: bool = False
+    centre: bool = False
+
+
+@dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
 
@@ -83,7 +91,7 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``: what only the IsoNs dialect knows.  ``kinematics``: transformations by number; ``kin_id``: the first.
+    ``isons``, ``osai``: what only these dialects know.  ``kinematics``: transformations by number; ``kin_id``: first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     """
 
@@ -102,6 +110,7 @@ class ProgramMachine:
     isons: IsonsCell | None = None
     kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
     kin_id: int | None = None
+    osai: OsaiCell = OsaiCell()
     axis_ids: tuple[int, ...] = ()
 
     @property

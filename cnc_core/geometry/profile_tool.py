@@ -143,7 +143,8 @@ class Versors:
         n = self.normal(coef, u, d)
         q = self.radius_direction(coef, u, d, n)
         edge = tool.edge_radius
-        return np.asarray(point + edge * n + (tool.radius - edge) * q - edge * d)
+        down = 0.0 if tool.centre else edge
+        return np.asarray(point + edge * n + (tool.radius - edge) * q - down * d)
 
     def following(self, coef: FloatArray, u: FloatArray, column: int) -> FloatArray:
         """Angle of the tangential axis, degrees, the value continuous but for whole turns: (n, 3)."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
 
-from cnc_core.blocks import EXACT_STOP, LINEAR, POLYNOMIAL
+from cnc_core.blocks import BY_PARAMETER, EXACT_STOP, LINEAR, POLYNOMIAL
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
 from cnc_core.geometry import profile_jets as jets
@@ -494,3 +494,18 @@ def test_machine_with_two_tables(shop):
     pose = program.profiles._machines[1].forward(np.array([100.0, 50, 400, 30, 20]), 100.0)
     assert pose.tip[0] == pytest.approx([160.082190214, 147.441762853, 234.807621135], abs=1e-8)
     assert pose.direction[0] == pytest.approx([0.171010072, 0.469846310, 0.866025404], abs=1e-8)
+
+
+def test_location_in_the_centre_and_feed_along_the_arc(shop):
+    """The cell decides what the manual leaves open: centre instead of tip (31.6), arc length instead of parameter."""
+    cell = parse_config('[osai]\nlocation = "centre"\nfeed = "arc"\n')
+    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,PRG,REL)", TOL="(TOL,0,10,2,-90,)")
+    batches = list(shop.profile("X10Y20Z30m0.6n0o0.8F1000\nX11", setup, cell=cell).batches())
+    approach = next(row for b in batches for row in b.rows if row["type"] == LINEAR)
+    assert approach["end"][:3] == pytest.approx([19.2, 20, 31.6])
+    (_, _, row), = curves(shop.profile(GROUP_3, POL_3, cell=cell))
+    assert not row["flags"] & BY_PARAMETER
+    (_, _, row), = curves(shop.profile(GROUP_3, POL_3))
+    assert row["flags"] & BY_PARAMETER
+    with pytest.raises(CncError, match="did you mean 'location'"):
+        parse_config('[osai]\nlocatoin = "centre"\n')
