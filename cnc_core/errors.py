@@ -207,7 +207,7 @@ ERRORS: dict[int, str] = {
     909254: "tangential axis with polynomials or B-splines",
     909260: "the tool direction cannot be reached",
     909261: "operating limit of the setup exceeded",
-    909262: "the motion comes too close to a singular position of the machine",
+    909262: "the motion does not become smooth: a singular pose, or a normal along the tool",
     909270: "words without use",
     # our own: kinematics and coordinate systems
     910101: "tool direction cannot be reached by the rotary axes",

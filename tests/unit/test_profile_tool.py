@@ -509,3 +509,17 @@ def test_location_in_the_centre_and_feed_along_the_arc(shop):
     assert row["flags"] & BY_PARAMETER
     with pytest.raises(CncError, match="did you mean 'location'"):
         parse_config('[osai]\nlocatoin = "centre"\n')
+
+
+def test_a_normal_that_leaves_the_tool_direction(shop):
+    """From flat contact on q is where the normal goes; where it swings across, the tool steps over at standstill."""
+    setup = changed(
+        SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,PRG,REL)", TOL="(TOL,0,10,2,-90,)", EDG=None, CRV=None
+    )
+    text = "X0Y0Z0m0n0o1F3000\nX5m0.1\nX10m0.2\nX15m0.3\nX20m0.4"
+    result = plan_program(shop.profile(text, setup, programmed=False), keep_samples=True)
+    assert result.samples["pos"][-1][0] == pytest.approx(20 + 2 * 0.371390676 + 8, abs=1e-5)
+    text = "X0Y0Z0m-0.2n0o1F3000\nX5m-0.1\nX10m0\nX15m0.1\nX20m0.2"
+    rows = driven_of(shop.profile(text, setup, programmed=False))
+    steps = rows[(rows["type"] == LINEAR) & (np.arange(len(rows)) > 0)]
+    assert steps["length"].tolist() == pytest.approx([16.0], abs=1e-3)
