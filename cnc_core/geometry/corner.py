@@ -114,16 +114,20 @@ class Corners:
         last = int(motions[-1])
         if len(motions) > 1:
             self._start = batch.rows["end"][motions[-2], : len(self._start)].copy()
-        self._held = self._part(batch, last)
-        return BlockBatch(batch.rows[:last], batch.pool)
+        count, first = batch.rows["count"][last], last
+        while first and batch.rows["count"][first - 1] == count and batch.rows["type"][first - 1] > POLYNOMIAL:
+            first -= 1  # of a block that is refused later nothing is handed out
+        self._held = self._part(batch, first, last)
+        return BlockBatch(batch.rows[:first], batch.pool)
 
-    def _part(self, batch: BlockBatch, first: int) -> BlockBatch:
-        """The rows from a motion on, with the coefficients of that motion alone."""
+    def _part(self, batch: BlockBatch, first: int, motion: int) -> BlockBatch:
+        """The rows from a block on, with the coefficients of its last motion alone."""
         rows = batch.rows[first:].copy()
-        if rows["type"][0] != POLYNOMIAL:
+        if batch.rows["type"][motion] != POLYNOMIAL:
             return BlockBatch(rows)
-        begin, size = int(rows["pool"][0]), len(self._start) * (int(rows["degree"][0]) + 1)
-        rows["pool"][0] = 0
+        row = rows[motion - first : motion - first + 1]
+        begin, size = int(row["pool"][0]), len(self._start) * (int(row["degree"][0]) + 1)
+        row["pool"] = 0
         return BlockBatch(rows, batch.pool[begin : begin + size].copy())
 
     def drain(self) -> BlockBatch:
