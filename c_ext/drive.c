@@ -11,21 +11,13 @@
 #define TURN_STEP 0.1      /* rad of turn over an interval */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
+#define CORNER_ACC_SHARE 0.012
 #define STAND_SPEED 1.0    /* mm/s: corners that had to be passed below it are stood at */
 #define STOP_MARGIN 0.98   /* of the estimated stopping distance: a stand nearer than that is not tried */
 #define BRAKES_AHEAD 1.6   /* window in planner intervals, over the stopping distance from full speed */
 #define MAX_KNOTS 1000.0
 
 /* ------------------------------------------------------------------------------------------------ limits */
-static double stop_knots(const jerk_config *c) {
-    double knots = 0.0;
-    for (int i = 0; i < c->axes; i++) {
-        double v = c->v_max[i], a = c->a_max[i], j = c->j_max[i], t = a / j;
-        if (t > 2.0 * c->cycle_s) knots = fmax(knots, 0.5 * v * (v / a + t) / (j * t * t * t / 36.0));
-    }
-    return knots;
-}
-
 static jerk_config config_of(const engine_config *cfg) {
     jerk_config c = {.axes = cfg->axis_count, .cycle_s = cfg->cycle_s, .window_blocks = (int)cfg->window};
     for (int i = 0; i < c.axes; i++) {
@@ -33,7 +25,7 @@ static jerk_config config_of(const engine_config *cfg) {
         c.a_max[i] = cfg->a_max[i];
         c.j_max[i] = cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
     }
-    c.window_knots = (int)fmin(MAX_KNOTS, fmax(2.0 * cfg->window, 64.0 + BRAKES_AHEAD * stop_knots(&c)));
+    c.window_knots = (int)fmin(MAX_KNOTS, fmax(2.0 * cfg->window, 64.0 + BRAKES_AHEAD * jerk_stop_knots(&c)));
     return c;
 }
 
@@ -41,6 +33,12 @@ static bool jerk_limited(const engine_config *cfg) {
     for (int i = 0; i < cfg->axis_count; i++)
         if (cfg->j_max[i] > 0) return true;
     return false;
+}
+
+/* A second planner like the first one. */
+jerk_planner *drive_spare(const engine *e) {
+    jerk_config c = config_of(&e->cfg);
+    return jerk_new(&c, 2 * c.window_knots);
 }
 
 bool drive_new(engine *e) {
@@ -130,7 +128,8 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
 static bool sharp(const engine *e, const piece *p) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
         double j = e->cfg.j_max[a] > 0 ? e->cfg.j_max[a] : e->cfg.a_max[a] / e->cfg.cycle_s;
-        if (p->jump[a] * STAND_SPEED > CORNER_SHARE * j * e->cfg.cycle_s * e->cfg.cycle_s) return true;
+        double room = fmin(CORNER_SHARE * j * e->cfg.cycle_s, CORNER_ACC_SHARE * e->cfg.a_max[a]) * e->cfg.cycle_s;
+        if (p->jump[a] * STAND_SPEED > room) return true;
     }
     return false;
 }
@@ -146,6 +145,11 @@ static bool stands_behind(engine *e, uint64_t i, bool *known) {
     }
     *known = false;
     return false;
+}
+
+bool drive_stands_behind(engine *e, uint64_t i) {
+    bool known;
+    return stands_behind(e, i, &known);
 }
 
 static void close_boundary(engine *e) {

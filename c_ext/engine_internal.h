@@ -389,6 +389,7 @@ struct engine {
     bool released;            /* all axes of the channel */
     uint32_t held_axes;       /* bit per axis with ipo_mc_control.feedhold */
     uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;
+    struct foresight *foresight; /* NULL: none of its functions is configured */
 };
 
 static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & (PIECE_RING - 1)]; }
@@ -492,6 +493,8 @@ double curve_piece_cell_end(const engine *e, const piece *p, double s);
 
 /* drive.c */
 bool drive_new(engine *e);
+jerk_planner *drive_spare(const engine *e);
+bool drive_stands_behind(engine *e, uint64_t i);
 void drive_free(engine *e);
 void drive_commit(engine *e);
 bool drive_shorten_tail(engine *e);
@@ -522,6 +525,12 @@ void geo_begin_distance(engine *e);
 void take_commands(engine *e);
 void publish(engine *e);
 void publish_initial(engine *e);
+
+/* foresight.c */
+bool foresight_new(engine *e);
+void foresight_free(engine *e);
+void foresight_plan(engine *e, bool pumped);
+void foresight_publish(engine *e);
 
 /* serve.c */
 int serve_request(engine *e);

@@ -6,6 +6,7 @@
 #define GRADING 0.25     /* growth of the spacing with the distance from a standstill */
 #define MAX_TURN 0.07    /* rad in one planner interval */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
+#define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
 #define SLOW 0.5         /* grid step over the length in which jerk changes a low speed */
 #define SLOW_FEED 1.0    /* the same for a low feed: of the speed that counts */
@@ -72,6 +73,7 @@ static double jump_cap(const jerk_planner *p, const jerk_interval *left, const j
         double bend = STEP_SEEN * f * f * fabs(right->d2[0][a] - left->d2[1][a]);
         double corner = f / dt * fabs(right->d1[0][a] - left->d1[1][a]);
         double v = 2.0 * room / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
+        if (corner * v > ACC_SHARE * p->cfg.a_max[a]) v = ACC_SHARE * p->cfg.a_max[a] / corner;
         cap = fmin(cap, v * v); /* bend x + corner sqrt(x) <= room */
     }
     return cap;
@@ -235,7 +237,7 @@ static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
     g->rest_start = p->at_rest;
     g->stands = e->stands;
     g->land_from = g->land_to = -1.0;
-    g->finest = fmin(p->rest_length / 60.0, e->length / 24.0);
+    g->finest = fmin(p->finest, e->length / 24.0);
     if (n > g->max) return false;
     knot_steps(p, g, n, e->stands);
     double at = 0.0;
@@ -247,19 +249,28 @@ static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
     return true;
 }
 
-/* The window of the next plan. */
-void grid_window(jerk_planner *p, grid *g) {
+/* The path ahead up to a distance. */
+static extent extent_to(const jerk_planner *p, double distance) {
+    extent e = {p->head, 0.0, true};
+    while (e.end != p->tail && e.length < distance) e.length += ring_at(p, e.end++)->length;
+    e.length = fmin(e.length, distance);
+    return e;
+}
+
+/* The window of the next plan, or the first `reach` mm of it. */
+void grid_window(jerk_planner *p, grid *g, double reach) {
     extent e = window_extent(p);
-    if (!grid_fill(p, g, &e, 1e30)) g->stands = false;
+    bool whole = e.length <= reach;
+    if (!whole) e = extent_to(p, reach);
+    if (!grid_fill(p, g, &e, whole ? 1e30 : reach)) g->stands = false;
+    if (!whole) g->stands = false; /* it ends at rest where the axes need not stand */
     knot_caps(p, g);
 }
 
 /* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
 bool grid_to(jerk_planner *p, grid *g, double distance) {
-    extent e = {p->head, 0.0, true};
-    while (e.end != p->tail && e.length < distance) e.length += ring_at(p, e.end++)->length;
+    extent e = extent_to(p, distance);
     if (e.length < distance - 1e-9) return false;
-    e.length = distance;
     bool fits = grid_fill(p, g, &e, distance);
     knot_caps(p, g);
     return fits;

@@ -118,7 +118,7 @@ typedef struct plan {
 struct jerk_planner {
     jerk_config cfg;
     double scale;                         /* F */
-    double rest_length;                   /* mm from rest to full acceleration with the smallest limits */
+    double finest;                        /* mm: grid step at a standstill */
     double spacing;
     jerk_interval *ring;
     double *tight;                        /* as `ring` */
@@ -133,6 +133,7 @@ struct jerk_planner {
     problem prob;
     plan plan;
     double *scratch;                      /* capacity + LANES */
+    double reach;                         /* mm: windows this long are solved; longer ones have failed */
     int wait;                             /* segments to hand out before the next plan is tried */
     jerk_stats stats;
     void *arena;
@@ -151,7 +152,7 @@ void interval_part(const jerk_interval *in, double from, double to, int axes, je
 void ring_consume(jerk_planner *p, double length, bool whole);
 
 /* jerk_grid.c */
-void grid_window(jerk_planner *p, grid *g);
+void grid_window(jerk_planner *p, grid *g, double reach);
 bool grid_to(jerk_planner *p, grid *g, double distance);
 void segment_limits(const jerk_planner *p, segment *s);
 void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right);
@@ -189,6 +190,9 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 
 /* jerk_straight.c */
 bool plan_straight(jerk_planner *p);
+
+/* jerk_planner.c */
+void planner_copy(jerk_planner *to, const jerk_planner *from);
 
 /* jerk_hold.c */
 void plan_stop(jerk_planner *p);

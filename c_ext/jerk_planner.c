@@ -6,6 +6,10 @@
 #include "jerk_internal.h"
 
 #define RING_MIN 1024
+#define RAMP_PARTS 6.0      /* planner intervals over the ramp from rest to full acceleration, */
+#define STOP_PARTS 80.0     /* over the way from full speed to rest, */
+#define REST_PARTS 60.0     /* parts of that ramp next to a standstill, but no more than ... */
+#define FINEST_PARTS 2000.0 /* ... of the longest interval */
 #define DEFAULT_REFRESH 0.2 
 #define SHORT_WINDOW 50      /* blocks: here what is left of the window counts */
 #define SHORT_REFRESH 0.12
@@ -61,19 +65,41 @@ static void lay_out(jerk_planner *p, arena *m) {
     p->plan.last = take(m, n);
 }
 
+/* Way to rest from the speed v with constant jerk and acceleration. */
+static double stop_way(double v, double a, double j) {
+    double ramp = fmin(a, sqrt(v * j));
+    return 0.5 * v * (v / ramp + ramp / j);
+}
+
+/* The longest interval resolves the ramp to full acceleration, or the way to rest where that ramp is very short. */
+double jerk_spacing(const jerk_config *c) {
+    double spacing = 1e30;
+    for (int i = 0; i < c->axes; i++) {
+        double v = c->v_max[i], a = fmin(c->a_max[i], sqrt(v * c->j_max[i])), j = c->j_max[i], rest = a * a * a / (6.0 * j * j);
+        spacing = fmin(spacing, fmax(rest / RAMP_PARTS, stop_way(v, a, j) / STOP_PARTS));
+    }
+    return spacing;
+}
+
+/* Intervals of the planner's grid from full speed to rest. */
+double jerk_stop_knots(const jerk_config *c) {
+    double way = 0.0;
+    for (int i = 0; i < c->axes; i++) way = fmax(way, stop_way(c->v_max[i], c->a_max[i], c->j_max[i]));
+    return way / jerk_spacing(c);
+}
+
 /* Smallest limits: length of the ramp from rest to full acceleration, and the speed scale. */
 static void set_scales(jerk_planner *p) {
     const jerk_config *c = &p->cfg;
     double length = 1e30, v = 0.0;
-    for (int a = 0; a < c->axes; a++) {
-        double t = c->a_max[a] / c->j_max[a];
-        if (t > 2.0 * c->cycle_s) length = fmin(length, c->j_max[a] * t * t * t / 6.0); /* else: as good as unlimited */
-        v = fmax(v, c->v_max[a]);
+    for (int i = 0; i < c->axes; i++) {
+        double t = c->a_max[i] / c->j_max[i];
+        length = fmin(length, c->j_max[i] * t * t * t / 6.0);
+        v = fmax(v, c->v_max[i]);
     }
-    if (length >= 1e30) length = v * c->cycle_s;
-    p->rest_length = length;
     p->scale = v / 3.0;
-    p->spacing = c->spacing_mm > 0.0 ? c->spacing_mm : length / 6.0;
+    p->spacing = c->spacing_mm > 0.0 ? c->spacing_mm : jerk_spacing(c);
+    p->finest = fmax(length / REST_PARTS, fmin(0.5 * length, p->spacing / FINEST_PARTS));
     if (!(c->refresh > 0.0)) p->cfg.refresh = c->window_blocks < SHORT_WINDOW ? SHORT_REFRESH : DEFAULT_REFRESH;
 }
 
@@ -89,6 +115,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     p->at_rest = true;
     p->feed_factor = p->rapid_factor = 1.0;
     p->command_speed = -1.0;
+    p->reach = 1e30;
     arena m = {0};
     lay_out(p, &m);
     if (posix_memalign(&p->arena, 64, m.used)) p->arena = NULL;
@@ -100,6 +127,15 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     m = (arena){p->arena, 0};
     lay_out(p, &m);
     return p;
+}
+
+/* `to` was made with the same configuration and capacity: it becomes the same planner with memory of its own. */
+void planner_copy(jerk_planner *to, const jerk_planner *from) {
+    arena m = {to->arena, 0};
+    *to = *from;
+    to->arena = m.at;
+    lay_out(to, &m);
+    memcpy(to->arena, from->arena, m.used);
 }
 
 void jerk_free(jerk_planner *p) {

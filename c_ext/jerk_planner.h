@@ -68,6 +68,8 @@ typedef struct jerk_planner jerk_planner;
 jerk_planner *jerk_new(const jerk_config *config, int capacity); /* NULL: no memory or bad limits */
 void jerk_free(jerk_planner *p);
 int jerk_check_config(const jerk_config *config);
+double jerk_spacing(const jerk_config *config);     /* mm: longest planner interval, unless spacing_mm says so */
+double jerk_stop_knots(const jerk_config *config);  /* such intervals from full speed to rest */
 
 int64_t jerk_room(const jerk_planner *p);
 int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n); /* taken, or a JERK_ error */
@@ -86,6 +88,8 @@ void jerk_cut(jerk_planner *p, int64_t i, double length); /* keep `length` mm of
 void jerk_brake(jerk_planner *p);                   /* what is left of the plan becomes the shortest stop */
 void jerk_reset(jerk_planner *p);                   /* at rest, without a path */
 double jerk_stop_distance(const jerk_planner *p);    /* mm, estimated on a straight line from here */
+double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch); /* mm: way of the stop that a hold would plan */
+double jerk_line_time(const jerk_planner *p, const double *direction, double length, double speed); /* s, from rest to rest */
 double jerk_speed(const jerk_planner *p);           /* mm/s at the end of what was handed out; 0: at rest */
 
 int jerk_ready(const jerk_planner *p);              /* enough is known to go on without planning a stop too early */

@@ -64,6 +64,19 @@ static profile fastest(line_limits m, double length) {
     return (profile){.ramp = cbrt(0.5 * length / m.j)};
 }
 
+/* Time from rest to rest over a line of this direction at this speed at most, s. */
+double jerk_line_time(const jerk_planner *p, const double *direction, double length, double speed) {
+    line_limits m = {speed, 1e30, 1e30};
+    for (int i = 0; i < p->cfg.axes; i++) {
+        double share = fmax(fabs(direction[i]), 1e-12);
+        m.v = fmin(m.v, p->cfg.v_max[i] / share);
+        m.a = fmin(m.a, p->cfg.a_max[i] / share);
+        m.j = fmin(m.j, p->cfg.j_max[i] / share);
+    }
+    profile t = fastest((line_limits){m.v * VEL_USABLE, m.a * ACC_USABLE, m.j * JERK_USABLE}, length);
+    return 4.0 * t.ramp + 2.0 * t.hold + t.cruise;
+}
+
 typedef struct pen {
     jerk_planner *p;
     uint64_t i;        /* ring interval, and */

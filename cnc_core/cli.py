@@ -298,7 +298,7 @@ def _say_run_errors(result: Any) -> None:
     for e in result.errors:
         place = f"{e['file']}:{e['line']}:{e['column']}: " if e["line"] else ""
         say_error(f"{place}{e['code']}: {e['text']}")
-        if e["line"] and result.error_text:
+        if e["line"] and result.error_text and e["line"] == result.errors[0]["line"]:
             say_error(f"    {result.error_text}")
 
 
@@ -611,7 +611,8 @@ def _failed(error: Exception) -> int:
     if not isinstance(error, CncError | HliError | OSError | ValueError):
         raise error
     numbered = _numbered(error)
-    say_error(numbered)
+    for each in (numbered, *numbered.also):
+        say_error(each)
     if "--json" in sys.argv and not _emitted:
         emit(_empty_result(numbered))
     return 1
@@ -622,8 +623,8 @@ def _empty_result(error: CncError) -> dict[str, Any]:
     if "run" in sys.argv[1:2]:
         from .cell import RunResult  # noqa: PLC0415
 
-        return RunResult(end="error", errors=[error.as_json()]).as_json()
-    return {"errors": [error.as_json()]}
+        return RunResult(end="error", errors=[e.as_json() for e in (error, *error.also)]).as_json()
+    return {"errors": [e.as_json() for e in (error, *error.also)]}
 
 
 if __name__ == "__main__":

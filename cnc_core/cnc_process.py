@@ -332,7 +332,7 @@ class CncProcess:
         if preparation.program:
             self.dialect = preparation.program.dialect
         if preparation.error and preparation.error not in self.errors:
-            self.errors.append(preparation.error)
+            self.errors += [preparation.error, *preparation.error.also]
 
     def _wait_for_plc(self) -> bool:
         """Until a PLC has attached (at once if none is awaited); False if a signal came first."""

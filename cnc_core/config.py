@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from .blocks import NC_AXES
 from .errors import ConfigError, Place
 from .frontend.isons_cell import IO_BLOCKS
-from .frontend.machine import External, ProgramMachine, Tool
+from .frontend.machine import External, HscSetting, ProgramMachine, Tool
 from .isons_config import IsonsConfig
 from .kinematics.machine import Kinematics
 from .kinematics_config import KinematicsConfig
@@ -35,6 +35,14 @@ KNOWN_FUNCTIONS = {
     "FCT_CALC_STATE_AT_T", "FCT_CALC_TIME", "FCT_CONTOUR_LAH", "FCT_DYN_POS_LIMIT", "FCT_EXTENSION_EQUIDIST",
     "FCT_CALC_POS_V_0", "FCT_DLM",
 }  # fmt: skip
+# Identifiers that are accepted and do nothing here, and why.
+WITHOUT_EFFECT = {
+    "FCT_SYNC": "there are no independent axes that could be synchronised to the path",
+    "FCT_LIFT_UP_TIME": "there is no lifting axis",
+    "FCT_SHIFT_NCBL": "M functions are shifted by their synchronisation (MEP_SVS, MET_SVS) alone",
+    "FCT_DYN_POS_LIMIT": "position limits are those of the cell, checked when blocks are prepared",
+    "FCT_DLM": "there is no conveyor that could be tracked",
+}
 # Synchronisation of the M functions of the built-in machine (P-CHAN-00041); what is absent is undefined.
 DEFAULT_M_SYNCH: dict[int, str] = dict.fromkeys((0, 1, 2, 3, 4, 5, 17, 19, 29, 30), "NO_SYNCH") | dict.fromkeys(
     (6, 7, 8, 9, 10, 11, 40, 41, 42, 43, 44, 45), "NO_SYNCH"
@@ -150,6 +158,20 @@ class SpindleConfig(_Table):
         return {3: self.m3_synch, 4: self.m4_synch, 5: self.m5_synch, 19: self.m19_synch, 0: self.s_synch}
 
 
+class HscsConfig(_Table):
+    """One state of SysHscSettings (``hscs.*``): subprogram, tolerance in 0.1 um.  ``prg``: another spelling of prog."""
+
+    prog: str = ""
+    prg: str = ""
+    tolerance: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _one_name(self) -> HscsConfig:
+        if self.prog and self.prg:
+            raise ValueError("prog and prg name the same: give prog alone")
+        return self
+
+
 class ChannelConfig(_Table):
     """Channel parameters."""
 
@@ -168,8 +190,10 @@ class ChannelConfig(_Table):
     m_pre_outp: dict[str, NotNegative] = Field(default_factory=dict)
     g_programs: dict[str, str] = Field(default_factory=dict)
     m6_program: str = ""
+    esa_time: Annotated[list[NotNegative], Field(max_length=3)] = Field(default_factory=list)
     kin_id: Annotated[int, Field(ge=0, le=999)] | None = None
     skip_levels: list[Annotated[int, Field(ge=1, le=10)]] = Field(default_factory=list)
+    hscs: dict[Literal["deselect", "rough", "prefinish", "finish"], HscsConfig] = Field(default_factory=dict)
 
     @field_validator("g_programs")
     @classmethod
@@ -410,6 +434,9 @@ class CellConfig(_Table):
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
+            hsc_settings={
+                str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()
+            },
             kinematics=self.kinematic_machines,
             kin_id=self.kin_id,
         )
@@ -419,6 +446,12 @@ class CellConfig(_Table):
         out = [
             f"P-CHAN-00650: unknown identifier {w!r} is ignored"
             for w in sorted(self.channel.functions - KNOWN_FUNCTIONS)
+        ]
+        out += [f"hscs.{state}.prg: the name is hscs.{state}.prog" for state, h in self.channel.hscs.items() if h.prg]
+        out += [
+            f"P-CHAN-00650: {name} has no effect: {why}"
+            for name, why in WITHOUT_EFFECT.items()
+            if name in self.channel.functions
         ]
         if 0 < self.channel.fb_storage_size < MIN_FB_STORAGE:
             out.append(f"P-STUP-00033: fb_storage_size raised to the minimum of {MIN_FB_STORAGE} bytes")

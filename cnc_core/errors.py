@@ -56,6 +56,10 @@ ERRORS: dict[int, str] = {
     22181: "#RT ENDWHILE without #RT WHILE; real-time loops do not nest",
     50991: "a real-time loop has to end where it begins",
     21024: "I, J, K and R together",
+    21381: "cycle call while a modal cycle is active",
+    22178: "call pattern without a retraction plane",
+    13164: "pocket: finishing without an allowance",
+    13320: "cycle: parameter missing or invalid (CYC_PARAM_MISSING, CYC_PARAM_INVALID)",
     21525: "#PTP during tool radius compensation",
     21527: "#PTP needs an active kinematic transformation",
     21531: "#MCS during #PTP",
@@ -144,6 +148,17 @@ ERRORS: dict[int, str] = {
     907054: "external variable does not fit its storage",
     907060: "zero offset number out of range",
     907061: "not possible in this feed mode",
+    # our own: cycles
+    907101: "cycle: parameters that exclude or need each other (CYC_PARAM_CONFLICT)",
+    907102: "cycle: the points do not determine the result (CYC_DEGENERATE)",
+    907103: "cycle: a kinematic transformation has to be active (CYC_NO_TRAFO)",
+    907104: "call pattern does not exist (PAT_UNKNOWN_ID)",
+    907105: "call pattern: wrong definition (PAT_SYNTAX)",
+    907106: "call pattern: rotation about X or Y (PAT_ROTATION)",
+    907107: "cycle: the tool has no radius (CYC_NO_TOOL)",
+    907108: "a cycle call stands alone in its block",
+    907110: "cycle: unknown parameter is ignored",
+    907112: "obsolete name",
     # our own: RS-274 programs
     908001: "word that no function of the block uses",
     908002: "parameter is not defined",
@@ -242,6 +257,7 @@ class CncError(Exception):
         self.code = code
         self.text = text or ERRORS.get(code, "error")
         self.place = place or Place()
+        self.also: list[CncError] = []  # further errors of the same block
         super().__init__(self.text)
 
     def at(self, place: Place) -> CncError:

@@ -78,9 +78,15 @@ def drive(
 
 
 def ratios(pos: FloatArray, cell: CellConfig) -> tuple[float, float]:
-    """(velocity, acceleration): largest measured over allowed, standstill before and after included."""
+    """(velocity, acceleration): largest measured over allowed, standstill before and after included.
+
+    The jerk is asserted here: wherever the axes of a cell have a limit it holds, to the 2 % of the planner's goal.
+    """
     start = cell.axis_values("start_mm")
-    q = np.vstack([start, start, pos, pos[-1], pos[-1]])
+    q = np.vstack([start, start, start, pos, pos[-1], pos[-1], pos[-1]])
     v = np.abs(np.diff(q, axis=0)).max(axis=0) / cell.cycle_s
     a = np.abs(np.diff(q, n=2, axis=0)).max(axis=0) / cell.cycle_s**2
+    j = np.abs(np.diff(q, n=3, axis=0)).max(axis=0) / cell.cycle_s**3
+    limit = cell.axis_values("j_max_mm_s3")
+    assert (j <= np.where(limit > 0, limit, np.inf) * 1.02).all(), j / limit
     return float((v / cell.axis_values("v_max_mm_s")).max()), float((a / cell.axis_values("a_max_mm_s2")).max())

@@ -21,6 +21,14 @@ class Tool:
 
 
 @dataclass(frozen=True)
+class HscSetting:
+    """One state of SysHscSettings: subprogram of the manufacturer, tolerance in mm."""
+
+    program: str = ""
+    tolerance_mm: float = 0.0
+
+
+@dataclass(frozen=True)
 class External:
     """A variable shared with the PLC: ``number`` is its first 24-byte block (from 1), ``size`` None or elements.
 
@@ -83,7 +91,8 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``: what only the IsoNs dialect knows.  ``kinematics``: transformations by number; ``kin_id``: the first.
+    ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``kinematics``: transformations by number; ``kin_id``: the first.
     """
 
     axes: tuple[str, ...]
@@ -99,5 +108,6 @@ class ProgramMachine:
     velocity: npt.NDArray[np.float64] | None = None
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
+    hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
     kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
     kin_id: int | None = None

@@ -30,6 +30,7 @@ from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
 from cnc_core.frontend.isg.corner_commands import CornerCommands
+from cnc_core.frontend.isg.cycles.commands import CycleCommands
 from cnc_core.frontend.isg.frame_commands import FrameCommands
 from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
@@ -55,7 +56,14 @@ class Command(NamedTuple):
 
 
 class CommandParser(
-    FrameCommands, PositionCommands, PathCommands, SplineCommands, CornerCommands, TextCommands, TimeCommands
+    FrameCommands,
+    PositionCommands,
+    PathCommands,
+    SplineCommands,
+    CornerCommands,
+    TextCommands,
+    TimeCommands,
+    CycleCommands,
 ):
     """Compiles one # command; the stream stands behind ``#``."""
 
@@ -127,6 +135,9 @@ class CommandParser(
             (("DEL", "DIST"), self._dist2go_end),
             (("RT", "WHILE"), self._rt_while),
             (("RT", "ENDWHILE"), self._rt_endwhile),
+            (("PATTERN",), self._pattern),
+            (("AT",), self._at),
+            (("DISABLE", "MODAL", "CYCLE"), self._disable_modal),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:

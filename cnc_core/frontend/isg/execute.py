@@ -409,6 +409,8 @@ class Executor:
     def _calls(self, words: Words) -> None:
         """Subprograms that are executed at the end of the block."""
         self.calls = [] if words.call is None else [words.call]
+        if words.call is not None and words.call.arguments is not None and set(words.offsets) - {"N", "L"}:
+            raise fail(907108, ERRORS[907108], words.call.offset)
         for function in words.functions["M"]:
             if function.number == 6 and self._m6():
                 self.calls.append(Call(self._m6(), False, function.offset))

@@ -38,6 +38,11 @@ class Feeds:
         """F of the mode that is on."""
         return self._modal.feed if self.plain else self._words.get(self.mode, 0.0)
 
+    @property
+    def per_minute_mm(self) -> float:
+        """F of G94, mm/min; 0: none yet."""
+        return (self._modal.feed if self.plain else self._per_minute) * self._modal.feed_unit
+
     def choose(self, mode: int) -> None:
         if mode == self.mode:
             return

@@ -36,7 +36,7 @@ class FrameCommands(CommandBase):
 
     def not_compensated(self, name: str, number: int) -> None:
         if self._context.executor.compensation.choice.active:
-            raise fail(number, f"{name}: {ERRORS[number]}", self._start)
+            raise fail(number, ERRORS[number] if number == 21525 else f"{name}: {ERRORS[number]}", self._start)
 
     def _frame_commands(self) -> tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]:
         return (

@@ -10,7 +10,9 @@ from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.variables import READ_ONLY, WRONG_INDEX, Value
+from cnc_core.frontend.isg.cycles.hsc_settings import STATES
 from cnc_core.frontend.isg.store import Reference, Setter
+from cnc_core.frontend.machine import HscSetting
 
 if TYPE_CHECKING:
     from cnc_core.frontend.isg.context import Context
@@ -165,6 +167,7 @@ class System:
             "WZ_AKT": self._active_tool,
             "WZ": self._tool,
             "KIN": self._kinematic,
+            "HSCS": self._hsc_tolerance,
         }.get(first)
         return special(indices, rest, offset) if special else None
 
@@ -251,6 +254,14 @@ class System:
             return (tool.radius_mm if rest[0] == "R" else tool.length_mm) / modal.unit_mm
 
         return load, None
+
+    def _hsc_tolerance(self, indices: Sequence[Formula], rest: list[str], offset: int) -> Access:
+        """V.G.HSCS.FINISH.TOLERANCE and the like, mm or inch, read only."""
+        context = self.context
+        if indices or len(rest) != 2 or rest[0].lower() not in STATES or rest[1] != "TOLERANCE":
+            return None
+        setting = context.machine.hsc_settings.get(rest[0].lower(), HscSetting())
+        return (lambda: setting.tolerance_mm / context.modal.unit_mm), None
 
     def _kinematic(self, indices: Sequence[Formula], rest: list[str], offset: int) -> Access:
         """V.G.KIN[i].*: kept without effect."""
