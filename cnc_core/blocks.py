@@ -20,7 +20,7 @@ NC_AXES = 9
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
 SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
-COORDINATES, CORNER = 20, 21
+COORDINATES, CORNER, SOFT_LIMITS = 20, 21, 22
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -43,7 +43,9 @@ TYPE_NAMES: dict[int, str] = {
     SPLINE: "spline",
     COORDINATES: "coordinates",
     CORNER: "corner",
+    SOFT_LIMITS: "soft_limits",
 }
+SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)  # no blocks: what stages and engine are told
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
 TANGENTS = 255  # degree of an element that names its tangents in the pool
@@ -108,7 +110,7 @@ class BlockBatch:
 
 def number_of_blocks(batch: BlockBatch) -> int:
     """Rows that are blocks, not said to the stages or the engine alone."""
-    return int(((batch.rows["type"] != COORDINATES) & (batch.rows["type"] != DYNAMICS)).sum())
+    return int((~np.isin(batch.rows["type"], SILENT)).sum())
 
 
 def motion_planes(plane: int) -> tuple[int, int, int]:
@@ -185,10 +187,13 @@ class Block:
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
-        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE, CORNER):
+        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE, CORNER, SOFT_LIMITS):
             out["code"], out["value"] = int(row["code"]), float(row["value"])
-            if kind == DYNAMICS:
-                out["limits"] = [float(v) for v in row["end"][: max(6, len(self.axes))]]
+            if kind == CONTOUR:
+                out["on"], out["distances"] = bool(row["plane"]), row["center"].tolist()
+            if kind in (DYNAMICS, SOFT_LIMITS):
+                count = len(self.axes) if kind == SOFT_LIMITS else max(6, len(self.axes))
+                out["limits"] = [float(v) for v in row["end"][:count]]
         elif kind == FLUSH:
             out["wait"] = bool(row["flags"] & WAIT)
         return out

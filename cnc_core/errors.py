@@ -13,6 +13,7 @@ from typing import Any
 ERRORS: dict[int, str] = {
     # vendor numbers
     20003: "G60 without motion",
+    20007: "G63: no spindle speed is programmed",
     20013: "G04: a number and an axis word together",
     20014: "G04: only the first main axis may carry the time",
     20108: "two motion or plane functions in one block",
@@ -41,6 +42,8 @@ ERRORS: dict[int, str] = {
     20569: "#COMMENT END does not stand alone in its block, or has no beginning",
     20590: "#IF, #ELSE, #ENDIF do not fit together",
     20612: "#PSET while mirroring is active",
+    20635: "G63 together with G95",
+    20636: "G63 together with G96",
     20651: "flush or synchronous wait during tool radius compensation",
     20726: "message: a value is missing",
     20752: "G04: time out of range",
@@ -66,8 +69,11 @@ ERRORS: dict[int, str] = {
     21550: "#CS or #ACS during #PTP",
     21552: "#TRAFO during #PTP",
     21601: "coordinate system of this name does not exist",
+    21209: "#FGROUP: circles need all main axes in the group, or none",
     21545: "DELETE: position out of range",
     21549: "more than 12 values in #WAIT or #SIGNAL",
+    21648: "beyond the machine's own software limit, which holds",
+    21649: "the negative software limit is not below the positive one",
     21758: "G164: the radii at the start and the end of the circle differ",
     90008: "selection of tool radius compensation needs a linear block",
     90011: "too many blocks without motion in the plane during tool radius compensation",
@@ -159,6 +165,8 @@ ERRORS: dict[int, str] = {
     907108: "a cycle call stands alone in its block",
     907110: "cycle: unknown parameter is ignored",
     907112: "obsolete name",
+    907070: "G63: spindle functions do not stand in the block",
+    907071: "G63: the spindle has to be at rest",
     # our own: RS-274 programs
     908001: "word that no function of the block uses",
     908002: "parameter is not defined",

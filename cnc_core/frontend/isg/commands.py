@@ -121,6 +121,8 @@ class CommandParser(
             (("SLOPE",), self._slope),
             (("SET", "SLOPE", "PROFIL"), self._old_slope),
             (("FGROUP",), self._fgroup),
+            (("TANGFEED",), self._tangfeed),
+            (("SET", "TANGFEED"), self._tangfeed),
             (("TIME",), self._time),
             (("TIMER",), self._timer),
             (("WAIT",), self._wait),

@@ -89,7 +89,7 @@ class IsgFrontEnd(ProgramLevels):
     def _plain(self) -> bool:
         if self._declaring or self.context.patterns.opened or self.context.modal_cycle.call:
             return False
-        return self.executor.feeds.plain and not self.context.spaces.watches_plane
+        return self.executor.plain and not self.context.spaces.watches_plane
 
     def _may_drain(self) -> bool:
         return not self.executor.compensation.choice.active
