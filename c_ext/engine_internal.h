@@ -93,6 +93,7 @@ typedef struct piece {
     double length;
     double feed;             /* 0 = rapid */
     double v_hard;           /* axis speeds and normal acceleration */
+    double entry_speed;      /* largest speed at the start that the program asks for */
     double centre[2], radius, angle0, sweep; /* arc */
     double plane_speed;      /* arc: speed in the plane over path speed */
     double curvature;        /* arc: normal acceleration over path speed squared */
@@ -310,6 +311,7 @@ struct engine {
     double next_tangents[6];        /* of an element whose geometry lies in other coordinates */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
+    float end_speed;         /* of the motion pushed last */
     int finished, expect_drain, hold_start, stay;
     uint64_t drain_at, drain_from;
     marked_log log;

@@ -14,7 +14,7 @@ typedef long long ivec __attribute__((vector_size(32)));
 #define GRADED_EXTRA 96       /* room beyond window_knots for the finer grid near rests */
 #define ACC_USABLE 0.998      /* share of the limits that is planned with */
 #define JERK_USABLE 0.998
-#define VEL_USABLE 0.9999
+#define VEL_USABLE 1.0
 #define CHECK_SLACK 1.012     /* the checker's bound, over the machine's limits */
 #define FEED_SLACK 1.004      /* of speed over the feed */
 

@@ -115,7 +115,7 @@ static double load_speed(const engine *e, const load *l) {
 
 /* Fastest that p is driven at an override. */
 double reachable(const piece *p, double override) {
-    return p->feed > 0 ? fmin(p->v_hard, p->feed * override) : p->v_hard;
+    return p->feed > 0 ? fmin(p->v_hard, p->feed * (p->flags & NC_NO_OVERRIDE ? 1.0 : override)) : p->v_hard;
 }
 
 static void set_reserve(engine *e, piece *p, const load *l, double v) {
@@ -169,7 +169,7 @@ static bool cap_corner(engine *e, uint64_t i) {
     if (!previous_motion(e, &b)) return true;
     const piece *before = piece_at(e, b);
     load l;
-    double slack = speed_slack(e), hard = fmin(before->v_hard, p->v_hard), v = hard + slack;
+    double slack = speed_slack(e), hard = fmin(p->entry_speed, fmin(before->v_hard, p->v_hard)), v = hard + slack;
     if (!gather(e, i, true, &v, &l)) return false;
     p->corner_v = fmin(hard, fmax(0.0, v - slack));
     double occurs = slack + fmax(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));

@@ -16,7 +16,7 @@ static bool row_is_finite(const engine *e, const nc_block *r) {
         if (!isfinite(r->end[i])) return false;
     return isfinite(r->length) && isfinite(r->feed) && isfinite(r->center[0]) && isfinite(r->center[1]) &&
            isfinite(r->radius) && isfinite(r->programmed_radius) && isfinite(r->angle) && isfinite(r->value) &&
-           isfinite(r->length_min);
+           isfinite(r->length_min) && isfinite(r->end_speed);
 }
 
 /* A motion in other coordinates than the axes': its tangents, kept for the element that is pushed next. */
@@ -152,6 +152,8 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     e->has_pending_gate = false;
     p->stop_after = row->flags & NC_EXACT_STOP;
     e->stop_pending = p->stop_after;
+    p->entry_speed = e->end_speed > 0 ? e->end_speed : NEVER;
+    e->end_speed = row->end_speed;
     p->path0 = e->pushed_path;
     p->path_rate = p->dist_rate = 1.0;
     p->whole = p->length;

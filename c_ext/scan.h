@@ -36,6 +36,7 @@
 #define NC_RULE_MESSAGES 16   /* not plain: a comment with a comma, it may be a message */
 #define NC_RULE_PLANE_CENTRE 64 /* I, J: first and second axis of the plane, whichever it is; K is no centre word */
 #define NC_RULE_CENTRE_DISTANCE 128 /* under G91 centre words count from the start, whatever centre_absolute says */
+#define NC_RULE_NO_PLANES 512    /* not plain: G17, G18, G19 */
 #define NC_RULE_NO_BRACKETS 256 /* not plain: `(` */
 
 /* numbers of cnc_core.errors */

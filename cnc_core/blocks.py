@@ -15,12 +15,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .profile import ProfileChunk
+
 NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
 MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
 SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
-COORDINATES, CORNER, SOFT_LIMITS = 20, 21, 22
+COORDINATES, CORNER = 20, 21
+PATH_MODE, FILTER, SOFT_LIMITS = 22, 23, 24
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -44,14 +47,19 @@ TYPE_NAMES: dict[int, str] = {
     COORDINATES: "coordinates",
     CORNER: "corner",
     SOFT_LIMITS: "soft_limits",
+    PATH_MODE: "path_mode",
+    FILTER: "filter",
 }
 SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)  # no blocks: what stages and engine are told
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
+BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool
+NO_OVERRIDE = 16384
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
+CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
 PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}
 
@@ -77,7 +85,7 @@ NC_BLOCK = np.dtype(
         ("plane", np.uint8),
         ("degree", np.uint8),
         ("fill_1", np.uint8),
-        ("fill_2", np.uint32),
+        ("end_speed", np.float32),
     ],
     align=True,
 )
@@ -90,10 +98,16 @@ class BlockBatch:
 
     ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row owns ``axes * (degree + 1)`` values from
     ``row["pool"]`` on, axis after axis, ascending powers of the parameter 0..``row["angle"]``.
+    ``profile``: columns of a profile that come behind the rows; the stage for profiles makes rows of them.
     """
 
     rows: npt.NDArray[Any]
     pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    profile: ProfileChunk | None = None
+
+    @classmethod
+    def of_profile(cls, chunk: ProfileChunk) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK), profile=chunk)
 
     @classmethod
     def empty(cls) -> BlockBatch:

@@ -43,6 +43,9 @@ Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
 Lenient = Annotated[
     bool, typer.Option("--lenient", help="isg: unknown # commands and undefined M functions are warnings")
 ]
+Answers = Annotated[
+    Path | None, typer.Option("--answers", help="JSON list of answers to the program's dialogs (isons)")
+]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
@@ -90,12 +93,20 @@ def open_program(
     lenient: bool = False,
     tolerance: float = 0.0,
     programmed: bool = False,
+    answers: Path | None = None,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
 
     program = Program(
-        file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance, programmed=programmed
+        file,
+        load(config),
+        dialect,
+        collect=collect,
+        lenient=lenient,
+        tolerance=tolerance,
+        programmed=programmed,
+        answers=answers,
     )
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
@@ -105,12 +116,19 @@ def open_program(
 def say_warnings(program: Any) -> None:
     for warning in program.reader.warnings:
         say_error(f"warning: {warning}")
+    for report in program.filter_reports:
+        say_error(report)
 
 
 # ------------------------------------------------------------------------------------------------ programs
 @app.command()
 def check(
-    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+    file: File,
+    config: Config = None,
+    dialect: Dialect = None,
+    lenient: Lenient = False,
+    answers: Answers = None,
+    as_json: Json = False,
 ) -> None:
     """Parse and execute a program without motion and report all its errors.
 
@@ -119,19 +137,24 @@ def check(
     from .blocks import number_of_blocks  # noqa: PLC0415
 
     count, errors = 0, []
+    setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(file, config, dialect, collect=True, lenient=lenient, programmed=True)
+            program = open_program(
+                file, config, dialect, collect=True, lenient=lenient, programmed=True, answers=answers
+            )
             count = sum(map(number_of_blocks, program.batches()))
-        errors = program.errors
+        errors, setups = program.errors, getattr(program.reader, "setups", [])
         say_warnings(program)
     except CncError as error:
         errors = [error]
     for found in errors:
         say_error(found)
     if as_json:
-        emit({"errors": [e.as_json() for e in errors], "blocks": count})
+        emit({"errors": [e.as_json() for e in errors], "blocks": count} | ({"setups": setups} if setups else {}))
     elif not errors:
+        for setup in setups:
+            out.print(f"setup {setup['file']}\n" + "\n".join(f"  {line}" for line in setup["printed"]))
         out.print(f"{file}: {count} blocks, no errors")
     if errors:
         raise typer.Exit(1)
@@ -139,7 +162,12 @@ def check(
 
 @app.command()
 def blocks(
-    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+    file: File,
+    config: Config = None,
+    dialect: Dialect = None,
+    lenient: Lenient = False,
+    answers: Answers = None,
+    as_json: Json = False,
 ) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
 
@@ -147,7 +175,7 @@ def blocks(
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect, lenient=lenient, programmed=True)
+    program = open_program(file, config, dialect, lenient=lenient, programmed=True, answers=answers)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -195,6 +223,7 @@ def plan(
     config: Config = None,
     dialect: Dialect = None,
     lenient: Lenient = False,
+    answers: Answers = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -207,7 +236,7 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance)
+    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers)
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)
@@ -257,6 +286,7 @@ def run(
     config: Config = None,
     dialect: Dialect = None,
     lenient: Lenient = False,
+    answers: Answers = None,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
@@ -274,7 +304,7 @@ def run(
         symbols = dict(parse_force(text) for text in force or [])
         result = cell.run(
             file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
-            watch=watch or (), force=symbols,
+            watch=watch or (), force=symbols, answers=answers,
         )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")

@@ -437,6 +437,7 @@ class CellConfig(_Table):
             hsc_settings={
                 str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()
             },
+            axis_ids=tuple(a.id or i for i, a in enumerate(self.axes.values(), 1)),
             kinematics=self.kinematic_machines,
             kin_id=self.kin_id,
         )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +30,7 @@ class PlanResult:
     path_deviation_mm: float = 0.0
     lookahead: int = 0
     infeasible: int = 0
+    filters: list[dict[str, Any]] = field(default_factory=list)
     jerk_limited: bool = False
     samples: dict[str, Any] | None = None
 
@@ -44,6 +45,7 @@ class PlanResult:
             "path_deviation_mm": self.path_deviation_mm,
             "lookahead": self.lookahead,
             "planner": "jerk-limited" if self.jerk_limited else "acceleration-limited",
+            "filters": self.filters,
         }
 
 
@@ -97,9 +99,11 @@ def plan_program(
                 break
         check.finish()
         carried = max(program.frames.deviation, program.kinematics.deviation)
-        return _result(
+        out = _result(
             cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
         )
+        out.filters = [asdict(report) for report in program.filter_reports]
+        return out
     finally:
         engine.close()
 

@@ -18,16 +18,27 @@ from .config import SYNCH, CellConfig, synch_value
 from .errors import CncError, Place
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
 from .geometry.corner import Corners
+from .geometry.feed_control import FeedControl
 from .geometry.frames import Frames
+from .geometry.low_pass import LowPass
+from .geometry.noise import FineNoise, Noise
+from .geometry.nurbs import SplineFilter
+from .geometry.parameter_feed import ParameterFeed
+from .geometry.path_mode import PathMode
+from .geometry.polyline import FilterReport, RunFilter
+from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
+from .geometry.short_segments import ShortSegments
 from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.spline import Spline
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
 from .kinematics.stage import KinematicsStage, ProgrammedView
+from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
+FILTERS: tuple[type[RunFilter], ...] = (Noise, SplineFilter, FineNoise, ShortSegments, LowPass, FeedControl)
 
 
 def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
@@ -103,6 +114,7 @@ class Program:
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
     ``programmed``: rows as they are ahead of the kinematics, which is followed for its errors only.
+    ``answers``: file with answers to the program's dialogs, if no ``port`` is given.
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -118,10 +130,12 @@ class Program:
         start: npt.NDArray[np.float64] | None = None,
         tolerance: float = 0.0,
         programmed: bool = False,
+        answers: Path | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
-        self.port = port or OfflinePort(machine.start, cell.skip_mask)
+        operator = Operator(read_answers(answers)) if answers else None
+        self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
         self.dialect = dialect or frontend.detect(self.path)
         self.reader: FrontEnd = frontend.create(
             self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
@@ -132,19 +146,32 @@ class Program:
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
+        self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
         self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
         contour: list[Stage] = [
             Corners(machine.start, machine.main, self._place),
             compensation,
             DropZeroLength(),
             Spline(machine.start, machine.main, self._place),
+            *self.filters,
+            PathMode(machine.start, machine.main),
             self.contouring,
             self.smoothing,
         ]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
-        self.kinematics = KinematicsStage(cell.kinematic_machines, machine.start, machine.main, self._place)
-        axes: Stage = Pipeline([self.kinematics, AxisLimits(cell, self._place)])
-        self.pipeline = Pipeline([self.frames, ProgrammedView(axes) if programmed else axes])
+        machines = dict(cell.kinematic_machines)  # profiles add their own
+        self.profiles = Profiles(
+            machine.main, self._place, machines, (cell.axis_values("min_mm"), cell.axis_values("max_mm"))
+        )
+        self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
+        self.limits = AxisLimits(cell, self._place)
+        axes: Stage = Pipeline([self.kinematics, ParameterFeed(len(machine.axes), machine.main), self.limits])
+        self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
+
+    @property
+    def filter_reports(self) -> list[FilterReport]:
+        """Of the filters that have been used."""
+        return [stage.report for stage in self.filters if stage.report.blocks_in]
 
     @property
     def errors(self) -> list[CncError]:
@@ -165,7 +192,7 @@ class Program:
         except CncError as error:
             return self._behind_held(error)
         if isinstance(item, BlockBatch):
-            if not len(item):
+            if not len(item) and item.profile is None:
                 return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
         if item is Wait.DRAINED or item is None:
@@ -186,6 +213,8 @@ class Program:
             raise item
         assert item is not None
         self._next = None
+        if isinstance(self.port, OfflinePort):
+            self.port.moved(self.limits.last)
         return item
 
     def _behind_held(self, item: Wait | CncError | None) -> BlockBatch | Wait | None:

@@ -12,6 +12,7 @@ from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.iso import IsoFrontEnd
 from cnc_core.frontend.isons import IsonsFrontEnd
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.frontend.osai import OsaiFrontEnd
 from cnc_core.port import ChannelPort, Wait
 
 DIALECTS = ("isg", "iso", "isons", "osai")
@@ -52,5 +53,7 @@ def create(
         return IsoFrontEnd(path, machine, port, collect=collect)
     if dialect == "isons":
         return IsonsFrontEnd(path, machine, port, collect=collect)
+    if dialect == "osai":
+        return OsaiFrontEnd(path, machine, port, collect=collect, lenient=lenient)
     known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"
     raise CncError(901003, f"dialect {dialect} is not available yet{known}", Place(file=str(path)))

@@ -8,7 +8,7 @@ from pathlib import Path
 DEFAULT_DIALECT = "isg"
 EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg"} | dict.fromkeys(
     (".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso"
-) | {".isons": "isons"}
+) | {".isons": "isons", ".osai": "osai", ".hsm": "osai"}
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
 # what cannot stand in a program of the other dialect
@@ -27,13 +27,20 @@ _SIGNS = {
 }
 
 
+# three-letter codes look like comments, so they are searched for in the text as it stands
+_HSM = re.compile(r"^\s*(?:N\d+\s*)?\(\s*HSM\s*,[^()\n]*\)\s*$|^\s*<\*,", re.M)
+
+
 def detect(path: Path) -> str:
     """Dialect of the file: the one whose signs alone are found in its first 64 KiB, else that of its extension."""
     by_name = EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
     try:
         with path.open("rb") as file:
-            text = _COMMENT.sub(" ", file.read(SNIFFED_BYTES).decode("latin-1"))
+            text = file.read(SNIFFED_BYTES).decode("latin-1")
     except OSError:
         return by_name  # the reader reports it
+    if _HSM.search(text):
+        return "osai"
+    text = _COMMENT.sub(" ", text)
     found = [dialect for dialect, sign in _SIGNS.items() if sign.search(text)]
     return found[0] if len(found) == 1 else by_name

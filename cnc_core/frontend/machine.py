@@ -93,6 +93,7 @@ class ProgramMachine:
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
     ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
     ``kinematics``: transformations by number; ``kin_id``: the first.
+    ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     """
 
     axes: tuple[str, ...]
@@ -111,3 +112,9 @@ class ProgramMachine:
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
     kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
     kin_id: int | None = None
+    axis_ids: tuple[int, ...] = ()
+
+    @property
+    def ids(self) -> tuple[int, ...]:
+        """Logical axis numbers in channel order."""
+        return self.axis_ids or tuple(range(1, len(self.axes) + 1))

@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import CIRCULAR, CORNER, LINEAR, POLYNOMIAL, BlockBatch, motion_planes
+from ..blocks import CIRCULAR, CORNER, EDGE, LINEAR, POLYNOMIAL, ROUND, BlockBatch, motion_planes
 from ..errors import ERRORS, CncError, Place
 from .polynomial import joined
 from .stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]
-CHAMFER, EDGE, ROUND = 1, 2, 3
 TINY_MM = 1e-9
 TANGENTIAL = 1e-7  # rad
 DOES_NOT_FIT, WRONG_BLOCKS = 911004, 911005

@@ -21,7 +21,7 @@ RADIUS_ONCE, NO_PITCH, KEEP_CENTRE = lib.NC_RULE_RADIUS_ONCE, lib.NC_RULE_NO_PIT
 NO_CORRECTION = lib.NC_RULE_NO_CORRECTION
 NO_EQUALS, MESSAGES = lib.NC_RULE_NO_EQUALS, lib.NC_RULE_MESSAGES
 PLANE_CENTRE, CENTRE_DISTANCE = lib.NC_RULE_PLANE_CENTRE, lib.NC_RULE_CENTRE_DISTANCE
-NO_BRACKETS = lib.NC_RULE_NO_BRACKETS
+NO_BRACKETS, NO_PLANES = lib.NC_RULE_NO_BRACKETS, lib.NC_RULE_NO_PLANES
 
 MODAL_NAMES = (
     *("motion", "plane", "absolute", "centre_absolute", "exact_stop", "unit"),
@@ -124,6 +124,11 @@ class Modal:
         """Programmed position of all channel axes, machine coordinates."""
         return np.array(list(self._modal.pos)[: self._modal.axes], dtype=np.float64)
 
+    def set_position(self, position: npt.NDArray[np.float64]) -> None:
+        """(axes,) where the axes stand, machine coordinates."""
+        for i, value in enumerate(position):
+            self._modal.pos[i] = float(value)
+
     def go_to(self, file: int, line: int, read: int = 0) -> None:
         """What is read next stands behind ``line`` lines of ``file``; ``read`` lines count as read on the way."""
         self._modal.file = file
@@ -150,11 +155,6 @@ class Modal:
     def set_offset_of(self, axis: int) -> None:
         """The next offset of one axis acts at once."""
         self._modal.offset[axis] = self._modal.offset_next[axis]
-
-    def set_position(self, position: npt.NDArray[np.float64]) -> None:
-        """(axes,) where the channel stands, in coordinates that have changed; nothing moves."""
-        for i, value in enumerate(position):
-            self._modal.pos[i] = float(value)
 
     def set_mirror(self, mirror: npt.NDArray[np.float64], share: npt.NDArray[np.float64]) -> None:
         """(axes,) 1 or -1, and the driven share of an axis word (0.5: diameters); from the next word on."""
@@ -236,6 +236,11 @@ class Modal:
     def set_absolute(self, absolute: bool) -> None:
         """As G90 and G91 do."""
         self._modal.absolute = absolute
+
+    @property
+    def exact_stop(self) -> bool:
+        """Every motion ends at standstill."""
+        return bool(self._modal.exact_stop)
 
     @property
     def motion(self) -> int:

@@ -1,0 +1,75 @@
+"""Words of one line inside and outside a profile; letters are case-sensitive inside (specification 3)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from cnc_core.errors import ERRORS
+from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.osai.variables import Variables
+
+NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
+WORD = re.compile(rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])(\d+)(?![\d(]))")
+N_MAX = 2**31 - 1
+
+
+@dataclass
+class Words:
+    """``values`` and ``offsets`` by letter; ``g``: offset by code."""
+
+    n: int | None = None
+    g: dict[int, int] = field(default_factory=dict)
+    m: dict[int, int] = field(default_factory=dict)
+    values: dict[str, float] = field(default_factory=dict)
+    offsets: dict[str, int] = field(default_factory=dict)
+
+
+def parse(text: str, variables: Variables, letters: str, warn_unset: list[str] | None = None) -> Words:
+    """Words made of ``letters``, N, G and M; an axis letter that is none of them is an unknown word."""
+    words, at = Words(), 0
+    while text[at:].strip():
+        found = WORD.match(text, at)
+        if not found:
+            raise _malformed(text, at)
+        letter, offset = found[1], found.start(1)
+        if found[4]:
+            value = (-1.0 if found[3] == "-" else 1.0) * variables(found[4], int(found[5]))
+            if warn_unset is not None and not variables.known(found[4], int(found[5])):
+                warn_unset.append(found[4] + found[5])
+        else:
+            value = float(found[2])
+        _take(words, letter, value, offset, letters)
+        at = found.end()
+    return words
+
+
+def _malformed(text: str, at: int) -> Exception:
+    offset = at + len(text[at:]) - len(text[at:].lstrip())
+    if re.match(r"[A-Za-z]\s*[+-]?\s*(?:[EL]?\s*\(|[EL]\d+\s*\()", text[offset:]):
+        return fail(909227, ERRORS[909227], offset)
+    if not text[offset].isalpha():
+        return fail(909226, f"unknown word {text[offset]}", offset)
+    return fail(900004, f"{text[offset]} without a value", offset)
+
+
+def _take(words: Words, letter: str, value: float, offset: int, letters: str) -> None:
+    if letter in "GM":
+        codes = words.g if letter == "G" else words.m
+        if value != int(value) or not 0 <= value < 1000:
+            raise fail(20131, f"unknown {letter} function {letter}{value:g}", offset)
+        if int(value) in codes:
+            raise fail(900005, f"{letter}{value:g} twice in one block", offset)
+        codes[int(value)] = offset
+    elif letter == "N":
+        if words.n is not None:
+            raise fail(900005, "N twice in one block", offset)
+        if value != int(value) or not 0 <= value <= N_MAX:
+            raise fail(900012, f"N{value:g}: a whole number 0..{N_MAX} is expected", offset)
+        words.n = int(value)
+    elif letter not in letters:
+        raise fail(909226, f"unknown word {letter}", offset)
+    elif letter in words.values:
+        raise fail(900005, f"{letter} twice in one block", offset)
+    else:
+        words.values[letter], words.offsets[letter] = value, offset

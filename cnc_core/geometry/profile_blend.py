@@ -1,0 +1,164 @@
+"""Connecting pieces at transitions 63: both curves are cut a tangent length from their corner and joined C2.
+
+A circle that leaves the corner by e at a turn of t has the radius e / (1 / cos(t/2) - 1) and the tangent length
+r tan(t/2).  The piece between the cuts is a quintic with the curves' derivatives at its ends; its speed
+there is chosen so that on straight lines its middle is e from the corner, exactly as the circle's is.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..profile import BLEND, SMOOTH, STOP, ProfileSpec
+from . import profile_spline as spline
+from .profile_curves import Intervals
+from .profile_points import FloatArray
+
+SHARP = np.radians(0.05)  # smaller turns need no piece
+BACK = np.radians(179.0)  # beyond that nothing connects
+SHRINKS = 24
+GRID = np.linspace(0.0, 1.0, 17)
+
+
+def radius_of(turn: float, deviation: float) -> float:
+    """Radius of the circle that leaves a corner with this turn (rad) by ``deviation``."""
+    return float(deviation / (1.0 / np.cos(turn / 2.0) - 1.0))
+
+
+def tangent_length(turn: float, deviation: float) -> float:
+    """Distance from the corner at which that circle begins."""
+    return float(radius_of(turn, deviation) * np.tan(turn / 2.0))
+
+
+def evaluated(coef: FloatArray, u: float) -> FloatArray:
+    """(3, columns) value, first and second derivative of one polynomial (columns, order)."""
+    out, c = [], coef
+    for _ in range(3):
+        out.append(c @ u ** np.arange(c.shape[1]) if c.shape[1] else np.zeros(len(coef)))
+        c = c[:, 1:] * np.arange(1, c.shape[1])
+    return np.array(out)
+
+
+class Blends:
+    """Intervals in, intervals out; the last one of a curve waits for the curve behind a transition 63."""
+
+    def __init__(self, spec: ProfileSpec) -> None:
+        self.spec, self._linear = spec, list(spec.linear)
+        self._held: Intervals | None = None
+        self.count = 0
+
+    def push(self, intervals: Intervals, final: bool) -> Intervals:
+        columns = len(self.spec.columns)
+        whole = intervals if self._held is None else Intervals.joined([self._held, intervals], columns)
+        self._held = None
+        if not len(whole) or not (whole.after == BLEND).any():
+            return whole
+        parts, first = [], 0
+        for at in np.flatnonzero(whole.after == BLEND):
+            if at + 1 == len(whole):
+                break
+            parts += [whole[first : at + 1], self._blend(whole, int(at))]
+            first = int(at) + 1
+        rest = whole[first:]
+        if not final and len(rest) and rest.after[-1] == BLEND:
+            self._held, rest = rest[-1:], rest[:-1]
+        return Intervals.joined([*parts, rest], columns)
+
+    def _blend(self, whole: Intervals, at: int) -> Intervals:
+        """Cut both neighbours in place; the piece between them."""
+        left, right = whole.coef[at], whole.coef[at + 1]
+        a, b = evaluated(left, whole.span[at])[1], evaluated(right, 0.0)[1]
+        turn = self._turn(a, b)
+        chord = self.spec.chord
+        if turn < SHARP and np.allclose(a, b, rtol=0.0, atol=1e-3 * (np.linalg.norm(a) + 1e-12)):
+            whole.after[at] = SMOOTH
+            return whole[:0]
+        if turn > BACK or not chord > 0.0:
+            whole.after[at] = STOP
+            return whole[:0]
+        shorter = min(self._chord(left, whole.span[at]), self._chord(right, whole.span[at + 1]))
+        reach = min(tangent_length(max(turn, SHARP), chord), 0.5 * shorter)
+        for _ in range(SHRINKS):
+            made = self._made(left, float(whole.span[at]), right, turn, reach)
+            if made is not None:
+                break
+            reach *= 0.7
+        else:
+            whole.after[at] = STOP
+            return whole[:0]
+        coef, span, u0, u1 = made
+        self.count += 1
+        whole.span[at], whole.after[at] = u0, SMOOTH
+        whole.coef[at + 1] = shifted(right, u1)
+        whole.span[at + 1] -= u1
+        piece = whole[at : at + 1]
+        feed = np.minimum(whole.feed[at : at + 1], whole.feed[at + 1 : at + 2])
+        none = np.array([SMOOTH])
+        return Intervals(coef[None], np.array([span]), feed, none, piece.rapid.copy(), piece.line, piece.number)
+
+    def _turn(self, a: FloatArray, b: FloatArray) -> float:
+        x, y = a[self._linear], b[self._linear]
+        return float(np.arctan2(np.linalg.norm(np.cross(x, y)), x @ y))
+
+    def _chord(self, coef: FloatArray, span: float) -> float:
+        moved = evaluated(coef, span)[0] - coef[:, 0]
+        return float(np.linalg.norm(moved[self._linear]))
+
+    def _made(
+        self, left: FloatArray, span: float, right: FloatArray, turn: float, reach: float
+    ) -> tuple[FloatArray, float, float, float] | None:
+        """(coefficients, span, cut of the left curve, cut of the right one); None if it is too far off the corner."""
+        corner = right[:, 0]
+        u0 = self._at_distance(left, span, corner, reach, backward=True)
+        u1 = self._at_distance(right, self._end_of(right, reach), corner, reach, backward=False)
+        if u0 is None or u1 is None:
+            return None
+        start, end = evaluated(left, u0), evaluated(right, u1)
+        handle = 3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)) if turn > 1e-6 else 1.6
+        coef = joining(start, end, self._linear, handle * reach)
+        points = np.einsum("ck,kg->gc", coef, GRID ** np.arange(6)[:, None])
+        near = np.linalg.norm((points - corner)[:, self._linear], axis=1).min()
+        return (coef, 1.0, u0, u1) if near <= self.spec.chord * (1.0 + 1e-6) else None
+
+    def _end_of(self, coef: FloatArray, reach: float) -> float:
+        speed = float(np.linalg.norm(coef[self._linear, 1]))
+        return 4.0 * reach / max(speed, 1e-12)
+
+    def _at_distance(
+        self, coef: FloatArray, span: float, corner: FloatArray, reach: float, backward: bool
+    ) -> float | None:
+        """Parameter at which the curve is ``reach`` from the corner, by bisection from the corner outwards."""
+
+        def far(u: float) -> float:
+            return float(np.linalg.norm((evaluated(coef, u)[0] - corner)[self._linear]))
+
+        near, away = (span, 0.0) if backward else (0.0, span)
+        if far(away) < reach:
+            return None
+        for _ in range(60):
+            middle = 0.5 * (near + away)
+            near, away = (middle, away) if far(middle) < reach else (near, middle)
+        return 0.5 * (near + away)
+
+
+def joining(start: FloatArray, end: FloatArray, linear: list[int], speed: float) -> FloatArray:
+    """(columns, 6) quintic over 0..1 between two states (3, columns) of other parameters, C2 by arc length.
+
+    ``speed``: of the linear axes at both ends.
+    """
+    states = []
+    for state in (start, end):
+        rate = speed / max(float(np.linalg.norm(state[1][linear])), 1e-300)
+        states.append(np.stack([state[1] * rate, state[2] * rate * rate]))
+    one = np.array([1.0])
+    return np.asarray(spline.quintic(start[:1], end[:1], states[0][None], states[1][None], one)[0])
+
+
+def shifted(coef: FloatArray, by: float) -> FloatArray:
+    """The same polynomial with its parameter beginning at ``by``."""
+    out = coef.copy()
+    order = coef.shape[1]
+    for i in range(order - 1):
+        for k in range(order - 2, i - 1, -1):
+            out[:, k] += by * out[:, k + 1]
+    return out

@@ -1,0 +1,358 @@
+"""The stage for profiles: columns of points, polynomials or B-splines become rows (``cnc_core.profile``).
+
+Order: null moves, automatic transitions, curves, connecting pieces, compensation of the tool, rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, MutableMapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..blocks import BY_PARAMETER, COORDINATES, EXACT_STOP, LINEAR, NC_BLOCK, RAPID, BlockBatch
+from ..coordinates import Coordinates
+from ..errors import ERRORS, CncError, Place
+from ..kinematics.chain import Step
+from ..kinematics.machine import Kinematics
+from ..kinematics.osai import Element, machine_chain
+from ..profile import CONTROL_POINTS, POINTS, STOP, ProfileChunk, ProfileSpec
+from . import bspline
+from .polynomial import bernstein, joined, normalised
+from .profile_blend import Blends
+from .profile_carry import Carried, Carry, NotCarried
+from .profile_curves import Curves, Intervals
+from .profile_points import FloatArray, Points
+from .profile_rows import line_row, rows_of
+from .profile_tool import NoNormal
+from .stage import RefusedRow
+
+SAME = 1e-9  # mm by which the machine may stand beside the profile's first point
+JUMP = 1e-6  # mm or degrees that an axis may stand off the next curve's beginning
+TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
+CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
+
+
+@dataclass
+class ProfileReport:
+    """What was done with the profiles so far."""
+
+    profiles: int = 0
+    points: int = 0
+    dropped: int = 0
+    marked: int = 0
+    polynomials: int = 0
+    blends: int = 0
+
+
+class _Open:
+    """The profile that is being read.  ``switched``: its kinematics are in force."""
+
+    def __init__(self, spec: ProfileSpec, kinematics: Kinematics | None, number: int) -> None:
+        self.spec, self.kinematics, self.number = spec, kinematics, number
+        self.curves = Curves(spec) if spec.kind == POINTS else None
+        self.blends = Blends(spec)
+        self.first: FloatArray | None = None  # columns of the first point
+        self.switched = kinematics is not None and spec.point != "AXI"
+        self.position = spec.start.copy()  # in programmed coordinates
+        if self.switched:
+            assert kinematics is not None
+            self.position = kinematics.programmed(spec.start, spec.tool.length)[0]
+        self.carry = Carry(spec, kinematics, self.position.copy())
+
+
+class Profiles:
+    """``main``: channel index of the main axes, -1 where there is none.  ``place``: of (file, line).
+
+    ``machines``: kinematics by number; those of profiles are added.  ``low``, ``high``: (axes,) software limits.
+    """
+
+    def __init__(
+        self,
+        main: tuple[int, int, int],
+        place: Callable[[int, int], Place],
+        machines: MutableMapping[int, Kinematics],
+        limits: tuple[FloatArray, FloatArray],
+    ) -> None:
+        self._main, self._place = [i for i in main if i >= 0], place
+        self._machines, self._limits = machines, limits
+        self._open: _Open | None = None
+        self.report = ProfileReport()
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        """The rows that come before a profile's columns, and those that its columns settle."""
+        chunk = batch.profile
+        if chunk is None:
+            return batch
+        out = [BlockBatch(batch.rows, batch.pool)]
+        try:
+            if self._open is None or self._open.spec is not chunk.spec:
+                out.append(self._begin(chunk))
+            assert self._open is not None
+            out.append(self._rows(self._open, chunk))
+            if chunk.last:
+                out.append(self._end())
+        except RefusedRow as refused:
+            ahead = joined([*out, refused.ahead, self._end()])
+            raise RefusedRow(refused.error, ahead, refused.count) from None
+        return joined(out)
+
+    def drain(self) -> BlockBatch:
+        """A profile that was not read to its end (an error in it) ends where its last point stands."""
+        open_ = self._open
+        if open_ is None:
+            return BlockBatch.empty()
+        rest = BlockBatch.empty()
+        if open_.curves is not None and open_.first is not None:
+            rest = self._finished(open_, self._points(open_, Points.none(len(open_.spec.columns)), True), True)
+        return joined([rest, self._end()])
+
+    def resync(self, position: FloatArray) -> None:
+        self._open = None
+
+    # beginning and end
+
+    def _begin(self, chunk: ProfileChunk) -> BlockBatch:
+        spec, number = chunk.spec, 0
+        kinematics = None
+        if spec.chain is not None:
+            number = 1 + max(self._machines, default=0)
+            kinematics = self._machine(spec, number, chunk)
+            self._machines[number] = kinematics
+        self._open = _Open(spec, kinematics, number)
+        self.report.profiles += 1
+        if not self._open.switched:
+            return BlockBatch.empty()
+        return self._switch(Coordinates(kinematics=number, length=spec.tool.length), self._open.position, chunk)
+
+    def _machine(self, spec: ProfileSpec, number: int, chunk: ProfileChunk) -> Kinematics:
+        assert spec.chain is not None
+        steps = {s.name: Step(s.offset, s.rotation) for s in spec.chain.steps}
+        low, high = (limit.copy() for limit in self._limits)
+        elements: dict[str, Element] = {}
+        for axis in spec.axes:
+            if axis.place != "OTH":
+                elements[axis.place] = Element(axis.channel, steps[axis.name])
+            low[axis.channel] = max(low[axis.channel], -np.inf if axis.low is None else axis.low)
+            high[axis.channel] = min(high[axis.channel], np.inf if axis.high is None else axis.high)
+        try:
+            chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
+        except ValueError as error:
+            place = self._place(spec.file, int(chunk.line[0]))
+            raise RefusedRow(CncError(CHAIN, f"MAC and CIN: {error}", place), BlockBatch.empty(), spec.count) from None
+        x, y, z = (spec.axes[i].channel for i in spec.linear)
+        return Kinematics(chain, (x, y, z), low, high, number)
+
+    def _switch(self, chosen: Coordinates, position: FloatArray, chunk: ProfileChunk | None) -> BlockBatch:
+        assert self._open is not None
+        row = np.zeros(1, NC_BLOCK)
+        chosen.fill(row, position)
+        row["type"], row["count"], row["file"] = COORDINATES, self._open.spec.count, self._open.spec.file
+        row["line"] = int(chunk.line[0]) if chunk is not None and len(chunk) else 0
+        return BlockBatch(row)
+
+    def _end(self) -> BlockBatch:
+        """The axes are programmed as they are again."""
+        open_ = self._open
+        if open_ is None:
+            return BlockBatch.empty()
+        out = BlockBatch.empty()
+        if open_.switched:
+            assert open_.kinematics is not None
+            axes = open_.kinematics.driven(open_.position, open_.spec.tool.length)[0]
+            out = self._switch(Coordinates(), axes, None)
+        self._open = None
+        return out
+
+    # curves
+
+    def _rows(self, open_: _Open, chunk: ProfileChunk) -> BlockBatch:
+        spec = chunk.spec
+        self.report.points += len(chunk)
+        parts = []
+        if open_.first is None and len(chunk):
+            open_.first = chunk.values[0] if len(chunk.values) else chunk.coef[0, :, 0]
+            parts.append(self._approach(open_, chunk))
+        if spec.kind == POINTS:
+            intervals = self._points(open_, Points.of(chunk), chunk.last)
+        elif spec.kind == CONTROL_POINTS:
+            intervals = _of_bspline(chunk)
+        else:
+            intervals = _of_polynomials(chunk)
+        return joined([*parts, self._finished(open_, intervals, chunk.last)])
+
+    def _points(self, open_: _Open, points: Points, final: bool) -> Intervals:
+        curves, report = open_.curves, self.report
+        assert curves is not None
+        dropped, marked, blended = curves.filter.dropped, curves.marked, open_.blends.count
+        out = open_.blends.push(curves.push(points, final), final)
+        report.dropped += curves.filter.dropped - dropped
+        report.marked += curves.marked - marked
+        report.blends += open_.blends.count - blended
+        return out
+
+    # rows
+
+    def _finished(self, open_: _Open, intervals: Intervals, final: bool) -> BlockBatch:
+        """Rows of intervals in the profile's columns."""
+        spec = open_.spec
+        if not len(intervals):
+            return BlockBatch.empty()
+        if final:
+            intervals.after[-1] = STOP
+        made = self._carried(open_, intervals)
+        self._check_limits(spec, made, intervals)
+        index = made.index
+        batch = rows_of(
+            made.coef, made.span, self._degrees(open_, intervals, made), self._main, line=intervals.line[index],
+            n=intervals.number[index], count=spec.count, file=spec.file,
+        )  # fmt: skip
+        self._set_feed(open_, intervals, made, batch.rows)
+        rows = batch.rows
+        last = np.append(np.diff(index) != 0, True)
+        rows["flags"][last & (intervals.after[index] == STOP)] |= EXACT_STOP
+        straight = intervals.rapid[index]
+        rows["flags"][straight] = RAPID | EXACT_STOP
+        rows["type"][straight] = LINEAR
+        for name in ("feed", "angle", "degree"):
+            rows[name][straight] = 0
+        rows["pool"][straight] = 0
+        self.report.polynomials += int((~straight).sum())
+        return self._with_turns(open_, made, batch)
+
+    def _carried(self, open_: _Open, intervals: Intervals) -> Carried:
+        try:
+            return open_.carry(intervals)
+        except NotCarried as reason:
+            number = {"direction": UNREACHABLE, "rough": ROUGH, "normal": NORMAL}[reason.reason]
+            line = int(intervals.line[reason.interval])
+        except NoNormal:
+            number, line = NORMAL, int(intervals.line[0])
+        error = CncError(number, ERRORS[number], self._place(open_.spec.file, line))
+        raise RefusedRow(error, BlockBatch.empty(), open_.spec.count)
+
+    def _degrees(self, open_: _Open, intervals: Intervals, made: Carried) -> npt.NDArray[np.int64]:
+        spec = open_.spec
+        if not open_.carry.exact:
+            return np.full(len(made.span), 5, np.int64)
+        degree = np.full(len(made.span), spec.degree, np.int64)
+        if spec.kind == POINTS:
+            degree[np.abs(intervals.coef[:, :, 4:]).max(axis=(1, 2)) > 0.0] = 5
+        return degree
+
+    def _set_feed(self, open_: _Open, intervals: Intervals, made: Carried, rows: npt.NDArray[Any]) -> None:
+        """Along the curve that the feed refers to; of programmed polynomials that of the parameter."""
+        spec, feed = open_.spec, intervals.feed[made.index]
+        if spec.kind != POINTS and not spec.feed_by_length:
+            if open_.carry.exact and not open_.switched:
+                rows["feed"] = feed
+                rows["flags"] |= BY_PARAMETER
+                return
+            rows["feed"] = feed * rows["length"] / made.span
+            return
+        lengths = open_.carry.reference_lengths(intervals, made)
+        if lengths is not None:
+            feed = feed * np.divide(rows["length"], lengths, out=np.ones_like(feed), where=lengths > 1e-9)
+        rows["feed"] = feed
+
+    def _with_turns(self, open_: _Open, made: Carried, batch: BlockBatch) -> BlockBatch:
+        """Where an axis has to turn before the next curve begins (tangential axis, singular pose), it does so alone."""
+        rows, axes = batch.rows, len(open_.position)
+        starts = np.vstack([open_.position, rows["end"][:-1, :axes]])
+        begins = made.coef[:, :, 0]
+        turns = np.flatnonzero(np.abs(begins - starts).max(axis=1) > JUMP)
+        open_.position = rows["end"][-1][:axes].copy()
+        if not len(turns):
+            return batch
+        spec, inserted = open_.spec, []
+        for i in turns:
+            inserted.append(
+                line_row(
+                    starts[i], begins[i], self._main, False, feed=float(rows["feed"][i]) or TURNING, n=rows["n"][i],
+                    line=rows["line"][i], count=spec.count, file=spec.file,
+                )
+            )  # fmt: skip
+            if i:
+                rows["flags"][i - 1] |= EXACT_STOP
+        return BlockBatch(np.insert(rows, turns, np.concatenate(inserted)), batch.pool)
+
+    def _approach(self, open_: _Open, chunk: ProfileChunk) -> BlockBatch:
+        """A line to where the profile begins, if the machine stands elsewhere."""
+        spec, first = open_.spec, open_.first
+        assert first is not None
+        one = Intervals.none(len(first))
+        one.coef = np.zeros((1, len(first), 2))
+        one.coef[0, :, 0] = first
+        one.span, one.line = np.array([1.0]), chunk.line[:1]
+        exact = open_.carry.exact
+        end = open_.carry.copied(one.coef)[0, :, 0] if exact else self._carried_start(open_, chunk)
+        if np.abs(end - open_.position).max() <= SAME:
+            return BlockBatch.empty()
+        rapid = bool(len(chunk.rapid) and chunk.rapid[0])
+        row = line_row(
+            open_.position, end, self._main, rapid, feed=float(chunk.feed[0]) or TURNING, line=int(chunk.line[0]),
+            n=int(chunk.number[0]), count=spec.count, file=spec.file,
+        )  # fmt: skip
+        open_.position = end
+        return BlockBatch(row)
+
+    def _carried_start(self, open_: _Open, chunk: ProfileChunk) -> FloatArray:
+        """Channel axes at the profile's beginning, its first direction taken from its first points."""
+        coef = np.zeros((1, len(chunk.spec.columns), 6))
+        if len(chunk.coef):
+            coef[0, :, : chunk.coef.shape[2]] = chunk.coef[0]
+        else:
+            coef[0, :, 0] = chunk.values[0]
+            moved = np.flatnonzero(np.abs(chunk.values - chunk.values[0]).max(axis=1) > 0.0)
+            if len(moved):
+                coef[0, :, 1] = chunk.values[moved[0]] - chunk.values[0]
+        one = Intervals.none(coef.shape[1])
+        one.line = chunk.line[:1]
+        try:
+            return np.asarray(open_.carry.carried(coef, np.zeros(1), np.ones(1, np.bool_))[0, 0])
+        except NotCarried:
+            number = UNREACHABLE
+        except NoNormal:
+            number = NORMAL
+        place = self._place(open_.spec.file, int(chunk.line[0]))
+        raise RefusedRow(CncError(number, ERRORS[number], place), BlockBatch.empty(), open_.spec.count)
+
+    def _check_limits(self, spec: ProfileSpec, made: Carried, intervals: Intervals) -> None:
+        """Operating limits of the setup (AXP)."""
+        for axis in spec.axes:
+            if (axis.low is None and axis.high is None) or (axis.linear and spec.chain and spec.point != "AXI"):
+                continue
+            coef = made.coef[:, axis.channel : axis.channel + 1]
+            points = bernstein(normalised(coef, made.span))[:, 0]
+            low = -np.inf if axis.low is None else axis.low
+            high = np.inf if axis.high is None else axis.high
+            for i in np.flatnonzero((points.min(axis=1) < low - 1e-9) | (points.max(axis=1) > high + 1e-9)):
+                reach = _reach(coef[i, 0], float(made.span[i]))
+                if reach[0] < low - 1e-9 or reach[1] > high + 1e-9:
+                    worst = reach[0] if reach[0] < low - 1e-9 else reach[1]
+                    text = f"axis {axis.name} would reach {worst:g}, the setup allows {low:g} to {high:g}"
+                    place = self._place(spec.file, int(intervals.line[made.index[i]]))
+                    raise RefusedRow(CncError(LIMIT, text, place), BlockBatch.empty(), spec.count)
+
+
+def _reach(coef: FloatArray, span: float) -> tuple[float, float]:
+    values = np.polynomial.polynomial.polyval(np.linspace(0.0, span, 257), coef)
+    return float(values.min()), float(values.max())
+
+
+def _of_polynomials(chunk: ProfileChunk) -> Intervals:
+    rapid = np.zeros(len(chunk), np.bool_)
+    return Intervals(chunk.coef, chunk.span, chunk.feed, chunk.after.copy(), rapid, chunk.line, chunk.number)
+
+
+def _of_bspline(chunk: ProfileChunk) -> Intervals:
+    """Spans take feed and line of the control point in their middle."""
+    degree = chunk.spec.degree
+    coef, length, number = bspline.spans(chunk.values, chunk.knots, degree)
+    at = number - degree + (degree + 1) // 2
+    after = np.zeros(len(length), np.int64)
+    after[-1] = chunk.after[-1]
+    rapid = np.zeros(len(length), np.bool_)
+    return Intervals(coef, length, chunk.feed[at], after, rapid, chunk.line[at], chunk.number[at])
