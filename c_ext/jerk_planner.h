@@ -37,6 +37,7 @@ typedef struct jerk_interval {
     double v_hard;              /* mm/s: further limit that no override lifts; <= 0: none */
     double offset;              /* where the interval starts on what `tag` names */
     uint64_t tag;               /* the caller's own */
+    float acc_share[JERK_AXES], jerk_share[JERK_AXES]; /* of the axes' limits, on this interval; <= 0: all of it */
     uint32_t blocks;            /* program blocks that end with the interval, for window_blocks */
     uint32_t flags;
 } jerk_interval;
