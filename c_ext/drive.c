@@ -136,7 +136,7 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
     q.feed = p->feed > 0 ? p->feed : p->v_hard;
-    q.flags = p->feed > 0 ? 0 : JERK_RAPID;
+    q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
     q.v_hard = programmed_speed(e, p, from, to);
     set_shares(e, p, &q);
     q.blocks = to >= p->length;

@@ -149,6 +149,7 @@ static inline double jerk_max(const jerk_planner *p, const jerk_interval *q, int
 /* Speed that the operator and the program ask for over q, mm/s. */
 static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) {
     if (p->command_speed >= 0.0) return p->command_speed;
+    if (q->flags & JERK_FIXED && q->feed > 0) return q->feed;
     return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) : 1e30;
 }
 

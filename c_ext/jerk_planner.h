@@ -13,6 +13,7 @@
 #define JERK_AXES 9
 #define JERK_STAND 1u     /* the axes must stand at the end of the interval */
 #define JERK_RAPID 2u     /* `feed` is the rapid speed: the rapid override applies to it */
+#define JERK_FIXED 4u     /* `feed` holds as it is, whatever the override */
 #define JERK_BAD_LENGTH -1
 #define JERK_NOT_FINITE -2
 #define JERK_BAD_LIMITS -3

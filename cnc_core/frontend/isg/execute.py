@@ -7,7 +7,20 @@ from typing import Any
 
 import numpy as np
 
-from cnc_core.blocks import DWELL, FLUSH, HAS_VALUE, RAPID, SOFT_LIMITS, STANDSTILL, H, M, S, T, motion_planes
+from cnc_core.blocks import (
+    DWELL,
+    FLUSH,
+    HAS_VALUE,
+    NO_OVERRIDE,
+    RAPID,
+    SOFT_LIMITS,
+    STANDSTILL,
+    H,
+    M,
+    S,
+    T,
+    motion_planes,
+)
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.compensation import Compensation
 from cnc_core.frontend.base.lexer import fail
@@ -396,6 +409,8 @@ class Executor:
         return (self.contouring.switch(True, n) if "G261" in codes else []), []
 
     def _stored_codes(self, words: Words) -> None:
+        if not 0 <= words.values.get(115, 0) <= 14:
+            raise fail(20151, ERRORS[20151], words.codes["G115"])
         for name, offset in words.codes.items():
             code = int(name[1:])
             if code in gcodes.STORED:
@@ -454,9 +469,11 @@ class Executor:
             raise fail(error, ERRORS[error], offset if offset is not None else words.offsets.get("F", 0))
         if row is None:
             return []
-        if start is not None:
-            return self._with_feed(row, start, offset or 0)
-        return [row]
+        made = [row] if start is None else self._with_feed(row, start, offset or 0)
+        if "G166" in words.codes and not row["flags"][0] & RAPID:
+            row["flags"] |= NO_OVERRIDE
+            row["feed"] /= self.feeds.factor
+        return made
 
     def _applied(self, motion: MotionWords) -> tuple[int, Row | None]:
         """The motion; threads need no F."""

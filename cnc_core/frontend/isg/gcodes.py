@@ -92,7 +92,7 @@ FEED_MODES = (93, 94, 95, 194)
 DYNAMICS = frozenset({*range(127, 135), 230, 231, 233})
 CONTOURING = frozenset({61, 260, 261, 150, 151})
 CORNERS = frozenset({301, 302})
-SPINDLE = frozenset({96, 97, 196})
+SPINDLE = frozenset({96, 97, 196, 166})
 SOFT_LIMITS = (98, 99)
 EXECUTED = OFFSETS | DIAMETER | DYNAMICS | CONTOURING | CORNERS
 EXECUTED |= SPINDLE | frozenset({*SOFT_LIMITS, *MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351})
@@ -101,7 +101,7 @@ EXECUTED |= SPINDLE | frozenset({*SOFT_LIMITS, *MIRRORS, *FEED_MODES, 68, 69, 74
 INITIAL = frozenset({8, 9, 12, 117, 135, 140, 163, 202, 900})
 
 # Accepted and kept, without effect on the rows; said once in a warning.
-STORED = frozenset({13, 901, 115, 116, 136, 137, 166, 167, 193, 293, 333, 334, 338, 339})
+STORED = frozenset({13, 901, 115, 116, 136, 137, 167, 193, 293, 333, 334, 338, 339})
 
 # With ``=value``.
 VALUED = frozenset({115, 128, 129, 131, 133, 134, 159, 160, 231, 233, 333, 334, 338, 339})
