@@ -51,6 +51,7 @@ ERRORS: dict[int, str] = {
     20802: "change of coordinates during tool radius compensation",
     20821: "coordinate system is not defined",
     20794: "G12 and G13 in one block",
+    20795: "G13 without #CORNER PARAM",
     20860: "G351: only 1 and -1 are allowed",
     20927: "expression nested too deeply",
     50130: "weight above what the machine allows",

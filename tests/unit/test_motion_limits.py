@@ -5,6 +5,7 @@ import pytest
 
 from cnc_core.blocks import DYNAMICS, POLYNOMIAL, SMOOTHING
 from cnc_core.config import load_config
+from cnc_core.engine import Engine, Event
 from cnc_core.geometry.polynomial import joined
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
@@ -201,3 +202,28 @@ def test_weights_change_on_the_way(tmp_path):
     inside = (samples["pos"][1:-1, 0] > 100.5) & (samples["pos"][1:-1, 0] < 199.5)
     assert accel[inside].max() <= 600 * 1.001
     assert samples["v"][1:-1][inside].min() > 100
+
+
+@pytest.mark.parametrize("cell_text", ["", CELL])
+def test_g166_drives_its_block_at_the_programmed_feed(tmp_path, cell_text):
+    """Neither the operator's override nor #OVERRIDE acts on it; jerk-limited and not."""
+    (tmp_path / "cell.toml").write_text(cell_text)
+
+    def seconds(text):
+        (tmp_path / "a.nc").write_text(text + "\nM30\n")
+        cell = load_config(tmp_path / "cell.toml")
+        program, engine = Program(tmp_path / "a.nc", cell), Engine(cell, record_rows=10000)
+        try:
+            engine.set_override(0.5)
+            for batch in program.batches():
+                assert engine.push(batch, 0) == len(batch)
+            engine.finish()
+            while engine.run(10000) not in (Event.PROGRAM_END, Event.FAULT):
+                pass
+            return float(engine.state.motion_time_s)
+        finally:
+            engine.close()
+
+    assert seconds("G01 X5 F600\nX10\nX15") == pytest.approx(3.0, rel=0.02)
+    assert seconds("G01 X5 F600\nG166 X10\nX15") == pytest.approx(2.5, rel=0.02)
+    assert seconds("#OVERRIDE [FEED_FACT=50]\nG166 G01 X5 F600\nG166 X10") == pytest.approx(1.0, rel=0.04)

@@ -182,6 +182,8 @@ class CommandParser(
 
     def _stored(self, name: str, state: str, offset: int) -> Run:
         def run() -> Items:
+            if name.endswith("CORNER PARAM"):
+                self._context.executor.corner_param = True
             if state == table.STORED:
                 self._context.executor.stored_without_effect(f"#{name}", offset)
             return []

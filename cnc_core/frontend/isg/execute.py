@@ -65,6 +65,7 @@ class Executor:
         self.corner_words = CornerWords(context.modal)
         self.soft_limits: tuple[Any, Any] | None = None  # lowest, highest, (axes,); None: the machine's
         self._due_limits: list[Row] = []
+        self.corner_param = False  # #CORNER PARAM has been given
         self.tool: int = 0
         self.data: int = 0
         self.tool_data = Tool()
@@ -411,6 +412,8 @@ class Executor:
     def _stored_codes(self, words: Words) -> None:
         if not 0 <= words.values.get(115, 0) <= 14:
             raise fail(20151, ERRORS[20151], words.codes["G115"])
+        if "G13" in words.codes and not self.corner_param:
+            raise fail(20795, ERRORS[20795], words.codes["G13"])
         for name, offset in words.codes.items():
             code = int(name[1:])
             if code in gcodes.STORED:
