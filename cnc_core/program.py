@@ -143,7 +143,7 @@ class Program:
         )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
-        compensation = RadiusCompensation(
+        self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
