@@ -9,10 +9,11 @@ from cnc_core.benchmarks import parser, planner
 
 
 def test_planner(benchmark: Any) -> None:
-    """Contour and raster at look-ahead 30, 120, 190: legal at the cycle, whatever the speed of the planner."""
+    """All workloads at look-ahead 30, 120, 190: legal at the cycle, whatever the speed of the planner."""
     value = benchmark.pedantic(planner, args=(2.0,), rounds=1)
     benchmark.extra_info.update(value)
-    assert all(row["max_ratio"]["acceleration"] <= 1.02 for row in value.values())
+    ratios = [ratio for row in value.values() for ratio in row["max_ratio"].values() if ratio is not None]
+    assert max(ratios) <= 1.02
 
 
 def test_parser(benchmark: Any) -> None:

@@ -91,7 +91,7 @@ void curve_third(const curve *c, double w, double *d3) {
         ss += second[i] * second[i];
         ft += first[i] * third[i];
     }
-    if (c->natural > 0.0) vv = c->natural * c->natural; /* the sums are 0: nothing is measured over the axes */
+    if (c->natural > 0.0) vv = c->natural * c->natural;
     double v = sqrt(vv), v1 = fs / v, v2 = (ss + ft - v1 * v1) / v;
     for (int i = 0; i < c->axes; i++) {
         double d1 = first[i] / v, d2 = (second[i] - v1 * d1) / vv;

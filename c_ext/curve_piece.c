@@ -78,22 +78,25 @@ static cell_bounds bound_cell(const curve *c, int cell) {
     return b;
 }
 
-static double speed_bound(const engine *e, const cell_bounds *b, const double *reserve) {
-    double v2 = NEVER;
+static double speed_bound(const engine *e, const piece *p, const cell_bounds *b, const double *reserve) {
+    double v2 = NEVER, radial = p->limits.radial_acceleration, path = p->limits.path_velocity;
+    if (radial > 0 && b->kappa > 1e-12) v2 = radial / b->kappa;
+    if (path > 0) v2 = fmin(v2, path * path);
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double room = USABLE * e->cfg.a_max[i] - reserve[i];
-        if (b->d1[i] > 1e-12) v2 = fmin(v2, pow(e->cfg.v_max[i] / b->d1[i], 2));
+        double room = USABLE * piece_a_max(e, p, i) - reserve[i];
+        if (b->d1[i] > 1e-12) v2 = fmin(v2, pow(piece_v_max(e, p, i) / b->d1[i], 2));
         if (b->d2[i] > 1e-12) v2 = fmin(v2, NORMAL * room / b->d2[i]);
     }
     return sqrt(v2);
 }
 
 /* Acceleration left along the path on every axis at speeds up to v. */
-static double accel_bound(const engine *e, const curve *c, const cell_bounds *b, const double *reserve, double v) {
-    double accel = NEVER;
+static double accel_bound(const engine *e, const piece *p, const cell_bounds *b, const double *reserve, double v) {
+    const curve *c = curve_of(e, p);
+    double accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (b->d1[i] <= 1e-12) continue;
-        double room = USABLE * e->cfg.a_max[i] - reserve[i], normal = b->kappa * v * v;
+        double room = USABLE * piece_a_max(e, p, i) - reserve[i], normal = b->kappa * v * v;
         double a = (room - b->d2[i] * v * v) / b->d1[i];
         if (c->metric >> i & 1 && normal < room) a = fmax(a, sqrt(room * room - normal * normal));
         accel = fmin(accel, a);
@@ -113,7 +116,7 @@ void curve_piece_build(engine *e, piece *p) {
     memset(c->bend, 0, sizeof c->bend);
     for (int k = 0; k < c->cells; k++) {
         cell_bounds b = bound_cell(c, k);
-        p->v_hard = fmax(p->v_hard, speed_bound(e, &b, no_reserve));
+        p->v_hard = fmax(p->v_hard, speed_bound(e, p, &b, no_reserve));
         for (int i = 0; i < c->axes; i++) c->bend[i] = fmax(c->bend[i], b.d2[i]);
     }
     curve_piece_tangent(e, p, 0.0, p->tangent_in);
@@ -178,9 +181,9 @@ void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
 static void add_span(engine *e, piece *p, const cell_bounds *b, const double *reserve, double length) {
     span *s = &p->spans[p->span_count++];
     s->length = length;
-    s->v_hard = speed_bound(e, b, reserve);
+    s->v_hard = speed_bound(e, p, b, reserve);
     double feed = reachable(p, e->plan.reserve_override);
-    s->accel = accel_bound(e, curve_of(e, p), b, reserve, fmin(s->v_hard, feed));
+    s->accel = accel_bound(e, p, b, reserve, fmin(s->v_hard, feed));
 }
 
 /* Spans of p: its cells, cut where the strips (zones of jumps) begin and end. */

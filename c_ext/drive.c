@@ -9,6 +9,11 @@
 #include "engine_internal.h"
 
 #define TURN_STEP 0.1      /* rad of turn over an interval */
+#define CURVE_MISS 0.03     /* of the third derivative: beyond it an interval of a curve is halved, ... */
+#define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
+#define CURVE_SHORTEST 2e-3 /* mm */
+#define CURVE_NOISE 1e-3
+#define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
 #define CORNER_ACC_SHARE 0.012
@@ -33,6 +38,12 @@ static bool jerk_limited(const engine_config *cfg) {
     for (int i = 0; i < cfg->axis_count; i++)
         if (cfg->j_max[i] > 0) return true;
     return false;
+}
+
+/* A second planner like the first one. */
+jerk_planner *drive_spare(const engine *e) {
+    jerk_config c = config_of(&e->cfg);
+    return jerk_new(&c, 2 * c.window_knots);
 }
 
 bool drive_new(engine *e) {
@@ -65,10 +76,15 @@ static void derivatives(const engine *e, const piece *p, double s, double *d1, d
     d3[p->axis2] = -w * w * d1[p->axis2];
 }
 
-static double bend_at(const engine *e, const piece *p, double s) {
-    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0;
+/* |q''|, and |q'| into `fast` if that is larger. */
+static double bend_at(const engine *e, const piece *p, double s, double *fast) {
+    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0, rate = 0.0;
     derivatives(e, p, s, d1, d2, d3);
-    for (int i = 0; i < e->cfg.axis_count; i++) sum += d2[i] * d2[i];
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        sum += d2[i] * d2[i];
+        rate += d1[i] * d1[i];
+    }
+    *fast = fmax(*fast, sqrt(rate));
     return sqrt(sum);
 }
 
@@ -80,10 +96,43 @@ static double interval_end(const engine *e, const piece *p, double s) {
         bend = fabs(p->sweep) / p->whole;
     } else {
         end = fmin(end, curve_piece_cell_end(e, p, s));
-        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, s + 0.5 * k * (end - s)));
+        double fast = 0.0;
+        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, s + 0.5 * k * (end - s), &fast));
+        if (curve_of(e, p)->natural > 0.0 && fast > 0.0) bend /= fast; /* mm of the tip, not of the axes */
     }
     double parts = ceil((end - s) * bend / TURN_STEP - 1e-9), next = parts > 1.0 ? s + (end - s) / parts : end;
     return p->length - next < TINY_MM ? p->length : next;
+}
+
+/* Speed that the program allows beyond the machine's own limits (NC_DYNAMICS); 0: no such limit. */
+static double programmed_speed(const engine *e, const piece *p, double from, double to) {
+    const motion_limits *l = &p->limits;
+    double v = l->path_velocity > 0 ? (double)l->path_velocity : NEVER, bend = 0.0;
+    if (l->radial_acceleration > 0) {
+        double fast = 0.0;
+        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, from + 0.5 * k * (to - from), &fast));
+        if (bend > 1e-12) v = fmin(v, sqrt((double)l->radial_acceleration / bend));
+    }
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (l->velocity[i] < 1.0f && p->moving >> i & 1) v = fmin(v, fmax(p->v_hard, 1e-6));
+    return v < NEVER ? v : 0.0;
+}
+
+/* Weights of the program as shares of the axes' limits. A limit of the path's acceleration or jerk becomes one of the axis that
+ * moves most on a line, of all axes where the path bends. */
+static void set_shares(const engine *e, const piece *p, jerk_interval *q) {
+    const motion_limits *l = &p->limits;
+    int most = 0;
+    for (int i = 1; i < e->cfg.axis_count; i++)
+        if (fabs(q->d1[0][i]) > fabs(q->d1[0][most])) most = i;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        bool takes = p->kind != PIECE_LINE || i == most;
+        double along = p->kind == PIECE_LINE ? fabs(q->d1[0][i]) : 1.0, acc = l->acceleration[i], jerk = l->jerk[i];
+        if (takes && l->path_acceleration > 0) acc = fmin(acc, (double)l->path_acceleration * along / e->cfg.a_max[i]);
+        if (takes && l->path_jerk > 0 && e->cfg.j_max[i] > 0) jerk = fmin(jerk, (double)l->path_jerk * along / e->cfg.j_max[i]);
+        q->acc_share[i] = (float)fmax(acc, LEAST_SHARE);
+        q->jerk_share[i] = (float)fmax(jerk, LEAST_SHARE);
+    }
 }
 
 static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, double from, double to) {
@@ -91,8 +140,34 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
     q.feed = p->feed > 0 ? p->feed : p->v_hard;
-    q.flags = p->feed > 0 ? 0 : JERK_RAPID;
+    q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
+    q.v_hard = programmed_speed(e, p, from, to);
+    set_shares(e, p, &q);
     q.blocks = to >= p->length;
+    return q;
+}
+
+/* Whether the planner's polynomial over q (jerk_knots.c) has the third derivative of the curve in the middle too. */
+static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) {
+    double d1[NC_AXES], d2[NC_AXES], d3[NC_AXES], most = 0.0, miss = 0.0;
+    derivatives(e, p, q->offset + 0.5 * q->length, d1, d2, d3);
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double middle = 1.5 * (q->d2[1][i] - q->d2[0][i]) / q->length - 0.25 * (q->d3[0][i] + q->d3[1][i]);
+        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : NEVER;
+        miss = fmax(miss, fabs(middle - d3[i]) - CURVE_NOISE * j / (v * v * v)); /* too little to matter at any speed */
+        most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))));
+    }
+    return miss <= CURVE_MISS * most;
+}
+
+/* The next interval of the path of a piece. */
+static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, double from) {
+    double to = interval_end(e, p, from);
+    jerk_interval q = interval_of(e, p, i, from, to);
+    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > CURVE_SHORTEST && !fits_curve(e, p, &q); k++) {
+        to = 0.5 * (from + to);
+        q = interval_of(e, p, i, from, to);
+    }
     return q;
 }
 
@@ -119,6 +194,11 @@ static bool stands_behind(engine *e, uint64_t i, bool *known) {
     return false;
 }
 
+bool drive_stands_behind(engine *e, uint64_t i) {
+    bool known;
+    return stands_behind(e, i, &known);
+}
+
 static void close_boundary(engine *e) {
     drive *d = &e->drive;
     int64_t n = jerk_ahead(d->planner);
@@ -134,13 +214,12 @@ static bool push_interval(engine *e) {
     const piece *p = piece_at(e, d->next);
     bool whole = true;
     if (p->length - d->at > TINY_MM) {
-        double to = interval_end(e, p, d->at);
-        jerk_interval q = interval_of(e, p, d->next, d->at, to);
+        jerk_interval q = next_interval(e, p, d->next, d->at);
         if (jerk_push(d->planner, &q, 1) != 1) return false;
         d->last = d->next;
         d->has_last = d->open = true;
-        whole = to >= p->length;
-        d->at = to;
+        whole = q.blocks;
+        d->at += q.length;
     }
     if (whole) {
         d->next++;

@@ -20,7 +20,7 @@ static bool allocate(engine *e) {
     e->store_mask = stored - 1;
     e->store = calloc(stored, sizeof(piece));
     e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
-    if (!drive_new(e)) return false;
+    if (!drive_new(e) || !foresight_new(e)) return false;
     e->elements = calloc(elements, sizeof(element));
     e->pieces = calloc(PIECE_RING, sizeof(piece));
     e->curves = calloc(stored, sizeof(curve));
@@ -45,6 +45,7 @@ engine *engine_new(const engine_config *config, void *segment) {
         return NULL;
     }
     memcpy(e->last_end, config->start, sizeof e->last_end);
+    limits_reset(e);
     memcpy(e->element_end, config->start, sizeof e->element_end);
     memcpy(e->geo.position, config->start, sizeof e->geo.position);
     e->plan.reserve_override = 1.0;
@@ -70,6 +71,7 @@ void engine_free(engine *e) {
     free(e->elements);
     external_free(e);
     drive_free(e);
+    foresight_free(e);
     free(e->store);
     free(e->pieces);
     free(e->curves);
@@ -183,7 +185,7 @@ int engine_run(engine *e, int64_t n, int64_t wait_ns) {
         if (record_full(e)) return ENGINE_RECORD_FULL;
         if (!plc_allows(e, wait_ns)) return ENGINE_PLC_WAIT;
         if (plc_finished(e)) return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has ended: same in every run */
-        planner_pump(e);
+        foresight_plan(e, planner_pump(e) != 0);
         geo_cycle(e);
         tell_plc(e);
     }

@@ -34,6 +34,10 @@
 
 /* interpolator functions that act here (P-CHAN-00650) */
 #define ENGINE_FCT_CONTOUR_LAH 1
+#define ENGINE_FCT_CALC_TIME 2
+#define ENGINE_FCT_CALC_POS_V_0 4
+#define ENGINE_FCT_CALC_STATE_AT_T 8
+#define ENGINE_ESA_TIMES 3
 
 typedef struct engine_config {
     double cycle_s;
@@ -45,6 +49,7 @@ typedef struct engine_config {
     int32_t main[3];               /* channel index of X, Y, Z; -1 if absent */
     uint32_t window;               /* look-ahead blocks N */
     uint32_t functions;            /* ENGINE_FCT_... */
+    double esa_time[ENGINE_ESA_TIMES]; /* P-CHAN-00324, s; 0: none */
     uint32_t log_max;              /* P-CHAN-00658 */
     uint32_t fb_storage_size;      /* P-STUP-00033, bytes; 0 = none */
     uint32_t channel;              /* index of the channel area */

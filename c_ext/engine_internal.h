@@ -78,6 +78,14 @@ typedef struct span {
     double length, accel, v_hard;
 } span;
 
+/* What a program asks of its motions beyond the machine's own limits (NC_DYNAMICS). Shares of the axes' limits are above 0
+ * and at most 1; limits of the path are 0 where there is none, mm and s. */
+typedef struct motion_limits {
+    float velocity[NC_AXES], acceleration[NC_AXES], jerk[NC_AXES];
+    float path_velocity, path_acceleration, radial_acceleration, transition_acceleration, path_jerk, radial_jerk;
+    uint8_t profile; /* #SLOPE: 0 STEP (no jerk limit), 1 TRAPEZ, 2 SIN2, 3 HSC */
+} motion_limits;
+
 /* A piece is what the machine executes: axis-space geometry with the id of its element, or an event. */
 typedef struct piece {
     double start[NC_AXES], end[NC_AXES];
@@ -85,12 +93,14 @@ typedef struct piece {
     double length;
     double feed;             /* 0 = rapid */
     double v_hard;           /* axis speeds and normal acceleration */
+    double entry_speed;      /* largest speed at the start that the program asks for */
     double centre[2], radius, angle0, sweep; /* arc */
     double plane_speed;      /* arc: speed in the plane over path speed */
     double curvature;        /* arc: normal acceleration over path speed squared */
     double tangent_in[NC_AXES], tangent_out[NC_AXES];
     double jump[NC_AXES];    /* |change of direction| per axis at the start */
     double jump_max;
+    motion_limits limits;
     uint64_t element;        /* element id; events: id of the next element */
     bool mapped;             /* covers part of the elements from `element` to before `element_end` (mapping.c) */
     uint64_t element_end;
@@ -270,6 +280,7 @@ struct engine {
     double last_end[NC_AXES];
     double last_tangent[3];
     bool has_tangent, has_motion_piece;
+    motion_limits limits[2]; /* of feed motions and of rapid motions pushed from here on */
     double distance;      /* 0.1 um, start of the next element */
     uint32_t push_epoch;
     uint64_t epoch_element; /* first element of the present epoch */
@@ -300,6 +311,7 @@ struct engine {
     double next_tangents[6];        /* of an element whose geometry lies in other coordinates */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
+    float end_speed;         /* of the motion pushed last */
     int finished, expect_drain, hold_start, stay;
     uint64_t drain_at, drain_from;
     marked_log log;
@@ -379,6 +391,7 @@ struct engine {
     bool released;            /* all axes of the channel */
     uint32_t held_axes;       /* bit per axis with ipo_mc_control.feedhold */
     uint32_t log_dropped, log_ignored_areas, log_stray_params, log_on_closed, log_disabled;
+    struct foresight *foresight; /* NULL: none of its functions is configured */
 };
 
 static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & (PIECE_RING - 1)]; }
@@ -387,6 +400,13 @@ static inline element *element_at(engine *e, uint64_t i) { return &e->elements[i
 static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
 
 static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
+
+/* limits.c */
+void limits_reset(engine *e);
+bool limits_row_check(const engine *e, const nc_block *row);
+void limits_set(engine *e, const nc_block *row);
+static inline double piece_v_max(const engine *e, const piece *p, int axis) { return e->cfg.v_max[axis] * (double)p->limits.velocity[axis]; }
+static inline double piece_a_max(const engine *e, const piece *p, int axis) { return e->cfg.a_max[axis] * (double)p->limits.acceleration[axis]; }
 
 /* path_eval.c */
 void piece_build(engine *e, piece *p, const nc_block *row);
@@ -475,6 +495,8 @@ double curve_piece_cell_end(const engine *e, const piece *p, double s);
 
 /* drive.c */
 bool drive_new(engine *e);
+jerk_planner *drive_spare(const engine *e);
+bool drive_stands_behind(engine *e, uint64_t i);
 void drive_free(engine *e);
 void drive_commit(engine *e);
 bool drive_shorten_tail(engine *e);
@@ -505,6 +527,12 @@ void geo_begin_distance(engine *e);
 void take_commands(engine *e);
 void publish(engine *e);
 void publish_initial(engine *e);
+
+/* foresight.c */
+bool foresight_new(engine *e);
+void foresight_free(engine *e);
+void foresight_plan(engine *e, bool pumped);
+void foresight_publish(engine *e);
 
 /* serve.c */
 int serve_request(engine *e);

@@ -54,6 +54,8 @@ static void begin_preparation(engine *e) {
     map_behind_element(e);
     e->has_tangent = e->has_motion_piece = e->stop_pending = e->m01_pending = e->in_loop = false;
     e->distance = e->pushed_path = 0.0;
+    limits_reset(e);
+    e->end_speed = 0.0f;
     e->push_epoch++;
     e->epoch_element = e->element_head;
     memset(&e->pushed, 0, sizeof e->pushed);

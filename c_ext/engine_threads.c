@@ -26,8 +26,11 @@ static void sleep_until(int64_t t) {
 
 static void *plan_main(void *arg) {
     engine *e = arg;
-    while (ATOMIC_GET(e->run_running))
-        if (!planner_pump(e)) sleep_until(now_ns() + PLANNER_IDLE_NS);
+    while (ATOMIC_GET(e->run_running)) {
+        bool pumped = planner_pump(e) != 0;
+        foresight_plan(e, pumped);
+        if (!pumped) sleep_until(now_ns() + PLANNER_IDLE_NS);
+    }
     return NULL;
 }
 

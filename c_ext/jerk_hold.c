@@ -16,8 +16,8 @@ static brake brake_estimate(const jerk_planner *p, double v1) {
     const jerk_interval *q = ring_at(p, p->head);
     for (int i = 0; i < p->cfg.axes; i++) {
         double d = fmax(fabs(q->d1[0][i]), 1e-9);
-        acc = fmin(acc, p->cfg.a_max[i] / d);
-        jerk = fmin(jerk, p->cfg.j_max[i] / d);
+        acc = fmin(acc, acc_max(p, q, i) / d);
+        jerk = fmin(jerk, jerk_max(p, q, i) / d);
     }
     double t1 = a / jerk, top = v + 0.5 * a * t1, drop = fmax(0.0, top - v1), ramp = fmin(acc, sqrt(drop * jerk));
     double rise = v * t1 + 0.5 * a * t1 * t1 - jerk * t1 * t1 * t1 / 6.0;
@@ -31,7 +31,7 @@ bool plan_ramp(jerk_planner *p) {
     static const double tries[] = {1.03, 1.15, 1.5};
     grid *g = &p->grid;
     for (int i = 0; i < 3; i++) {
-        grid_window(p, g);
+        grid_window(p, g, 1e30);
         if (g->n < 2) return false;
         double target = g->seg[0].soft;
         brake b = brake_estimate(p, p->scale * sqrt(target));
@@ -77,4 +77,14 @@ void plan_stop(jerk_planner *p) {
         double near = low > 0.0 && i < 3 ? fmin(0.5 * (low + high), 1.1 * low) : 0.5 * (low + high);
         d = low > 0.0 ? near : 0.92 * high;
     }
+}
+
+/* Way of the stop that a hold would plan now; `scratch`: made like p, its content is lost. */
+double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch) {
+    double way = 0.0;
+    if (p->at_rest) return 0.0;
+    planner_copy(scratch, p);
+    if (!p->hold) plan_stop(scratch);
+    for (int k = scratch->plan.next; k < scratch->plan.n; k++) way += scratch->plan.h[k];
+    return way;
 }

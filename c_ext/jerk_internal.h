@@ -14,7 +14,7 @@ typedef long long ivec __attribute__((vector_size(32)));
 #define GRADED_EXTRA 96       /* room beyond window_knots for the finer grid near rests */
 #define ACC_USABLE 0.998      /* share of the limits that is planned with */
 #define JERK_USABLE 0.998
-#define VEL_USABLE 0.9999
+#define VEL_USABLE 1.0
 #define CHECK_SLACK 1.012     /* the checker's bound, over the machine's limits */
 #define FEED_SLACK 1.004      /* of speed over the feed */
 
@@ -133,6 +133,7 @@ struct jerk_planner {
     problem prob;
     plan plan;
     double *scratch;                      /* capacity + LANES */
+    double reach;                         /* mm: windows this long are solved; longer ones have failed */
     int wait;                             /* segments to hand out before the next plan is tried */
     jerk_stats stats;
     void *arena;
@@ -140,9 +141,15 @@ struct jerk_planner {
 
 static inline const jerk_interval *ring_at(const jerk_planner *p, uint64_t i) { return &p->ring[i & p->mask]; }
 
+/* Limits of an axis on an interval. */
+static inline double share_of(float share) { return share > 0.0f ? (double)share : 1.0; }
+static inline double acc_max(const jerk_planner *p, const jerk_interval *q, int axis) { return p->cfg.a_max[axis] * share_of(q->acc_share[axis]); }
+static inline double jerk_max(const jerk_planner *p, const jerk_interval *q, int axis) { return p->cfg.j_max[axis] * share_of(q->jerk_share[axis]); }
+
 /* Speed that the operator and the program ask for over q, mm/s. */
 static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) {
     if (p->command_speed >= 0.0) return p->command_speed;
+    if (q->flags & JERK_FIXED && q->feed > 0) return q->feed;
     return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) : 1e30;
 }
 
@@ -151,7 +158,7 @@ void interval_part(const jerk_interval *in, double from, double to, int axes, je
 void ring_consume(jerk_planner *p, double length, bool whole);
 
 /* jerk_grid.c */
-void grid_window(jerk_planner *p, grid *g);
+void grid_window(jerk_planner *p, grid *g, double reach);
 bool grid_to(jerk_planner *p, grid *g, double distance);
 void segment_limits(const jerk_planner *p, segment *s);
 void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right);
@@ -189,6 +196,9 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 
 /* jerk_straight.c */
 bool plan_straight(jerk_planner *p);
+
+/* jerk_planner.c */
+void planner_copy(jerk_planner *to, const jerk_planner *from);
 
 /* jerk_hold.c */
 void plan_stop(jerk_planner *p);

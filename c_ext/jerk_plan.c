@@ -15,6 +15,11 @@
 #define FALLBACK_LENGTHS 6
 #define SHRINK 0.25      /* of the guess, at the second try from rest */
 #define FALLBACK_TRIES 40
+#define SHORTER 0.5
+#define SHORTER_TRIES 4
+#define LONGER 1.3
+#define REACH_FORGOTTEN 1e4 /* mm */
+#define TAIL_MORE 1.15   /* a window must be so much longer than what is left of the plan */
 #define LASTS 6.0         /* a plan is not made anew while so many stopping ways are left of it */
 
 /* Way from the largest speed of the plan to rest with the smallest limits. */
@@ -184,6 +189,26 @@ static bool above_soft(const jerk_planner *p, const grid *g) {
     return !g->rest_start && g->n > 1 && p->x > 1.003 * fmin(g->seg[0].soft, g->seg[1].soft);
 }
 
+/* Windows over many slow knots may fail as a whole: shorter ones do not. */
+static bool solve_shorter(jerk_planner *p, grid *g, double least) {
+    double reach = g->from_start[g->n];
+    for (int i = 0; i < SHORTER_TRIES; i++) {
+        reach *= SHORTER;
+        if (reach <= least) return false;
+        grid_window(p, g, reach);
+        if (g->n < (g->rest_start ? 3 : 2)) return false;
+        p->reach = reach;
+        if (solve_window(p, g, true, 1.0)) return true;
+    }
+    return false;
+}
+
+/* Give back what a failure has taken from the windows. */
+static void reach_further(jerk_planner *p, const grid *g) {
+    if (p->reach < 1e30) p->reach = fmax(p->reach, g->from_start[g->n]) * LONGER;
+    if (p->reach > REACH_FORGOTTEN) p->reach = 1e30;
+}
+
 /* A new plan over the window, if it is legal and not slower than the stored tail; else the tail stays. */
 void plan_window(jerk_planner *p) {
     grid *g = &p->grid;
@@ -191,17 +216,20 @@ void plan_window(jerk_planner *p) {
         p->changed = false;
         return;
     }
-    grid_window(p, g);
+    double left = p->plan.next < p->plan.n ? fmax(0.0, p->plan.length) : 0.0;
+    grid_window(p, g, fmax(p->reach, TAIL_MORE * left));
     if (g->n < (g->rest_start ? 3 : 2)) return;
     bool changed = p->changed, above = above_soft(p, g);
     p->changed = false;
     p->wait = 1 + g->n / 10;
-    if (!above && solve_window(p, g, true, 1.0)) {
+    if (!above && (solve_window(p, g, true, 1.0) || solve_shorter(p, g, TAIL_MORE * left))) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
         else plan_accept(p, g, p->prob.solved);
+        reach_further(p, g);
         return;
     }
     if (g->rest_start) {
+        grid_window(p, g, 1e30);
         if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) plan_accept(p, g, false);
         return;
     }
@@ -210,7 +238,7 @@ void plan_window(jerk_planner *p) {
         plan_stop(p); /* the fastest way down */
     }
     if (!changed && !above) return;
-    grid_window(p, g);
+    grid_window(p, g, 1e30);
     allow_tail(p, g);
     if (solve_window(p, g, true, 1.0)) plan_accept(p, g, p->prob.solved);
 }

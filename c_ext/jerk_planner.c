@@ -115,6 +115,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     p->at_rest = true;
     p->feed_factor = p->rapid_factor = 1.0;
     p->command_speed = -1.0;
+    p->reach = 1e30;
     arena m = {0};
     lay_out(p, &m);
     if (posix_memalign(&p->arena, 64, m.used)) p->arena = NULL;
@@ -126,6 +127,15 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     m = (arena){p->arena, 0};
     lay_out(p, &m);
     return p;
+}
+
+/* `to` was made with the same configuration and capacity: it becomes the same planner with memory of its own. */
+void planner_copy(jerk_planner *to, const jerk_planner *from) {
+    arena m = {to->arena, 0};
+    *to = *from;
+    to->arena = m.at;
+    lay_out(to, &m);
+    memcpy(to->arena, from->arena, m.used);
 }
 
 void jerk_free(jerk_planner *p) {

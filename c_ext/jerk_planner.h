@@ -13,6 +13,7 @@
 #define JERK_AXES 9
 #define JERK_STAND 1u     /* the axes must stand at the end of the interval */
 #define JERK_RAPID 2u     /* `feed` is the rapid speed: the rapid override applies to it */
+#define JERK_FIXED 4u     /* `feed` holds as it is, whatever the override */
 #define JERK_BAD_LENGTH -1
 #define JERK_NOT_FINITE -2
 #define JERK_BAD_LIMITS -3
@@ -37,6 +38,7 @@ typedef struct jerk_interval {
     double v_hard;              /* mm/s: further limit that no override lifts; <= 0: none */
     double offset;              /* where the interval starts on what `tag` names */
     uint64_t tag;               /* the caller's own */
+    float acc_share[JERK_AXES], jerk_share[JERK_AXES]; /* of the axes' limits, on this interval; <= 0: all of it */
     uint32_t blocks;            /* program blocks that end with the interval, for window_blocks */
     uint32_t flags;
 } jerk_interval;
@@ -88,6 +90,8 @@ void jerk_cut(jerk_planner *p, int64_t i, double length); /* keep `length` mm of
 void jerk_brake(jerk_planner *p);                   /* what is left of the plan becomes the shortest stop */
 void jerk_reset(jerk_planner *p);                   /* at rest, without a path */
 double jerk_stop_distance(const jerk_planner *p);    /* mm, estimated on a straight line from here */
+double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch); /* mm: way of the stop that a hold would plan */
+double jerk_line_time(const jerk_planner *p, const double *direction, double length, double speed); /* s, from rest to rest */
 double jerk_speed(const jerk_planner *p);           /* mm/s at the end of what was handed out; 0: at rest */
 
 int jerk_ready(const jerk_planner *p);              /* enough is known to go on without planning a stop too early */

@@ -32,6 +32,7 @@ typedef struct walk {
 typedef struct load {
     double sum[NC_AXES], moment[NC_AXES]; /* sum of jumps; sum of distance * jump / dt */
     double curvature[NC_AXES];
+    double most[NC_AXES]; /* acceleration allowed on all pieces seen */
 } load;
 
 /* Pieces this far behind committed motion are still in the ring (ring.c keeps KEPT_BEHIND slots). */
@@ -57,6 +58,9 @@ static bool next_motion(engine *e, uint64_t *i, uint64_t head) {
 }
 
 static void add_curvature(const engine *e, const piece *p, load *l) {
+    for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = fmin(l->most[a], piece_a_max(e, p, a));
+    if (p->limits.transition_acceleration > 0)
+        for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = fmin(l->most[a], (double)p->limits.transition_acceleration / CORNER);
     if (p->kind == PIECE_CURVE) curve_add_curvature(e, p, l->curvature);
     if (p->kind != PIECE_ARC) return;
     l->curvature[p->axis1] = fmax(l->curvature[p->axis1], p->curvature);
@@ -103,7 +107,7 @@ static double load_speed(const engine *e, const load *l) {
     double v = NEVER, dt = e->cfg.cycle_s;
     for (int a = 0; a < e->cfg.axis_count; a++) {
         if (l->sum[a] < 1e-13) continue;
-        double c = CORNER * e->cfg.a_max[a] + l->moment[a] / dt, b = l->sum[a] / dt;
+        double c = CORNER * l->most[a] + l->moment[a] / dt, b = l->sum[a] / dt;
         v = fmin(v, 2.0 * c / (b + sqrt(b * b + 4.0 * l->curvature[a] * c)));
     }
     return v;
@@ -111,13 +115,13 @@ static double load_speed(const engine *e, const load *l) {
 
 /* Fastest that p is driven at an override. */
 double reachable(const piece *p, double override) {
-    return p->feed > 0 ? fmin(p->v_hard, p->feed * override) : p->v_hard;
+    return p->feed > 0 ? fmin(p->v_hard, p->feed * (p->flags & NC_NO_OVERRIDE ? 1.0 : override)) : p->v_hard;
 }
 
 static void set_reserve(engine *e, piece *p, const load *l, double v) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
         double jumps = (l->sum[a] * v - l->moment[a]) / e->cfg.cycle_s;
-        bool negligible = l->sum[a] < 1e-13 || jumps < NEGLIGIBLE * e->cfg.a_max[a];
+        bool negligible = l->sum[a] < 1e-13 || jumps < NEGLIGIBLE * l->most[a];
         p->reserve[a] = negligible ? 0.0 : jumps + l->curvature[a] * v * v;
     }
 }
@@ -129,6 +133,7 @@ static bool gather(engine *e, uint64_t i, bool solve, double *v, load *l) {
     bool finished = e->feed.final;
     double dt = e->cfg.cycle_s, limit = *v;
     memset(l, 0, sizeof *l);
+    for (int a = 0; a < NC_AXES; a++) l->most[a] = NEVER;
     add_corner(e, piece_at(e, i), 0.0, l);
     walk left = {i, 0.0, NEVER, NEIGHBOURS}, right = {i, 0.0, NEVER, NEIGHBOURS};
     step_left(e, &left, l);
@@ -164,7 +169,7 @@ static bool cap_corner(engine *e, uint64_t i) {
     if (!previous_motion(e, &b)) return true;
     const piece *before = piece_at(e, b);
     load l;
-    double slack = speed_slack(e), hard = fmin(before->v_hard, p->v_hard), v = hard + slack;
+    double slack = speed_slack(e), hard = fmin(p->entry_speed, fmin(before->v_hard, p->v_hard)), v = hard + slack;
     if (!gather(e, i, true, &v, &l)) return false;
     p->corner_v = fmin(hard, fmax(0.0, v - slack));
     double occurs = slack + fmax(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
@@ -202,10 +207,11 @@ static void limit_span(const engine *e, const piece *p, const double *reserve, s
     for (int a = 0; a < e->cfg.axis_count; a++) {
         if (arc && (a == p->axis1 || a == p->axis2)) continue;
         double share = fabs(p->slope[a]);
-        if (share > 1e-12) s->accel = fmin(s->accel, (USABLE * e->cfg.a_max[a] - reserve[a]) / share);
+        if (share > 1e-12) s->accel = fmin(s->accel, (USABLE * piece_a_max(e, p, a) - reserve[a]) / share);
     }
+    if (p->limits.path_acceleration > 0) s->accel = fmin(s->accel, (double)p->limits.path_acceleration);
     if (!arc) return;
-    double room = fmin(USABLE * e->cfg.a_max[p->axis1] - reserve[p->axis1], USABLE * e->cfg.a_max[p->axis2] - reserve[p->axis2]);
+    double room = fmin(USABLE * piece_a_max(e, p, p->axis1) - reserve[p->axis1], USABLE * piece_a_max(e, p, p->axis2) - reserve[p->axis2]);
     s->accel = fmin(s->accel, ARC_TANGENT * room / p->plane_speed);
     s->v_hard = fmin(s->v_hard, sqrt(ARC_NORMAL * room / p->curvature));
 }

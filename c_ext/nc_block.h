@@ -26,7 +26,15 @@
 #define NC_EVENT 14
 #define NC_COMPENSATION 15 /* consumed by the radius compensation stage */
 #define NC_SMOOTHING 16    /* consumed by the smoothing stage */
+#define NC_CONTOUR 17      /* consumed by the contouring stage */
+#define NC_DYNAMICS 18     /* limits of the motions from here on */
+#define NC_SPLINE 19       /* consumed by the spline stage, cnc_core/geometry/spline.py */
 #define NC_COORDINATES 20  /* consumed by the stages of frames and kinematics */
+#define NC_SOFT_LIMITS 25  /* consumed by the stage of software limits */
+#define NC_CORNER 21       /* consumed by the stage of chamfers and roundings, cnc_core/geometry/corner.py */
+#define NC_PATH_MODE 22    /* what the feed refers to, corner and arc speeds; consumed by that stage (geometry/path_mode.py) */
+#define NC_FILTER 23       /* settings of a filter; consumed with it (geometry/polyline.py) */
+#define NC_EXTENSION 24    /* consumed by the orbit stage: `code` 1 on, 0 off; `value` R_MAX_SCALE, `radius` R_MAX_EQUID, mm */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */
@@ -40,7 +48,9 @@
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
 #define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
 #define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
+#define NC_LENGTH_ONLY 2048     /* coordinates: the tool length is corrected, the axes are programmed */
 #define NC_PTP 8192           /* coordinates: blocks are straight lines of the machine axes */
+#define NC_NO_OVERRIDE 16384 /* motion: the feed as programmed, whatever the override */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */
@@ -58,14 +68,40 @@
  * radius, mm, negative swaps the side; `plane` 17, 18, 19; `pool` how it is selected and deselected: 138, 139, 237, 239
  * or 5; `degree` outer corners: 25 lines, 26 arcs; `flags` NC_CONTOUR_FEED. */
 /* An NC_SMOOTHING row says how the contour is smoothed from here on: `code` 0 exactly, 1 within `value` mm (0: as configured)
- * and `radius` degrees of the rotary axes (0: as configured); turns over `angle` rad (0: as configured) stay corners. */
+ * and `radius` degrees of the rotary axes (0: as configured); turns over `angle` rad (0: as configured) stay corners,
+ * motions longer than `length` mm (0: no limit) stay exact. */
 /* An NC_COORDINATES row says what lies between programmed and axis positions from here on. `end`: where the channel stands
  * in the new programmed coordinates. Frame: p = origin + R p_programmed over the three main axes; R as unit quaternion
  * (w x y z) in `center`, `radius`, `programmed_radius`; origin in `angle`, `value`, `length_min`. Kinematics: `code`, its
- * number + 1, 0 for none; tool length in `feed`; flag NC_PTP. */
+ * number + 1, 0 for none; tool length in `feed`; flags NC_PTP, NC_LENGTH_ONLY. */
 /* A motion with NC_ELEMENT and `degree` NC_TANGENTS names its tangents over the main axes (in and out, 6 numbers in the
  * pool from `pool` on), because its geometry lies in other coordinates than the axes. */
 #define NC_TANGENTS 255
+/* An NC_CONTOUR row says how corners are rounded from here on: `plane` 1 on, 0 off; `code` NC_CONTOUR_DEV .. AUTO_VEL;
+ * `degree` NC_CONTOUR_PRE .. POST, where functions between the blocks go; `flags` NC_CONTOUR_CONST_VEL; `value` largest deviation mm
+ * (0: none); `center` corner distances mm (negative: none given); `radius` largest deviation of the other axes; `programmed_radius`,
+ * `length_min` shorter blocks are passed over, mm and way of the other axes; `feed` share of a block that remains; `angle` larger turns
+ * stay corners, rad (0: none do); `length` share of acceleration or speed; `end` interim point. */
+#define NC_CONTOUR_DEV 1
+#define NC_CONTOUR_DIST 2
+#define NC_CONTOUR_SOFT 3
+#define NC_CONTOUR_POS 4
+#define NC_CONTOUR_PTP 5
+#define NC_CONTOUR_AUTO_DEV 6
+#define NC_CONTOUR_AUTO_VEL 7
+#define NC_CONTOUR_PRE 0
+#define NC_CONTOUR_INTER 1
+#define NC_CONTOUR_POST 2
+#define NC_CONTOUR_CONST_VEL 1
+/* An NC_DYNAMICS row sets one kind of limit of the motions behind it, `code` NC_DYNAMICS_...; `end`: shares of the axes' own limits,
+ * above 0 and at most 1, or for NC_DYNAMICS_PATH limits of the path (0: none): velocity mm/s, acceleration, radial acceleration mm/s2,
+ * acceleration at transitions mm/s2, jerk, radial jerk mm/s3; `value` 0: of feed motions, 1: of rapid motions. */
+#define NC_DYNAMICS_VELOCITY 1
+#define NC_DYNAMICS_ACCELERATION 2
+#define NC_DYNAMICS_JERK 3
+#define NC_DYNAMICS_PATH 4
+#define NC_DYNAMICS_PROFILE 5 /* `value`: 0 STEP, 1 TRAPEZ, 2 SIN2, 3 HSC */
+
 typedef struct nc_block {
     double end[NC_AXES];
     double length;            /* path length: main axes, rotary axes when only they move */
@@ -87,7 +123,7 @@ typedef struct nc_block {
     uint8_t plane;            /* circle: 17, 18, 19 */
     uint8_t degree;           /* polynomial */
     uint8_t fill_1;
-    uint32_t fill_2;
+    float end_speed;          /* motion: largest path speed at its end, mm/s; 0: none */
 } nc_block;
 /* cdef end */
 

@@ -28,16 +28,18 @@ static double axis_speed_limit(const engine *e, const piece *p) {
     double v = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         double share = p->kind == PIECE_ARC && (i == p->axis1 || i == p->axis2) ? p->plane_speed : fabs(p->slope[i]);
-        if (share > 1e-12) v = fmin(v, e->cfg.v_max[i] / share);
+        if (share > 1e-12) v = fmin(v, piece_v_max(e, p, i) / share);
     }
     return v;
 }
 
 static double speed_limit(const engine *e, const piece *p) {
     double v = axis_speed_limit(e, p);
+    if (p->limits.path_velocity > 0) v = fmin(v, (double)p->limits.path_velocity);
     if (p->kind == PIECE_ARC) {
-        double a = fmin(e->cfg.a_max[p->axis1], e->cfg.a_max[p->axis2]);
-        v = fmin(v, sqrt(ARC_NORMAL * a / p->curvature));
+        double a = ARC_NORMAL * fmin(piece_a_max(e, p, p->axis1), piece_a_max(e, p, p->axis2));
+        if (p->limits.radial_acceleration > 0) a = fmin(a, (double)p->limits.radial_acceleration);
+        v = fmin(v, sqrt(a / p->curvature));
     }
     return v;
 }

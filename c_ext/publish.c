@@ -237,6 +237,7 @@ static void publish_bahn(engine *e) {
     store_u8_release(&b->backward_active_r, motion && p->dir < 0);
     store_u8_release(&b->delete_distance_to_go_active_r, ATOMIC_GET(e->feed.shortcuts) != e->shortcut_requests || (motion && p->shortcut));
     publish_next_stop(e);
+    foresight_publish(e);
 }
 
 /* Entries were written first; now their count, and f_log_is_active last. */

@@ -16,7 +16,7 @@ static bool row_is_finite(const engine *e, const nc_block *r) {
         if (!isfinite(r->end[i])) return false;
     return isfinite(r->length) && isfinite(r->feed) && isfinite(r->center[0]) && isfinite(r->center[1]) &&
            isfinite(r->radius) && isfinite(r->programmed_radius) && isfinite(r->angle) && isfinite(r->value) &&
-           isfinite(r->length_min);
+           isfinite(r->length_min) && isfinite(r->end_speed);
 }
 
 /* A motion in other coordinates than the axes': its tangents, kept for the element that is pushed next. */
@@ -50,6 +50,8 @@ static bool row_is_supported(engine *e, const nc_block *r, const double *pool, i
         return r->value >= 0;
     case NC_M: case NC_H: case NC_S: case NC_T: case NC_MARKER: case NC_DISTANCE_RESET: case NC_FLUSH: case NC_EVENT:
         return true;
+    case NC_DYNAMICS:
+        return limits_row_check(e, r);
     case NC_RT_LOOP_BEGIN:
         return !e->in_loop;
     case NC_RT_LOOP_END:
@@ -139,6 +141,7 @@ void store_publish(engine *e) { ATOMIC_SET(e->store_head, e->store_head + 1); }
 
 static void push_motion(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
+    p->limits = e->limits[row->flags & NC_RAPID ? 1 : 0];
     piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
     p->new_block = e->has_motion_piece && e->last_count != p->count;
@@ -149,6 +152,8 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     e->has_pending_gate = false;
     p->stop_after = row->flags & NC_EXACT_STOP;
     e->stop_pending = p->stop_after;
+    p->entry_speed = e->end_speed > 0 ? e->end_speed : NEVER;
+    e->end_speed = row->end_speed;
     p->path0 = e->pushed_path;
     p->path_rate = p->dist_rate = 1.0;
     p->whole = p->length;
@@ -234,6 +239,10 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
 static void push_row(engine *e, const nc_block *row) {
     if (e->spindle_pending && (row->count != e->spindle_row.count || row->type <= NC_POLYNOMIAL)) techno_spindle_word(e);
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
+    if (row->type == NC_DYNAMICS) {
+        limits_set(e, row);
+        return;
+    }
     if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
         push_programmed(e, row);
         return;

@@ -119,14 +119,14 @@ static int set_code(int8_t *code, int value)
     return 1;
 }
 
-static int read_g(cursor *c, nc_words *w)
+static int read_g(cursor *c, uint32_t rules, nc_words *w)
 {
     uint32_t code;
     if (!read_integer(c, &code))
         return 0;
     if (code <= 3)
         return set_code(&w->motion, (int)code);
-    if (code >= 17 && code <= 19)
+    if (code >= 17 && code <= 19 && !(rules & NC_RULE_NO_PLANES))
         return set_code(&w->plane, (int)code);
     if (code == 90 || code == 91)
         return set_code(&w->absolute, code == 90);
@@ -164,7 +164,7 @@ static int read_word(cursor *c, const nc_modal *m, nc_words *w)
     skip_blanks(c);
     switch (letter) {
     case 'G':
-        return read_g(c, w);
+        return read_g(c, m->rules, w);
     case 'N':
         if (w->set & NC_WORD_N)
             return 0;

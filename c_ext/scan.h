@@ -36,6 +36,7 @@
 #define NC_RULE_MESSAGES 16   /* not plain: a comment with a comma, it may be a message */
 #define NC_RULE_PLANE_CENTRE 64 /* I, J: first and second axis of the plane, whichever it is; K is no centre word */
 #define NC_RULE_CENTRE_DISTANCE 128 /* under G91 centre words count from the start, whatever centre_absolute says */
+#define NC_RULE_NO_PLANES 512    /* not plain: G17, G18, G19 */
 #define NC_RULE_NO_BRACKETS 256 /* not plain: `(` */
 
 /* numbers of cnc_core.errors */
@@ -43,6 +44,7 @@
 #define NC_ERROR_CENTRE_AND_RADIUS 21024
 #define NC_ERROR_RADII 21758
 #define NC_ERROR_FEED 900006
+#define NC_ERROR_SCALED_CIRCLE 910113
 #define NC_ERROR_CIRCLE 900007
 #define NC_ERROR_NO_CENTRE 900008
 #define NC_ERROR_RANGE 900012
@@ -57,6 +59,7 @@ typedef struct nc_modal {
     double zero[NC_AXES];        /* share of offset_next that is not tool length */
     double mirror[NC_AXES];      /* 1, or -1 where mirrored: axis words, centre words, sense of circles */
     double share[NC_AXES];       /* of an axis word that is driven: 1, or 0.5 for diameters */
+    double arc_scale;            /* of centre words, radius and pitch; 0: circles have no scale, their axes differ */
     double centre_word[3];       /* I, J, K as last programmed */
     double tool_length;          /* acts on the third axis of the plane */
     double unit;                 /* mm per programmed unit of length: 1 or 25.4 */

@@ -312,6 +312,7 @@ static void arc_points(nc_smooth *s, const nc_block *row) {
 
 static bool smoothable(const nc_smooth *s, const nc_block *row) {
     if (!(s->tol > 0.0) || (row->flags & NC_RAPID) || row->type == NC_POLYNOMIAL || !(row->feed > 0.0)) return false;
+    if (s->longest > 0.0 && row->length > s->longest) return false;
     if (row->type == NC_CIRCULAR) return true;
     double main = 0.0;
     for (int a = 0; a < s->cfg.axes; a++)
@@ -343,7 +344,8 @@ static void set_mode(nc_smooth *s, const nc_block *row) {
     double tol = row->value > 0.0 ? row->value : s->cfg.tolerance;
     double rotary = row->radius > 0.0 ? row->radius : s->cfg.rotary_tolerance;
     s->tol = row->code ? tol : 0.0;
-    if (row->angle > 0.0) s->cfg.turn_max = row->angle;
+    s->cfg.turn_max = row->angle > 0.0 ? row->angle : s->turn_configured;
+    s->longest = row->length;
     for (int a = 0; a < s->cfg.axes; a++) s->scale[a] = s->tol > 0.0 && s->cfg.rotary >> a & 1 ? tol / rotary : 1.0;
     nc_smooth_resync(s, old);
 }
@@ -392,6 +394,7 @@ nc_smooth *nc_smooth_new(const nc_smooth_config *config, const double *start) {
     nc_smooth *s = calloc(1, sizeof *s);
     if (!s) return NULL;
     s->cfg = *config;
+    s->turn_configured = config->turn_max;
     for (int i = 0; i < 3; i++)
         if (config->main_axis[i] >= 0) s->main_mask |= (uint16_t)(1u << config->main_axis[i]);
     for (int a = 0; a < NC_AXES; a++) s->scale[a] = 1.0;

@@ -73,6 +73,7 @@ typedef struct carry {
 
 struct nc_smooth {
     nc_smooth_config cfg;
+    double turn_configured, longest; /* rad as configured; mm: longer motions stay exact, 0: none */
     double scale[NC_AXES];  /* scaled = scale * axis value */
     uint16_t main_mask;
     double tol;             /* of all groups, in scaled coordinates; 0: off */

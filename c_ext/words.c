@@ -39,7 +39,7 @@ void nc_modal_init(nc_modal *m)
         m->main_axis[i] = -1;
     for (int i = 0; i < NC_AXES; i++)
         m->mirror[i] = m->share[i] = 1.0;
-    m->unit = m->feed_unit = m->feed_factor = 1.0;
+    m->unit = m->feed_unit = m->feed_factor = m->arc_scale = 1.0;
     m->plane = 17;
     m->absolute = 1;
     m->centre_limit = 2.0;
@@ -164,7 +164,7 @@ static void arc_on_bisector(arc *a, double height)
 
 static int arc_by_radius(const nc_modal *m, arc *a)
 {
-    double r = fabs(m->radius), half = 0.5 * a->width, excess = half - r;
+    double r = fabs(m->radius) * m->arc_scale, half = 0.5 * a->width, excess = half - r;
     if (r < ZERO_MM || a->width < ZERO_MM)
         return NC_ERROR_CIRCLE;
     if (excess > m->centre_limit && excess > m->centre_ratio * r)
@@ -248,7 +248,7 @@ static int programmed_centre(const nc_modal *m, const nc_words *w, const int *pl
     int absolute = m->centre_absolute && (m->absolute || !(m->rules & NC_RULE_CENTRE_DISTANCE));
     for (int i = 0; i < 2; i++) {
         int letter = m->rules & NC_RULE_PLANE_CENTRE ? i : plane[i];
-        double word = w->set & (NC_WORD_I << letter) ? w->centre[letter] * m->unit * m->mirror[axis[i]] : 0.0;
+        double word = w->set & (NC_WORD_I << letter) ? w->centre[letter] * m->unit * m->arc_scale * m->mirror[axis[i]] : 0.0;
         a->center[i] = word + (absolute ? m->offset[axis[i]] : a->start[i]);
         if (!in_range(word) || !in_range(a->center[i]))
             return NC_ERROR_RANGE;
@@ -282,6 +282,8 @@ static int circle_motion(const nc_modal *m, const nc_words *w, const double *tar
     int axis[3] = {m->main_axis[plane[0]], m->main_axis[plane[1]], m->main_axis[plane[2]]};
     if (axis[0] < 0 || axis[1] < 0)
         return NC_ERROR_PLANE_AXIS;
+    if (m->arc_scale == 0.0)
+        return NC_ERROR_SCALED_CIRCLE;
     arc a = {.sense = (m->motion == 3 ? 1.0 : -1.0) * m->mirror[axis[0]] * m->mirror[axis[1]]};
     for (int i = 0; i < 2; i++) {
         a.start[i] = m->pos[axis[i]];
@@ -293,7 +295,7 @@ static int circle_motion(const nc_modal *m, const nc_words *w, const double *tar
         error = NC_ERROR_RANGE;
     double dz = axis[2] < 0 ? 0.0 : target[axis[2]] - m->pos[axis[2]];
     if (!error && (w->set & (NC_WORD_I << plane[2])) && !(m->rules & NC_RULE_PLANE_CENTRE))
-        error = add_turns(&a, dz, fabs(w->centre[plane[2]] * m->unit));
+        error = add_turns(&a, dz, fabs(w->centre[plane[2]] * m->unit * m->arc_scale));
     if (error)
         return error;
     double in_plane = a.radius * a.sweep;

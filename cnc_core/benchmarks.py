@@ -13,6 +13,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -191,7 +192,33 @@ def raster_points(n: int) -> npt.NDArray[np.float64]:
     return np.asarray(np.round(np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4), np.float64)
 
 
-WORKLOADS: dict[str, Callable[[int], npt.NDArray[np.float64]]] = {"contour": contour_points, "raster": raster_points}
+def collinear_points(n: int) -> npt.NDArray[np.float64]:
+    """(n + 1, 3) points of a straight line in blocks of 0.02 mm."""
+    x = 0.02 * np.arange(n + 1)
+    return np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
+
+
+def corner_points(n: int) -> npt.NDArray[np.float64]:
+    """(n + 1, 3) points of a random walk with steps of some millimetres: every block ends in a corner."""
+    steps = np.random.default_rng(5).normal(size=(n // 20 + 1, 3)) * 4.0
+    return np.asarray(np.round(np.cumsum(steps, axis=0), 4), np.float64)
+
+
+@dataclass(frozen=True)
+class Workload:
+    """Points of a program of about n blocks, and its feed in mm/min."""
+
+    points: Callable[[int], npt.NDArray[np.float64]]
+    feed: float
+
+
+WORKLOADS = {
+    "contour": Workload(contour_points, 6000.0),
+    "raster": Workload(raster_points, 6000.0),
+    "collinear": Workload(collinear_points, 18000.0),
+    "corners": Workload(corner_points, 6000.0),
+}
+TOLERANCE_MM = 0.01  # of the jerk-limited runs: driven exactly, a polyline has to stand at most of its points
 
 
 def write_program(path: Path, points: npt.NDArray[np.float64], feed_mm_min: float) -> Path:
@@ -208,15 +235,20 @@ def _blocks_that_fit(seconds: float, per_second: float) -> int:
 
 
 def planner(seconds: float = 10.0) -> dict[str, Any]:
-    """Blocks per second (planner alone), motion time and largest ratios per workload and look-ahead."""
+    """Blocks per second (planner alone), motion time and largest ratios per workload and look-ahead.
+
+    "contour/120": jerk-limited, smoothed within ``TOLERANCE_MM``; "contour/120/no-jerk": acceleration-limited, exact.
+    """
     n, out = _blocks_that_fit(seconds, 20_000), {}
+    keys = ("planner", "blocks", "blocks_per_s", "motion_time_s", "max_ratio", "path_deviation_mm")
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
-        for name, points in WORKLOADS.items():
-            path = write_program(Path(folder) / f"{name}.nc", points(n), 6000.0)
+        for name, work in WORKLOADS.items():
+            path = write_program(Path(folder) / f"{name}.nc", work.points(n), work.feed)
             for window in (30, 120, 190):
-                result = plan_program(Program(path, CellConfig(), "isg"), window=window).as_json()
-                keys = ("blocks", "blocks_per_s", "motion_time_s", "max_ratio")
-                out[f"{name}/{window}"] = {k: result[k] for k in keys}
+                for jerk in (True, False):
+                    program = Program(path, CellConfig(), "isg", tolerance=TOLERANCE_MM if jerk else 0.0)
+                    result = plan_program(program, window=window, jerk=jerk).as_json()
+                    out[f"{name}/{window}" + ("" if jerk else "/no-jerk")] = {k: result[k] for k in keys}
     return out
 
 
@@ -230,9 +262,10 @@ def parser(seconds: float = 10.0) -> dict[str, Any]:
     """Lines per second from text to final rows per workload, beside reading the same file line by line in Python."""
     n, out = int(max(10_000, min(1_000_000, seconds * 50_000))), {}
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
-        for name, points in WORKLOADS.items():
-            path = write_program(Path(folder) / f"{name}.nc", points(n), 6000.0)
+        for name, work in WORKLOADS.items():
+            path = write_program(Path(folder) / f"{name}.nc", work.points(n), work.feed)
+            lines = sum(1 for _ in path.open())
             reading = _seconds_of(lambda path=path: sum(1 for _ in path.open()))  # type: ignore[misc]
             parsing = _seconds_of(lambda path=path: sum(map(len, Program(path, CellConfig(), "isg").batches())))  # type: ignore[misc]
-            out[name] = {"lines": n + 3, "lines_per_s": n / parsing, "reading_lines_per_s": n / reading}
+            out[name] = {"lines": lines, "lines_per_s": lines / parsing, "reading_lines_per_s": lines / reading}
     return {"lines_per_s": {k: v["lines_per_s"] for k, v in out.items()}, "workloads": out}

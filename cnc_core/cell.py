@@ -33,6 +33,7 @@ from .channel import OUT_FOLDER
 from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
+from .operator_answers import read_answers
 
 SCRATCH = "hli-cosim-run-"
 POLL_S = 0.005
@@ -139,15 +140,18 @@ class PlcChoice:
 class _Child:
     """One process with its report and what it says on standard error."""
 
-    def __init__(self, title: str, module: str, arguments: Sequence[str], folder: Path) -> None:
+    def __init__(
+        self, title: str, module: str, arguments: Sequence[str], folder: Path, terminal: bool = False
+    ) -> None:
         self.title = title
         self.report_file = folder / f"{title}.json"
         self.log_file = folder / f"{title}.log"
         command = [sys.executable, "-P", "-m", module, *arguments, "--parent", str(os.getpid())]
         environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
         with self.log_file.open("wb") as log:  # what user code prints goes to our standard error, as it comes
+            stdin = None if terminal else subprocess.DEVNULL
             self.process = subprocess.Popen(
-                command, stdin=subprocess.DEVNULL, stdout=sys.__stderr__, stderr=log, env=environment
+                command, stdin=stdin, stdout=sys.__stderr__, stderr=log, env=environment
             )
 
     @property
@@ -234,6 +238,7 @@ class Cell:
         autostart: bool = True,
         watch: Sequence[str] = (),
         force: dict[str, Any] | None = None,
+        answers: str | Path | None = None,
     ) -> RunResult:
         """Run the program to its end.
 
@@ -242,7 +247,7 @@ class Cell:
         error.  ``out``: folder for files the program writes, by default ``hli-cosim-out``.  ``lenient``: as for
         ``Program``.  ``autostart=False``: the program stands ready, the PLC starts it by ``mode_and_state``.
         ``watch``: symbols of the HLI or of a task, recorded at every scan (``result.plc["watch"]``); ``force``:
-        symbols held at a value.
+        symbols held at a value.  ``answers``: file with answers to the program's dialogs (``operator_answers``).
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -252,6 +257,9 @@ class Cell:
             raise CncError(901001, "file not found", Place(str(program)))
         if target:
             recorder.check_target(target)
+        script = Path(answers) if answers else None
+        if script:
+            read_answers(script)
         choice = PlcChoice.of(plc, plc_args).online(watch, force or {})
         segment.sweep()
         _sweep_folders()
@@ -259,7 +267,7 @@ class Cell:
         before = _files(folder)
         options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
         self._job = self._start(
-            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart}
+            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart, "answers": script}
         )
         try:
             _supervise(self._job)
@@ -292,10 +300,11 @@ class Cell:
             report=folder / "cnc.json",
             record=folder / "samples.f64" if record else None,
             once=True,
+            terminal=sys.stdin is not None and sys.stdin.isatty(),
             **options,
         )
         started = time.monotonic()
-        cnc = _Child("cnc", "cnc_core.cnc_process", [chosen.as_json()], folder)
+        cnc = _Child("cnc", "cnc_core.cnc_process", [chosen.as_json()], folder, chosen.terminal)
         arguments = ["--name", name, *choice.arguments, "--report", str(folder / "plc.json"), "--once"]
         plc = None if alone else _Child("plc", "plc_client", arguments, folder)
         return _Job(cnc, plc, folder, name, started)

@@ -15,6 +15,7 @@ from .config import CellConfig
 from .engine import Engine
 from .errors import CncError
 from .frontend.machine import External
+from .operator_answers import Answer, Operator, Question
 from .port import ExternalValue, Wait
 from .program import Program
 
@@ -27,6 +28,7 @@ class LivePort:
     ``areas``: writable buffers of the external variables, "channel" and "global", as they were latched.
     ``put_out``: where a write (area, byte, data) goes besides.
     ``folder``: where files go that the program writes; it is made with the first.
+    ``operator``: who answers dialogs.  ``retained``: what dialects keep from program to program.
     """
 
     answers = True
@@ -39,8 +41,13 @@ class LivePort:
         folder: Path = OUT_FOLDER,
         skip_levels: int = 0,
         put_out: Callable[[int, int, bytes], None] | None = None,
+        retained: dict[str, Any] | None = None,
+        operator: Operator | None = None,
     ) -> None:
+        self.operator = operator or Operator()
+        self.operator.interrupted = lambda: self.interrupted
         self._put_out = put_out
+        self.retained = {} if retained is None else retained
         self.interrupted = False
         self.latched_s = 0.0
         self.levels = skip_levels
@@ -54,6 +61,9 @@ class LivePort:
 
     def message(self, text: str) -> None:
         self.messages.append(text)
+
+    def ask(self, question: Question) -> Answer | None:
+        return self.operator.ask(question)
 
     def now_s(self) -> float:
         return self.latched_s
@@ -153,6 +163,8 @@ class Preparation:
             self.waiting = True
             self.engine.expect_drain()
         elif item is None:
+            for report in self.program.filter_reports:
+                self.port.message(str(report))
             self._end(None)
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")

@@ -43,6 +43,9 @@ Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
 Lenient = Annotated[
     bool, typer.Option("--lenient", help="isg: unknown # commands and undefined M functions are warnings")
 ]
+Answers = Annotated[
+    Path | None, typer.Option("--answers", help="JSON list of answers to the program's dialogs (isons)")
+]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
@@ -90,12 +93,20 @@ def open_program(
     lenient: bool = False,
     tolerance: float = 0.0,
     programmed: bool = False,
+    answers: Path | None = None,
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
 
     program = Program(
-        file, load(config), dialect, collect=collect, lenient=lenient, tolerance=tolerance, programmed=programmed
+        file,
+        load(config),
+        dialect,
+        collect=collect,
+        lenient=lenient,
+        tolerance=tolerance,
+        programmed=programmed,
+        answers=answers,
     )
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
@@ -105,12 +116,19 @@ def open_program(
 def say_warnings(program: Any) -> None:
     for warning in program.reader.warnings:
         say_error(f"warning: {warning}")
+    for report in program.filter_reports:
+        say_error(report)
 
 
 # ------------------------------------------------------------------------------------------------ programs
 @app.command()
 def check(
-    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+    file: File,
+    config: Config = None,
+    dialect: Dialect = None,
+    lenient: Lenient = False,
+    answers: Answers = None,
+    as_json: Json = False,
 ) -> None:
     """Parse and execute a program without motion and report all its errors.
 
@@ -122,7 +140,9 @@ def check(
     setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(file, config, dialect, collect=True, lenient=lenient, programmed=True)
+            program = open_program(
+                file, config, dialect, collect=True, lenient=lenient, programmed=True, answers=answers
+            )
             count = sum(map(number_of_blocks, program.batches()))
         errors, setups = program.errors, getattr(program.reader, "setups", [])
         say_warnings(program)
@@ -142,7 +162,12 @@ def check(
 
 @app.command()
 def blocks(
-    file: File, config: Config = None, dialect: Dialect = None, lenient: Lenient = False, as_json: Json = False
+    file: File,
+    config: Config = None,
+    dialect: Dialect = None,
+    lenient: Lenient = False,
+    answers: Answers = None,
+    as_json: Json = False,
 ) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
 
@@ -150,11 +175,13 @@ def blocks(
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect, lenient=lenient, programmed=True)
+    program = open_program(file, config, dialect, lenient=lenient, programmed=True, answers=answers)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
         for block in rows.blocks(batch, start, cell.axis_names, cell.main_axes):
+            if block.row["type"] in rows.SILENT:
+                continue
             value = block.as_json()
             if as_json:
                 emit(value)
@@ -196,6 +223,7 @@ def plan(
     config: Config = None,
     dialect: Dialect = None,
     lenient: Lenient = False,
+    answers: Answers = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -208,7 +236,7 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance)
+    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers)
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)
@@ -287,6 +315,7 @@ def run(
     config: Config = None,
     dialect: Dialect = None,
     lenient: Lenient = False,
+    answers: Answers = None,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
@@ -304,7 +333,7 @@ def run(
         symbols = dict(parse_force(text) for text in force or [])
         result = cell.run(
             file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
-            watch=watch or (), force=symbols,
+            watch=watch or (), force=symbols, answers=answers,
         )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")
@@ -328,7 +357,7 @@ def _say_run_errors(result: Any) -> None:
     for e in result.errors:
         place = f"{e['file']}:{e['line']}:{e['column']}: " if e["line"] else ""
         say_error(f"{place}{e['code']}: {e['text']}")
-        if e["line"] and result.error_text:
+        if e["line"] and result.error_text and e["line"] == result.errors[0]["line"]:
             say_error(f"    {result.error_text}")
 
 
@@ -641,7 +670,8 @@ def _failed(error: Exception) -> int:
     if not isinstance(error, CncError | HliError | OSError | ValueError):
         raise error
     numbered = _numbered(error)
-    say_error(numbered)
+    for each in (numbered, *numbered.also):
+        say_error(each)
     if "--json" in sys.argv and not _emitted:
         emit(_empty_result(numbered))
     return 1
@@ -652,8 +682,8 @@ def _empty_result(error: CncError) -> dict[str, Any]:
     if "run" in sys.argv[1:2]:
         from .cell import RunResult  # noqa: PLC0415
 
-        return RunResult(end="error", errors=[error.as_json()]).as_json()
-    return {"errors": [error.as_json()]}
+        return RunResult(end="error", errors=[e.as_json() for e in (error, *error.also)]).as_json()
+    return {"errors": [e.as_json() for e in (error, *error.also)]}
 
 
 if __name__ == "__main__":

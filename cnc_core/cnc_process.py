@@ -31,6 +31,7 @@ from .config import CellConfig, load_config
 from .engine import Engine, Event
 from .errors import CncError, Place
 from .mode_control import READY, SELECTED, ModeControl
+from .operator_answers import Operator, read_answers
 from .recorder import PartWriter
 
 KERNEL_VERSION = b"hli-cosim 0.1"
@@ -48,6 +49,7 @@ FIRST_SCAN_S = 5.0  # longest wait for the first scan of a PLC that has attached
 SKIP_LEVELS = 0x3FF  # program_block_ignore: bit n - 1 is level n
 NO_FUNCTIONS = 0x2000  # execution_mode: no output of M, H and T functions
 KEPT_TEXTS = 1000
+PATH_OPTIONS = ("file", "config", "report", "record", "out", "answers")
 IDLE_CYCLES = 1  # cycles served at a time while nothing moves and the clock is free
 
 
@@ -71,6 +73,8 @@ class CncOptions:
     lenient: bool = False
     out: Path | None = None
     autostart: bool = True
+    answers: Path | None = None
+    terminal: bool = True  # an operator sits there, if standard input is one
 
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""
@@ -134,6 +138,9 @@ class CncProcess:
         self.blocks = 0
         self.dialect: str | None = None
         self.preparation: Preparation | None = None
+        self._retained: dict[str, Any] = {}
+        script = read_answers(options.answers) if options.answers else []
+        self._operator = Operator(script, terminal=options.terminal and sys.stdin.isatty())
         self.watchdog: CncError | None = None
         segment.sweep()
         axes = len(self.cell.axes) + len(self.cell.spindles)
@@ -273,6 +280,8 @@ class CncProcess:
             self.options.out or OUT_FOLDER,
             self._skip_levels() | self.cell.skip_mask,
             self.engine.write_external,
+            self._retained,
+            self._operator,
         )
         port.manual_data = path == self._scratch
         self.preparation = Preparation(
@@ -333,7 +342,7 @@ class CncProcess:
         if preparation.program:
             self.dialect = preparation.program.dialect
         if preparation.error and preparation.error not in self.errors:
-            self.errors.append(preparation.error)
+            self.errors += [preparation.error, *preparation.error.also]
 
     def _wait_for_plc(self) -> bool:
         """Until a PLC has attached (at once if none is awaited); False if a signal came first."""
@@ -520,7 +529,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if args.parent is not None and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
         return 1
     given: dict[str, Any] = {
-        k: Path(v) if k in ("file", "config", "report", "record", "out") and v else v for k, v in args.options.items()
+        k: Path(v) if k in PATH_OPTIONS and v else v for k, v in args.options.items()
     }
     try:
         return run_cnc(CncOptions(**given))

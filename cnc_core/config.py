@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from .blocks import NC_AXES
 from .errors import ConfigError, Place
 from .frontend.isons_cell import IO_BLOCKS
-from .frontend.machine import External, OsaiCell, ProgramMachine, Tool
+from .frontend.machine import External, HscSetting, OsaiCell, ProgramMachine, Tool
 from .isons_config import IsonsConfig
 from .kinematics.machine import Kinematics
 from .kinematics_config import KinematicsConfig
@@ -35,6 +35,14 @@ KNOWN_FUNCTIONS = {
     "FCT_CALC_STATE_AT_T", "FCT_CALC_TIME", "FCT_CONTOUR_LAH", "FCT_DYN_POS_LIMIT", "FCT_EXTENSION_EQUIDIST",
     "FCT_CALC_POS_V_0", "FCT_DLM",
 }  # fmt: skip
+# Identifiers that are accepted and do nothing here, and why.
+WITHOUT_EFFECT = {
+    "FCT_SYNC": "there are no independent axes that could be synchronised to the path",
+    "FCT_LIFT_UP_TIME": "there is no lifting axis",
+    "FCT_SHIFT_NCBL": "M functions are shifted by their synchronisation (MEP_SVS, MET_SVS) alone",
+    "FCT_DYN_POS_LIMIT": "position limits are those of the cell, checked when blocks are prepared",
+    "FCT_DLM": "there is no conveyor that could be tracked",
+}
 # Synchronisation of the M functions of the built-in machine (P-CHAN-00041); what is absent is undefined.
 DEFAULT_M_SYNCH: dict[int, str] = dict.fromkeys((0, 1, 2, 3, 4, 5, 17, 19, 29, 30), "NO_SYNCH") | dict.fromkeys(
     (6, 7, 8, 9, 10, 11, 40, 41, 42, 43, 44, 45), "NO_SYNCH"
@@ -115,6 +123,7 @@ class ToolConfig(_Table):
 
     radius_mm: Finite = 0.0
     length_mm: Finite = 0.0
+    kin_id: Annotated[int, Field(ge=1, le=999)] | None = None
 
 
 class ExternalConfig(_Table):
@@ -161,6 +170,20 @@ class OsaiConfig(_Table):
     location: Literal["tip", "centre"] = "tip"
 
 
+class HscsConfig(_Table):
+    """One state of SysHscSettings (``hscs.*``): subprogram, tolerance in 0.1 um.  ``prg``: another spelling of prog."""
+
+    prog: str = ""
+    prg: str = ""
+    tolerance: NotNegative = 0.0
+
+    @model_validator(mode="after")
+    def _one_name(self) -> HscsConfig:
+        if self.prog and self.prg:
+            raise ValueError("prog and prg name the same: give prog alone")
+        return self
+
+
 class ChannelConfig(_Table):
     """Channel parameters."""
 
@@ -179,8 +202,10 @@ class ChannelConfig(_Table):
     m_pre_outp: dict[str, NotNegative] = Field(default_factory=dict)
     g_programs: dict[str, str] = Field(default_factory=dict)
     m6_program: str = ""
+    esa_time: Annotated[list[NotNegative], Field(max_length=3)] = Field(default_factory=list)
     kin_id: Annotated[int, Field(ge=0, le=999)] | None = None
     skip_levels: list[Annotated[int, Field(ge=1, le=10)]] = Field(default_factory=list)
+    hscs: dict[Literal["deselect", "rough", "prefinish", "finish"], HscsConfig] = Field(default_factory=dict)
 
     @field_validator("g_programs")
     @classmethod
@@ -413,7 +438,7 @@ class CellConfig(_Table):
             rotary=tuple(a.kind == "rotary" for a in self.axes.values()),
             main=self.main_axes,
             start=self.axis_values("start_mm") if start is None else start.copy(),
-            tools={int(k): Tool(t.radius_mm, t.length_mm) for k, t in self.tools.items()},
+            tools={int(k): Tool(t.radius_mm, t.length_mm, t.kin_id) for k, t in self.tools.items()},
             m_functions=self.m_functions,
             externals=self.externals,
             zero_offsets={int(k): v for k, v in self.zero_offsets.items()},
@@ -423,6 +448,10 @@ class CellConfig(_Table):
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
             osai=OsaiCell(self.osai.feed == "arc", self.osai.location == "centre"),
+            equidistant="FCT_EXTENSION_EQUIDIST" in self.channel.functions,
+            hsc_settings={
+                str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()
+            },
             axis_ids=tuple(a.id or i for i, a in enumerate(self.axes.values(), 1)),
             kinematics=self.kinematic_machines,
             kin_id=self.kin_id,
@@ -433,6 +462,12 @@ class CellConfig(_Table):
         out = [
             f"P-CHAN-00650: unknown identifier {w!r} is ignored"
             for w in sorted(self.channel.functions - KNOWN_FUNCTIONS)
+        ]
+        out += [f"hscs.{state}.prg: the name is hscs.{state}.prog" for state, h in self.channel.hscs.items() if h.prg]
+        out += [
+            f"P-CHAN-00650: {name} has no effect: {why}"
+            for name, why in WITHOUT_EFFECT.items()
+            if name in self.channel.functions
         ]
         if 0 < self.channel.fb_storage_size < MIN_FB_STORAGE:
             out.append(f"P-STUP-00033: fb_storage_size raised to the minimum of {MIN_FB_STORAGE} bytes")

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .blocks import PTP
+from .blocks import LENGTH_ONLY, PTP
 
 FloatArray = npt.NDArray[np.float64]
 EXACT = 1e-14
@@ -81,13 +81,15 @@ class Frame:
 class Coordinates:
     """``kinematics``: number of the transformation, None: the axes are driven as they are.  ``length``: tool, mm.
 
-    ``ptp``: blocks are straight lines of the axes to the programmed end.
+    ``ptp``: blocks are straight lines of the axes to the programmed end.  ``length_only``: the axes are programmed, and
+    shifted by ``length`` along the tool.
     """
 
     frame: Frame = field(default_factory=Frame)
     kinematics: int | None = None
     length: float = 0.0
     ptp: bool = False
+    length_only: bool = False
 
     def fill(self, row: Any, position: FloatArray) -> None:
         """Write into a row (1,); ``position`` (axes,) in the new programmed coordinates."""
@@ -97,7 +99,7 @@ class Coordinates:
         row["angle"], row["value"], row["length_min"] = self.frame.origin
         row["code"] = 0 if self.kinematics is None else self.kinematics + 1
         row["feed"] = self.length
-        row["flags"] = PTP if self.ptp else 0
+        row["flags"] = (PTP if self.ptp else 0) | (LENGTH_ONLY if self.length_only else 0)
 
     @classmethod
     def of(cls, row: Any) -> Coordinates:
@@ -110,4 +112,5 @@ class Coordinates:
             code - 1 if code else None,
             float(row["feed"]),
             bool(row["flags"] & PTP),
+            bool(row["flags"] & LENGTH_ONLY),
         )

@@ -87,7 +87,10 @@ def _engine_config(
     config.axis_count = len(names)
     config.main = list(cell.main_axes)
     config.window = window or cell.channel.window
-    config.functions = lib.ENGINE_FCT_CONTOUR_LAH if cell.channel.contour_lah else 0
+    known = ("FCT_CONTOUR_LAH", "FCT_CALC_TIME", "FCT_CALC_POS_V_0", "FCT_CALC_STATE_AT_T")
+    config.functions = sum(getattr(lib, f"ENGINE_{n}") for n in known if n in cell.channel.functions)
+    for i, seconds in enumerate(cell.channel.esa_time):
+        config.esa_time[i] = seconds
     config.log_max = cell.channel.contour_lookahead_log_max
     config.fb_storage_size = cell.channel.storage
     config.rapid_override_mode = cell.channel.rapid_override_mode

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .blocks import PIECE, POLYNOMIAL, BlockBatch
+from .blocks import PIECE, POLYNOMIAL, BlockBatch, number_of_blocks
 from .config import CellConfig
 from .engine import Engine, Event, Samples
 from .program import Program
@@ -30,6 +30,7 @@ class PlanResult:
     path_deviation_mm: float = 0.0
     lookahead: int = 0
     infeasible: int = 0
+    filters: list[dict[str, Any]] = field(default_factory=list)
     jerk_limited: bool = False
     samples: dict[str, Any] | None = None
 
@@ -44,6 +45,7 @@ class PlanResult:
             "path_deviation_mm": self.path_deviation_mm,
             "lookahead": self.lookahead,
             "planner": "jerk-limited" if self.jerk_limited else "acceleration-limited",
+            "filters": self.filters,
         }
 
 
@@ -51,7 +53,7 @@ class Feeder:
     """Pushes a program's rows into an engine; what the ring does not take waits for the next call."""
 
     def __init__(self, program: Program, engine: Engine, seen: Callable[[BlockBatch], None]) -> None:
-        self.source, self.engine, self.seen = program.batches(), engine, seen
+        self.program, self.source, self.engine, self.seen = program, program.batches(), engine, seen
         self.batch, self.first, self.rows, self.done = BlockBatch.empty(), 0, 0, False
 
     def fill(self) -> None:
@@ -64,7 +66,8 @@ class Feeder:
                     self.done = True
                     return
                 self.batch, self.first = batch, 0
-                self.rows += int(((batch.rows["flags"] & PIECE == 0) | (batch.rows["type"] > POLYNOMIAL)).sum())
+                pieces = (batch.rows["flags"] & PIECE != 0) & (batch.rows["type"] <= POLYNOMIAL)
+                self.rows += number_of_blocks(batch) - int(pieces.sum())
                 self.seen(batch)
                 continue
             taken = self.engine.push(self.batch, self.first)
@@ -95,10 +98,14 @@ def plan_program(
             if event in (Event.PROGRAM_END, Event.FAULT):
                 break
         check.finish()
-        carried = max(program.frames.deviation, program.kinematics.deviation)
-        return _result(
+        carried = program.frames.deviation + program.kinematics.deviation
+        if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone
+            carried += program.smoothing.report.deviation
+        out = _result(
             cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
         )
+        out.filters = [asdict(report) for report in program.filter_reports]
+        return out
     finally:
         engine.close()
 
@@ -123,7 +130,7 @@ def _result(
         plan_cpu_s=float(state.plan_cpu_s),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
-        path_deviation_mm=max(check.deviation, carried),
+        path_deviation_mm=max(check.deviation, carried, feeder.program.contouring.report.deviation),
         lookahead=window,
         infeasible=int(state.infeasible),
         jerk_limited=jerk,

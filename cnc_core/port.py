@@ -7,12 +7,13 @@ lockstep run is the same every time.
 from __future__ import annotations
 
 from enum import Enum
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from cnc_core.frontend.machine import External
+from cnc_core.operator_answers import Answer, Operator, Question
 
 ExternalValue = float | str
 
@@ -36,12 +37,21 @@ class ChannelPort(Protocol):
         """Waits are answered by a machine that moves; a program may wait as long as it likes."""
         ...
 
+    @property
+    def retained(self) -> dict[str, Any]:
+        """What a dialect keeps from program to program, by its name."""
+        ...
+
     def position(self) -> npt.NDArray[np.float64]:
         """Command position of all channel axes, mm or degrees, latched when the last wait came true."""
         ...
 
     def message(self, text: str) -> None:
         """A line for the operator (warnings, #MSG)."""
+        ...
+
+    def ask(self, question: Question) -> Answer | None:
+        """What the operator does with a dialog; None if nobody can answer."""
         ...
 
     def now_s(self) -> float:
@@ -79,11 +89,15 @@ class OfflinePort:
     answers = False
     manual_data = False
 
-    def __init__(self, position: npt.NDArray[np.float64], skip_levels: int = 0) -> None:
+    def __init__(
+        self, position: npt.NDArray[np.float64], skip_levels: int = 0, operator: Operator | None = None
+    ) -> None:
+        self.operator = operator or Operator()
         self._position = np.array(position, dtype=np.float64)
         self._skip_levels = skip_levels
         self._external: dict[tuple[str, str, int], ExternalValue] = {}
         self.messages: list[str] = []
+        self.retained: dict[str, Any] = {}
         self.texts: dict[str, str] = {}  # what a run would have written, by file name
 
     def position(self) -> npt.NDArray[np.float64]:
@@ -95,6 +109,10 @@ class OfflinePort:
 
     def message(self, text: str) -> None:
         self.messages.append(text)
+
+    def ask(self, question: Question) -> Answer | None:
+        """From the script while it lasts; behind it a dialog counts as acknowledged."""
+        return self.operator.ask(question) if self.operator.waiting else Answer(given=False)
 
     def now_s(self) -> float:
         return 0.0

@@ -14,20 +14,33 @@ import numpy.typing as npt
 
 from . import frontend
 from .blocks import BlockBatch
-from .config import CellConfig
+from .config import SYNCH, CellConfig, synch_value
 from .errors import CncError, Place
+from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
+from .geometry.corner import Corners
+from .geometry.feed_control import FeedControl
 from .geometry.frames import Frames
+from .geometry.low_pass import LowPass
+from .geometry.noise import FineNoise, Noise
+from .geometry.nurbs import SplineFilter
+from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
+from .geometry.path_mode import PathMode
+from .geometry.polyline import FilterReport, RunFilter
 from .geometry.profile_limits import ProfileLimits
 from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
+from .geometry.short_segments import ShortSegments
 from .geometry.smoothing import Smoothing, SmoothingMachine
+from .geometry.spline import Spline
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
 from .kinematics.stage import KinematicsStage, ProgrammedView
+from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
 
 BATCH_ROWS = 4096
+FILTERS: tuple[type[RunFilter], ...] = (Noise, SplineFilter, FineNoise, ShortSegments, LowPass, FeedControl)
 
 
 def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
@@ -39,6 +52,28 @@ def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
         accel=min(axis.a_max_mm_s2 for axis in linear),
         feed=min(axis.v_max_mm_s for axis in linear),
     )
+
+
+def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
+    """Functions for which the channel stands, and where."""
+    behind = SYNCH["MVS_SNS"] | SYNCH["MNS_SNS"]
+    ahead = SYNCH["MVS_SVS"] | SYNCH["MVS_SLM"] | SYNCH["MEP_SVS"] | SYNCH["MET_SVS"]
+    names: dict[tuple[str, int], str] = {("M", number): name for number, name in cell.m_functions.items()}
+    names |= {("H", int(number)): name for number, name in cell.channel.h_synch.items()}
+    names[("T", 0)] = cell.channel.tool_synch
+    for spindle in list(cell.spindles.values())[:1]:
+        names |= {("M", number) if number else ("S", 0): name for number, name in spindle.functions.items()}
+    found = {}
+    for key, name in names.items():
+        value = synch_value(name)
+        if value & (ahead | behind):
+            found[key] = BEHIND if value & behind else AHEAD
+    return found
+
+
+def _contour_machine(cell: CellConfig) -> ContourMachine:
+    smoothing = _smoothing_machine(cell)
+    return ContourMachine(cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell))
 
 
 class FrontEnd(Protocol):
@@ -81,6 +116,7 @@ class Program:
     ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
     calls so; for ISG unknown # commands and undefined M functions are warnings.
     ``programmed``: rows as they are ahead of the kinematics, which is followed for its errors only.
+    ``answers``: file with answers to the program's dialogs, if no ``port`` is given.
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -96,21 +132,35 @@ class Program:
         start: npt.NDArray[np.float64] | None = None,
         tolerance: float = 0.0,
         programmed: bool = False,
+        answers: Path | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
-        self.port = port or OfflinePort(machine.start, cell.skip_mask)
+        operator = Operator(read_answers(answers)) if answers else None
+        self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
         self.dialect = dialect or frontend.detect(self.path)
         self.reader: FrontEnd = frontend.create(
             self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
         )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
-        compensation = RadiusCompensation(
+        self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
-        contour: list[Stage] = [compensation, DropZeroLength(), self.smoothing]
+        self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
+        self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
+        contour: list[Stage] = [
+            Corners(machine.start, machine.main, self._place),
+            compensation,
+            DropZeroLength(),
+            Orbit(machine.start, machine.main, self._place),
+            Spline(machine.start, machine.main, self._place),
+            *self.filters,
+            PathMode(machine.start, machine.main),
+            self.contouring,
+            self.smoothing,
+        ]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         machines = dict(cell.kinematic_machines)  # profiles add their own
         self.profiles = Profiles(
@@ -127,6 +177,11 @@ class Program:
         parameter = ParameterFeed(len(machine.axes), machine.main)
         axes: Stage = Pipeline([self.kinematics, parameter, dynamics, self.limits])
         self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
+
+    @property
+    def filter_reports(self) -> list[FilterReport]:
+        """Of the filters that have been used."""
+        return [stage.report for stage in self.filters if stage.report.blocks_in]
 
     @property
     def errors(self) -> list[CncError]:

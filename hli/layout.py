@@ -45,6 +45,7 @@ HLI_TECH_UNIT_AX_MAXIDX = 39
 HLI_CUSTOMER_VAL_MAXIDX = 7
 HLI_ERR_MASK_MAXIDX = 583
 HLI_G_FUNCTION_MAXIDX = 15
+HLI_ESA_MAXIDX = 2
 HLI_EXT_VAR_MAXIDX = 5999  # UDINT words of one external-variable area: 1000 variables of 24 bytes
 HLI_INTF_VERSION_NAME_LAENGE = 23
 
@@ -293,6 +294,9 @@ class HLI_BAHN_STATE(Structure):
     _fields_ = [
         ("dist_prog_start", LREAL),
         ("dist_to_go_r", LREAL),
+        ("eta_time_r", LREAL),
+        ("dist_v_0_r", LREAL),
+        ("esa_vb", LREAL * (HLI_ESA_MAXIDX + 1)),
         ("covered_distance_r", DINT),
         ("block_count_r", UDINT),
         ("block_number_r", UDINT),
@@ -319,11 +323,16 @@ class HLI_BAHN_STATE(Structure):
         ("rapid_active_r", BOOL),
         ("backward_active_r", BOOL),
         ("error_r", BOOL),
-        ("fill_1", BYTE),
+        ("eta_valid_r", BOOL),
+        ("pos_v_0_valid_r", BOOL),
+        ("esa_data_valid", BOOL * (HLI_ESA_MAXIDX + 1)),
+        ("fill_1", BYTE * 4),
         ("g_function_r", UINT * (HLI_G_FUNCTION_MAXIDX + 1)),
         ("prog_name_r", STRING(259)),
         ("fill_2", UDINT),
         ("coord_r", HLI_COORD * (HLI_CS_AXIS_MAXIDX + 1)),
+        ("pos_v_0_pcs_r", DINT * (HLI_CS_AXIS_MAXIDX + 1)),
+        ("pos_v_0_acs_r", DINT * (HLI_CS_AXIS_MAXIDX + 1)),
     ]
 
 
@@ -523,7 +532,7 @@ class HLI_CHANNEL(Structure):
         ("techno_unit_late_sync", TECHNO_UNIT_CH * (HLI_TU_CH_LATE_SYNC_MAXIDX + 1)),
         ("mc_error", MC_ERROR),
         ("lc_error", MC_ERROR),
-        ("fill_2", BYTE * 40),  # the look-ahead unit starts on a cache line
+        ("fill_2", BYTE * 56),  # the look-ahead unit starts on a cache line
         ("contour_lookahead", HLI_CONTOUR_LOOKAHEAD),
     ]
 

@@ -18,6 +18,15 @@ class Tool:
 
     radius_mm: float = 0.0
     length_mm: float = 0.0
+    kin_id: int | None = None
+
+
+@dataclass(frozen=True)
+class HscSetting:
+    """One state of SysHscSettings: subprogram of the manufacturer, tolerance in mm."""
+
+    program: str = ""
+    tolerance_mm: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -73,6 +82,14 @@ class TipMachine(Protocol):
         ...
 
 
+class Transformation(TipMachine, Protocol):
+    """A kinematic transformation of the cell."""
+
+    def length_correction(self) -> TipMachine:
+        """The same machine with the axes programmed: they are lifted by ``length`` along the tool."""
+        ...
+
+
 @dataclass(frozen=True)
 class OsaiCell:
     """What only the 10-Series dialect knows: polynomials' feed along the arc; location points in the tool's centre."""
@@ -91,7 +108,9 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``, ``osai``: what only these dialects know.  ``kinematics``: transformations by number; ``kin_id``: first.
+    ``isons``, ``osai``: what only these dialects know.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
+    ``kinematics``: transformations by number; ``kin_id``: the first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     """
 
@@ -108,7 +127,9 @@ class ProgramMachine:
     velocity: npt.NDArray[np.float64] | None = None
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
-    kinematics: Mapping[int, TipMachine] = field(default_factory=dict)
+    hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
+    equidistant: bool = False
+    kinematics: Mapping[int, Transformation] = field(default_factory=dict)
     kin_id: int | None = None
     osai: OsaiCell = OsaiCell()
     axis_ids: tuple[int, ...] = ()

@@ -28,18 +28,27 @@ PLANES = {motion_planes(plane)[:2]: plane for plane in (17, 18, 19)}
 class _Turned:
     """Carrier into the coordinates around a frame."""
 
-    def __init__(self, frame: Frame, main: list[int]) -> None:
-        self._frame, self._main = frame, main
+    def __init__(self, frame: Frame, main: tuple[int, int, int]) -> None:
+        present = [place for place, axis in enumerate(main) if axis >= 0]
+        self._main = [main[place] for place in present]
+        self._rotation, self._origin = frame.rotation[np.ix_(present, present)], frame.origin[present]
 
     def carry(self, jets: FloatArray) -> FloatArray:
         out = jets.copy()
-        points = jets[:, :, self._main] @ self._frame.rotation.T
-        points[:, 0] += self._frame.origin
+        points = jets[:, :, self._main] @ self._rotation.T
+        points[:, 0] += self._origin
         out[:, :, self._main] = points
         return out
 
     def miss(self, driven: FloatArray, programmed: FloatArray) -> FloatArray:
-        return np.asarray(np.linalg.norm(self._frame.inner(driven[:, self._main]) - programmed[:, self._main], axis=1))
+        back = (driven[:, self._main] - self._origin) @ self._rotation
+        return np.asarray(np.linalg.norm(back - programmed[:, self._main], axis=1))
+
+    def coefficients(self, coef: FloatArray) -> None:
+        """Turn (axes, order) in place."""
+        points = self._rotation @ coef[self._main]
+        points[:, 0] += self._origin
+        coef[self._main] = points
 
 
 class Frames:
@@ -145,15 +154,13 @@ class Frames:
 
     def _turned_pool(self, out: npt.NDArray[Any], rows: npt.NDArray[Any], pool: FloatArray) -> FloatArray:
         """Coefficients of polynomials, turned; every polynomial has its own."""
-        frame, turned = self._coordinates.frame, pool
+        carrier, turned = _Turned(self._coordinates.frame, self._main), pool
         for i in np.flatnonzero((rows["type"] == POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)):
             order, first = int(rows["degree"][i]) + 1, int(rows["pool"][i])
             if turned is pool:
                 turned = pool.copy()
             coef = pool[first : first + self._axes * order].reshape(self._axes, order).copy()
-            points = frame.rotation @ coef[list(self._main)]
-            points[:, 0] += frame.origin
-            coef[list(self._main)] = points
+            carrier.coefficients(coef)
             turned[first : first + self._axes * order] = coef.ravel()
         return turned
 
@@ -203,7 +210,7 @@ class Frames:
         keep = np.setdiff1d(np.arange(len(rows)), tilted)
         circles = rows[tilted]
         paths = Paths(circles, starts[tilted], np.empty(0), self._main)
-        carrier = _Turned(self._coordinates.frame, list(self._main))
+        carrier = _Turned(self._coordinates.frame, self._main)
         driven = np.flatnonzero(circles["flags"] & ELEMENT == 0)
         seen = np.flatnonzero(circles["flags"] & PIECE == 0)
         pools, parts = [pool], [(keep, 0, out[keep])]

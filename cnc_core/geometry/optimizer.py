@@ -16,7 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..profile import BLEND, SMOOTH
-from . import bspline, spline
+from . import bspline
+from . import profile_spline as spline
 from .profile_blend import evaluated, joining, shifted, tangent_length
 
 FloatArray = npt.NDArray[np.float64]

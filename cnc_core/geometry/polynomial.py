@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import POLYNOMIAL, BlockBatch
+from ..blocks import POLYNOMIAL, TANGENTS, BlockBatch
 
 FloatArray = npt.NDArray[np.float64]
 ORDER = 6  # coefficients per axis at the most
@@ -94,9 +94,10 @@ def joined(batches: list[BlockBatch]) -> BlockBatch:
     parts, at = [], 0
     for batch in batches:
         rows = batch.rows
-        if at and (rows["type"] == POLYNOMIAL).any():
+        owns = (rows["type"] == POLYNOMIAL) | ((rows["type"] < POLYNOMIAL) & (rows["degree"] == TANGENTS))
+        if at and owns.any():
             rows = rows.copy()
-            rows["pool"][rows["type"] == POLYNOMIAL] += at
+            rows["pool"][owns] += at
         parts.append(rows)
         at += len(batch.pool)
     return BlockBatch(np.concatenate(parts), np.concatenate([b.pool for b in batches]))

@@ -16,7 +16,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..profile import BLEND, PASS, SMOOTH, STOP, ProfileSpec
-from . import spline
+from . import profile_spline as spline
 from .profile_curves import Intervals
 from .profile_points import FloatArray
 

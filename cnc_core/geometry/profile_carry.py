@@ -15,7 +15,7 @@ import numpy.typing as npt
 from ..kinematics.machine import Kinematics
 from ..profile import SMOOTH, ProfileSpec
 from . import profile_jets as jets
-from . import spline
+from . import profile_spline as spline
 from .profile_curves import Intervals
 from .profile_rows import NODES, WEIGHTS
 from .profile_tool import Rotaries, Versors

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ..profile import SMOOTH, STOP, TANGENT, ProfileSpec
-from . import spline
+from . import profile_spline as spline
 from .profile_points import REVERSAL, FloatArray, IntArray, PointFilter, Points, automatic_codes, turn_angles
-from .spline import CORE, HALO, Window
+from .profile_spline import CORE, HALO, Window
 
 
 @dataclass

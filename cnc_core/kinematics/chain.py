@@ -168,6 +168,14 @@ class Chain:
             raise SingularMachine(int(singular[0]))
         return jets.solve(map_, tip - base)
 
+    def shift_jets(self, q: FloatArray, length: float) -> FloatArray:
+        """(n, 3, 3) jets of the motion of the linear axes that lifts the tip by ``length`` along the tool."""
+        _, map_, direction, _ = self._walk(q, 0.0)
+        singular = np.flatnonzero(np.abs(np.linalg.det(map_[:, 0])) < SINGULAR)
+        if len(singular):
+            raise SingularMachine(int(singular[0]))
+        return jets.solve(map_, length * direction)
+
     # angles of a tool direction
 
     def orientation_form(self) -> tuple[FloatArray, FloatArray, FloatArray, tuple[tuple[int, float], ...]]:

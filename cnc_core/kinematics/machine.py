@@ -75,6 +75,10 @@ class Kinematics:
         """(n, 3) tool directions, tip to spindle, in the part frame."""
         return self.forward(q).direction
 
+    def length_correction(self) -> LengthCorrection:
+        """The same machine with the axes programmed."""
+        return LengthCorrection(self)
+
     # programmed coordinates: tip in the tip axes, everything else as the axes stand
 
     def programmed(self, q: FloatArray, length: float) -> FloatArray:
@@ -96,6 +100,54 @@ class Kinematics:
         return out
 
 
+@dataclass(frozen=True)
+class LengthCorrection:
+    """The axes are programmed for a tool that is ``length`` shorter: they are lifted by it along the tool (#TLC)."""
+
+    kinematics: Kinematics
+
+    @property
+    def tip_axes(self) -> tuple[int, int, int]:
+        return self.kinematics.tip_axes
+
+    @property
+    def rotary_axes(self) -> tuple[int, ...]:
+        """Channel index of the rotary axes, part to tool."""
+        return self.kinematics.rotary_axes
+
+    def forward(self, q: FloatArray, length: float = 0.0) -> Pose:
+        """As tip the programmed axes."""
+        pose = self.kinematics.forward(q)
+        return Pose(self.programmed(q, length)[:, list(self.tip_axes)], pose.direction, pose.rotation)
+
+    def orient(self, direction: Sequence[float] | FloatArray, near: FloatArray) -> FloatArray:
+        """As without correction."""
+        return self.kinematics.orient(direction, near)
+
+    def directions(self, q: FloatArray) -> FloatArray:
+        """(n, 3) tool directions, tip to spindle, in the part frame."""
+        return self.kinematics.directions(q)
+
+    def _shifted(self, q: FloatArray, length: float) -> FloatArray:
+        out = np.atleast_2d(q).copy()
+        out[:, list(self.kinematics.chain.linear)] += self.kinematics.chain.shift_jets(_still(out), length)[:, 0]
+        return out
+
+    def programmed(self, q: FloatArray, length: float) -> FloatArray:
+        """(n, axes) positions as they are programmed."""
+        return self._shifted(q, -length)
+
+    def driven(self, programmed: FloatArray, length: float) -> FloatArray:
+        """(n, axes) axis positions of programmed ones."""
+        return self._shifted(programmed, length)
+
+    def driven_jets(self, programmed: FloatArray, length: float) -> FloatArray:
+        """(n, 3, axes) the same with first and second derivatives."""
+        out = programmed.copy()
+        out[:, :, list(self.kinematics.chain.linear)] += self.kinematics.chain.shift_jets(programmed, length)
+        return out
+
+
 def _still(rows: FloatArray) -> FloatArray:
     """Jets of points that do not move."""
     out = np.zeros((len(rows), 3, rows.shape[1]))
@@ -103,4 +155,4 @@ def _still(rows: FloatArray) -> FloatArray:
     return out
 
 
-__all__ = ["Kinematics", "Pose", "jets"]
+__all__ = ["Kinematics", "LengthCorrection", "Pose", "jets"]

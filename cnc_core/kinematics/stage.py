@@ -22,18 +22,19 @@ from ..geometry.pieces import NotCarried, cut, element_rows, line_rows, merged, 
 from ..geometry.polynomial import joined
 from ..geometry.stage import RefusedRow
 from .chain import SingularMachine
-from .machine import Kinematics
+from .machine import Kinematics, LengthCorrection
 
 TOLERANCE = 1e-4  # mm, of the tool tip
 SWEEP = 30.0  # degrees that rotary axes and arcs together turn in one piece at most
 STANDS = 1e-9
+DEGREES_A_MM = 20.0  # of rotary axes; where they turn more, the path parameter is stretched
 NO_KINEMATICS, TOO_CLOSE, ONLY_LINES = 910106, 910104, 910105
 
 
 class _Driven:
     """Carrier from the tip to the axes."""
 
-    def __init__(self, kinematics: Kinematics, length: float) -> None:
+    def __init__(self, kinematics: Kinematics | LengthCorrection, length: float) -> None:
         self._kinematics, self._length = kinematics, length
 
     def carry(self, jets: FloatArray) -> FloatArray:
@@ -47,7 +48,7 @@ class _Driven:
 class KinematicsStage:
     """``machines``: kinematics by number.  ``start``: (axes,) position of the axes.  ``place``: of (file, line).
 
-    ``deviation``: mm, bound of what the tip has left its programmed path by so far.
+    ``deviation``: mm, bound of what the tip has left its programmed path by so far.  ``used``: there was one.
     """
 
     def __init__(
@@ -59,12 +60,12 @@ class KinematicsStage:
     ) -> None:
         self._machines, self._main, self._place = machines, main, place
         self._count = len(start)
-        self._kinematics: Kinematics | None = None
+        self._kinematics: Kinematics | LengthCorrection | None = None
         self._length, self._ptp = 0.0, False
         self._axes = start.copy()  # where the machine stands
         self._tip = start.copy()  # the same, programmed
         self._element = start.copy()  # where the elements stand, programmed
-        self.deviation = 0.0
+        self.deviation, self.used = 0.0, False
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         switches = np.flatnonzero(batch.rows["type"] == COORDINATES)
@@ -97,7 +98,9 @@ class KinematicsStage:
         if chosen.kinematics is None:
             self._kinematics = None
         elif chosen.kinematics in self._machines:
-            self._kinematics = self._machines[chosen.kinematics]
+            machine = self._machines[chosen.kinematics]
+            self._kinematics = machine.length_correction() if chosen.length_only else machine
+            self.used = True
         else:
             raise self._refused(row, NO_KINEMATICS, BlockBatch.empty())
         self._length, self._ptp = chosen.length, chosen.ptp
@@ -208,7 +211,12 @@ class KinematicsStage:
         return np.asarray((rows["type"] == LINEAR) & rests)
 
     def _curves(
-        self, batch: BlockBatch, which: IntArray, starts: FloatArray, kinematics: Kinematics, pools: list[FloatArray]
+        self,
+        batch: BlockBatch,
+        which: IntArray,
+        starts: FloatArray,
+        kinematics: Kinematics | LengthCorrection,
+        pools: list[FloatArray],
     ) -> tuple[IntArray, int, npt.NDArray[Any]]:
         """Pieces of the motions ``which``."""
         rows = batch.rows[which]
@@ -225,8 +233,18 @@ class KinematicsStage:
             raise self._refused_at(self._first_singular(batch, which, starts), 910103, batch) from None
         self.deviation = max(self.deviation, 2.0 * pieces.miss)
         made = piece_rows(rows, pieces, sum(map(len, pools)))
-        pools.append(pieces.coef.ravel())
+        stretch = self._stretch(rows, starts)[pieces.index]
+        for name in ("length", "length_min", "angle", "feed"):
+            made[name] *= stretch
+        pools.append((pieces.coef / stretch[:, None, None] ** np.arange(6)).ravel())
         return which[pieces.index], 1, made
+
+    def _stretch(self, rows: npt.NDArray[Any], starts: FloatArray) -> FloatArray:
+        """(n,) factor of the path parameter: it stays a good measure where rotary axes turn about a resting tip."""
+        assert self._kinematics is not None
+        rotary = list(self._kinematics.rotary_axes)
+        turn = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
+        return np.asarray(np.maximum(1.0, turn / (DEGREES_A_MM * rows["length"])))
 
     def _first_singular(self, batch: BlockBatch, which: IntArray, starts: FloatArray) -> int:
         """Which of the motions meets a singular position."""
@@ -262,6 +280,7 @@ class KinematicsStage:
         if not named.all():
             fresh = ~named
             made, tangents = element_rows(rows[fresh], Paths(rows[fresh], starts[fresh], batch.pool, self._main), at)
+            made["feed"] *= self._stretch(rows[fresh], starts[fresh])  # as that of the pieces
             parts.append((seen[fresh], 0, made))
             pools.append(tangents)
 

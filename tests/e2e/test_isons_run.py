@@ -42,7 +42,7 @@ def test_blocks_and_check(cli: Cli, program: Write) -> None:
     part = program("$A=100\nG90 G1X[$A]Y100\nG91 X5Y-3\nG90 X0Y0\n")
     ends = [row["end"] for row in cli("blocks", part, "--json").lines]
     assert [(end["X"], end["Y"]) for end in ends] == [(100, 100), (105, 97), (0, 0)]
-    wrong = program("LOOP 2.5\nEND_LOOP\nGOTO NO\nG63\nG2X5R0\n", "wrong.isons")
+    wrong = program("LOOP 2.5\nEND_LOOP\nGOTO NO\nG103\nG2X5R0\n", "wrong.isons")
     outcome = cli("check", wrong, "--json")
     assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:3] == [(909105, 1), (907023, 3), (900003, 4)]
     assert outcome.status == 1

@@ -119,7 +119,7 @@ def test_an_acknowledgement_in_time_costs_no_speed(program: Write, tmp_path: Pat
         result = cell.run(program("F6000 G1\nX50 M52\nX100 M50\nX150 M52\nX200\nM30\n"), record=record)
     assert result.end == "completed", result.errors
     with np.load(record) as columns:
-        inside = (columns["s"] > 5.0) & (columns["s"] < 195.0)
+        inside = (columns["s"] > 6.0) & (columns["s"] < 194.0)
         assert columns["v"][inside].min() == pytest.approx(100.0)
 
 

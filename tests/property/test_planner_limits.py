@@ -61,7 +61,7 @@ def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
 
     pos, state = drive(rows, cell, window, *((149, change) if live else ()))
     velocity, acceleration = ratios(pos, cell)
-    assert velocity <= 1.0001, seed
+    assert velocity <= 1.005, seed
     assert acceleration <= 1.02, seed
     assert (pos[-1] == rows["end"][-1][:3]).all()
     assert state.infeasible == 0

@@ -206,7 +206,6 @@ def test_files(tmp_path):
     for path, dialect, code in [
         (tmp_path / "none.nc", "isg", 901001),
         (tmp_path, "isg", 901002),
-        (tmp_path / "a.nc", "osai", 901003),
         (tmp_path / "a.nc", "fanuc", 901003),
     ]:
         with pytest.raises(CncError) as caught:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from isons_programs import CELL, run
 
-from cnc_core.blocks import CIRCULAR, EXACT_STOP, FLUSH, STANDSTILL, M, S
+from cnc_core.blocks import CIRCULAR, EXACT_STOP, FLUSH, PATH_MODE, STANDSTILL, M, S
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError, ConfigError
 from cnc_core.frontend import create
@@ -85,9 +85,9 @@ def test_wrong_programs_are_refused(tmp_path, text, code, line):
     assert (error.code, error.place.line) == (code, line), str(error)
 
 
-@pytest.mark.parametrize("text", ["G63", "G69X200", "G71X", "G72X1", "G100X1", "G101", "G102X5", "G103", "G49", "LIB_CLOSEFORM"])
+@pytest.mark.parametrize("text", ["G71X", "G101", "G102X5", "G103"])
 def test_what_is_missing_is_refused_by_name(tmp_path, text):
-    """Interpolation modes, filters, homing, probing, forms, RTCP."""
+    """Homing, probing, RTCP."""
     error = error_of(tmp_path, text + "\n")
     assert error.code == 900003
     assert error.text.split()[0] == text.partition("X")[0]
@@ -159,7 +159,7 @@ def test_macros_wait(tmp_path):
     items = []
     while (item := front_end.read(10)) is not None:
         items += [item] if isinstance(item, Wait) else [int(t) for t in item.rows["type"]]
-    assert items == [1, M, Wait.DRAINED, Wait.DRAINED, 1, 1]
+    assert items == [PATH_MODE, 1, M, Wait.DRAINED, Wait.DRAINED, 1, 1]
 
 
 def test_m_rows(tmp_path):
@@ -342,7 +342,7 @@ def test_corners_come_out_before_a_wait(tmp_path):
     front_end = create("isons", tmp_path / "p.isons", machine, OfflinePort(np.zeros(4)))
     items = []
     while (item := front_end.read(10)) is not None:
-        items.append(item if isinstance(item, Wait) else item.rows["end"][:, :2].tolist())
+        items.append(item if isinstance(item, Wait) else item.rows["end"][item.rows["type"] == 1, :2].tolist())
     assert items == [[[10, 0]], Wait.DRAINED, [[10, 10], [0, 10]]]
     assert front_end.store.scope.values["A"] == 10
 
@@ -351,3 +351,34 @@ def test_slots_do_not_change_under_compensation(tmp_path):
     """Nor do heads."""
     for word in ("USER_ZERO 1", "USER_OFFSET 1", "H1"):
         assert error_of(tmp_path, f"D5\nG41\nG1X5\n{word}\n").code == 906003
+
+
+def test_limits_hold_on_arcs(tmp_path):
+    """Where an arc passes a limit between its ends."""
+    text = "G90G2X10Y0I5J0\n"
+    assert len(run(tmp_path, text, "[isons]\nLIMITE_P_Y = 5001\n").moves) == 1
+    with pytest.raises(CncError, match="axis Y would reach 5, in force is"):
+        run(tmp_path, "X0\n" + text, "[isons]\nLIMITE_P_Y = 4000\n")
+
+
+def test_mixed_bits_and_comparisons_warn(tmp_path):
+    """A-07: bit operators bind tighter; without brackets a warning says so."""
+    out = run(tmp_path, "$A=5 & 4 = 4\n$B=(5&4)=4\n$C=5&4 && 3=3\n")
+    assert [out.variable(name) for name in "ABC"] == [1, 1, 1]
+    assert [m.split(": ")[1] for m in out.port.messages] == ["909108"]
+
+
+def test_modal_state_stays_from_program_to_program(tmp_path):
+    """All but rotation and compensation; origins with their slots."""
+    port, rows = OfflinePort(np.zeros(4)), []
+    first = "G91\nUSER_ZERO 2 G94X10\nG60\nF2\nG50Z90\nG24\nG36X1A\nG18\nG43 X3 Z+\nG41\n"
+    for name, text in (("a", first), ("b", "G1X1\nX5\nG90X1A359\n$A=$_X1\n$B=$_X10\n$C=$_X11\n")):
+        path = tmp_path / f"{name}.isons"
+        path.write_text(text)
+        program = Program(path, parse_config(CELL), "isons", port)
+        rows.append([row.copy() for batch in program.batches() for row in batch.rows])
+    assert rows[0] == []
+    assert [row["end"][[0, 3]].tolist() for row in rows[1]] == [[-1, 0], [-6, 0], [9, -1]]
+    assert rows[1][0]["feed"] == pytest.approx(2000 / 60)
+    assert not rows[1][0]["flags"]
+    assert [program.reader.store.scope.values[name] for name in "ABC"] == [2, 1, 3]

@@ -345,7 +345,7 @@ def test_long_programs_need_bounded_memory(tmp_path: Path) -> None:
     part = program(tmp_path, "G00 X-1 Y0 D2\nF1200\nG26 G41 G01 X-1 Y20\n" + "\n".join(steps) + "\nG40 X0 Y0\nM30\n")
     held, lines = [], set()
     for batch in part.batches():
-        held.append(part.pipeline.stages[0].held)  # type: ignore[attr-defined]
+        held.append(part.compensation.held)
         lines.update(batch.rows["line"].tolist())
     assert max(held) <= 2
     assert len(lines) == 100_000 + 4

@@ -46,11 +46,11 @@ def read_block(source: Source, lines_read: int) -> BlockText | None:
     long is read to its end all the same, but its later lines are dropped.
     """
     block = BlockText(str(source.path))
-    while (text := source.line()) is not None:
+    while (line := source.line()) is not None:
         block.lines_read += 1
-        continued = text.endswith("\\")
+        text, continued = _continued(line)
         if len(block.text) <= BLOCK_CHARACTERS:
-            block.lines.append(PhysicalLine(len(block.text), lines_read + block.lines_read, text))
+            block.lines.append(PhysicalLine(len(block.text), lines_read + block.lines_read, line))
             block.text += _part(text, continued, first=block.lines_read == 1)
         if not continued:
             break
@@ -63,6 +63,14 @@ def read_line(source: Source, lines_read: int) -> BlockText | None:
     if text is None:
         return None
     return BlockText(str(source.path), text, [PhysicalLine(0, lines_read + 1, text)], 1)
+
+
+def _continued(text: str) -> tuple[str, bool]:
+    r"""The line, and whether ``\`` ends it; a comment behind the ``\`` is blanked."""
+    if text.endswith("\\") or "\\" not in text:
+        return text, text.endswith("\\")
+    clean = strip_comments(text).rstrip()
+    return (clean, True) if clean.endswith("\\") else (text, False)
 
 
 def _part(text: str, continued: bool, first: bool) -> str:

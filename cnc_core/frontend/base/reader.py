@@ -262,9 +262,19 @@ class BlockReader(ABC):
             self.errors.append(error)
         if error.code == 900006:
             self.modal.assume_feed()  # one error for one missing feed
+        for other in error.also:
+            self._further(other, block)
         if not self._collect:
             self._queue.append(error)
             self._ended = True
+
+    def _further(self, error: CncError, block: BlockText) -> None:
+        """A further error of a block whose first one stops the program."""
+        found = located(error, block)
+        key = (found.code, found.place.file, found.place.line, found.place.column, found.text)
+        if key not in self._seen:
+            self._seen.add(key)
+            self.errors.append(found)
 
     def _warn(self, code: int, text: str, place: Place) -> None:
         """A warning; of a block that comes again, only once."""

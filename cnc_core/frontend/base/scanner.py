@@ -21,7 +21,7 @@ RADIUS_ONCE, NO_PITCH, KEEP_CENTRE = lib.NC_RULE_RADIUS_ONCE, lib.NC_RULE_NO_PIT
 NO_CORRECTION = lib.NC_RULE_NO_CORRECTION
 NO_EQUALS, MESSAGES = lib.NC_RULE_NO_EQUALS, lib.NC_RULE_MESSAGES
 PLANE_CENTRE, CENTRE_DISTANCE = lib.NC_RULE_PLANE_CENTRE, lib.NC_RULE_CENTRE_DISTANCE
-NO_BRACKETS = lib.NC_RULE_NO_BRACKETS
+NO_BRACKETS, NO_PLANES = lib.NC_RULE_NO_BRACKETS, lib.NC_RULE_NO_PLANES
 
 MODAL_NAMES = (
     *("motion", "plane", "absolute", "centre_absolute", "exact_stop", "unit"),
@@ -161,6 +161,10 @@ class Modal:
         for i, (sign, part) in enumerate(zip(mirror, share, strict=True)):
             self._modal.mirror[i], self._modal.share[i] = float(sign), float(part)
 
+    def set_arc_scale(self, scale: float) -> None:
+        """Factor of centre words, radius and pitch; 0: circles are refused."""
+        self._modal.arc_scale = scale
+
     @property
     def offset_in_force(self) -> npt.NDArray[np.float64]:
         """(axes,) machine minus programmed coordinates as they are now, tool length included."""
@@ -236,6 +240,11 @@ class Modal:
     def set_absolute(self, absolute: bool) -> None:
         """As G90 and G91 do."""
         self._modal.absolute = absolute
+
+    @property
+    def exact_stop(self) -> bool:
+        """Every motion ends at standstill."""
+        return bool(self._modal.exact_stop)
 
     @property
     def motion(self) -> int:

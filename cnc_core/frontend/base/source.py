@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 from pathlib import Path
 from typing import BinaryIO
@@ -136,6 +137,17 @@ class Source:
                 break
             self.refill()
         return b"\\" if tail.endswith(b"\\") else b""
+
+
+class TextSource(Source):
+    """A program that stands in no file."""
+
+    def __init__(self, path: Path, text: str) -> None:
+        self._text = text.encode()
+        super().__init__(path)
+
+    def _open(self) -> BinaryIO:
+        return io.BytesIO(self._text)
 
 
 def decode(raw: bytes) -> str:

@@ -168,6 +168,13 @@ class LevelScopes:
                 return True
         return False
 
+    def declare_beside(self, known: str, name: str, variable: Variable) -> None:
+        """A variable in the scope that holds ``known``."""
+        for scope in reversed(self._scopes):
+            if known in scope:
+                scope[name] = variable
+                return
+
     def __iter__(self) -> Iterator[Variable]:
         for scope in self._scopes:
             yield from scope.values()

@@ -4,17 +4,21 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import read_block
 from cnc_core.frontend.base.flow import START, Level, Mark, ProgramFile
-from cnc_core.frontend.base.formula import text_of
+from cnc_core.frontend.base.formula import Constant, Formula, text_of
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.variables import Value
 from cnc_core.frontend.isg.context import Context
+from cnc_core.frontend.isg.cycles import registry
+from cnc_core.frontend.isg.cycles.checking import glance
+from cnc_core.frontend.isg.cycles.modal import MODAL_BLOCK, MODAL_MOVE
+from cnc_core.frontend.isg.cycles.pattern import ID_MAX
 from cnc_core.frontend.isg.formulas import Formulas
 from cnc_core.frontend.isg.store import ARGUMENTS_MAX
 from cnc_core.frontend.isg.text import PROGRAMS, head_of
@@ -22,17 +26,25 @@ from cnc_core.frontend.isg.text import PROGRAMS, head_of
 NAME = re.compile(r'[^\s();"\],#$]+')
 NAME_CHARACTERS, DYNAMIC_CHARACTERS = 83, 80
 LOCALS_MAX = 50  # P-CHAN-00505
-KEYS = re.compile(r"PATTERN_ID|PATTERN_RETRACT|MODAL_MOVE|MODAL_BLOCK", re.I)
+MODAL = {"MODAL_MOVE": MODAL_MOVE, "MODAL_BLOCK": MODAL_BLOCK, "MODAL": MODAL_MOVE}
 
 
 @dataclass(frozen=True)
 class Call:
-    """``local``: of the same file.  ``arguments``: @P values of a cycle call, None for plain calls."""
+    """``local``: of the same file.  ``arguments``: @P values of a cycle call, None for plain calls.
+
+    ``offsets``: of each @P in the block.  ``pattern``, ``retract``: PATTERN_ID and PATTERN_RETRACT.
+    ``modal``: MODAL_MOVE, MODAL_BLOCK or empty.
+    """
 
     name: str
     local: bool
     offset: int
     arguments: dict[int, Value] | None = None
+    offsets: dict[int, int] = field(default_factory=dict)
+    pattern: int | None = None
+    retract: float | None = None
+    modal: str = ""
 
 
 @dataclass
@@ -98,6 +110,9 @@ class CallParser:
         opened = formulas.open()
         name: Callable[[], str] | None = None
         values: dict[int, Callable[[], Value]] = {}
+        offsets: dict[int, int] = {}
+        keys: dict[str, Callable[[], float]] = {}
+        modal = ""
         while not stream.is_op("]"):
             token = stream.current
             if stream.at_end:
@@ -108,14 +123,62 @@ class CallParser:
                 stream.expect("=", 900010)
                 name = self._cycle_name(token.offset)
             elif stream.accept("@"):
-                self._argument(values, token.offset)
+                offsets[self._argument(values, token.offset)] = token.offset
+            elif stream.accept_name("PATTERN_ID", "PATTERN_RETRACT"):
+                self._pattern_key(keys, token.text.upper(), token.offset)
+            elif stream.accept_name(*MODAL):
+                modal = self._modal_key(modal, token.text.upper(), token.offset)
             else:
-                raise self._unknown_key(token.offset)
+                raise fail(907034, f"L CYCLE: unknown parameter {stream.describe()}", token.offset)
         formulas.close(opened)
         if name is None:
             raise fail(907034, "L CYCLE without NAME", offset)
         given = name
-        return lambda: Call(given(), local, offset, {number: value() for number, value in values.items()})
+        if modal and keys:
+            raise fail(907034, "L CYCLE: a call pattern is not modal", offset)
+        identity, retract = keys.get("PATTERN_ID"), keys.get("PATTERN_RETRACT")
+        if retract and not identity:
+            raise fail(907034, "L CYCLE: PATTERN_RETRACT without PATTERN_ID", offset)
+
+        if self._context.visiting:
+            self._glance(given, values, offsets, offset)
+
+        def made() -> Call:
+            arguments = {number: value() for number, value in values.items()}
+            pattern = None if identity is None else pattern_id(identity(), offset)
+            plane = None if retract is None else retract()
+            return Call(given(), local, offset, arguments, offsets, pattern, plane, modal)
+
+        return made
+
+    def _glance(
+        self, name: Callable[[], str], values: dict[int, Formula], offsets: dict[int, int], offset: int
+    ) -> None:
+        """The call stands where the program does not come by: what can be said about it all the same."""
+        try:
+            cycle = None if self._context.cycles.own_file(name()) else registry.find(name())
+        except CncError:
+            return  # the name is in a variable
+        if cycle is None:
+            return
+        known = {number: value.value if isinstance(value, Constant) else None for number, value in values.items()}
+        problems = [fail(p.code, p.text, offsets.get(p.number, offset)) for p in glance(cycle, known)]
+        if problems:
+            first, *first.also = problems
+            raise first
+
+    def _pattern_key(self, keys: dict[str, Callable[[], float]], key: str, offset: int) -> None:
+        if key in keys:
+            raise fail(907034, f"{key} twice in one call", offset)
+        self._stream.expect("=", 900010)
+        keys[key] = self._formulas.number(key, offset)
+
+    def _modal_key(self, modal: str, key: str, offset: int) -> str:
+        if modal:
+            raise fail(907034, f"{key}: the call is modal already", offset)
+        if key == "MODAL":
+            self._context.warn(907040, "MODAL is an old name of MODAL_MOVE", offset)
+        return MODAL[key]
 
     def _cycle_name(self, offset: int) -> Callable[[], str]:
         stream = self._stream
@@ -127,7 +190,8 @@ class CallParser:
         stream.skip_to(found.end())
         return lambda: found[0]
 
-    def _argument(self, values: dict[int, Callable[[], Value]], offset: int) -> None:
+    def _argument(self, values: dict[int, Callable[[], Value]], offset: int) -> int:
+        """Its number."""
         stream = self._stream
         if not stream.accept_name("P") or not stream.current.text.isdigit():
             raise fail(907034, "L CYCLE: expected @P and a number", offset)
@@ -138,12 +202,7 @@ class CallParser:
             raise fail(907034, f"@P{number} twice in one call", offset)
         stream.expect("=", 900010)
         values[number] = self._formulas.expression()
-
-    def _unknown_key(self, offset: int) -> CncError:
-        found = KEYS.match(self._stream.text, offset)
-        if found:
-            return fail(900003, f"L CYCLE with {found[0].upper()} is not supported", offset)
-        return fail(907034, f"L CYCLE: unknown parameter {self._stream.describe()}", offset)
+        return number
 
 
 class Finder:
@@ -152,15 +211,45 @@ class Finder:
     def __init__(self, context: Context, folder: Path) -> None:
         self._context, self._folder = context, folder
         self.called: set[tuple[int, Mark]] = set()
+        self._places: dict[tuple[str, Path], Path | None] = {}
 
-    def level(self, call: Call) -> Level:
-        """The program level that a call opens; CncError 907030 if there is no such subprogram."""
+    def level(self, call: Call) -> Level | None:
+        """The program level that a call opens, None if it is over at once.
+
+        CncError 907030 if there is no such subprogram; what is wrong with a cycle's parameters.
+        """
+        if call.pattern is not None:
+            return self._made(self._context.cycles.start_pattern(call, lambda: self._check(call)), call)
+        cycle = None if call.local or call.arguments is None else registry.find(call.name)
+        if cycle is None or self._found(call) is not None:
+            return self._level(call)
+        file = self._context.cycles.start(cycle, call)
+        return None if file is None else self._made(file, call)
+
+    def _made(self, file: ProgramFile, call: Call) -> Level:
+        """The level of a program that stands in no file."""
+        return Level(file, START, file.path.name.strip("<>").partition(",")[0], user=self._data(call))
+
+    def _check(self, call: Call) -> None:
+        """The cycle exists and takes these parameters."""
+        cycle = None if call.local else registry.find(call.name)
+        if cycle is None or self._found(call) is not None:
+            self._level(call)
+        else:
+            self._context.cycles.checked(cycle, call)
+
+    def _data(self, call: Call) -> LevelData:
         data = LevelData(call.local, arguments=call.arguments)
         if call.arguments is not None:
-            data.saved = (self._context.executor.feeds.mode, self._context.modal.saved())
+            executor = self._context.executor
+            data.saved = (executor.feeds.mode, self._context.modal.saved(), executor.contouring.active)
+        return data
+
+    def _level(self, call: Call) -> Level:
+        data = self._data(call)
         if not call.local:
             return Level(self._file(call), START, user=data)
-        file = self._context.flow.file
+        file = self._context.cycles.owner.get(self._context.flow.file.number, self._context.flow.file)
         known = self.locals_of(file)
         mark = known.get(call.name.upper())
         if mark is None:
@@ -168,18 +257,35 @@ class Finder:
         self.called.add((file.number, mark))
         return Level(file, mark, call.name, user=data)
 
+    def has_file(self, name: str) -> bool:
+        """A file of this name would be called."""
+        return self._found(Call(name, False, 0)) is not None
+
     def _file(self, call: Call) -> ProgramFile:
         """Beside the main program first, then beside the calling file."""
+        found = self._found(call)
+        if found is None:
+            raise fail(907030, f"subprogram file {call.name} not found beside the program", call.offset)
+        return self._context.flow.file_of(found)
+
+    def _found(self, call: Call) -> Path | None:
+        """Where the file stands; looked up once for a name and a calling folder."""
+        key = call.name, self._context.flow.file.path.parent
+        if key not in self._places:
+            self._places[key] = self._look_up(call)
+        return self._places[key]
+
+    def _look_up(self, call: Call) -> Path | None:
         wanted = Path(call.name.replace("\\", "/"))
         folders = [self._folder, self._context.flow.file.path.parent]
         for folder in folders:
             path = folder / wanted
             if path.is_file():
-                return self._context.flow.file_of(path)
+                return path
             other = _other_case(path)
             if other is not None:
-                return self._context.flow.file_of(other)
-        raise fail(907030, f"subprogram file {call.name} not found beside the program", call.offset)
+                return other
+        return None
 
     def locals_of(self, file: ProgramFile) -> dict[str, Mark]:
         """Local subprograms of a file by name in capitals: places behind their %L lines."""
@@ -205,6 +311,13 @@ class Finder:
                 raise CncError(907031, f"more than {LOCALS_MAX} local subprograms in {file.path.name}")
         source.seek(before)
         return found
+
+
+def pattern_id(value: float, offset: int) -> int:
+    """A pattern's number: whole, not negative."""
+    if abs(value - round(value)) > 1e-9 or not 0 <= round(value) <= ID_MAX:
+        raise fail(900012, f"pattern ID {value:g}: a whole number 0..{ID_MAX} is expected", offset)
+    return round(value)
 
 
 def local_name(text: str) -> str | None:

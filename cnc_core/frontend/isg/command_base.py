@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Formula
@@ -20,13 +20,14 @@ class CommandBase:
     """One # command being compiled; the stream stands behind ``#``.
 
     ``_drain``: everything before it has to be executed first.  ``_behind``: what follows its block.
+    ``_last``: it comes behind the words of its block.
     """
 
     def __init__(self, stream: TokenStream, formulas: Formulas, context: Context, axes: dict[str, int]) -> None:
         self._stream, self._formulas, self._context, self._axes = stream, formulas, context, axes
         self._modal = context.modal
         self._start = stream.current.offset
-        self._drain = False
+        self._drain = self._last = False
         self._behind: Callable[[], None] | None = None
 
     def _words(self, count: int) -> list[str]:
@@ -51,8 +52,8 @@ class CommandBase:
         if depth:
             raise fail(900013, "bracket is not closed", opened)
 
-    def _keys(self, known: dict[str, bool]) -> dict[str, Formula | None]:
-        """``[KEY KEY=value KEY value]``; ``known``: whether a key has a value."""
+    def _keys(self, known: Mapping[str, bool | None]) -> dict[str, Formula | None]:
+        """``[KEY KEY=value KEY value]``; ``known``: whether a key has a value, None: it may have one."""
         stream, found = self._stream, {}
         opened = self._formulas.open()
         while not stream.is_op("]"):
@@ -63,11 +64,12 @@ class CommandBase:
             key, offset = self._key(known), self._start
             if key in found:
                 raise fail(900005, f"{key} twice in one command", offset)
-            found[key] = self._key_value(key) if known[key] else None
+            has_value = stream.is_op("=") if known[key] is None else known[key]
+            found[key] = self._key_value(key) if has_value else None
         self._formulas.close(opened)
         return found
 
-    def _key(self, known: dict[str, bool]) -> str:
+    def _key(self, known: Mapping[str, bool | None]) -> str:
         stream, token = self._stream, self._stream.current
         names = sorted(known, key=len, reverse=True)
         rest = stream.text[token.offset :].upper()
@@ -79,7 +81,7 @@ class CommandBase:
 
     def _key_value(self, key: str) -> Formula:
         stream, offset = self._stream, self._stream.current.offset
-        if not stream.accept("="):
+        if not stream.accept("=") and len(key) > 1:  # axis words need none
             self._context.warn(907040, f"{key} without = before its value", offset)
         if not self._formulas.starts_here():
             raise fail(900004, f"{key} without a value", offset)

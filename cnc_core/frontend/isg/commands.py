@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import NamedTuple
 
 from cnc_core.blocks import (
@@ -28,8 +29,13 @@ from cnc_core.blocks import (
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
+from cnc_core.frontend.isg.corner_commands import CornerCommands
+from cnc_core.frontend.isg.cycles.commands import CycleCommands
 from cnc_core.frontend.isg.frame_commands import FrameCommands
+from cnc_core.frontend.isg.orbit_commands import OrbitCommands
+from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
+from cnc_core.frontend.isg.spline_commands import SplineCommands
 from cnc_core.frontend.isg.text_commands import TextCommands
 from cnc_core.frontend.isg.time_commands import TimeCommands
 from cnc_core.port import Wait
@@ -39,14 +45,28 @@ FIRST_WORDS = frozenset(name.split()[0] for name in table.TABLE)
 
 
 class Command(NamedTuple):
-    """A compiled command.  ``drain``: everything before is executed first.  ``behind``: what follows its block."""
+    """A compiled command.  ``drain``: everything before is executed first.  ``behind``: what follows its block.
+
+    ``last``: it comes behind the words of its block, wherever it stands.
+    """
 
     run: Run
     drain: bool = False
     behind: Callable[[], None] | None = None
+    last: bool = False
 
 
-class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands):
+class CommandParser(
+    FrameCommands,
+    PositionCommands,
+    PathCommands,
+    SplineCommands,
+    CornerCommands,
+    TextCommands,
+    TimeCommands,
+    CycleCommands,
+    OrbitCommands,
+):
     """Compiles one # command; the stream stands behind ``#``."""
 
     def parse(self) -> Command:
@@ -56,7 +76,7 @@ class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands)
                 for _ in words:
                     stream.next()
                 self._old_name(" ".join(words), start)
-                return Command(method(), self._drain, self._behind)
+                return Command(method(), self._drain, self._behind, self._last)
         return Command(self._by_table(start))
 
     def _commands(self) -> tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]:
@@ -82,7 +102,29 @@ class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands)
             (("OVERRIDE",), self._override),
             (("VECTOR", "LIMIT", "ON"), self._vector_limit),
             (("VECTOR", "LIMIT", "OFF"), self._vector_limit_off),
+            (("VECTORVEL",), lambda: self._old_vector("VEL")),
+            (("VECTORACC",), lambda: self._old_vector("ACC")),
+            (("SPLINE", "TYPE"), self._spline_type),
+            (("SPLINE", "ON"), self._spline_on),
+            (("SPLINE", "OFF"), self._spline_off),
+            (("SET", "SPLINETYPE"), self._spline_type),
+            (("SET", "SPLINE", "ON"), self._spline_on),
+            (("SET", "SPLINE", "OFF"), self._spline_off),
+            (("AKIMA", "TRANS"), self._akima_trans),
+            (("AKIMA", "STARTVECTOR"), lambda: self._spline_vector(0)),
+            (("AKIMA", "ENDVECTOR"), lambda: self._spline_vector(1)),
+            (("SET", "ASPLINE", "MODE"), self._old_trans),
+            (("SET", "ASPLINE", "STARTTANG"), lambda: self._spline_vector(0)),
+            (("SET", "ASPLINE", "ZIELTANG"), lambda: self._spline_vector(1)),
+            (("CONTOUR", "MODE"), self._contour_mode),
+            *(((name,), partial(self._corner, name)) for name in ("CHF", "CHR", "RND", "FRC")),
+            (("HSC",), self._hsc),
+            (("FILTER",), self._filter),
+            (("SLOPE",), self._slope),
+            (("SET", "SLOPE", "PROFIL"), self._old_slope),
             (("FGROUP",), self._fgroup),
+            (("TANGFEED",), self._tangfeed),
+            (("SET", "TANGFEED"), self._tangfeed),
             (("TIME",), self._time),
             (("TIMER",), self._timer),
             (("WAIT",), self._wait),
@@ -97,6 +139,11 @@ class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands)
             (("DEL", "DIST"), self._dist2go_end),
             (("RT", "WHILE"), self._rt_while),
             (("RT", "ENDWHILE"), self._rt_endwhile),
+            (("PATTERN",), self._pattern),
+            (("AT",), self._at),
+            (("DISABLE", "MODAL", "CYCLE"), self._disable_modal),
+            (("TRACK", "CHAN", "ON"), self._track_on),
+            (("TRACK", "CHAN", "OFF"), self._track_off),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
@@ -139,6 +186,8 @@ class CommandParser(FrameCommands, PositionCommands, TextCommands, TimeCommands)
 
     def _stored(self, name: str, state: str, offset: int) -> Run:
         def run() -> Items:
+            if name.endswith("CORNER PARAM"):
+                self._context.executor.corner_param = True
             if state == table.STORED:
                 self._context.executor.stored_without_effect(f"#{name}", offset)
             return []

@@ -6,8 +6,11 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from cnc_core.errors import Place
 from cnc_core.frontend.base.flow import Flow
 from cnc_core.frontend.base.scanner import Modal
+from cnc_core.frontend.isg.cycles.modal import ModalCycle
+from cnc_core.frontend.isg.cycles.pattern import Patterns
 from cnc_core.frontend.isg.offsets import Offsets
 from cnc_core.frontend.isg.spaces import Spaces
 from cnc_core.frontend.isg.store import Store
@@ -16,6 +19,7 @@ from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort
 
 if TYPE_CHECKING:
+    from cnc_core.frontend.isg.cycles.running import CycleRunner
     from cnc_core.frontend.isg.execute import Executor
     from cnc_core.frontend.isg.rt_loop import RealTimeLoop
 
@@ -38,12 +42,17 @@ class Context:
     offsets: Offsets
     warn: Warn
     lenient: bool = False
+    visiting: bool = False  # a block is only looked at, not executed
     macros: dict[str, str] = field(default_factory=dict)
     programs: dict[str, str] = field(default_factory=dict)
     signals: dict[int, int] = field(default_factory=dict)
+    patterns: Patterns = field(default_factory=Patterns)
+    modal_cycle: ModalCycle = field(default_factory=ModalCycle)
     executor: Executor = field(init=False)
+    cycles: CycleRunner = field(init=False)
     spaces: Spaces = field(init=False)
     loop: RealTimeLoop = field(init=False)
+    place: Callable[[int], Place] = field(init=False)
 
     def __post_init__(self) -> None:
         self.spaces = Spaces(self.machine, self.modal, self.offsets)

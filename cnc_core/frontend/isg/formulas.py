@@ -15,6 +15,7 @@ from cnc_core.frontend.isg.system import System
 from cnc_core.frontend.machine import ProgramMachine
 
 MEMBERS = re.compile(r"(?:\s*\.\s*@?\w+)+")
+NO_OPERATORS = ("MODAL", "MODAL_MOVE", "MODAL_BLOCK")
 OWN = ("P", "S", "L", "CYC", "I")
 SYSTEM = ("G", "A")
 
@@ -32,6 +33,11 @@ class Formulas(FormulaParser):
 
     def starts_here(self) -> bool:
         return self._stream.current.kind is Kind.STRING or super().starts_here()
+
+    def _operator(self) -> str | None:
+        if self._stream.is_name(*NO_OPERATORS):
+            return None  # of L CYCLE: not MOD
+        return super()._operator()
 
     def is_variable(self) -> bool:
         token, after = self._stream.current, self._stream.following

@@ -9,7 +9,7 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import Kind, fail
 from cnc_core.frontend.isg.command_base import CommandBase, Items, Run
-from cnc_core.frontend.isg.spaces import NEEDS_TRAFO, Rotation, Systems, frame_of
+from cnc_core.frontend.isg.spaces import SEQUENCES, Order, Rotation, Systems, frame_of
 
 COMPENSATED, NOT_IN_MCS = 20802, 910107
 ID_MAX = 2**31 - 1
@@ -36,7 +36,7 @@ class FrameCommands(CommandBase):
 
     def not_compensated(self, name: str, number: int) -> None:
         if self._context.executor.compensation.choice.active:
-            raise fail(number, f"{name}: {ERRORS[number]}", self._start)
+            raise fail(number, ERRORS[number] if number == 21525 else f"{name}: {ERRORS[number]}", self._start)
 
     def _frame_commands(self) -> tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]:
         return (
@@ -47,16 +47,22 @@ class FrameCommands(CommandBase):
             (("CS", "SET"), self._cs_set),
             (("CS", "SELECT"), self._cs_select),
             (("CS", "DEL"), self._cs_del),
+            (("CS", "MODE", "ON"), self._cs_mode),
+            (("CS", "MODE", "OFF"), self._cs_mode_off),
             (("ACS", "DEF"), self._acs_def),
             (("ACS", "ON"), self._acs_on),
             (("ACS", "OFF"), self._acs_off),
             (("ROTATION", "ON"), self._rotation_on),
             (("ROTATION", "OFF"), self._rotation_off),
+            (("SCALE", "ON"), self._scale_on),
+            (("SCALE", "OFF"), self._scale_off),
             (("KIN", "ID"), self._kin_id),
             (("TRAFO", "ON"), self._trafo_on),
             (("TRAFO", "OFF"), self._trafo_off),
             (("TRAFO",), self._trafo_steps),
             (("RTCP", "ON"), self._trafo_on),
+            (("TLC", "ON"), self._tlc_on),
+            (("TLC", "OFF"), self._tlc_off),
             (("RTCP", "OFF"), self._trafo_off),
             (("PTP", "ON"), self._ptp_on),
             (("PTP", "OFF"), self._ptp_off),
@@ -82,7 +88,7 @@ class FrameCommands(CommandBase):
 
     def _frame(self, fields: list[Formula | None]) -> Callable[[], Frame]:
         """Up to three shifts and three angles."""
-        start, modal = self._start, self._modal
+        start, modal, spaces = self._start, self._modal, self._context.spaces
         if len(fields) > 6:
             raise fail(900010, f"a coordinate system has six values, not {len(fields)}", start)
 
@@ -95,7 +101,7 @@ class FrameCommands(CommandBase):
                 if not abs(value) <= 1e9:
                     raise fail(900012, f"coordinate system: {value} out of range", start)
                 values.append(value)
-            return frame_of(values, modal.unit_mm)
+            return frame_of(values, modal.unit_mm, spaces.order)
 
         return make
 
@@ -231,6 +237,40 @@ class FrameCommands(CommandBase):
         spaces, every = self._context.spaces, self._stream.accept_name("ALL") is not None
         return self._changing("#CS DEL", lambda: spaces.delete_named(every=every), in_ptp=21550)
 
+    def _cs_mode(self) -> Run:
+        """``#CS MODE ON [ROTATION_SEQUENCE=XYZ ROTATION_MODE_FIXED]``: of the definitions that follow."""
+        stream, sequence, fixed = self._stream, "ZYX", False
+        if not stream.accept("["):
+            raise fail(900010, "#CS MODE ON: ROTATION_SEQUENCE or ROTATION_MODE_FIXED is expected", self._start)
+        while not stream.is_op("]"):
+            word = stream.accept_name("ROTATION_SEQUENCE", "ROTATION_MODE_FIXED")
+            if word is None:
+                text = f"#CS MODE ON: expected ROTATION_SEQUENCE or ROTATION_MODE_FIXED, found {stream.describe()}"
+                raise fail(900010, text, stream.current.offset)
+            if word.text.upper() == "ROTATION_MODE_FIXED":
+                fixed = True
+            else:
+                stream.accept("=")
+                token = stream.next()
+                sequence = token.text.upper()
+                if sequence not in SEQUENCES:
+                    raise fail(900003, f"#CS MODE ON: ROTATION_SEQUENCE {sequence} is not supported", token.offset)
+            stream.accept(",")
+        stream.expect("]", 900010)
+        return self._order(Order(sequence, fixed))
+
+    def _cs_mode_off(self) -> Run:
+        return self._order(Order())
+
+    def _order(self, order: Order) -> Run:
+        spaces = self._context.spaces
+
+        def run() -> Items:
+            spaces.order = order
+            return []
+
+        return run
+
     # contour rotation
 
     def _rotation_on(self) -> Run:
@@ -259,6 +299,51 @@ class FrameCommands(CommandBase):
         changing = self._changing("#ROTATION OFF", lambda: spaces.set_rotation(None))
         return lambda: changing() if spaces.rotation else []
 
+    # scale
+
+    def _scale_on(self) -> Run:
+        """``#SCALE ON [X2 Y2 Z2]``: factors of the words of main axes, from the next absolute word on."""
+        stream, formulas, start, offsets = self._stream, self._formulas, self._start, self._context.offsets
+        if not stream.is_op("["):
+            raise fail(900010, "#SCALE ON: factors of axes are expected", start)
+        opened, factors = formulas.open(), dict[int, Callable[[], float]]()
+        while not stream.is_op("]"):
+            token = stream.current
+            name = self._axis_name()
+            if name is None or self._axes[name] not in self._context.machine.main:
+                raise fail(900010, f"#SCALE ON: expected a main axis, found {token.text or 'the end'}", token.offset)
+            stream.accept("=")
+            factors[self._axes[name]] = formulas.number(name, token.offset)
+            stream.accept(",")
+        formulas.close(opened)
+        if not factors:
+            raise fail(900010, "#SCALE ON: factors of axes are expected", start)
+
+        def run() -> Items:
+            self.not_compensated("#SCALE ON", 906003)
+            offsets.factor[:] = 1.0
+            for axis, factor in factors.items():
+                value = factor()
+                if not 1e-6 <= value <= 1e6:
+                    raise fail(900012, f"#SCALE ON: factor {value:g} out of range 0.000001..1000000", start)
+                offsets.factor[axis] = value
+            offsets.update()
+            return []
+
+        return run
+
+    def _scale_off(self) -> Run:
+        offsets = self._context.offsets
+
+        def run() -> Items:
+            if (offsets.factor != 1.0).any():
+                self.not_compensated("#SCALE OFF", 906003)
+                offsets.factor[:] = 1.0
+                offsets.update()
+            return []
+
+        return run
+
     # machine coordinates
 
     def _mcs_on(self) -> Run:
@@ -282,14 +367,17 @@ class FrameCommands(CommandBase):
     # kinematics
 
     def _kin_id(self) -> Run:
-        """``#KIN ID [n]``: the transformation that #TRAFO ON switches on."""
-        fields = self._bracket_expected("#KIN ID")
-        if len(fields) != 1 or fields[0] is None:
-            raise fail(900010, "#KIN ID: one number is expected", self._start)
-        number, spaces = self._whole(fields[0], "#KIN ID", 0, 999), self._context.spaces
+        """``#KIN ID [n]``: the transformation that #TRAFO ON switches on; without a number that of the start."""
+        spaces, start = self._context.spaces, self._start
+        fields = self._bracket() if self._stream.is_op("[") else []
+        if not self._stream.at_end and not fields:
+            raise fail(900010, "#KIN ID: a number is expected in brackets", start)
+        if fields and (len(fields) != 1 or fields[0] is None):
+            raise fail(900010, "#KIN ID: one number is expected", start)
+        number = self._whole(fields[0], "#KIN ID", 0, 999) if fields and fields[0] is not None else None
 
         def run() -> Items:
-            spaces.kin_id = number()
+            spaces.select_kinematic(None if number is None else number(), start)
             return []
 
         return run
@@ -311,6 +399,8 @@ class FrameCommands(CommandBase):
                 return
             if spaces.kin_id is None:
                 raise fail(292005, "#TRAFO ON: the cell has no kinematics ([kinematics.N])", start)
+            if spaces.tlc_mm is not None:
+                raise fail(20669, ERRORS[20669], start)
             spaces.set_trafo(spaces.kin_id, start)
 
         def run() -> Items:
@@ -343,9 +433,9 @@ class FrameCommands(CommandBase):
             if first == "NONE":
                 return spaces.active_kin is not None
             if first == "DEFAULT":
-                spaces.kin_id = self._context.machine.kin_id
+                spaces.select_kinematic(None, start)
             elif not isinstance(first, str):
-                spaces.kin_id = first()
+                spaces.select_kinematic(first(), start)
             return first != "OFF"
 
         return self._trafo(chosen)
@@ -366,6 +456,28 @@ class FrameCommands(CommandBase):
                 break
         self._formulas.close(opened)
         return found
+
+    def _tlc_on(self) -> Run:
+        """``#TLC ON [dl]``: the tool is dl longer than the axes are programmed for."""
+        fields = self._bracket_expected("#TLC ON")
+        if len(fields) != 1 or fields[0] is None:
+            raise fail(900010, "#TLC ON: one length is expected", self._start)
+        value, spaces, start = fields[0], self._context.spaces, self._start
+
+        def change() -> None:
+            length = value()
+            if isinstance(length, str) or not abs(length) <= 1e9:
+                raise fail(900012, f"#TLC ON: {length} is no length", start)
+            if spaces.active_kin is not None:
+                raise fail(20669, ERRORS[20669], start)
+            spaces.set_tlc(length * self._modal.unit_mm, start)
+
+        return self._changing("#TLC ON", change)
+
+    def _tlc_off(self) -> Run:
+        spaces, start = self._context.spaces, self._start
+        off = self._changing("#TLC OFF", lambda: spaces.set_tlc(None, start))
+        return lambda: off() if spaces.tlc_mm is not None else []
 
     def _ptp_on(self) -> Run:
         """Blocks are straight lines of the axes; their ends are programmed as before."""
@@ -405,9 +517,9 @@ class FrameCommands(CommandBase):
 
         def run() -> Items:
             self.not_compensated("#TOOL ORI CS", 906003)
-            if spaces.mcs or spaces.active_kin is None:
-                raise fail(NEEDS_TRAFO, f"#TOOL ORI CS: {ERRORS[NEEDS_TRAFO]}", start)
-            return list(spaces.orient_tool(self._modal.n))
+            if spaces.mcs:
+                raise fail(NOT_IN_MCS, f"#TOOL ORI CS: {ERRORS[NOT_IN_MCS]}", start)
+            return list(spaces.orient_tool(self._modal.n, start))
 
         return run
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable
 from pathlib import Path
 
-from cnc_core.blocks import BlockBatch
+import numpy as np
+
+from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, check_length, read_block, strip_comments
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
@@ -18,6 +21,8 @@ from cnc_core.frontend.isg.commands import Command, CommandParser
 from cnc_core.frontend.isg.context import Context
 from cnc_core.frontend.isg.control import Control
 from cnc_core.frontend.isg.control_parser import parse, parse_old
+from cnc_core.frontend.isg.cycles.preview import DryPort, calls_cycles, wrong_calls
+from cnc_core.frontend.isg.cycles.running import CycleRunner
 from cnc_core.frontend.isg.declarations import DeclarationParser
 from cnc_core.frontend.isg.execute import Executor
 from cnc_core.frontend.isg.formulas import Formulas
@@ -33,6 +38,7 @@ from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
 SKIP_LEVELS = 10
+PATTERN_WORDS = ("PATTERN", "AT")
 
 
 class IsgFrontEnd(ProgramLevels):
@@ -61,13 +67,16 @@ class IsgFrontEnd(ProgramLevels):
         self.context.system.context = self.context
         self.context.loop = RealTimeLoop(modal, self._place_now)
         self.context.executor = self.executor = Executor(self.context)
+        self.context.cycles = CycleRunner(self.context)
+        self.context.place = self._place_now
         self._axes = {name.upper(): machine.axes.index(name) for name in sorted(machine.axes, key=len, reverse=True)}
         self._searcher = Searcher(self.context, lambda: self._skip_mask)
         self.control = Control(self.context, self._searcher)
         self.control.line_behind = lambda: self.modal.line + self._lines_left
         self._finder = Finder(self.context, path.parent)
+        self.context.cycles.own_file = self._finder.has_file
         self._skip_mask = port.skip_levels()
-        self._declaring = self._declared_ahead = False
+        self._declaring = self._declared_ahead = self._previewed = False
         self._executing = True
         if collect:
             self._searcher.visit = self._visit
@@ -79,7 +88,10 @@ class IsgFrontEnd(ProgramLevels):
         return read_block(self._source, self.modal.line)
 
     def _plain(self) -> bool:
-        return self.executor.feeds.plain and not self._declaring and not self.context.spaces.watches_plane
+        if self._declaring or self.context.patterns.opened or self.context.modal_cycle.call:
+            return False
+        spaces = self.context.spaces
+        return self.executor.plain and not (spaces.watches_plane or spaces.due)
 
     def _may_drain(self) -> bool:
         return not self.executor.compensation.choice.active
@@ -107,6 +119,7 @@ class IsgFrontEnd(ProgramLevels):
         """Check a block that is not executed."""
         before = self.block_now, self._declaring
         self._executing, self._declaring = False, self._declared_ahead
+        self.context.visiting = True
         if head.sign == "#" and head.word in ("VAR", "ENDVAR"):
             self._declared_ahead = head.word == "VAR"
         try:
@@ -116,6 +129,7 @@ class IsgFrontEnd(ProgramLevels):
         finally:
             self.block_now, self._declaring = before
             self._executing = True
+            self.context.visiting = False
 
     def _open_frame(self, text: str) -> None:
         """A wrong statement that opens others still needs its end."""
@@ -149,12 +163,33 @@ class IsgFrontEnd(ProgramLevels):
         if parser.n_number():
             stream.accept(":")
         self._label(stream)
+        pattern = stream.is_op("#") and stream.following.text.upper() in PATTERN_WORDS
         run = self._statement(stream, formulas, parser)
-        return self._counted(run), formulas.drain or self._command_drains
+        return self._counted(run, pattern), formulas.drain or self._command_drains
+
+    def _preview(self) -> None:
+        """Refuse wrong cycle calls before any axis moves."""
+        self._previewed = True
+        context, path = self.context, self._main.file.path
+        if not self._port.answers or not calls_cycles(path):
+            return
+        port = DryPort(context.machine.start, self._skip_mask)
+        static = copy.deepcopy(context.store.static)
+        dry = IsgFrontEnd(path, context.machine, port, collect=True, lenient=context.lenient, static=static)
+        dry._searcher.visit = None  # what is not executed does not count
+        errors = wrong_calls(dry, port)
+        if errors:
+            first, *first.also = errors
+            self.errors += errors
+            self._queue.append(first)
+            self._ended = True
+            self.flow.close()
 
     def read(self, rows: int) -> BlockBatch | Wait | None:
+        if not self._previewed:
+            self._preview()
         item = super().read(rows)
-        error = self.context.loop.at_end() if item is None else None
+        error = (self.context.loop.at_end() or self.context.patterns.at_end()) if item is None else None
         if error is not None:
             self.errors.append(error)
             if not self._collect:
@@ -185,7 +220,8 @@ class IsgFrontEnd(ProgramLevels):
             special = self._special(stream, formulas)
             if special is not None:
                 return special
-            commands.append((block.words, CommandParser(stream, formulas, self.context, self._axes).parse()))
+            command = CommandParser(stream, formulas, self.context, self._axes).parse()
+            commands.append((block.words or command.last, command))
         if not commands:
             return lambda: self._words(block)
         return self._with_commands(commands, parser)
@@ -219,7 +255,7 @@ class IsgFrontEnd(ProgramLevels):
         """Commands in front of the words, the words, commands behind them."""
         block, offset = parser.block, 0
         self._command_drains = any(command.drain for _, command in commands)
-        exempt = any(command.behind for _, command in commands)
+        exempt = any(command.behind or command.last for _, command in commands)
         if (block.words or len(commands) > 1) and not exempt:
             self._warn_at(907043, "words beside a # command: they are executed too", offset)
 
@@ -245,16 +281,31 @@ class IsgFrontEnd(ProgramLevels):
 
         return run
 
-    def _counted(self, run: Run) -> Run:
-        data = self._data
+    def _counted(self, run: Run, pattern: bool) -> Run:
+        """``pattern``: the block may stand inside a call pattern."""
+        data, patterns = self._data, self.context.patterns
 
         def counted() -> Items:
             data.statements += 1
+            if patterns.opened is not None and not pattern:
+                patterns.not_open(0, "a block")
+            repeated = self.context.modal_cycle.call is not None
             items = run()
             self.context.loop.check(items, self._ended)
+            if repeated:
+                self._repeat_cycle(items)
             return items
 
         return counted
+
+    def _repeat_cycle(self, items: Items) -> None:
+        """A modal cycle comes again behind the block."""
+        if self._ended or self.flow.asked:
+            return
+        motion = any(isinstance(item, np.ndarray) and item["type"][0] <= POLYNOMIAL for item in items)
+        call = self.context.modal_cycle.behind(self.flow.level, motion=motion)
+        if call is not None:
+            self._call(call, [item for item in items if isinstance(item, np.ndarray)])
 
     def _words(self, block: WordBlock) -> Items:
         executor = self.executor
@@ -301,6 +352,7 @@ class IsgFrontEnd(ProgramLevels):
 
     def _macro(self, name: str, text: str) -> Run:
         def run() -> Items:
+            self.context.patterns.not_open(0, "a macro")
             if self.context.macros.get(name) != text:
                 self.context.macros[name] = text
                 for file in self.flow.known_files:

@@ -42,4 +42,7 @@ def _one(form: str, value: Value, offset: int) -> str:
         raise fail(907051, f"message: %{form} takes a number, not a text", offset)
     if kind == "d":
         return f"{round_half_away(value):>{int(width or 0)}d}"
-    return f"{value:>{int(width or 0)}.{int(digits or 6)}f}"
+    shown = f"{value:.{int(digits or 6)}f}"
+    if not shown.strip("-0."):
+        shown = shown.lstrip("-")
+    return f"{shown:>{int(width or 0)}}"

@@ -61,6 +61,7 @@ class Offsets:
         self.pset = self._zeros()
         self.mirror = np.ones(self._axes)
         self.diameter = False
+        self.factor = np.ones(self._axes)  # #SCALE
         self.suppressed: frozenset[str] = frozenset()
         self.tool_length_mm = 0.0
         self.length_elsewhere = False  # the tool length acts behind a coordinate system or a transformation
@@ -113,7 +114,7 @@ class Offsets:
             raise fail(20612, ERRORS[20612], offset)
         position = self._modal.position
         for axis, value in words.items():
-            share = 0.5 if self.diameter and axis == self.first_main else 1.0
+            share = (0.5 if self.diameter and axis == self.first_main else 1.0) * float(self.factor[axis])
             rest = self._total()[axis] - self.pset[axis] + self._length(axis)
             self.pset[axis] = position[axis] - rest - value * self.scale(axis) * share
         self.update()
@@ -141,9 +142,11 @@ class Offsets:
 
     def update(self) -> None:
         """Make a change of any part act from each axis's next absolute word on."""
-        share = np.ones(self._axes)
+        share = self.factor.copy()
         if self.diameter and self.first_main >= 0:
-            share[self.first_main] = 0.5
+            share[self.first_main] *= 0.5
+        main = {float(self.factor[axis]) for axis in self.main if axis >= 0}
+        self._modal.set_arc_scale(main.pop() if len(main) == 1 else 0.0)
         self._modal.set_mirror(self.mirror, share)
         self._modal.set_next_offset(self._total())
         self.place_length()
@@ -213,10 +216,15 @@ class Offsets:
     def _length(self, axis: int) -> float:
         return float(self._modal.offset_next[axis] - self._total()[axis])
 
+    def machine(self, axis: int, value: float) -> float:
+        """Machine coordinate of a programmed absolute value, with the offsets of the next absolute word."""
+        share = 0.5 if self.diameter and axis == self.first_main else 1.0
+        return value * self.scale(axis) * float(self.mirror[axis]) * share + float(self._modal.offset_next[axis])
+
     # what programs read
 
     def programmed(self, axis: int, machine_value: float) -> float:
         """A machine coordinate as a program would write it."""
-        share = 0.5 if self.diameter and axis == self.first_main else 1.0
+        share = (0.5 if self.diameter and axis == self.first_main else 1.0) * float(self.factor[axis])
         value = machine_value - float(self._modal.offset_in_force[axis])
         return value * float(self.mirror[axis]) / (self.scale(axis) * share)

@@ -7,8 +7,6 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.isg.command_base import CommandBase, Items, Run
 from cnc_core.frontend.isg.offsets import EMPTY_KINDS, KINDS
 
-LIMITS = ("VEL", "ACC", "DEC", "RADIAL_ACC", "RADIAL_JERK", "JERK", "TRANS_ACC", "FEED", "RAPID")
-
 
 class PositionCommands(CommandBase):
     """#PSET, #SUPPRESS OFFSETS, #OVERRIDE and the like."""
@@ -107,55 +105,14 @@ class PositionCommands(CommandBase):
             feed, rapid = keys.get("FEED_FACT"), keys.get("RAPID_FACT")
             if feed is not None:
                 self._context.executor.feeds.set_factor(percent(feed, "FEED_FACT") / 100.0)
-            if rapid is not None and percent(rapid, "RAPID_FACT") != 100.0:
-                self._context.executor.stored_without_effect("#OVERRIDE [RAPID_FACT]", self._start)
-            return []
-
-        return run
-
-    def _vector_limit(self) -> Run:
-        """``ON [VEL=.. ACC=.. ..]``, ``ON ALL``: VEL and FEED, mm/min, bound later feeds; the rest is stored."""
-        if self._stream.accept_name("ALL"):
-            return self._limit_again
-        keys = self._keys(dict.fromkeys(LIMITS, True))
-        bounds = [value for name, value in keys.items() if name in ("VEL", "FEED") and value is not None]
-
-        def run() -> Items:
-            executor = self._context.executor
-            found = [value() for value in bounds]
-            if any(isinstance(value, str) or value <= 0 for value in found):
-                raise fail(900012, "#VECTOR LIMIT: VEL and FEED must be positive", self._start)
-            if found:
-                executor.vector_limit_mm_s = min(float(v) for v in found) * self._modal.unit_mm / 60.0
-                executor.feeds.set_limit(executor.vector_limit_mm_s)
-            if len(keys) > len(bounds):
-                executor.stored_without_effect("#VECTOR LIMIT of other keys than VEL and FEED", self._start)
-            return []
-
-        return run
-
-    def _limit_again(self) -> Items:
-        executor = self._context.executor
-        executor.feeds.set_limit(executor.vector_limit_mm_s)
-        return []
-
-    def _vector_limit_off(self) -> Run:
-        """``OFF``, ``OFF ALL``, ``OFF [VEL ..]``."""
-        keys: set[str] = set()
-        if self._stream.is_op("["):
-            keys = set(self._keys(dict.fromkeys(LIMITS, False)))
-        else:
-            self._stream.accept_name("ALL")
-
-        def run() -> Items:
-            if not keys or keys & {"VEL", "FEED"}:
-                self._context.executor.feeds.set_limit(0.0)
-            return []
+            if rapid is not None:
+                self._context.executor.dynamics.set_rapid_factor(percent(rapid, "RAPID_FACT") / 100.0)
+            return [*self._context.executor.dynamics.rows(self._modal.n)]
 
         return run
 
     def _fgroup(self) -> Run:
-        """``#FGROUP [X,Y,Z]``: the main axes, as always; others are refused."""
+        """``#FGROUP [X,Y,Z]``: the axes that F refers to."""
         if self._stream.at_end:
             raise fail(900010, "#FGROUP: axes are expected", self._start)
         if not self._stream.is_op("["):
@@ -169,6 +126,32 @@ class PositionCommands(CommandBase):
             axes.add(self._axes[name])
             self._stream.accept(",")
         self._formulas.close(opened)
-        if axes != {axis for axis in self._context.machine.main if axis >= 0}:
-            raise fail(900003, "#FGROUP of other axes than the main axes is not supported", self._start)
-        return list
+        if not axes:
+            raise fail(900010, "#FGROUP: axes are expected", self._start)
+        main = {axis for axis in self._context.machine.main if axis >= 0}
+
+        def run() -> Items:
+            self._context.executor.feeds.group = None if axes == main else frozenset(axes)
+            return []
+
+        return run
+
+    def _tangfeed(self) -> Run:
+        """``#TANGFEED [RMIN=..]``: arcs below this radius are driven slower, as their radius is to it; 0: off."""
+        keys = self._keys({"RMIN": True}) if self._stream.is_op("[") else {}
+        if self._stream.accept_name("RMIN"):  # the old form: RMIN [..]
+            opened = self._formulas.open()
+            keys = {"RMIN": self._formulas.expression()}
+            self._formulas.close(opened)
+        value = keys.get("RMIN")
+        if value is None:
+            raise fail(900010, "#TANGFEED: RMIN is expected", self._start)
+
+        def run() -> Items:
+            radius = value()
+            if isinstance(radius, str) or not 0 <= radius <= 1e9:
+                raise fail(900012, f"#TANGFEED: RMIN {radius} out of range", self._start)
+            self._context.executor.feeds.tangential_radius_mm = radius * self._modal.unit_mm
+            return []
+
+        return run

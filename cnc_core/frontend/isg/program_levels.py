@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from cnc_core.errors import CncError, Place
+from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, read_block
 from cnc_core.frontend.base.flow import Level, Mark
 from cnc_core.frontend.base.lexer import TokenStream, fail
@@ -115,12 +115,26 @@ class ProgramLevels(BlockReader):
     # calls and ends
 
     def _call(self, call: Call, rows: list[Row]) -> None:
+        modal = self.context.modal_cycle
         try:
-            self.flow.call(self._finder.level(call))
+            if call.arguments is not None and modal.call not in (None, call) and not self._in_cycle():
+                raise fail(21381, f"{ERRORS[21381]}: end it with #DISABLE MODAL CYCLE", call.offset)
+            level = self._finder.level(call)
+            if level is not None:
+                self.flow.call(level)
         except CncError as error:
             self._queue.extend(rows)
-            error.place.column = error.place.column or call.offset
+            for each in (error, *error.also):
+                each.place.column = each.place.column or call.offset
             raise
+        if call.modal:
+            modal.select(call, self.flow.level)
+
+    def _in_cycle(self) -> bool:
+        """A cycle is being executed above the level of the modal cycle."""
+        levels = self.flow.levels
+        first = next((i for i, level in enumerate(levels) if level is self.context.modal_cycle.level), 0)
+        return any(level.user.arguments is not None for level in levels[first + 1 :])
 
     def _move(self) -> None:
         """Scopes follow the program levels."""
@@ -132,10 +146,13 @@ class ProgramLevels(BlockReader):
             self.context.store.push(data.arguments)
         elif len(self.flow.levels) < depth:
             self.context.store.pop()
+            if self.context.modal_cycle.level is left:
+                self.context.modal_cycle.deselect()
             if left.user.saved is not None:
-                mode, modal = left.user.saved
+                mode, modal, contouring = left.user.saved
                 self.context.executor.feeds.choose(mode)
                 self.modal.restore(modal)
+                self._queue.extend(self.context.executor.contouring.switch(contouring, self.modal.n))
 
     def _level_end(self) -> None:
         """M17, M29."""
@@ -152,6 +169,8 @@ class ProgramLevels(BlockReader):
 
     def _end(self) -> None:
         """The program is over."""
+        if not self._ended and (why := self.context.executor.contouring.at_end()):
+            self._warn_at(120206, why, 0)
         self._ended = True
         if self._collect and len(self.flow.levels) == 1:
             self._check_uncalled()

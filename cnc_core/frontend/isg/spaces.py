@@ -20,20 +20,34 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.isg.offsets import Offsets, Selected
-from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.frontend.machine import ProgramMachine, TipMachine
 
 Array = npt.NDArray[np.float64]
 STORED_MAX = 5
 UNDEFINED, NAME_UNKNOWN, TOO_MANY = 20821, 21601, 910109
-NEEDS_TRAFO, WRONG_KINEMATICS = 910108, 292005
+WRONG_KINEMATICS = 292005
 RESERVED = ("MCS", "IMCS", "ACS")
 
 
-def frame_of(values: Sequence[float], unit_mm: float) -> Frame:
-    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees): first f3 about Z, then f2 about the new Y, then f1 about X."""
-    v = np.zeros(6)
+SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
+
+
+@dataclass(frozen=True)
+class Order:
+    """How the angles of a coordinate system turn it: the sequence, about the axes turned already or fixed ones."""
+
+    sequence: str = "ZYX"
+    fixed: bool = False
+
+
+def frame_of(values: Sequence[float], unit_mm: float, order: Order = Order()) -> Frame:
+    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees, about X, Y, Z); as a rule Z, then the new Y, then the new X."""
+    v, rotation = np.zeros(6), np.eye(3)
     v[: len(values)] = values
-    return Frame(_turn(2, v[5]) @ _turn(1, v[4]) @ _turn(0, v[3]), v[:3] * unit_mm)
+    for axis in ("XYZ".index(letter) for letter in order.sequence):
+        turned = _turn(axis, v[3 + axis])
+        rotation = turned @ rotation if order.fixed else rotation @ turned
+    return Frame(rotation, v[:3] * unit_mm)
 
 
 def _turn(axis: int, degrees: float) -> Array:
@@ -113,10 +127,12 @@ class Spaces:
         self.named: list[tuple[str, Frame]] = []
         self.selected: Active | None = None
         self.selected_name = ""
+        self.order = Order()
         self.rotation: Rotation | None = None
         self.kin_id = machine.kin_id
         self.active_kin: int | None = None
         self.ptp = False
+        self.tlc_mm: float | None = None  # #TLC: length corrected along the tool
         self.mcs = False
         self._said = Coordinates()
         self.due = False  # something has changed that the stages may have to know
@@ -141,15 +157,23 @@ class Spaces:
             frame = frame @ Frame(origin=active.shift) @ active.frame
         frame = frame @ self._rotation_frame()
         special = self.active_kin is not None or not frame.identity
+        if self.tlc_mm is not None:
+            self._offsets.length_elsewhere = not frame.identity
+            frame = self._lifted(frame, self._offsets.length_in_force) if not frame.identity else frame
+            return Coordinates(frame, self.kin_id, self.tlc_mm, length_only=True)
         self._offsets.length_elsewhere = special
         length = self._offsets.length_in_force if special else 0.0
         if self.active_kin is not None:
             return Coordinates(frame, self.active_kin, length, self.ptp)
-        if special and length:
-            axis = np.zeros(3)
-            axis[motion_planes(self._modal.plane)[2]] = length
-            frame = Frame(origin=axis) @ frame
-        return Coordinates(frame)
+        return Coordinates(self._lifted(frame, length) if special else frame)
+
+    def _lifted(self, frame: Frame, length: float) -> Frame:
+        """The tool length along the third axis of the plane, around the frame."""
+        if not length:
+            return frame
+        axis = np.zeros(3)
+        axis[motion_planes(self._modal.plane)[2]] = length
+        return Frame(origin=axis) @ frame
 
     def _rotation_frame(self) -> Frame:
         """The contour turns about its centre; offsets keep their directions."""
@@ -202,16 +226,21 @@ class Spaces:
         said, out = self._said, programmed.copy()
         self._store_main(out, said.frame.outer(self._main_values(programmed)))
         if said.kinematics is not None:
-            out = self._machine.kinematics[said.kinematics].driven(out, said.length)[0]
+            out = self._machine_of(said).driven(out, said.length)[0]
         return out
 
     def position_in(self, coordinates: Coordinates, axes: Array) -> Array:
         """(axes,) the axis position ``axes`` in other coordinates."""
         out = axes.copy()
         if coordinates.kinematics is not None:
-            out = self._machine.kinematics[coordinates.kinematics].programmed(out, coordinates.length)[0]
+            out = self._machine_of(coordinates).programmed(out, coordinates.length)[0]
         self._store_main(out, coordinates.frame.inner(self._main_values(out)))
         return out
+
+    def _machine_of(self, coordinates: Coordinates) -> TipMachine:
+        assert coordinates.kinematics is not None
+        machine = self._machine.kinematics[coordinates.kinematics]
+        return machine.length_correction() if coordinates.length_only else machine
 
     def _store_main(self, out: Array, values: Array) -> None:
         for place, axis in enumerate(self._machine.main):
@@ -330,21 +359,48 @@ class Spaces:
 
     def set_trafo(self, number: int | None, offset: int) -> None:
         """A kinematic transformation by number, None: off."""
+        if number == 0 and number not in self._machine.kinematics:
+            number = None  # the manual's number of no kinematic
+        if number is not None and self.active_kin not in (None, number):
+            raise fail(20687, ERRORS[20687], offset)
         if number is not None and number not in self._machine.kinematics:
             text = f"kinematic {number} is not defined in the cell ([kinematics.{number}])"
             raise fail(WRONG_KINEMATICS, text, offset)
         self.active_kin = number
         self.touch()
 
+    def set_tlc(self, length_mm: float | None, offset: int) -> None:
+        """A length corrected along the tool; None: none."""
+        if length_mm is not None and (self.kin_id is None or self.kin_id not in self._machine.kinematics):
+            raise fail(WRONG_KINEMATICS, "#TLC ON: the cell has no such kinematic ([kinematics.N])", offset)
+        self.tlc_mm = length_mm
+        self.touch()
+
     def set_ptp(self, on: bool) -> None:
         self.ptp = on
         self.touch()
 
-    def orient_tool(self, n: int) -> list[Row]:
+    def select_kinematic(self, number: int | None, offset: int) -> None:
+        """#KIN ID; None: that of the start."""
+        number = self._machine.kin_id if number is None else number
+        if number != self.kin_id and (self.active_kin is not None or self.tlc_mm is not None):
+            raise fail(20687, ERRORS[20687], offset)
+        self.kin_id = number
+
+    def tool_kinematic(self, number: int | None, offset: int) -> None:
+        """That of a tool (P-TOOL-00011), None: any."""
+        if number is None:
+            return
+        if self.active_kin not in (None, number):
+            raise fail(20990, ERRORS[20990], offset)
+        self.kin_id = number
+
+    def orient_tool(self, n: int, offset: int) -> list[Row]:
         """The tool into the Z axis of the coordinates in force: rotary axes alone move, at rapid."""
-        said = self._said
-        assert said.kinematics is not None
-        kinematics, axes = self._machine.kinematics[said.kinematics], self.axes()
+        said, number = self._said, self.kin_id if self._said.kinematics is None else self._said.kinematics
+        if number is None or number not in self._machine.kinematics:
+            raise fail(WRONG_KINEMATICS, f"#TOOL ORI CS: {ERRORS[WRONG_KINEMATICS]} in the cell", offset)
+        kinematics, axes = self._machine.kinematics[number], self.axes()
         target = kinematics.orient(said.frame.rotation[:, 2], axes)
         way = float(np.linalg.norm(target - axes))
         if way < 1e-9:
@@ -360,6 +416,7 @@ def _same(a: Coordinates, b: Coordinates) -> bool:
     return (
         a.kinematics == b.kinematics
         and a.ptp == b.ptp
+        and a.length_only == b.length_only
         and a.length == b.length
         and np.array_equal(a.frame.rotation, b.frame.rotation)
         and np.array_equal(a.frame.origin, b.frame.origin)

@@ -15,6 +15,7 @@ from cnc_core.frontend.base.variables import (
     READ_ONLY,
     REAL64,
     TEXT_MAX,
+    WRONG_INDEX,
     DataType,
     LevelScopes,
     Scope,
@@ -38,6 +39,7 @@ TYPES: dict[str, DataType] = {
 }
 PARAMETER_MAX = 2**31 - 1
 ARGUMENTS_MAX = 200
+VECTOR_NAMES = ("SYSRETDIRVECTOR", "SYSRETSUPVECTOR")  # V.CYC, [0] to [2] stand for ..X to ..Z
 Setter = Callable[[Value], None]
 
 
@@ -96,6 +98,8 @@ class Store:
         full = f"V.{family}.{name}"
         scope = self.scope_of(family)
         get = scope.get
+        if family == "CYC" and name in VECTOR_NAMES and len(indices) == 1:
+            return self._vector(name, indices, offset)
 
         def missing() -> Exception:
             return fail(NOT_DECLARED, f"{full} is not declared", offset)
@@ -122,6 +126,37 @@ class Store:
             variable.store(value, [index() for index in indices], offset)
 
         return Reference(full, load, store, lambda: get(name) is not None)
+
+    def _vector(self, name: str, indices: Sequence[Formula], offset: int) -> Reference:
+        """``V.CYC.SysRetDirVector[0]`` is V.CYC.SysRetDirVectorX unless it is declared as an array."""
+        scope = self.cycle
+
+        def element() -> tuple[Variable, list[Value]]:
+            known = scope.get(name)
+            if known is not None and known.dimensions:
+                return known, [indices[0]()]
+            value = indices[0]()
+            if isinstance(value, str) or round_half_away(value) not in (0, 1, 2):
+                raise fail(WRONG_INDEX, f"V.CYC.{name}: index {value} out of range 0..2", offset)
+            variable = scope.get(name + "XYZ"[round_half_away(value)])
+            if variable is None:
+                raise fail(NOT_DECLARED, f"V.CYC.{name} is not declared", offset)
+            return variable, []
+
+        def load() -> Value:
+            variable, place = element()
+            return variable.load(place, offset)
+
+        def store(value: Value) -> None:
+            variable, place = element()
+            if not place:
+                raise fail(READ_ONLY, f"V.CYC.{name}[..] is read only", offset)
+            variable.store(value, place, offset)
+
+        def exists() -> bool:
+            return scope.get(name) is not None or scope.get(f"{name}X") is not None
+
+        return Reference(f"V.CYC.{name}", load, store, exists)
 
     def _implicit(self, family: str, name: str, indices: Sequence[Formula], value: Value, offset: int) -> Variable:
         """A variable that begins with its first write: V.P and V.S, single values."""
@@ -197,6 +232,11 @@ class Store:
             self.arguments[-1][key()] = value
 
         return Reference("@P", load, store, lambda: key() in self.arguments[-1])
+
+    def needs_cycle(self, name: str, offset: int) -> None:
+        """Words with @ stand in cycles only."""
+        if self.arguments[-1] is self.arguments[0]:
+            raise fail(900001, f"{name} outside a cycle", offset)
 
     # V.E
 

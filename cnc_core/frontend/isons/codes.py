@@ -12,6 +12,7 @@ GROUPS: tuple[tuple[int, ...], ...] = (
     (20, 21),
     (10, 11),
     (60, 61),
+    (63, 64, 65, 67, 68, 75),
     (98, 53, 99),
     (96, 97),
     (87, 88),
@@ -26,43 +27,21 @@ GROUPS: tuple[tuple[int, ...], ...] = (
     (33, 34, 35),
     (43, 44, 45, 46),
 )
+# modes and filters of the path
+PATH_FUNCTIONS = frozenset({49, 63, 64, 65, 66, 67, 68, 69, 72, 73, 74, 75, 106})
 # functions that use the axis words (and others) of their block, so only one of them fits into a block
 TAKERS = frozenset(
     {4, 26, 30, 33, 36, 43, 45, 47, 48, 50, *range(54, 60), 70, 80, 81, 82, 84, 85, 86, 89, 92, 93, 94, 95, 1051}
+    | {49, 66, 68, 69, 72, 73, 74, 100, 106}
 )
 SINGLE = frozenset({62, 83, 940})
 GROUP_OF = {code: group for group in GROUPS for code in group}
 KNOWN = frozenset(GROUP_OF) | TAKERS | SINGLE
 REFUSED: dict[int, str] = {
-    49: "edge smoothing MILD",
-    63: "interpolation mode",
-    64: "interpolation mode",
-    65: "interpolation mode",
-    66: "automatic feed control",
-    67: "interpolation mode",
-    68: "interpolation mode",
-    69: "look-ahead of the filters",
     71: "homing",
-    72: "NURBS filter",
-    73: "noise filter",
-    74: "filter of short segments",
-    75: "interpolation mode",
-    100: "command in the motion buffer",
     101: "stop of the axes where they are",
     102: "probing",
     103: "RTCP: the cell has no kinematics of its own",
     104: "RTCP: the cell has no kinematics of its own",
     105: "RTCP: the cell has no kinematics of its own",
-    106: "smoothing filter",
-}
-# letters beside the axes that a function takes
-TAKES: dict[int, str] = {
-    4: "F",
-    30: "RA",
-    33: "RA",
-    43: "K",
-    93: "P",
-    1051: "IJKP",
-    2: "IJR",
-    3: "IJR",
 }

@@ -15,8 +15,10 @@ from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
 from cnc_core.frontend.isons import codes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.frame import Frame, Layer, check_slot
+from cnc_core.frontend.isons.mode_words import mode_function
 from cnc_core.frontend.isons.output import Output
 from cnc_core.frontend.isons.parameters import Parameters
+from cnc_core.frontend.isons.path_modes import PathModes
 from cnc_core.frontend.isons.rotary import target_of
 from cnc_core.frontend.isons.text import AXIS_LETTERS
 from cnc_core.frontend.isons.transform import Rotation, Scaling, Transform
@@ -75,11 +77,12 @@ class Executor:
         macro: Callable[[str, int], bool],
     ) -> None:
         self.machine, self.modal, self._port, self._cell = machine, modal, port, cell
-        self.parameters, self._clock, self._warn, self._macro = parameters, clock, warn, macro
+        self.parameters, self._clock, self.warn, self._macro = parameters, clock, warn, macro
         self.axes = {name.upper(): i for i, name in enumerate(machine.axes) if len(name) == 1}
         self.frame = Frame(machine, modal, cell)
         self.transform = Transform(len(machine.axes))
         self.output = Output(machine, modal, parameters)
+        self.modes, self.modes_changed = PathModes(machine.axes, modal, parameters), True
         self.rotary_modes: dict[int, int] = {}
         self.plane_pair, self.plane_code, self.plane_reversed = (0, 1), 17, False
         self._set_plane("X", "Y", 0)
@@ -90,6 +93,7 @@ class Executor:
         self.pause_mode = 0
         self.depth_axis: int | None = None
         self.ended = False
+        self.completed = False  # the program has come to its end
         self.calls: list[tuple[str, int, int, list[float]]] = []
         self.positioner_offset: Callable[[float, float, bool, int], None] = lambda *_: None
         self.speed_copied: Callable[[float], None] = lambda _: None
@@ -103,6 +107,7 @@ class Executor:
             modal.feed = p.speed("FEEDDEF") / p["FEEDRES"]
         modal.apply(MotionWords(centre_absolute=not p["ARC_REL"]))
         self.output.refresh()
+        self.modes_changed = True
 
     def follow_scanner(self) -> None:
         """Plain lines may have changed the plane."""
@@ -115,7 +120,13 @@ class Executor:
     def plain(self) -> bool:
         """The scanner may read plain lines."""
         standard = bool(self.plane_code) and not self.plane_reversed
-        return standard and self.transform.identity and self.output.plain and not any(self.rotary_modes.values())
+        return (
+            standard
+            and self.transform.identity
+            and self.output.plain
+            and not self.modes.mild_on
+            and not any(self.rotary_modes.values())
+        )
 
     @property
     def table(self) -> list[float]:
@@ -143,12 +154,19 @@ class Executor:
         for code, offset, _ in block.g:
             items += self._function(code, offset, words)
         self._origin_words(words)
+        if self.modes_changed:
+            items += self.mode_rows(block.n)
         items += self._functions_m(words, behind=False)
         items += self._motion(words)
         items += self._functions_m(words, behind=True)
         self._check_used(words)
         self._calls(words)
         return items
+
+    def mode_rows(self, n: int) -> list[Row]:
+        """What has changed of modes and filters."""
+        self.modes_changed = False
+        return [out for row in self.modes.rows(self.plane_pair, self.depth_axis, n) for out in self.emit(row)]
 
     def emit(self, row: Row) -> list[Row]:
         return self.output.push(row)
@@ -193,6 +211,7 @@ class Executor:
         error, _ = self.modal.apply(MotionWords(f=feed))
         if error:
             raise fail(error, ERRORS[error], words.offset("F"))
+        self.modes_changed = self.modes_changed or self.modes.mild_on
 
     def _tool(self, words: Words) -> list[Row]:
         rows = []
@@ -226,7 +245,7 @@ class Executor:
         return self.emit(self.modal.row(S, words.block.n, value=self.spindle))
 
     def _stored(self, name: str, offset: int) -> None:
-        self._warn(907042, f"{name} is stored, it has no effect on the motion", offset)
+        self.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
 
     def not_compensated(self, name: str, offset: int) -> None:
         if self.output.side != 40:
@@ -234,7 +253,7 @@ class Executor:
 
     # axes of a function
 
-    def _axis(self, letter: str, offset: int) -> int:
+    def axis(self, letter: str, offset: int) -> int:
         if letter not in self.axes:
             raise fail(900001, f"the machine has no axis {letter}", offset)
         return self.axes[letter]
@@ -243,10 +262,10 @@ class Executor:
         """mm or degrees per programmed unit."""
         return 1.0 if self.machine.rotary[axis] else self.modal.unit_mm
 
-    def _named(self, words: Words) -> list[int]:
+    def named_axes(self, words: Words) -> list[int]:
         """Axes that are named without values."""
         words.used |= set(words.block.named)
-        return [self._axis(letter, offset) for letter, offset in words.block.named.items()]
+        return [self.axis(letter, offset) for letter, offset in words.block.named.items()]
 
     def _given(self, words: Words, current: Array) -> dict[int, float]:
         """Values of X .. W, and of DX .. DW beside ``current``, mm or degrees by axis."""
@@ -255,7 +274,7 @@ class Executor:
             for name in (letter, "D" + letter):
                 value = words.take(name)
                 if value is not None:
-                    axis = self._axis(letter, words.offset(name))
+                    axis = self.axis(letter, words.offset(name))
                     found[axis] = value * self._scale(axis) + (current[axis] if name != letter else 0.0)
         return found
 
@@ -275,6 +294,8 @@ class Executor:
             return [*self.output.flush(), Wait.DRAINED]
         elif code in (4, 80):
             return [*(self._dwell(words, offset) if code == 4 else self._pause(words))]
+        elif code in codes.PATH_FUNCTIONS:
+            mode_function(self, code, words, offset)
         elif code in (83, 84):
             words.used |= set(words.block.named)
         elif code in SETTINGS:
@@ -317,7 +338,7 @@ class Executor:
 
     def _rotary_mode(self, words: Words, offset: int) -> None:
         mode = words.take("X")
-        axes = self._named(words)
+        axes = self.named_axes(words)
         if mode is None or mode not in range(ROTARY_MODES):
             raise fail(900012, "G36: X0..X4 is expected", offset)
         for axis in axes:
@@ -334,7 +355,7 @@ class Executor:
                 continue
             if mode not in range(4):
                 raise fail(900012, f"G81 {letter}{mode:g} is not 0..3", offset)
-            self.output.limits.choose(self._axis(letter, offset), int(mode))
+            self.output.limits.choose(self.axis(letter, offset), int(mode))
         self.output.refresh()
 
     def _corner(self, code: int, words: Words) -> None:
@@ -364,7 +385,7 @@ class Executor:
             self._depth(words, offset)
         elif code == 70:
             letters = list(words.block.named)
-            self._named(words)
+            self.named_axes(words)
             if len(letters) != 2:
                 raise fail(900004, "G70: two axes are expected", offset)
             self._set_plane(letters[0], letters[1], offset)
@@ -374,12 +395,13 @@ class Executor:
         self.transform.rebuild()
 
     def _depth(self, words: Words, offset: int) -> None:
-        axes = self._named(words)
+        axes = self.named_axes(words)
         if len(axes) != 1:
             raise fail(900004, "G48: one axis is expected", offset)
         if axes[0] in self.plane_pair:
             raise fail(909114, f"G48 {self.machine.axes[axes[0]]}: {ERRORS[909114]}", offset)
         self.depth_axis = axes[0]
+        self.modes_changed = True
 
     def _set_plane(self, first: str, second: str, offset: int) -> None:
         if first not in self.axes or second not in self.axes:
@@ -387,6 +409,7 @@ class Executor:
                 raise fail(900016, ERRORS[900016], offset)
             return
         self.plane_pair = (self.axes[first], self.axes[second])
+        self.modes_changed = True
         pairs = {pair: code for code, pair in PLANE_AXES.items()}
         self.plane_reversed = (second, first) in pairs
         self.plane_code = pairs.get((first, second), pairs.get((second, first), 0))
@@ -399,7 +422,7 @@ class Executor:
         self.not_compensated(f"G{code}", offset)
         transform = self.transform
         if code in (120, 121, 24, 25):
-            axis = self._axis("Y" if code > 100 else "X", offset)
+            axis = self.axis("Y" if code > 100 else "X", offset)
             (transform.mirrored.add if code in (120, 24) else transform.mirrored.discard)(axis)
         elif code in (22, 23):
             transform.plane_swap = self.plane_pair if code == 22 else None
@@ -415,7 +438,7 @@ class Executor:
 
     def _swap(self, code: int, offset: int, words: Words) -> None:
         if code == 26:
-            axes = self._named(words)
+            axes = self.named_axes(words)
             if len(axes) != 2:
                 raise fail(900004, "G26: two axes are expected", offset)
             self.transform.named_swap = (axes[0], axes[1])
@@ -493,7 +516,7 @@ class Executor:
         frame.update()
 
     def _some(self, words: Words, code: int, offset: int) -> list[int]:
-        axes = self._named(words)
+        axes = self.named_axes(words)
         if not axes:
             raise fail(900004, f"G{code}: axes are expected", offset)
         return axes
@@ -504,7 +527,7 @@ class Executor:
         for letter in AXIS_LETTERS:
             value = words.take("DO" + letter)
             if value is not None:
-                axis = self._axis(letter, words.offset("DO" + letter))
+                axis = self.axis(letter, words.offset("DO" + letter))
                 values[axis] = value * self._scale(axis)
         layer.store(values)
         for name, (number, value_of, offset) in words.block.indexed.items():
@@ -515,11 +538,11 @@ class Executor:
         layer: Layer = self.frame.origin
         number = layer.index
         if code == 54:
-            axes = self._named(words) or [self._axis("X", offset)]
+            axes = self.named_axes(words) or [self.axis("X", offset)]
             if 54 in words.indices:
                 number = check_slot("G54", words.indices[54], offset)
         else:
-            axes = [self._axis(letter, offset) for letter in FIXED_ORIGINS[code]]
+            axes = [self.axis(letter, offset) for letter in FIXED_ORIGINS[code]]
         layer.recall(axes, number)
 
     def _rotary_axes(self, words: Words, offset: int) -> list[int]:
@@ -540,7 +563,7 @@ class Executor:
             raise fail(900004, f"G{code}: one axis with + or - is expected", offset)
         letter, sign = next(iter(signs.items()))
         words.used.add(letter)
-        axis = self._axis(letter, offset)
+        axis = self.axis(letter, offset)
         length = self._length_word(code, axis, words)
         if words.take("K") == 1.0:
             frame.length_extra[axis] = length or self.table[1]
@@ -565,7 +588,7 @@ class Executor:
                 continue
             offset = words.offset("O" + letter)
             self.not_compensated(f"O{letter}", offset)
-            self.frame.origin.recall([self._axis(letter, offset)], check_slot(f"O{letter}", number, offset))
+            self.frame.origin.recall([self.axis(letter, offset)], check_slot(f"O{letter}", number, offset))
             self.frame.update()
 
     # motion
@@ -576,7 +599,7 @@ class Executor:
         for letter in names:
             for name in (letter, "D" + letter):
                 if name in words.values and name not in words.used:
-                    axis = self._axis(letter, words.offset(name))
+                    axis = self.axis(letter, words.offset(name))
                     if axis in given:
                         raise fail(900005, f"{letter} twice in one block", words.offset(name))
                     given[axis] = (words.values[name], name != letter or not self.modal.absolute)

@@ -41,6 +41,8 @@ OPERATORS: dict[str, tuple[int, Callable[[float, float], float]]] = {
     "/": (8, lambda a, b: a / b),
     "^": (POWER, math.pow),
 }
+BITS = frozenset({"|", "&", "XOR", "<<", ">>"})
+COMPARES = frozenset({"=", "<>", ">=", "<=", "<", ">"})
 OPERATORS |= {"OR": OPERATORS["||"], "AND": OPERATORS["&&"]}
 SHIFT_MAX = 1000
 
@@ -76,22 +78,39 @@ class Formulas(FormulaParser):
         super().__init__(stream)
         self._store, self._system = store, system
         self.drain = False
+        self._kinds: set[str] = set()  # of the operators between the same brackets
 
     # grammar
 
     def expression(self, lowest: int = 0) -> Formula:
         if not self._depth and not lowest:
             self._links = 0
+        outer = self._kinds
+        if not lowest:
+            self._kinds = set()
         left = self._signed()
         while (name := self._operator()) is not None and self.operators[name][0] >= lowest:
             offset = self._take_operator(name)
             self._links += 1
             if self._links > LINKS_MAX:
                 raise fail(20927, f"more than {LINKS_MAX} operators in one expression", offset)
+            self._note_kind(name, offset)
             level, function = self.operators[name]
             right = self.expression(level if level == POWER else level + 1)
             left = self._binary("==" if name == "=" else name, function, left, right, offset)
+        if not lowest:
+            self._kinds = outer
         return left
+
+    def _note_kind(self, name: str, offset: int) -> None:
+        """Bit operators beside comparisons: the guide does not say which binds tighter (A-07)."""
+        kind = "bits" if name in BITS else "compares" if name in COMPARES else ""
+        if not kind and OPERATORS[name][0] < OPERATORS["="][0]:
+            self._kinds = set()
+        if kind:
+            self._kinds.add(kind)
+        if kind and len(self._kinds) == 2:
+            self._store.warn(909108, f"{name}: {ERRORS[909108]}", offset)
 
     def signed(self) -> Formula:
         """A number, a variable, a function or brackets, with a sign: an argument that ends at a blank."""
@@ -276,7 +295,7 @@ class Formulas(FormulaParser):
 
 def variable_name(text: str) -> str:
     """Name in capitals without ``$``; a blank behind ``$`` stands for the underscore of the system variables."""
-    name = text[1:].upper()
+    name = text.removeprefix("$").upper()
     if name[:1].isspace():
         name = name.lstrip()
         return name if name.startswith("_") else "_" + name

@@ -77,6 +77,14 @@ class Frame:
         self.length_axis = -1
         self.update()
 
+    def take_over(self, other: Frame) -> None:
+        """Everything as another frame of the same machine has it."""
+        self.origin, self.offset = other.origin, other.offset
+        self.head_number, self.head_on = other.head_number, other.head_on
+        self.length, self.length_extra, self.home = other.length, other.length_extra, other.home
+        self.length_axis = other.length_axis
+        self.update()
+
     @property
     def head(self) -> Head:
         return self._heads.get(self.head_number, Head())

@@ -18,6 +18,7 @@ from cnc_core.frontend.base.scanner import (
     NO_BRACKETS,
     NO_EQUALS,
     NO_PITCH,
+    NO_PLANES,
     PLANE_CENTRE,
     RADIUS_ONCE,
     Modal,
@@ -29,11 +30,13 @@ from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
 from cnc_core.frontend.isons.execute import Executor
+from cnc_core.frontend.isons.forms import Forms
 from cnc_core.frontend.isons.formulas import Formulas
 from cnc_core.frontend.isons.instructions import Instructions
 from cnc_core.frontend.isons.macros import Macros
 from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.positioners import Positioners
+from cnc_core.frontend.isons.retained import take_over
 from cnc_core.frontend.isons.store import Store, UserScope
 from cnc_core.frontend.isons.system import System
 from cnc_core.frontend.isons.text import PATTERN, label_of, strip_remark
@@ -42,7 +45,7 @@ from cnc_core.frontend.isons_cell import IsonsCell
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
-RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS
+RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
 LEVELS_MAX = 101
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 Items = Sequence[Row | Wait]
@@ -80,6 +83,7 @@ class IsonsFrontEnd(BlockReader):
         self.port = port
         self.clock = Clock(port)
         self.store = Store(self.warn)
+        self.forms = Forms(port)
         self.macros = Macros(path, cell)
         self.nodes = Nodes(cell.canopen)
         positioners = Positioners(cell.positioners, self.parameters, self.clock)
@@ -89,11 +93,18 @@ class IsonsFrontEnd(BlockReader):
             lambda kind, number: self.macros.find(kind, number) is not None,
         )  # fmt: skip
         self.system.executor = self.executor
+        self.system.message_result = lambda: self.forms.result
         self.executor.positioner_offset = positioners.set_offset
         self.executor.speed_copied = lambda speed: self.system.shared.write("K", 9, speed, 0)
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
+        before: Executor | None = port.retained.get("isons")
+        if before is not None:
+            take_over(self.executor, before)
+        port.retained["isons"] = self.executor
+        self._queue.extend(self.executor.mode_rows(0))
         self.control = Control(
-            self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None
+            self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
+            self.forms.poll,
         )
         self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
         self._written: set[str] = set()  # files of this program
@@ -198,11 +209,11 @@ class IsonsFrontEnd(BlockReader):
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
         output = self.executor.output
-        bounds, file = output.bounds, self.flow.file
+        bounds, file, start = output.bounds, self.flow.file, self.modal.position
         rows = super()._advance(out)
         if not rows:
             return 0
-        wrong = bounds.check(out[:rows], output.names)
+        wrong = bounds.check(out[:rows], output.names, start, output.main)
         if wrong is None:
             return rows
         line = int(out[wrong[0]]["line"])
@@ -297,6 +308,8 @@ class IsonsFrontEnd(BlockReader):
     def _finish(self) -> None:
         """The program has ended: rows held back, the END macro, then nothing more."""
         self._queue.extend(self._end_rows())
+        self.forms.close()
+        self.executor.completed = self._failed is None
         if self._closing:
             self._ended = True
             return

@@ -12,8 +12,10 @@ from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.isons import parameters
+from cnc_core.frontend.isons.dialogs import Dialogs
 from cnc_core.frontend.isons.formulas import Formulas, Number, variable_name
 from cnc_core.frontend.isons.macros import OWN_EVENTS
+from cnc_core.frontend.isons.text import word_or_text
 from cnc_core.port import Wait
 
 if TYPE_CHECKING:
@@ -41,14 +43,28 @@ class Instructions:
         if name in _POSITIONERS and self._stream.following.text == "[":
             make = _POSITIONERS[name]
         if make is None:
-            if name.startswith("LIB_") or name in _REFUSED:
-                raise fail(900003, f"{name} ({_REFUSED.get(name, 'operator dialogs')}) is not supported", token.offset)
-            return None
+            return self._dialog(name, token.offset)
         self._start = token.offset
         self._stream.next()
         if name in _STRUCTURE:
             self._f.control.index()
-        run = make(self)
+        return self._whole(name, make(self))
+
+    def _dialog(self, name: str, offset: int) -> Run | None:
+        """LIB_.."""
+        if name in _REFUSED:
+            raise fail(900003, f"{name} ({_REFUSED[name]}) is not supported", offset)
+        if not name.startswith("LIB_"):
+            return None
+        self._stream.next()
+        self.drain = name in ("LIB_MESSAGE", "LIB_SHOWFORM")  # they appear when the machine has come there
+        run = Dialogs(self._f, self._stream, self._formulas, offset).parse(name)
+        if run is None:
+            raise fail(900002, f"unknown instruction {name}", offset)
+        return self._whole(name, run)
+
+    def _whole(self, name: str, run: Run) -> Run:
+        """Nothing stands behind an instruction."""
         if not self._stream.at_end:
             text = f"unexpected {self._stream.current.text!r} behind {name}"
             raise fail(900010, text, self._stream.current.offset)
@@ -60,18 +76,7 @@ class Instructions:
         self._stream.accept(",")
 
     def _name(self, what: str) -> str:
-        """A text in quotes, or one word."""
-        stream, token = self._stream, self._stream.current
-        if token.kind is Kind.STRING:
-            stream.next()
-            return token.text[1:-1]
-        text = stream.text[token.offset :].replace(",", " ").split(None, 1)
-        if not text:
-            raise fail(900010, f"{what} is expected", token.offset)
-        end = token.offset + len(text[0])
-        while not stream.at_end and stream.current.offset < end:
-            stream.next()
-        return text[0]
+        return word_or_text(self._stream, what)
 
     def _variable(self) -> str:
         token = self._stream.next()

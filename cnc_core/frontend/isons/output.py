@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, POLYNOMIAL, RAPID
+from cnc_core.arcs import arc_extremes
+from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, POLYNOMIAL, RAPID, motion_planes
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
@@ -36,21 +37,45 @@ class Bounds:
     low: Array | None = None
     high: Array | None = None
 
-    def check(self, rows: npt.NDArray[Any], names: Sequence[str]) -> tuple[int, str] | None:
-        """Bound the feeds; the first row beyond a limit in force, and what is wrong with it."""
+    def check(
+        self, rows: npt.NDArray[Any], names: Sequence[str], start: Array, main: tuple[int, int, int]
+    ) -> tuple[int, str] | None:
+        """Bound the feeds; the first row beyond a limit in force, and what is wrong with it.
+
+        ``start``: (axes,) where the first row begins.  ``main``: channel index of X, Y, Z.
+        """
         if self.slowest > 0.0 or self.fastest < math.inf:
             driven = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & RAPID) == 0)
             rows["feed"][driven] = np.clip(rows["feed"][driven], min(self.slowest, self.fastest), self.fastest)
         if self.low is None or self.high is None:
             return None
-        ends = rows["end"][:, : len(names)]
-        beyond = (ends < self.low - TOLERANCE_MM) | (ends > self.high + TOLERANCE_MM)
-        beyond &= (rows["type"] <= POLYNOMIAL)[:, None]
+        moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
+        if not len(moving):
+            return None
+        low, high = _reach(rows[moving], start[: len(names)], main)
+        beyond = (low < self.low - TOLERANCE_MM) | (high > self.high + TOLERANCE_MM)
         if not beyond.any():
             return None
         row, axis = (int(i) for i in np.argwhere(beyond)[0])
-        text = f"axis {names[axis]} would reach {ends[row, axis]:g}, in force is "
-        return row, f"{text}{self.low[axis]:g} to {self.high[axis]:g}"
+        value = low[row, axis] if low[row, axis] < self.low[axis] else high[row, axis]
+        text = f"axis {names[axis]} would reach {value:g}, in force is "
+        return int(moving[row]), f"{text}{self.low[axis]:g} to {self.high[axis]:g}"
+
+
+def _reach(rows: npt.NDArray[Any], start: Array, main: tuple[int, int, int]) -> tuple[Array, Array]:
+    """(low, high), each (n, axes), of lines and arcs one behind the other."""
+    ends = rows["end"][:, : len(start)]
+    low, high = ends.copy(), ends.copy()
+    if not (rows["type"] == CIRCULAR).any():
+        return low, high
+    starts = np.vstack([start, ends[:-1]])
+    for plane in (17, 18, 19):
+        arcs = np.flatnonzero((rows["type"] == CIRCULAR) & (rows["plane"] == plane))
+        if len(arcs):
+            first, second, _ = motion_planes(plane)
+            at = (arcs[:, None], np.array([main[first], main[second]]))
+            low[at], high[at] = arc_extremes(rows[arcs], starts[arcs], main)
+    return low, high
 
 
 class Output:
@@ -60,6 +85,7 @@ class Output:
         self._modal, self._parameters = modal, parameters
         self._axes = len(machine.axes)
         self.names = [name.upper() for name in machine.axes]
+        self.main = machine.main
         self.corners = Corners(self._axes, modal.position)
         self.limits = Limits(machine, parameters)
         self.side = OFF
@@ -102,7 +128,7 @@ class Output:
         return [out for part in self.corners.flush() for out in self._final(part)]
 
     def _final(self, row: Row) -> list[Row]:
-        wrong = self.bounds.check(row, self.names)
+        wrong = self.bounds.check(row, self.names, self._last, self.main)
         if wrong is not None:
             raise CncError(903001, wrong[1])
         if row["type"][0] > POLYNOMIAL:

@@ -173,9 +173,14 @@ class Parameters:
     def __setitem__(self, name: str, value: float) -> None:
         self._values[name] = value
 
+    @property
+    def speed_unit(self) -> float:
+        """mm/min of the speeds that RESQUOTE affects."""
+        return 1000.0 / self["RESQUOTE"]
+
     def speed(self, name: str) -> float:
         """A speed that RESQUOTE affects, in mm/min: with 0.0001 mm the value is in 0.1 mm/min."""
-        return self[name] * (1000.0 / self["RESQUOTE"])
+        return self[name] * self.speed_unit
 
     def length(self, name: str) -> float:
         """A length in system units, in mm."""

@@ -25,7 +25,7 @@ class Store:
     """The variables that the running block sees.  ``warn``: number, text, offset."""
 
     def __init__(self, warn: Callable[[int, str, int], None]) -> None:
-        self._warn = warn
+        self.warn = warn
         self.common = UserScope()
         self.scope = UserScope()
         self.list: list[float] = []
@@ -42,7 +42,7 @@ class Store:
             return value
         if name in self._home(name).arrays:
             raise fail(909103, f"${name} is an array, its index is missing", offset)
-        self._warn(909102, f"${name}: {ERRORS[909102]}", offset)
+        self.warn(909102, f"${name}: {ERRORS[909102]}", offset)
         return 0.0
 
     def write(self, name: str, value: float, offset: int) -> None:

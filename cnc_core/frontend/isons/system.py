@@ -83,12 +83,15 @@ class System:
     """Reads and writes all families.  ``executor`` is given after construction."""
 
     executor: Executor
+    message_result: Callable[[], float]
+    run_type = 0  # $_X7: 0 normal, 1 simulation, 2 GO BLOCK, 3 RETRACE
 
     def __init__(self, port: ChannelPort, cell: IsonsCell, clock: Clock, positioners: Positioners) -> None:
         self._port, self._cell, self._clock = port, cell, clock
         self.positioners = positioners
         self.shared = Shared(port, cell.io_block)
         self.degrees = False
+        self.message_result = lambda: 0.0
         self._timers = [0.0] * TIMERS  # when they stand at 0, s
 
     def drains(self, family: str) -> bool:
@@ -195,12 +198,12 @@ class System:
                 frame.offset.on,
                 max(frame.head_number, 0),
                 executor.tool,
-                0,
+                self.run_type,
                 modal.feed,
                 not modal.absolute,
                 PLANE_NUMBERS.get(executor.plane_code, 0),
                 length,
                 AXIS_LETTERS.index(letter) if letter in AXIS_LETTERS else 0,
-                0,
+                self.message_result(),
             )[index]
         )

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 
+from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
+
 AXIS_LETTERS = "XYZABCUVW"  # the order of all axis indices
 PATTERN = re.compile(
     r"""(?P<NUMBER>[0-9]+(?:\.[0-9]*)?|\.[0-9]+)
@@ -39,3 +41,18 @@ def head_word(text: str) -> str:
     """The block's first word in capitals, behind its N number."""
     found = HEAD.match(text)
     return found[1].upper() if found else ""
+
+
+def word_or_text(stream: TokenStream, what: str) -> str:
+    """A text in quotes, or one word."""
+    token = stream.current
+    if token.kind is Kind.STRING:
+        stream.next()
+        return token.text[1:-1]
+    text = stream.text[token.offset :].replace(",", " ").split(None, 1)
+    if not text:
+        raise fail(900010, f"{what} is expected", token.offset)
+    end = token.offset + len(text[0])
+    while not stream.at_end and stream.current.offset < end:
+        stream.next()
+    return text[0]

@@ -13,6 +13,7 @@ from cnc_core.frontend.isons.text import AXIS_LETTERS
 M_MAX = 65535
 N_MAX = 2**32 - 1
 VALUES = ("USER_ZERO", "USER_OFFSET", "PAUSE_MODE")
+INDEXED = (49, 54, 106)  # G54 [n], G106 [axis], G49 0
 SINGLE_LETTERS = "FSDIJKRTHPL"
 
 
@@ -180,8 +181,8 @@ class WordParser:
         if code in codes.TAKERS and taker is not None:
             raise fail(908005, f"G{code} and G{taker} use the same words", offset)
         index = None
-        if code == 54 and self._stream.is_op("["):
-            index = self._formulas.value("G54")
+        if code in INDEXED and (self._stream.is_op("[") or (code == 49 and self._stream.current.kind is Kind.NUMBER)):
+            index = self._formulas.value(f"G{code}")
         self.block.g.append((code, offset, index))
 
     def _refused(self, code: int, offset: int) -> None:

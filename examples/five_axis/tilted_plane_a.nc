@@ -1,0 +1,29 @@
+%TILTED_PLANE
+( a face turned about Z by 30 and tilted by 25 degrees: contour with arcs, compensated, then a turn of the tool )
+N10 G00 G17 G90 T1 D1 M06
+N20 #KIN ID[9]
+N30 #TRAFO ON
+N40 G00 X0 Y0 Z120 F2400
+N50 #CS ON [10, 5, 20, 0, 25, 30]
+N60 #TOOL ORI CS
+N70 G00 X-12 Y-12 Z10
+N80 G01 Z0
+N90 G41 G01 X0 Y0
+N100 X30
+N110 G03 X40 Y10 I0 J10
+N120 G01 Y20
+N130 G02 X20 Y20 R10
+N140 G01 X0
+N150 Y0
+N160 G40 G01 X-12 Y-12
+N170 G00 Z10
+N180 #CS OFF
+( the tip stands while the tool tilts, then runs along a line while it turns on )
+N190 #CS ON [0, 0, 60]
+N200 G01 X0 Y0 Z0
+N210 G01 A20 C40
+N220 G01 X25 Y10 A35 C10
+N230 #CS OFF
+N240 G00 Z150 A0 C0
+N250 #TRAFO OFF
+N260 M30

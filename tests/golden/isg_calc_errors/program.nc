@@ -1,0 +1,12 @@
+L CYCLE [NAME=SysCalcCircle.ecy @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=2]
+L CYCLE [NAME=SysCalcSphere.ecy @P50=1 @P60=0 @P70=0 @P51=-1 @P61=0 @P71=0 @P52=0 @P62=1 @P72=0 @P53=0 @P63=-1 @P73=0]
+L CYCLE [NAME=SysCalcLine.ecy @P50=1 @P60=2 @P70=3 @P51=1 @P61=2 @P71=3]
+L CYCLE [NAME=SysCalcPlane.ecy @P50=0 @P60=0 @P70=0 @P51=1 @P61=1 @P71=1 @P52=2 @P62=2 @P72=2]
+L CYCLE [NAME=SysCalcPlaneCircle.ecy @P50=0 @P60=0 @P70=0 @P51=0 @P61=0 @P71=0 @P52=2 @P62=2 @P72=2]
+L CYCLE [NAME=SysCalcCircle.ecy @P50=0 @P60=0 @P51=1 @P61=1 @P52=2]
+L CYCLE [NAME=SysCalcCircle.ecy @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=0 @P54=1 @P65=2 @P99=0 @P70=1]
+L CYCLE [NAME=SysCalcCircle.ecy @P50="a" @P60=0 @P61=1 @P52=2e]
+L CYCLE [NAME=SysCalcCircle.ecy @P50="a" @P60=0 @P61=1 @P52=2]
+L CYCLE [NAME=SysCalcNothing.ecy @P50=1]
+G00 X1 L CYCLE [NAME=SysCalcCircle.ecy @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=0]
+M30

@@ -1,0 +1,2 @@
+L CYCLE [NAME=SysCalcCircle.ecy @P1=7]
+M30

@@ -1,0 +1,10 @@
+L CYCLE [NAME=SysPosRotationToPlane.ecy]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=4 @P6=1 @P7=2 @P9=3]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=4 @P6=1 @P15=2]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=5 @P2=-1 @P15=2 @P18=3 @P19=0 @P20=2]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=1.5 @P15=2]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P15=2]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=2 @P15=2]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=4 @P6=0 @P7=0 @P8=0 @P9=1 @P10=1 @P11=1 @P12=2 @P13=2 @P14=2]
+L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=4 @P6=0 @P7=0 @P8=0 @P9=0 @P10=0 @P11=0 @P12=2 @P13=2 @P14=2]
+M30
