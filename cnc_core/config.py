@@ -271,6 +271,7 @@ class CellConfig(_Table):
     zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
     isons: IsonsConfig = Field(default_factory=IsonsConfig)
     osai: OsaiConfig = Field(default_factory=OsaiConfig)
+    probe: dict[str, Finite] = Field(default_factory=dict)
     kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
 
     @model_validator(mode="before")
@@ -293,6 +294,13 @@ class CellConfig(_Table):
                 behind = variable.number + variable.blocks
                 if variable.scope == "global" and behind > places.start and variable.number < places.stop:
                     raise ValueError(f"external {variable.name}: its block belongs to isons.io_block")
+        return self
+
+    @model_validator(mode="after")
+    def _probe_axes(self) -> CellConfig:
+        for axis in self.probe:
+            if axis not in self.axes:
+                raise ValueError(f"probe: the machine has no axis {axis!r}")
         return self
 
     @model_validator(mode="after")
@@ -448,6 +456,7 @@ class CellConfig(_Table):
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
             osai=OsaiCell(self.osai.feed == "arc", self.osai.location == "centre"),
+            probe=dict(self.probe),
             equidistant="FCT_EXTENSION_EQUIDIST" in self.channel.functions,
             hsc_settings={
                 str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()

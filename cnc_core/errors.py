@@ -97,6 +97,7 @@ ERRORS: dict[int, str] = {
     270053: "watchdog: the PLC has not shown in time that it lives",
     292005: "kinematic is not defined",
     270061: "mode command: target state not possible",
+    1005: "homing: not finished within TIME_OUT_HOME",
     # our own: program text
     900001: "unknown word",
     900002: "unknown command",
@@ -275,6 +276,10 @@ ERRORS: dict[int, str] = {
     909150: "form: unknown object or property",
     909151: "form: value out of range",
     909152: "the operator is asked, and nobody answers",
+    909160: "ACQ SENSOR ERROR: the target was reached without the sensor",
+    909170: "restart: the program does not come to this place",
+    909171: "restart during tool radius compensation or RTCP",
+    909172: "RESUME_T: no T has been executed in this program",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

@@ -25,6 +25,8 @@ class Wait(Enum):
     PLC = "plc"  # the PLC has answered
     OPERATOR = "operator"  # the operator has answered
     PROBE = "probe"  # the measuring event has happened
+    CYCLE = "cycle"  # the machine and the PLC have had another cycle
+    STOPPED = "stopped"  # the axes have been stopped where they were, what was handed out is left out
 
 
 class ChannelPort(Protocol):
@@ -42,6 +44,10 @@ class ChannelPort(Protocol):
         """What a dialect keeps from program to program, by its name."""
         ...
 
+    def live_position(self) -> npt.NDArray[np.float64]:
+        """Command position of all channel axes as it is now, mm or degrees."""
+        ...
+
     def position(self) -> npt.NDArray[np.float64]:
         """Command position of all channel axes, mm or degrees, latched when the last wait came true."""
         ...
@@ -56,6 +62,10 @@ class ChannelPort(Protocol):
 
     def now_s(self) -> float:
         """Machine time, s, latched when the last wait came true."""
+        ...
+
+    def live_now_s(self) -> float:
+        """Machine time, s, as it is now."""
         ...
 
     def skip_levels(self) -> int:
@@ -103,6 +113,8 @@ class OfflinePort:
     def position(self) -> npt.NDArray[np.float64]:
         return self._position.copy()
 
+    def live_position(self) -> npt.NDArray[np.float64]:
+        return self._position.copy()
     def moved(self, position: npt.NDArray[np.float64]) -> None:
         """The rows handed out so far end at ``position``."""
         self._position = np.array(position, dtype=np.float64)
@@ -115,6 +127,9 @@ class OfflinePort:
         return self.operator.ask(question) if self.operator.waiting else Answer(given=False)
 
     def now_s(self) -> float:
+        return 0.0
+
+    def live_now_s(self) -> float:
         return 0.0
 
     def skip_levels(self) -> int:

@@ -112,6 +112,7 @@ class ProgramMachine:
     ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
     ``kinematics``: transformations by number; ``kin_id``: the first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
+    ``probe``: machine position by axis where the probe trips, mm or degrees.
     """
 
     axes: tuple[str, ...]
@@ -127,6 +128,7 @@ class ProgramMachine:
     velocity: npt.NDArray[np.float64] | None = None
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
+    probe: dict[str, float] = field(default_factory=dict)
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
     equidistant: bool = False
     kinematics: Mapping[int, Transformation] = field(default_factory=dict)
