@@ -30,6 +30,7 @@
 #define NC_DYNAMICS 18     /* limits of the motions from here on */
 #define NC_SPLINE 19       /* consumed by the spline stage, cnc_core/geometry/spline.py */
 #define NC_COORDINATES 20  /* consumed by the stages of frames and kinematics */
+#define NC_SOFT_LIMITS 25  /* consumed by the stage of software limits */
 #define NC_CORNER 21       /* consumed by the stage of chamfers and roundings, cnc_core/geometry/corner.py */
 #define NC_PATH_MODE 22    /* what the feed refers to, corner and arc speeds; consumed by that stage (geometry/path_mode.py) */
 #define NC_FILTER 23       /* settings of a filter; consumed with it (geometry/polyline.py) */
@@ -45,6 +46,7 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_NO_OVERRIDE 32768 /* motion: the feed as programmed, whatever the override */
 #define NC_PATH_FEED 16384 /* motion: the feed counts along `length`, whatever the path mode says (geometry/path_mode.py) */
 #define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
 #define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */

@@ -34,6 +34,7 @@ class LivePort:
     """
 
     answers = True
+    manual_data = False
 
     def __init__(
         self,

@@ -194,8 +194,8 @@ def blocks(
     start = cell.axis_values("start_mm")
     for batch in program.batches():
         for block in rows.blocks(batch, start, cell.axis_names, cell.main_axes):
-            if block.row["type"] == rows.DYNAMICS:
-                continue  # limits of the engine, not a block
+            if block.row["type"] in rows.SILENT:
+                continue
             value = block.as_json()
             if as_json:
                 emit(value)
@@ -277,6 +277,35 @@ def plan(
 
 
 # ------------------------------------------------------------------------------------------------ co-simulation
+@app.command()
+def optimize(
+    file: Annotated[Path, typer.Argument(metavar="IN", help="program of points")],
+    setup: Annotated[Path, typer.Argument(metavar="SETUP", help="HSM setup with SMT (and SMS)")],
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="program of polynomials; its setup is OUT.setup")],
+    compare: Annotated[bool, typer.Option("--compare", help="plan both programs and compare times")] = False,
+    config: Config = None,
+    as_json: Json = False,
+) -> None:
+    """Turn noisy points into smooth polynomials within a tolerance (Path Optimizer).
+
+    Example: hli-cosim optimize surface.osai CONFIG1 smooth.osai --compare
+    """
+    from .optimize import optimize as run_optimizer  # noqa: PLC0415
+
+    for path in (file, setup):
+        if not path.is_file():
+            raise CncError(901001, "file not found", Place(str(path)))
+    with progress(f"optimizing {file.name}") as tick:
+        value = run_optimizer(file, setup, target, load(config), tick, compared=compare).as_json()
+    if as_json:
+        emit(value)
+        return
+    table = Table("figure", "value", title=str(target))
+    for key, item in value.items():
+        table.add_row(key, json.dumps(item))
+    out.print(table)
+
+
 Watched = Annotated[
     list[str] | None, typer.Option("--watch", metavar="SYMBOL", help="record this symbol at every scan; repeatable")
 ]

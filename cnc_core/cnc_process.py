@@ -288,6 +288,7 @@ class CncProcess:
             self._retained,
             self._operator,
         )
+        port.manual_data = path == self._scratch
         self.preparation = Preparation(
             path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient,
             restart=self._take_restart(), held=self.modes.held,

@@ -30,7 +30,9 @@ class Wait(Enum):
 
 
 class ChannelPort(Protocol):
-    """The channel as the front end sees it."""
+    """The channel as the front end sees it.  ``manual_data``: the program was typed in (MDI), it is no file."""
+
+    manual_data: bool
 
     @property
     def answers(self) -> bool:
@@ -95,6 +97,7 @@ class OfflinePort:
     """A channel that does not move: waits are true at once, messages and texts are kept, nothing is written."""
 
     answers = False
+    manual_data = False
 
     def __init__(
         self, position: npt.NDArray[np.float64], skip_levels: int = 0, operator: Operator | None = None

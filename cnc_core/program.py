@@ -28,6 +28,7 @@ from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
 from .geometry.path_mode import PathMode
 from .geometry.polyline import FilterReport, RunFilter
+from .geometry.profile_limits import ProfileLimits
 from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.short_segments import ShortSegments
@@ -154,7 +155,7 @@ class Program:
         )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
-        compensation = RadiusCompensation(
+        self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
@@ -174,11 +175,18 @@ class Program:
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         machines = dict(cell.kinematic_machines)  # profiles add their own
         self.profiles = Profiles(
-            machine.main, self._place, machines, (cell.axis_values("min_mm"), cell.axis_values("max_mm"))
+            machine.main,
+            self._place,
+            machines,
+            (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
+            cell.axis_values("a_max_mm_s2"),
+            cell.cycle_s,
         )
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
-        axes: Stage = Pipeline([self.kinematics, ParameterFeed(len(machine.axes), machine.main), self.limits])
+        dynamics = ProfileLimits(self.profiles.caps, machine.start, machine.main)
+        parameter = ParameterFeed(len(machine.axes), machine.main)
+        axes: Stage = Pipeline([self.kinematics, parameter, dynamics, self.limits])
         self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property

@@ -91,6 +91,14 @@ class Transformation(TipMachine, Protocol):
 
 
 @dataclass(frozen=True)
+class OsaiCell:
+    """What only the 10-Series dialect knows: polynomials' feed along the arc; location points in the tool's centre."""
+
+    feed_by_length: bool = False
+    centre: bool = False
+
+
+@dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
 
@@ -100,7 +108,7 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``isons``, ``osai``: what only these dialects know.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
     ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
     ``kinematics``: transformations by number; ``kin_id``: the first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
@@ -125,6 +133,7 @@ class ProgramMachine:
     equidistant: bool = False
     kinematics: Mapping[int, Transformation] = field(default_factory=dict)
     kin_id: int | None = None
+    osai: OsaiCell = OsaiCell()
     axis_ids: tuple[int, ...] = ()
 
     @property
