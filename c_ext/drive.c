@@ -10,7 +10,10 @@
 
 #define TURN_STEP 0.1      /* rad of turn over an interval */
 #define CURVE_MISS 0.03     /* of the third derivative: beyond it an interval of a curve is halved, ... */
-#define CURVE_HALVINGS 3   /* ... so often */
+#define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
+#define CURVE_SHORTEST 2e-3 /* mm */
+#define CURVE_NOISE 1e-3
+#define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
 #define CORNER_ACC_SHARE 0.012
@@ -115,13 +118,31 @@ static double programmed_speed(const engine *e, const piece *p, double from, dou
     return v < NEVER ? v : 0.0;
 }
 
+/* Weights of the program as shares of the axes' limits. A limit of the path's acceleration or jerk becomes one of the axis that
+ * moves most on a line, of all axes where the path bends. */
+static void set_shares(const engine *e, const piece *p, jerk_interval *q) {
+    const motion_limits *l = &p->limits;
+    int most = 0;
+    for (int i = 1; i < e->cfg.axis_count; i++)
+        if (fabs(q->d1[0][i]) > fabs(q->d1[0][most])) most = i;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        bool takes = p->kind != PIECE_LINE || i == most;
+        double along = p->kind == PIECE_LINE ? fabs(q->d1[0][i]) : 1.0, acc = l->acceleration[i], jerk = l->jerk[i];
+        if (takes && l->path_acceleration > 0) acc = fmin(acc, (double)l->path_acceleration * along / e->cfg.a_max[i]);
+        if (takes && l->path_jerk > 0 && e->cfg.j_max[i] > 0) jerk = fmin(jerk, (double)l->path_jerk * along / e->cfg.j_max[i]);
+        q->acc_share[i] = (float)fmax(acc, LEAST_SHARE);
+        q->jerk_share[i] = (float)fmax(jerk, LEAST_SHARE);
+    }
+}
+
 static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, double from, double to) {
     jerk_interval q = {.length = to - from, .offset = from, .tag = i};
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
     q.feed = p->feed > 0 ? p->feed : p->v_hard;
-    q.flags = p->feed > 0 ? 0 : JERK_RAPID;
+    q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
     q.v_hard = programmed_speed(e, p, from, to);
+    set_shares(e, p, &q);
     q.blocks = to >= p->length;
     return q;
 }
@@ -132,7 +153,8 @@ static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) 
     derivatives(e, p, q->offset + 0.5 * q->length, d1, d2, d3);
     for (int i = 0; i < e->cfg.axis_count; i++) {
         double middle = 1.5 * (q->d2[1][i] - q->d2[0][i]) / q->length - 0.25 * (q->d3[0][i] + q->d3[1][i]);
-        miss = fmax(miss, fabs(middle - d3[i]));
+        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : NEVER;
+        miss = fmax(miss, fabs(middle - d3[i]) - CURVE_NOISE * j / (v * v * v)); /* too little to matter at any speed */
         most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))));
     }
     return miss <= CURVE_MISS * most;
@@ -142,7 +164,7 @@ static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) 
 static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, double from) {
     double to = interval_end(e, p, from);
     jerk_interval q = interval_of(e, p, i, from, to);
-    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && !fits_curve(e, p, &q); k++) {
+    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > CURVE_SHORTEST && !fits_curve(e, p, &q); k++) {
         to = 0.5 * (from + to);
         q = interval_of(e, p, i, from, to);
     }

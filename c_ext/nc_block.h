@@ -30,9 +30,11 @@
 #define NC_DYNAMICS 18     /* limits of the motions from here on */
 #define NC_SPLINE 19       /* consumed by the spline stage, cnc_core/geometry/spline.py */
 #define NC_COORDINATES 20  /* consumed by the stages of frames and kinematics */
+#define NC_SOFT_LIMITS 25  /* consumed by the stage of software limits */
 #define NC_CORNER 21       /* consumed by the stage of chamfers and roundings, cnc_core/geometry/corner.py */
 #define NC_PATH_MODE 22    /* what the feed refers to, corner and arc speeds; consumed by that stage (geometry/path_mode.py) */
 #define NC_FILTER 23       /* settings of a filter; consumed with it (geometry/polyline.py) */
+#define NC_EXTENSION 24    /* consumed by the orbit stage: `code` 1 on, 0 off; `value` R_MAX_SCALE, `radius` R_MAX_EQUID, mm */
 
 /* flags */
 #define NC_RAPID 1        /* motion: G00, feed ignored */

@@ -180,8 +180,8 @@ def blocks(
     start = cell.axis_values("start_mm")
     for batch in program.batches():
         for block in rows.blocks(batch, start, cell.axis_names, cell.main_axes):
-            if block.row["type"] == rows.DYNAMICS:
-                continue  # limits of the engine, not a block
+            if block.row["type"] in rows.SILENT:
+                continue
             value = block.as_json()
             if as_json:
                 emit(value)

@@ -435,6 +435,7 @@ class CellConfig(_Table):
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
+            equidistant="FCT_EXTENSION_EQUIDIST" in self.channel.functions,
             hsc_settings={
                 str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()
             },

@@ -23,6 +23,7 @@ from .geometry.frames import Frames
 from .geometry.low_pass import LowPass
 from .geometry.noise import FineNoise, Noise
 from .geometry.nurbs import SplineFilter
+from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
 from .geometry.path_mode import PathMode
 from .geometry.polyline import FilterReport, RunFilter
@@ -142,7 +143,7 @@ class Program:
         )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
-        compensation = RadiusCompensation(
+        self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
@@ -152,6 +153,7 @@ class Program:
             Corners(machine.start, machine.main, self._place),
             compensation,
             DropZeroLength(),
+            Orbit(machine.start, machine.main, self._place),
             Spline(machine.start, machine.main, self._place),
             *self.filters,
             PathMode(machine.start, machine.main),

@@ -101,6 +101,7 @@ class ProgramMachine:
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
     ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
     ``kinematics``: transformations by number; ``kin_id``: the first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     """
@@ -119,6 +120,7 @@ class ProgramMachine:
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
+    equidistant: bool = False
     kinematics: Mapping[int, Transformation] = field(default_factory=dict)
     kin_id: int | None = None
     axis_ids: tuple[int, ...] = ()

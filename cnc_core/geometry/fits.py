@@ -18,6 +18,7 @@ Array = npt.NDArray[np.float64]
 DEGENERATE = 1e-9  # singular values below this share of the largest are 0
 FARTHEST = 1e7  # a centre this many times farther away than the points spread: they lie on a line or a plane
 STEPS_MAX = 500
+FAR = (3.0, 30.0, 1000.0)  # further starts, in the spread of the points
 STEP_END = 1e-12  # of the scaled problem
 CLOSE_ENOUGH = 1e-10  # a step this short that brings no gain any more: as good as the numbers allow
 
@@ -127,10 +128,21 @@ def _fit_round(points: Array) -> Circle:
     scale = float(np.sqrt(((points - middle) ** 2).sum(axis=1).mean()))
     scaled = (points - middle) / scale
     centre = _minimise(scaled, _kasa(scaled))
+    if centre is None:
+        centre = _from_far_away(scaled)
     away = np.linalg.norm(scaled - centre, axis=1)
     radius = float(away.mean())
     variance = float(((away - radius) ** 2).mean())
     return Circle(middle + centre * scale, radius * scale, variance * scale**2)
+
+
+def _from_far_away(points: Array) -> Array:
+    """From the algebraic start the centre runs away to infinity: the best one lies on the other side of the points."""
+    flat = np.linalg.svd(points)[2][-1]
+    found = [c for side in (1, -1) for way in FAR if (c := _minimise(points, side * way * flat)) is not None]
+    if not found:
+        raise DegenerateError("no finite radius fits the points better than an infinite one")
+    return min(found, key=lambda centre: _cost(points, centre))
 
 
 def _kasa(points: Array) -> Array:
@@ -140,8 +152,8 @@ def _kasa(points: Array) -> Array:
     return np.asarray(solution[:-1])
 
 
-def _minimise(points: Array, centre: Array) -> Array:
-    """Minimise the variance of the distances over the centre; the best radius is their mean."""
+def _minimise(points: Array, centre: Array) -> Array | None:
+    """Minimise the variance of the distances over the centre; the best radius is their mean.  None: no end is found."""
     damping, cost = 1e-3, _cost(points, centre)
     for _ in range(STEPS_MAX):
         gradient, exact, approximate = _derivatives(points, centre)
@@ -157,7 +169,7 @@ def _minimise(points: Array, centre: Array) -> Array:
         else:
             damping *= 10.0
         if float(np.linalg.norm(centre)) > FARTHEST:
-            raise DegenerateError("no finite radius fits the points better than an infinite one")
+            return None
     return centre
 
 

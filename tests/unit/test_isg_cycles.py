@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shapely.geometry import LineString, Point, box
 
-from cnc_core.config import CellConfig, ToolConfig
+from cnc_core.config import CellConfig, ToolConfig, parse_config
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend import create
 from cnc_core.frontend.isg.cycles.declaration import Given, Surroundings, number_text
@@ -16,6 +16,7 @@ from cnc_core.frontend.machine import HscSetting, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
 from cnc_core.geometry import pocket
 from cnc_core.geometry.fits import fit_circle
+from cnc_core.geometry.rotation import from_points
 from cnc_core.port import OfflinePort
 from cnc_core.program import Program
 
@@ -65,6 +66,18 @@ def test_no_output_is_written_by_a_cycle_that_fails(tmp_path):
     text = "#VAR\nV.CYC.SysRetRadius = 7\n#ENDVAR\n"
     text += "L CYCLE [NAME=SysCalcCircle @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=2]\n"
     _, port, _, _ = run(tmp_path, text + '#MSG ["%f", V.CYC.SysRetRadius]\n')
+    assert port.messages == ["7.000000"]
+
+
+@pytest.mark.parametrize(
+    ("declared", "code"), [("V.CYC.SysRetVariance : STRING[5]", 907012), ("V.CYC.SysRetVariance[2]", 907015)]
+)
+def test_no_output_is_written_if_one_does_not_fit(tmp_path, declared, code):
+    """A variable of another type or shape is an error, and the others keep what they held."""
+    text = f"#VAR\nV.CYC.SysRetRadius = 7\n{declared}\n#ENDVAR\n"
+    text += "L CYCLE [NAME=SysCalcCircle @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=0]\n"
+    reader, port, _, _ = run(tmp_path, text + '#MSG ["%f", V.CYC.SysRetRadius]\n')
+    assert [e.code for e in reader.errors] == [code]
     assert port.messages == ["7.000000"]
 
 
@@ -183,6 +196,16 @@ def test_the_dry_run_leaves_what_only_the_machine_knows_alone(tmp_path):
     _, _, rows, error = run(tmp_path, text, port_type=LivePort)
     assert [row["end"][0] for row in rows] == [50.0]
     assert error.code == 13320
+
+
+def test_a_wrong_call_that_is_not_executed_does_not_stop_a_run(tmp_path):
+    """`check` reports it; a machine executes the program."""
+    text = "G00 X1\n$IF 0\nL CYCLE [NAME=SysHscSettings @P1=9]\n$ENDIF\nL CYCLE [NAME=SysHscSettings @P1=1]\nM30\n"
+    _, _, rows, error = run(tmp_path, text, port_type=LivePort)
+    assert error is None
+    assert len(rows) == 2
+    reader, _, _, _ = run(tmp_path, text)
+    assert [e.code for e in reader.errors] == [13320]
 
 
 def test_the_dry_run_writes_nothing(tmp_path):
@@ -388,6 +411,27 @@ def test_user_cycle_finds_its_place_and_its_parameters(tmp_path):
     assert port.messages == [f"{at} 100.000000", f"{at} 95.000000", f"{at} 90.000000", "0 0"]
 
 
+def test_the_pattern_leaves_plane_and_measure_to_the_cycle(tmp_path):
+    """A user's cycle finds G91 and the plane as its caller has them."""
+    text = f"{AT}G91 G18\nL CYCLE [NAME=c.ecy PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n"
+    (tmp_path / "c.ecy").write_text("G02 F100 X2 Z0 I1\nM17\n")
+    (tmp_path / "main.nc").write_text(text)
+    arcs = [p for p in ends(tmp_path) if p[2] == 20.0 and p[0] in (102.0, 2.0)]
+    assert len(arcs) == 2
+
+
+def test_pocket_under_other_modes(tmp_path):
+    """G95, G70, G91, G19, G161, G51: the same motions as plain, in the units of the call."""
+    call = "L CYCLE [NAME=SysMillRectangularPocket.ecy {} @P20=600 @P21=300 @P31=1 @P74={}]"
+    plain = "@P1=0 @P2=50.8 @P3=2.54 @P4=12.7 @P5=5.08 @P6=5.08 @P72=50.8 @P73=25.4"
+    inch = "@P1=0 @P2=2 @P3=0.1 @P4=0.5 @P5=0.2 @P6=0.2 @P72=2 @P73=1"
+    found = []
+    for modes, values, corner in (("G71", plain, 7.62), ("G70 G91 G19 G161 G95 G51 S100", inch, 0.3)):
+        (tmp_path / "main.nc").write_text(f"D1\nG00 Z80\n{modes}\n{call.format(values, corner)}\nM30\n")
+        found.append(ends(tmp_path))
+    assert found[1] == pytest.approx(found[0], abs=1e-9)
+
+
 def test_local_cycle_at_a_pattern(tmp_path):
     """LL CYCLE finds the local subprogram of the caller's file."""
     text = f'%L C\n#MSG ["%f", V.A.ABS.Z]\nM17\n%MAIN\n{AT}LL CYCLE [NAME=C PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n'
@@ -450,3 +494,64 @@ def test_points_in_the_new_system(tmp_path, points, z):
     (tmp_path / "main.nc").write_text(f"{call}\n{inside}M30\n")
     wanted = [(100, 30, -25 * sign), (100, 70, -25 * sign), (115, 70, -50 * sign)]
     assert ends(tmp_path) == pytest.approx(np.array(wanted, dtype=float), abs=1e-5)
+
+
+TABLES = """
+[axes.X]
+[axes.Y]
+[axes.Z]
+[axes.A]
+kind = "rotary"
+[axes.C]
+kind = "rotary"
+[tools.1]
+length_mm = 80.0
+[kinematics.9]
+type = "table-table"
+rotary = ["C", "A"]
+directions = { A = [-1.0, 0.0, 0.0], C = [0.0, 0.0, -1.0] }
+points = { A = [0.0, 0.0, -50.0], C = [0.0, 0.0, 0.0] }
+"""
+HEADS = """
+[axes.X]
+[axes.Y]
+[axes.Z]
+[axes.C]
+kind = "rotary"
+[axes.B]
+kind = "rotary"
+[tools.1]
+length_mm = 80.0
+[kinematics.9]
+type = "head-head"
+linear = ["X", "Y", "Z"]
+rotary = ["C", "B"]
+points = { C = [0.0, 0.0, 0.0], B = [0.0, 0.0, 246.5] }
+"""
+
+
+@pytest.mark.parametrize("mode", [1, 2])
+@pytest.mark.parametrize("config", [TABLES, HEADS], ids=["table-table", "head-head"])
+def test_tool_is_turned_to_the_plane(tmp_path, config, mode):
+    """RTP-1 on machines: retraction along Z, then rotary axes alone; mode 1 leaves the system on, mode 2 does not."""
+    call = f"L CYCLE [NAME=SysPosRotationToPlane.ecy @P1={mode} @P2=50 @P3=140 @P4=0 @P5=-80 {ISG_POINTS}]"
+    text = f"D1\nG00 X10 Y10 Z10\n#KIN ID[9]\n#TRAFO ON\nG00 X1 Y2 Z3\n{call}\n"
+    text += '#MSG ["%d", V.G.CS_COUNT]\nG00 X30 Y67.741941 Z10\n#CS OFF\n#TRAFO OFF\nM30\n'
+    (tmp_path / "main.nc").write_text(text)
+    cell = parse_config(config)
+    program = Program(tmp_path / "main.nc", cell, programmed=True)
+    rows = [row for batch in program.batches() for row in batch.rows if row["type"] <= 3]
+    program.reader.close()
+    assert program.port.messages == ["1" if mode == 1 else "0"]
+    retracted, turned, last = rows[-3:]
+    assert retracted["end"][:3] == pytest.approx([1, 2, 53])
+    names = list(cell.axes)
+    angle = {name: turned["end"][i] for i, name in enumerate(names)}
+    about = "A" if "A" in angle else "B"
+    assert abs(angle[about]) == pytest.approx(59.036243, abs=1e-5)
+    assert last["end"][3:5] == pytest.approx(turned["end"][3:5])
+    wanted = (30.0, 67.741941, 10.0)
+    if mode == 1:
+        turn = from_points(np.array([(100, 30, -25), (100, 70, -25), (115, 70, -50)], dtype=float))
+        wanted = np.array([140.0, 0.0, -80.0]) + turn @ np.array(wanted)
+    assert last["end"][:3] == pytest.approx(wanted, abs=1e-6)

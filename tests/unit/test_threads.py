@@ -24,7 +24,8 @@ N60 G01 X31 F8000
 N70 X30
 N80 #RT ENDWHILE
 """ + "".join(f"N{100 + k} G01 X{30 + k % 7} Y{40 + (k * k) % 11} F8000\n" for k in range(3000))
-CONFIG = '[channel]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
+FUNCTIONS = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"
+CONFIG = f'[channel]\ninterpolator_function = "{FUNCTIONS}"\nesa_time = [0.05]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
 SECONDS = 1.5
 
 

@@ -11,11 +11,12 @@ from typing import Any
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import read_block
 from cnc_core.frontend.base.flow import START, Level, Mark, ProgramFile
-from cnc_core.frontend.base.formula import text_of
+from cnc_core.frontend.base.formula import Constant, Formula, text_of
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.variables import Value
 from cnc_core.frontend.isg.context import Context
 from cnc_core.frontend.isg.cycles import registry
+from cnc_core.frontend.isg.cycles.checking import glance
 from cnc_core.frontend.isg.cycles.modal import MODAL_BLOCK, MODAL_MOVE
 from cnc_core.frontend.isg.cycles.pattern import ID_MAX
 from cnc_core.frontend.isg.formulas import Formulas
@@ -139,6 +140,9 @@ class CallParser:
         if retract and not identity:
             raise fail(907034, "L CYCLE: PATTERN_RETRACT without PATTERN_ID", offset)
 
+        if self._context.visiting:
+            self._glance(given, values, offsets, offset)
+
         def made() -> Call:
             arguments = {number: value() for number, value in values.items()}
             pattern = None if identity is None else pattern_id(identity(), offset)
@@ -146,6 +150,22 @@ class CallParser:
             return Call(given(), local, offset, arguments, offsets, pattern, plane, modal)
 
         return made
+
+    def _glance(
+        self, name: Callable[[], str], values: dict[int, Formula], offsets: dict[int, int], offset: int
+    ) -> None:
+        """The call stands where the program does not come by: what can be said about it all the same."""
+        try:
+            cycle = None if self._context.cycles.own_file(name()) else registry.find(name())
+        except CncError:
+            return  # the name is in a variable
+        if cycle is None:
+            return
+        known = {number: value.value if isinstance(value, Constant) else None for number, value in values.items()}
+        problems = [fail(p.code, p.text, offsets.get(p.number, offset)) for p in glance(cycle, known)]
+        if problems:
+            first, *first.also = problems
+            raise first
 
     def _pattern_key(self, keys: dict[str, Callable[[], float]], key: str, offset: int) -> None:
         if key in keys:
@@ -191,6 +211,7 @@ class Finder:
     def __init__(self, context: Context, folder: Path) -> None:
         self._context, self._folder = context, folder
         self.called: set[tuple[int, Mark]] = set()
+        self._places: dict[tuple[str, Path], Path | None] = {}
 
     def level(self, call: Call) -> Level | None:
         """The program level that a call opens, None if it is over at once.
@@ -207,7 +228,7 @@ class Finder:
 
     def _made(self, file: ProgramFile, call: Call) -> Level:
         """The level of a program that stands in no file."""
-        return Level(file, START, file.path.name.strip("<>"), user=self._data(call))
+        return Level(file, START, file.path.name.strip("<>").partition(",")[0], user=self._data(call))
 
     def _check(self, call: Call) -> None:
         """The cycle exists and takes these parameters."""
@@ -220,7 +241,8 @@ class Finder:
     def _data(self, call: Call) -> LevelData:
         data = LevelData(call.local, arguments=call.arguments)
         if call.arguments is not None:
-            data.saved = (self._context.executor.feeds.mode, self._context.modal.saved())
+            executor = self._context.executor
+            data.saved = (executor.feeds.mode, self._context.modal.saved(), executor.contouring.active)
         return data
 
     def _level(self, call: Call) -> Level:
@@ -235,6 +257,10 @@ class Finder:
         self.called.add((file.number, mark))
         return Level(file, mark, call.name, user=data)
 
+    def has_file(self, name: str) -> bool:
+        """A file of this name would be called."""
+        return self._found(Call(name, False, 0)) is not None
+
     def _file(self, call: Call) -> ProgramFile:
         """Beside the main program first, then beside the calling file."""
         found = self._found(call)
@@ -243,6 +269,13 @@ class Finder:
         return self._context.flow.file_of(found)
 
     def _found(self, call: Call) -> Path | None:
+        """Where the file stands; looked up once for a name and a calling folder."""
+        key = call.name, self._context.flow.file.path.parent
+        if key not in self._places:
+            self._places[key] = self._look_up(call)
+        return self._places[key]
+
+    def _look_up(self, call: Call) -> Path | None:
         wanted = Path(call.name.replace("\\", "/"))
         folders = [self._folder, self._context.flow.file.path.parent]
         for folder in folders:

@@ -33,6 +33,7 @@ from cnc_core.frontend.isg.corner_commands import CornerCommands
 from cnc_core.frontend.isg.cycles.commands import CycleCommands
 from cnc_core.frontend.isg.frame_commands import FrameCommands
 from cnc_core.frontend.isg.kinematic_commands import KinematicCommands
+from cnc_core.frontend.isg.orbit_commands import OrbitCommands
 from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
 from cnc_core.frontend.isg.spline_commands import SplineCommands
@@ -66,6 +67,7 @@ class CommandParser(
     TextCommands,
     TimeCommands,
     CycleCommands,
+    OrbitCommands,
 ):
     """Compiles one # command; the stream stands behind ``#``."""
 
@@ -122,6 +124,8 @@ class CommandParser(
             (("SLOPE",), self._slope),
             (("SET", "SLOPE", "PROFIL"), self._old_slope),
             (("FGROUP",), self._fgroup),
+            (("TANGFEED",), self._tangfeed),
+            (("SET", "TANGFEED"), self._tangfeed),
             (("TIME",), self._time),
             (("TIMER",), self._timer),
             (("WAIT",), self._wait),
@@ -139,6 +143,8 @@ class CommandParser(
             (("PATTERN",), self._pattern),
             (("AT",), self._at),
             (("DISABLE", "MODAL", "CYCLE"), self._disable_modal),
+            (("TRACK", "CHAN", "ON"), self._track_on),
+            (("TRACK", "CHAN", "OFF"), self._track_off),
         )
 
     def _matches(self, words: tuple[str, ...]) -> bool:
@@ -181,6 +187,8 @@ class CommandParser(
 
     def _stored(self, name: str, state: str, offset: int) -> Run:
         def run() -> Items:
+            if name.endswith("CORNER PARAM"):
+                self._context.executor.corner_param = True
             if state == table.STORED:
                 self._context.executor.stored_without_effect(f"#{name}", offset)
             return []

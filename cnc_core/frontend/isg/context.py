@@ -42,6 +42,7 @@ class Context:
     offsets: Offsets
     warn: Warn
     lenient: bool = False
+    visiting: bool = False  # a block is only looked at, not executed
     macros: dict[str, str] = field(default_factory=dict)
     programs: dict[str, str] = field(default_factory=dict)
     signals: dict[int, int] = field(default_factory=dict)

@@ -74,6 +74,7 @@ class IsgFrontEnd(ProgramLevels):
         self.control = Control(self.context, self._searcher)
         self.control.line_behind = lambda: self.modal.line + self._lines_left
         self._finder = Finder(self.context, path.parent)
+        self.context.cycles.own_file = self._finder.has_file
         self._skip_mask = port.skip_levels()
         self._declaring = self._declared_ahead = self._previewed = False
         self._executing = True
@@ -90,7 +91,7 @@ class IsgFrontEnd(ProgramLevels):
         if self._declaring or self.context.patterns.opened or self.context.modal_cycle.call:
             return False
         spaces = self.context.spaces
-        return self.executor.feeds.plain and not (spaces.watches_plane or spaces.due)
+        return self.executor.plain and not (spaces.watches_plane or spaces.due)
 
     def _may_drain(self) -> bool:
         return not self.executor.compensation.choice.active
@@ -118,6 +119,7 @@ class IsgFrontEnd(ProgramLevels):
         """Check a block that is not executed."""
         before = self.block_now, self._declaring
         self._executing, self._declaring = False, self._declared_ahead
+        self.context.visiting = True
         if head.sign == "#" and head.word in ("VAR", "ENDVAR"):
             self._declared_ahead = head.word == "VAR"
         try:
@@ -127,6 +129,7 @@ class IsgFrontEnd(ProgramLevels):
         finally:
             self.block_now, self._declaring = before
             self._executing = True
+            self.context.visiting = False
 
     def _open_frame(self, text: str) -> None:
         """A wrong statement that opens others still needs its end."""
@@ -173,6 +176,7 @@ class IsgFrontEnd(ProgramLevels):
         port = DryPort(context.machine.start, self._skip_mask)
         static = copy.deepcopy(context.store.static)
         dry = IsgFrontEnd(path, context.machine, port, collect=True, lenient=context.lenient, static=static)
+        dry._searcher.visit = None  # what is not executed does not count
         errors = wrong_calls(dry, port)
         if errors:
             first, *first.also = errors
@@ -348,6 +352,7 @@ class IsgFrontEnd(ProgramLevels):
 
     def _macro(self, name: str, text: str) -> Run:
         def run() -> Items:
+            self.context.patterns.not_open(0, "a macro")
             if self.context.macros.get(name) != text:
                 self.context.macros[name] = text
                 for file in self.flow.known_files:

@@ -233,6 +233,11 @@ class Store:
 
         return Reference("@P", load, store, lambda: key() in self.arguments[-1])
 
+    def needs_cycle(self, name: str, offset: int) -> None:
+        """Words with @ stand in cycles only."""
+        if self.arguments[-1] is self.arguments[0]:
+            raise fail(900001, f"{name} outside a cycle", offset)
+
     # V.E
 
     def external(self, name: str, indices: Sequence[Formula], offset: int) -> Reference:

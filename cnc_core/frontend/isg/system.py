@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from cnc_core.blocks import motion_planes
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import fail
@@ -70,16 +71,16 @@ PER_AXIS: dict[str, Callable[[Context, int], float]] = {
     "REF": lambda c, a: 1.0,
     "MANUAL_OFFSETS": lambda c, a: 0.0,
     "MODE": lambda c, a: 0.0,
-    "-SWE": lambda c, a: _limit(c, a, 0),
-    "+SWE": lambda c, a: _limit(c, a, 1),
+    "-SWE": lambda c, a: _limit(c, a, 0, now=True),
+    "+SWE": lambda c, a: _limit(c, a, 1, now=True),
     "-SWE_MDS": lambda c, a: _limit(c, a, 0),
     "+SWE_MDS": lambda c, a: _limit(c, a, 1),
 }
 AXIS_ALIASES = {"SOFFS": "MANUAL_OFFSETS"}
 
 
-def _limit(context: Context, axis: int, side: int) -> float:
-    limits = context.machine.limits
+def _limit(context: Context, axis: int, side: int, *, now: bool = False) -> float:
+    limits = (context.executor.soft_limits if now else None) or context.machine.limits
     value = (-1e9, 1e9)[side] if limits is None else float(limits[side][axis])
     return value / context.offsets.scale(axis)
 
@@ -142,10 +143,21 @@ class System:
 
     def _axis_by_name(self, name: str, offset: int) -> Callable[[], int]:
         names = self.context.offsets.names
+        if name in ("@X", "@Y", "@Z"):
+            return lambda: self._main_axis(name, offset)
         if name not in names:
             raise fail(900016, f"the machine has no axis {name}", offset)
         index = names.index(name)
         return lambda: index
+
+    def _main_axis(self, name: str, offset: int) -> int:
+        """@X, @Y, @Z: of the plane in force."""
+        context = self.context
+        context.store.needs_cycle(name, offset)
+        axis = context.machine.main[motion_planes(context.modal.plane)["XYZ".index(name[1])]]
+        if axis < 0:
+            raise fail(900016, f"{name}: the machine lacks this axis", offset)
+        return axis
 
     def _axis_by_index(self, indices: Sequence[Formula], offset: int) -> Callable[[], int]:
         count = len(self.context.offsets.names)

@@ -6,6 +6,8 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
+from cnc_core.blocks import motion_planes
+from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Constant, number_of
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
@@ -23,6 +25,7 @@ WITHOUT_VALUE = frozenset({0, 1, 2, 3, 4, 5, 17, 19, 29, 30, *range(40, 46)})
 AXIS_BRACKETS = frozenset(
     {"OSC", "COMP", "DIST_CTRL", "OVERRIDE", "DYNAMIC", "LIFT", "SYNC", "POLY", "INDP", "INDP_SYN", "INDP_ASYN", "M"}
 )
+CYCLE_WORDS = tuple("XYZIJKS")
 CALL = re.compile(r"[lL]{1,2}(?=[\s\"]|[vV]\.)|[lL]+(?=[0-9])")
 LONG_NAME = re.compile(r"\s*=(?!=)")
 
@@ -114,10 +117,37 @@ class WordParser:
         token = self._stream.current
         if token.kind is Kind.NAME:
             self._named(token.offset, token.text)
+        elif token.text == "@" and self._stream.following.text[:1].upper() in CYCLE_WORDS:
+            self._cycle_word(self._stream.next().offset)
         elif self._formulas.is_variable():
             self._assignment()
         else:
             raise self._refused_sign()
+
+    def _cycle_word(self, offset: int) -> None:
+        """``@X @Y @Z`` axes and ``@I @J @K`` centre words of the plane in force, ``@S``: what cycles are written in."""
+        letter = self._stream.take_letters(1).text
+        self.block.words = True
+        if letter == "S":
+            self._letters["S"](offset)
+            return
+        name, place = f"@{letter}", "XYZIJK".index(letter)
+        self._once(name, offset)
+        self._motion_word(offset)
+        value, context = self._value(name, offset), self._context
+
+        def step(words: Words) -> None:
+            context.store.needs_cycle(name, offset)
+            main = motion_planes(words.motion.plane or context.modal.plane)[place % 3]
+            if place > 2:
+                words.motion.centre["IJK"[main]] = value()
+                return
+            axis = context.machine.main[main]
+            if axis < 0:
+                raise fail(900016, f"{name}: {ERRORS[900016]}", offset)
+            words.motion.axis[axis] = value()
+
+        self._step(step, simple=True)
 
     def _named(self, offset: int, text: str) -> None:
         stream = self._stream

@@ -45,6 +45,21 @@ def check(cycle: Cycle, arguments: Mapping[int, Value], around: Surroundings) ->
     return given, problems
 
 
+def glance(cycle: Cycle, arguments: Mapping[int, Value | None]) -> list[Problem]:
+    """What is wrong with a call that is not executed; None: a value that is not known yet."""
+    known = {p.number: p for p in cycle.parameters}
+    problems = [
+        Problem(MISSING, f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given", p.number)
+        for p in cycle.parameters
+        if p.required and p.number not in arguments
+    ]
+    for number, value in arguments.items():
+        found = _number(known[number], value) if number in known and value is not None else 0.0
+        if isinstance(found, Problem):
+            problems.append(found)
+    return problems
+
+
 def _number(parameter: Parameter, value: Value) -> float | Problem:
     """The value in its range, or what is wrong with it."""
     name = f"@P{parameter.number} ({parameter.text})"

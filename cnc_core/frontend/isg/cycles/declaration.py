@@ -83,7 +83,7 @@ class Surroundings:
 
     ``axes``: names of the three main axes, None where the machine has none.  ``position``: of them, programmed.
     ``tool_radius``: of the active tool data.  ``feed``: F in force, 0 for none.  ``trafo``: a complete kinematic
-    transformation is active.  ``programs``: texts of the channel's lists (``hscs.*``).
+    transformation is active.  ``absolute``: G90.  ``programs``: texts of the channel's lists (``hscs.*``).
     """
 
     axes: tuple[str | None, str | None, str | None]
@@ -93,6 +93,7 @@ class Surroundings:
     feed: float
     trafo: bool = False
     compensated: bool = False
+    absolute: bool = True
     programs: Mapping[str, str] = field(default_factory=dict)
 
 

@@ -27,6 +27,7 @@ MODES = {"ROUGHING": 1.0, "FINISHING": 2.0, "ROUGHING+FINISHING": 3.0}
 SENSES = {"CLIMBMILLING": 0.0, "UPCUTMILLING": 1.0}
 HELICAL = 2
 NOTHING_TO_FINISH = 13164
+MOVES_MAX = 500_000
 
 P = Parameter
 PARAMETERS = (
@@ -115,6 +116,18 @@ def centre(given: Given, around: Surroundings) -> list[Problem]:
     ]
 
 
+def size(given: Given, around: Surroundings) -> list[Problem]:
+    """The program of the cycle stays within bounds."""
+    if not {4, 5, 6, 72, 73} <= given.values.keys() or around.tool_radius <= 0:
+        return []
+    cuts = [given[4] / given[5], max(given[72], given[73]) / min(given[6], around.tool_radius)]
+    turns = given[4] / given[7] if 7 in given else 0.0
+    if cuts[0] * (cuts[1] + 1.0) * 10.0 + turns <= MOVES_MAX:
+        return []
+    text = f"@P5, @P6 or @P7 is so small that the pocket takes more than {MOVES_MAX} motions"
+    return [conflict(text, 5 if cuts[0] >= max(cuts[1], turns) else 6 if cuts[1] >= turns else 7)]
+
+
 def feeds(given: Given, around: Surroundings) -> list[Problem]:
     """Every feed that the mode needs is given, or an F is in force."""
     wanted = (20, 21) if given[31] != FINISHING else (20,) if 22 not in given.programmed else ()
@@ -187,6 +200,6 @@ CYCLE = Cycle(
     "mill a rectangular pocket",
     PARAMETERS,
     build,
-    (planes, tool, helix, centre, feeds),
+    (planes, tool, helix, centre, size, feeds),
     moves=True,
 )

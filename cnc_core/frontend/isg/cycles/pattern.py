@@ -89,13 +89,15 @@ class Patterns:
 
 def wrapper(places: list[At], retract: float, call: str, around: Surroundings) -> list[str]:
     """The program of SysPosPatternWrapper: at every place retract, position, turn, execute ``call``."""
-    out = Writer(around)
+    out = Writer(around, "")
     for place in places:
+        out.lines.append("G90")
         x, y, z = (value / around.unit_mm for value in (place.x, place.y, place.z))
         out.rapid(z=retract)
         out.rapid(x, y)
         values = ", ".join(number_text(value) for value in (x, y, z, 0.0, 0.0, place.c))
-        out.lines += [f"#CS ON [{values}]", call, "#CS OFF"]
+        back = [] if around.absolute else ["G91"]  # the cycle finds the caller's
+        out.lines += [f"#CS ON [{values}]", *back, call, "#CS OFF"]
     return out.lines
 
 

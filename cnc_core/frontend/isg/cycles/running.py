@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from cnc_core.frontend.isg.context import Context
 
 WRAPPER = "SysPosPatternWrapper"
+FILES_MAX = 50_000  # with further calls, errors do not name the line of the call
 ROTATION_ACTIVE = 910111
 
 
@@ -37,6 +38,8 @@ class CycleRunner:
     def __init__(self, context: Context) -> None:
         self._context = context
         self.owner: dict[int, ProgramFile] = {}
+        self.own_file: Callable[[str], bool] = lambda name: False  # there is a file of this name, which wins
+        self._lines: dict[int, int] = {}  # of the calls, by the number of the made file
 
     def surroundings(self) -> Surroundings:
         """The channel as it is now."""
@@ -51,6 +54,7 @@ class CycleRunner:
             tool_radius=executor.tool_data.radius_mm / modal.unit_mm,
             feed=executor.feeds.per_minute_mm / modal.unit_mm,
             trafo=context.spaces.active_kin is not None,
+            absolute=modal.absolute,
             compensated=executor.compensation.choice.active,
             programs={f"hscs.{state}.prog": s.program for state, s in machine.hsc_settings.items()},
         )
@@ -98,6 +102,7 @@ class CycleRunner:
             raise fail(error.code, f"{cycle.name}: {error.text}", call.offset) from None
         for code, text in work.warnings:
             self._context.warn(code, f"{cycle.name}: {text}", call.offset)
+        self._outputs_fit(work.outputs, call)
         for name, value in work.outputs.items():
             self._put_out(name.upper(), value)
         for name, text in work.files.items():
@@ -132,11 +137,13 @@ class CycleRunner:
         return self.made(WRAPPER, pattern.wrapper(places, call.retract, inner, around))
 
     def made(self, name: str, lines: list[str]) -> ProgramFile:
-        """A program that stands in no file, beside the calling one."""
+        """A program that stands in no file, beside the calling one; its name says where it was called."""
         flow = self._context.flow
         busy = [level.file for level in flow.levels]
+        line = self._lines.get(flow.file.number, self._context.place(0).line)
+        where = f", called in line {line}" if len(flow.files) < FILES_MAX else ""
         for depth in range(len(busy) + 1):
-            title = f"<{name}.ecy>" if not depth else f"<{name}.ecy {depth + 1}>"
+            title = f"<{name}.ecy{where}>" if not depth else f"<{name}.ecy{where}, {depth + 1}>"
             file = flow.file_of(flow.file.path.parent / title)
             if file not in busy:
                 break
@@ -146,7 +153,16 @@ class CycleRunner:
         file.blocks.clear()
         file.places.clear()
         self.owner[file.number] = self.owner.get(flow.file.number, flow.file)
+        self._lines[file.number] = line
         return file
+
+    def _outputs_fit(self, outputs: dict[str, float], call: Call) -> None:
+        """Every declared variable can take its value: none is written if one cannot."""
+        for name, value in outputs.items():
+            variable = self._context.store.cycle.get(name.upper())
+            if variable is not None:
+                variable.type.convert(value, variable.name, call.offset)
+                variable.place([], call.offset)
 
     def _put_out(self, name: str, value: float) -> None:
         """A V.CYC variable, if the program has declared it; vectors also as arrays or by their old names."""

@@ -7,15 +7,15 @@ from collections.abc import Iterable
 from cnc_core.frontend.isg.cycles.declaration import Surroundings, number_text
 from cnc_core.geometry.pocket import DOWN, RAPID, Move
 
-INITIAL = "G90 G17 G162"  # what the lines of a cycle are written for; the caller's functions come back at its end
+INITIAL = "G90 G17 G162 G94"  # what the lines of a cycle are written for; the caller's functions come back at its end
 
 
 class Writer:
     """Lines of a cycle for the machine's own axis names."""
 
-    def __init__(self, around: Surroundings) -> None:
+    def __init__(self, around: Surroundings, initial: str = INITIAL) -> None:
         self._axes = around.axes
-        self.lines: list[str] = [INITIAL]
+        self.lines: list[str] = [initial]
 
     def word(self, axis: int, value: float) -> str:
         """An axis word; ``axis`` 0, 1, 2."""

@@ -1,0 +1,7 @@
+G18 G01 F100 Z1
+L CYCLE [NAME=c.ecy @P1=3]
+G17
+L CYCLE [NAME=c.ecy @P1=4]
+@X5
+X[V.A.ABS.@Y]
+M30
