@@ -55,6 +55,7 @@
 /* code of an NC_EVENT row */
 #define NC_EVENT_DIST2GO_END 3 /* #DEL DIST2GO [END = mask]: where a deleted distance to go may end; mask in `value` */
 #define NC_EVENT_STORAGE_CLEAR 4 /* #BACKWARD STORAGE CLEAR: backward motion does not go behind this place */
+#define NC_EVENT_ESA_TIME 8 /* and 9, 10: #CHANNEL SET [ESA_TIME0 = s], 1, 2: time of FCT_CALC_STATE_AT_T in `value` */
 #define NC_EVENT_EXPL_SYN 2 /* #EXPL SYN: wait for functions of type MVS_SLP */
 
 /* code of an NC_MARKER row */

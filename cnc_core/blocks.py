@@ -59,6 +59,7 @@ TANGENTS = 255  # degree of an element that names its tangents in the pool
 NO_OVERRIDE = 16384
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
+EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
 PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}
