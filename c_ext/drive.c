@@ -13,6 +13,7 @@
 #define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
 #define CURVE_SHORTEST 2e-3 /* mm */
 #define CURVE_NOISE 1e-3
+#define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
 #define CORNER_ACC_SHARE 0.012
@@ -87,9 +88,15 @@ static double bend_at(const engine *e, const piece *p, double s, double *fast) {
     return sqrt(sum);
 }
 
+/* The program asks for a slow corner at the start: a short interval of its own holds that speed. */
+static double entry_stretch(const engine *e, const piece *p) {
+    return fmin(0.25 * p->length, fmax(1e-3, p->entry_speed * e->cfg.cycle_s));
+}
+
 /* Where the interval that begins at s ends. */
 static double interval_end(const engine *e, const piece *p, double s) {
     double end = p->length, bend = 0.0;
+    if (s <= 0.0 && p->entry_speed < NEVER) end = entry_stretch(e, p);
     if (p->kind == PIECE_LINE) return end;
     if (p->kind == PIECE_ARC) {
         bend = fabs(p->sweep) / p->whole;
@@ -117,14 +124,33 @@ static double programmed_speed(const engine *e, const piece *p, double from, dou
     return v < NEVER ? v : 0.0;
 }
 
+/* Weights of the program as shares of the axes' limits. A limit of the path's acceleration or jerk becomes one of the axis that
+ * moves most on a line, of all axes where the path bends. */
+static void set_shares(const engine *e, const piece *p, jerk_interval *q) {
+    const motion_limits *l = &p->limits;
+    int most = 0;
+    for (int i = 1; i < e->cfg.axis_count; i++)
+        if (fabs(q->d1[0][i]) > fabs(q->d1[0][most])) most = i;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        bool takes = p->kind != PIECE_LINE || i == most;
+        double along = p->kind == PIECE_LINE ? fabs(q->d1[0][i]) : 1.0, acc = l->acceleration[i], jerk = l->jerk[i];
+        if (takes && l->path_acceleration > 0) acc = fmin(acc, (double)l->path_acceleration * along / e->cfg.a_max[i]);
+        if (takes && l->path_jerk > 0 && e->cfg.j_max[i] > 0) jerk = fmin(jerk, (double)l->path_jerk * along / e->cfg.j_max[i]);
+        q->acc_share[i] = (float)fmax(acc, LEAST_SHARE);
+        q->jerk_share[i] = (float)fmax(jerk, LEAST_SHARE);
+    }
+}
+
 static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, double from, double to) {
     jerk_interval q = {.length = to - from, .offset = from, .tag = i};
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
     q.feed = p->feed > 0 ? p->feed : p->v_hard;
-    q.flags = p->feed > 0 ? 0 : JERK_RAPID;
+    q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
     q.v_hard = programmed_speed(e, p, from, to);
+    set_shares(e, p, &q);
     q.blocks = to >= p->length;
+    if (from <= 0.0 && p->entry_speed < NEVER) q.v_hard = p->entry_speed;
     return q;
 }
 

@@ -15,12 +15,12 @@ typedef struct motion {
 } motion;
 
 /* Largest ratio of an axis value to its limit at derivatives d1, d2, d3. */
-static double ratio_at(const jerk_planner *p, const double *d1, const double *d2, const double *d3, motion m, double share) {
+static double ratio_at(const jerk_planner *p, const jerk_interval *q, const double *d1, const double *d2, const double *d3, motion m, double share) {
     double worst = 0.0, v2 = m.v * m.v;
     for (int a = 0; a < p->cfg.axes; a++) {
         double v = fabs(d1[a]) * m.v / p->cfg.v_max[a];
-        double acc = fabs(d1[a] * m.a + d2[a] * v2) / p->cfg.a_max[a];
-        double jerk = m.v * fabs(d3[a] * v2 + 3.0 * d2[a] * m.a + d1[a] * m.c) / (p->cfg.j_max[a] * share);
+        double acc = fabs(d1[a] * m.a + d2[a] * v2) / acc_max(p, q, a);
+        double jerk = m.v * fabs(d3[a] * v2 + 3.0 * d2[a] * m.a + d1[a] * m.c) / (jerk_max(p, q, a) * share);
         double most = fmax(v, fmax(acc, jerk));
         if (!(most <= worst)) worst = most;
         if (!isfinite(acc) || !isfinite(jerk) || !isfinite(v)) return INFINITY;
@@ -51,9 +51,9 @@ static void derivatives_at(const jerk_interval *q, double t, int axes, double *d
 static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->jump;
     derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
-    double worst = ratio_at(p, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
-    worst = fmax(worst, ratio_at(p, d1, d2, d3, m[1], share));
-    return fmax(worst, ratio_at(p, s->q->d1[1], s->q->d2[1], s->q->d3[1], m[2], share));
+    double worst = ratio_at(p, s->q, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
+    worst = fmax(worst, ratio_at(p, s->q, d1, d2, d3, m[1], share));
+    return fmax(worst, ratio_at(p, s->q, s->q->d1[1], s->q->d2[1], s->q->d3[1], m[2], share));
 }
 
 /* Constant path jerk over the interval h with the speed v at the moving end; `sign` -1: it ends at rest. */
@@ -63,7 +63,7 @@ static double rest_ratio(const jerk_planner *p, const segment *s, double v, doub
     motion at = {v, sign * j * t, j / v}, mid = {vm, sign * j * tm, j / vm}, rest = {0.0, 0.0, 0.0};
     double worst = sign > 0 ? ratio_of(p, s, (motion[3]){rest, mid, at}) : ratio_of(p, s, (motion[3]){at, mid, rest});
     for (int a = 0; a < p->cfg.axes; a++)
-        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (p->cfg.j_max[a] * s->jump));
+        worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (jerk_max(p, s->q, a) * s->jump));
     return worst;
 }
 
@@ -71,7 +71,7 @@ static double rest_ratio(const jerk_planner *p, const segment *s, double v, doub
 static double peak_ratio(const jerk_planner *p, const segment *s, motion m) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
     derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
-    return ratio_at(p, d1, d2, d3, m, s->jump);
+    return ratio_at(p, s->q, d1, d2, d3, m, s->jump);
 }
 
 static motion motion_of(double x, double u, double c) { return (motion){sqrt(x), u, c}; }
@@ -100,7 +100,7 @@ static double inside_ratio(const jerk_planner *p, const segment *s, double x, do
         double t = (double)k / n, d = t * s->h;
         if (2 * k == n) continue; /* the middle has been looked at */
         derivatives_at(s->q, t, p->cfg.axes, d1, d2, d3);
-        worst = fmax(worst, ratio_at(p, d1, d2, d3, motion_of(x + 2.0 * d * u + d * d * c, u + d * c, c), s->jump));
+        worst = fmax(worst, ratio_at(p, s->q, d1, d2, d3, motion_of(x + 2.0 * d * u + d * d * c, u + d * c, c), s->jump));
     }
     return worst;
 }
@@ -143,7 +143,7 @@ static bool jump_fits(const jerk_planner *p, const grid *g, int k, double x) {
     if (!g->seg[k - 1].last) return true;
     for (int a = 0; a < p->cfg.axes; a++) {
         double bend = 0.75 * fabs(r->d2[0][a] - l->d2[1][a]) * x / dt, corner = fabs(r->d1[0][a] - l->d1[1][a]) * sqrt(x) / (dt * dt);
-        used = fmax(used, (bend + corner) / p->cfg.j_max[a]);
+        used = fmax(used, (bend + corner) / fmin(jerk_max(p, l, a), jerk_max(p, r, a)));
     }
     return used <= room * JUMP_SLACK + SMALL_JUMPS;
 }

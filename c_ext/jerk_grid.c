@@ -27,7 +27,7 @@ static double rest_jerk(const jerk_planner *p, const segment *s, int at_end) {
         double mid = half.d1[1][a] + sign * 9.0 * d * half.d2[1][a] + 4.5 * d * d * half.d3[1][a];
         double end = q->d1[far][a] + sign * 9.0 * h * q->d2[far][a] + 4.5 * h * h * q->d3[far][a];
         double value = fmax(fabs(near), fmax(fabs(mid), fabs(end)));
-        most = fmax(most, value / (s->share * JERK_USABLE * p->cfg.j_max[a]));
+        most = fmax(most, value / (s->share * JERK_USABLE * jerk_max(p, q, a)));
     }
     return most > 0.0 ? 1.0 / (most * p->scale * p->scale * p->scale) : 1e30;
 }
@@ -60,7 +60,7 @@ static double jump_used(const jerk_planner *p, const jerk_interval *left, const 
     for (int a = 0; a < p->cfg.axes; a++) {
         double bend = STEP_SEEN * f * f * fabs(right->d2[0][a] - left->d2[1][a]);
         double corner = f / dt * fabs(right->d1[0][a] - left->d1[1][a]);
-        used = fmax(used, (bend * x + corner * sqrt(x)) / (p->cfg.j_max[a] * dt));
+        used = fmax(used, (bend * x + corner * sqrt(x)) / (fmin(jerk_max(p, left, a), jerk_max(p, right, a)) * dt));
     }
     return used;
 }
@@ -69,11 +69,12 @@ static double jump_used(const jerk_planner *p, const jerk_interval *left, const 
 static double jump_cap(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double cap) {
     double dt = p->cfg.cycle_s, f = p->scale;
     for (int a = 0; a < p->cfg.axes; a++) {
-        double room = JUMP_SHARE * p->cfg.j_max[a] * dt;
+        double room = JUMP_SHARE * fmin(jerk_max(p, left, a), jerk_max(p, right, a)) * dt;
         double bend = STEP_SEEN * f * f * fabs(right->d2[0][a] - left->d2[1][a]);
         double corner = f / dt * fabs(right->d1[0][a] - left->d1[1][a]);
         double v = 2.0 * room / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
-        if (corner * v > ACC_SHARE * p->cfg.a_max[a]) v = ACC_SHARE * p->cfg.a_max[a] / corner;
+        double acc = ACC_SHARE * fmin(acc_max(p, left, a), acc_max(p, right, a));
+        if (corner * v > acc) v = acc / corner;
         cap = fmin(cap, v * v); /* bend x + corner sqrt(x) <= room */
     }
     return cap;
@@ -161,7 +162,7 @@ static extent window_extent(const jerk_planner *p) {
 /* Length over which the speed v can change much under the path jerk at q: the grid must resolve it. */
 static double slow_length(const jerk_planner *p, const jerk_interval *q, double v, double finest) {
     double jerk = 1e30;
-    for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, p->cfg.j_max[a] / fmax(1e-9, fabs(q->d1[0][a])));
+    for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, jerk_max(p, q, a) / fmax(1e-9, fabs(q->d1[0][a])));
     return fmin(p->spacing, fmax(finest, SLOW * v * sqrt(v / jerk)));
 }
 

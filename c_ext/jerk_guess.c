@@ -13,8 +13,8 @@
 static double curve_cap(const jerk_planner *p, const segment *s) {
     double f = p->scale, bend = 0.0, twist = 0.0;
     for (int a = 0; a < p->cfg.axes; a++) {
-        bend = fmax(bend, fmax(fabs(s->q->d2[0][a]), fabs(s->q->d2[1][a])) / p->cfg.a_max[a]);
-        twist = fmax(twist, fmax(fabs(s->q->d3[0][a]), fabs(s->q->d3[1][a])) / p->cfg.j_max[a]);
+        bend = fmax(bend, fmax(fabs(s->q->d2[0][a]), fabs(s->q->d2[1][a])) / acc_max(p, s->q, a));
+        twist = fmax(twist, fmax(fabs(s->q->d3[0][a]), fabs(s->q->d3[1][a])) / jerk_max(p, s->q, a));
     }
     double v = cbrt(EASY_BEND * s->share / fmax(1e-30, twist * f * f * f));
     return fmin(EASY_BEND / fmax(1e-30, bend * f * f), v * v);
@@ -25,8 +25,8 @@ static void path_limits(const jerk_planner *p, const segment *s, double *acc, do
     *acc = *jerk = 1e30;
     for (int a = 0; a < p->cfg.axes; a++) {
         double d1 = fmax(fabs(s->q->d1[0][a]), 1e-9);
-        *acc = fmin(*acc, p->cfg.a_max[a] / (d1 * f * f));
-        *jerk = fmin(*jerk, s->share * p->cfg.j_max[a] / (d1 * f * f * f));
+        *acc = fmin(*acc, acc_max(p, s->q, a) / (d1 * f * f));
+        *jerk = fmin(*jerk, s->share * jerk_max(p, s->q, a) / (d1 * f * f * f));
     }
 }
 

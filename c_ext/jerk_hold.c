@@ -16,8 +16,8 @@ static brake brake_estimate(const jerk_planner *p, double v1) {
     const jerk_interval *q = ring_at(p, p->head);
     for (int i = 0; i < p->cfg.axes; i++) {
         double d = fmax(fabs(q->d1[0][i]), 1e-9);
-        acc = fmin(acc, p->cfg.a_max[i] / d);
-        jerk = fmin(jerk, p->cfg.j_max[i] / d);
+        acc = fmin(acc, acc_max(p, q, i) / d);
+        jerk = fmin(jerk, jerk_max(p, q, i) / d);
     }
     double t1 = a / jerk, top = v + 0.5 * a * t1, drop = fmax(0.0, top - v1), ramp = fmin(acc, sqrt(drop * jerk));
     double rise = v * t1 + 0.5 * a * t1 * t1 - jerk * t1 * t1 * t1 / 6.0;

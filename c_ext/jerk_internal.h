@@ -141,9 +141,15 @@ struct jerk_planner {
 
 static inline const jerk_interval *ring_at(const jerk_planner *p, uint64_t i) { return &p->ring[i & p->mask]; }
 
+/* Limits of an axis on an interval. */
+static inline double share_of(float share) { return share > 0.0f ? (double)share : 1.0; }
+static inline double acc_max(const jerk_planner *p, const jerk_interval *q, int axis) { return p->cfg.a_max[axis] * share_of(q->acc_share[axis]); }
+static inline double jerk_max(const jerk_planner *p, const jerk_interval *q, int axis) { return p->cfg.j_max[axis] * share_of(q->jerk_share[axis]); }
+
 /* Speed that the operator and the program ask for over q, mm/s. */
 static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) {
     if (p->command_speed >= 0.0) return p->command_speed;
+    if (q->flags & JERK_FIXED && q->feed > 0) return q->feed;
     return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) : 1e30;
 }
 

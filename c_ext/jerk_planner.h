@@ -13,6 +13,7 @@
 #define JERK_AXES 9
 #define JERK_STAND 1u     /* the axes must stand at the end of the interval */
 #define JERK_RAPID 2u     /* `feed` is the rapid speed: the rapid override applies to it */
+#define JERK_FIXED 4u     /* `feed` holds as it is, whatever the override */
 #define JERK_BAD_LENGTH -1
 #define JERK_NOT_FINITE -2
 #define JERK_BAD_LIMITS -3
@@ -37,6 +38,7 @@ typedef struct jerk_interval {
     double v_hard;              /* mm/s: further limit that no override lifts; <= 0: none */
     double offset;              /* where the interval starts on what `tag` names */
     uint64_t tag;               /* the caller's own */
+    float acc_share[JERK_AXES], jerk_share[JERK_AXES]; /* of the axes' limits, on this interval; <= 0: all of it */
     uint32_t blocks;            /* program blocks that end with the interval, for window_blocks */
     uint32_t flags;
 } jerk_interval;

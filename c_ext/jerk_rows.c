@@ -34,7 +34,7 @@ static void clear_rows(problem *b) {
 static void jerk_rows(const jerk_planner *p, problem *b, const segment *s, int k) {
     double h = s->h, f3 = p->scale * p->scale * p->scale;
     for (int a = 0; a < b->axes; a++) {
-        double w = f3 / (s->share * JERK_USABLE * p->cfg.j_max[a]);
+        double w = f3 / (s->share * JERK_USABLE * jerk_max(p, s->q, a));
         const jerk_interval *q = s->q;
         two_sided *row = jerk_row(b, k, 0, a);
         *lane(&row->b[0], k) = w * q->d3[0][a];
@@ -49,7 +49,7 @@ static void jerk_rows(const jerk_planner *p, problem *b, const segment *s, int k
 
 static void acc_rows(const jerk_planner *p, problem *b, const jerk_interval *q, int end, int set, int k) {
     for (int a = 0; a < b->axes; a++) {
-        double w = p->scale * p->scale / (ACC_USABLE * p->cfg.a_max[a]);
+        double w = p->scale * p->scale / (ACC_USABLE * acc_max(p, q, a));
         two_sided *row = acc_row(b, k, set, a);
         *lane(&row->b[0], k) = w * q->d2[end][a];
         *lane(&row->b[1], k) = w * q->d1[end][a];
@@ -83,6 +83,7 @@ static bool has_kinks(const jerk_planner *p, const grid *g) {
     for (int k = 1; k < g->n; k++)
         for (int a = 0; a < p->cfg.axes; a++) {
             const jerk_interval *l = g->seg[k - 1].q, *r = g->seg[k].q;
+            if (l->acc_share[a] != r->acc_share[a]) return true;
             if (fabs(l->d2[1][a] - r->d2[0][a]) > 1e-9 + 1e-6 * fabs(r->d2[0][a])) return true;
         }
     return false;

@@ -12,6 +12,7 @@ typedef struct line_limits {
 static bool straight(const jerk_planner *p, const jerk_interval *q, const jerk_interval *first) {
     for (int i = 0; i < p->cfg.axes; i++) {
         if (q->d2[0][i] != 0.0 || q->d2[1][i] != 0.0 || q->d3[0][i] != 0.0 || q->d3[1][i] != 0.0) return false;
+        if (q->acc_share[i] != first->acc_share[i] || q->jerk_share[i] != first->jerk_share[i]) return false;
         if (fabs(q->d1[0][i] - first->d1[0][i]) > SAME || fabs(q->d1[1][i] - first->d1[0][i]) > SAME) return false;
     }
     return true;
@@ -39,8 +40,8 @@ static line_limits limits_along(const jerk_planner *p, const jerk_interval *q) {
     for (int i = 0; i < p->cfg.axes; i++) {
         double share = fmax(fabs(q->d1[0][i]), 1e-12);
         m.v = fmin(m.v, p->cfg.v_max[i] / share);
-        m.a = fmin(m.a, p->cfg.a_max[i] / share);
-        m.j = fmin(m.j, p->cfg.j_max[i] / share);
+        m.a = fmin(m.a, acc_max(p, q, i) / share);
+        m.j = fmin(m.j, jerk_max(p, q, i) / share);
     }
     return (line_limits){m.v, m.a * ACC_USABLE, m.j * JERK_USABLE};
 }

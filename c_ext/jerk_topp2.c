@@ -99,7 +99,7 @@ static void add_part(topp2 *p, const jerk_interval *q, bool stand) {
     *r = (knot_rows){.h = q->length, .feed = q->feed, .rapid = q->flags & JERK_RAPID, .tag = q->tag, .offset = q->offset,
                      .blocks = q->blocks, .last = q->blocks != 0, .stand = stand};
     for (int a = 0; a < p->cfg.axes; a++) {
-        double most = fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a])), acc = USABLE * p->cfg.a_max[a];
+        double most = fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a])), acc = USABLE * p->cfg.a_max[a] * (q->acc_share[a] > 0.0f ? (double)q->acc_share[a] : 1.0);
         if (most * v > p->cfg.v_max[a]) v = p->cfg.v_max[a] / most;
         for (int e = 0; e < 2; e++) {
             int k = 2 * a + e;

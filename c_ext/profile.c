@@ -14,7 +14,7 @@
 double soft_cap(const engine *e, const piece *p) {
     if (e->plan.hold) return 0.0;
     if (e->plan.ext_speed < NEVER) return fmin(p->v_hard, e->plan.ext_speed);
-    if (p->feed > 0) return fmin(p->v_hard, p->feed * e->plan.override);
+    if (p->feed > 0) return fmin(p->v_hard, p->feed * (p->flags & NC_NO_OVERRIDE ? 1.0 : e->plan.override));
     return p->v_hard * fmin(1.0, e->plan.rapid);
 }
 

@@ -25,6 +25,7 @@ SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
 COORDINATES, CORNER = 20, 21
 PATH_MODE, FILTER = 22, 23
 EXTENSION = 24
+SOFT_LIMITS = 25
 TYPE_NAMES: dict[int, str] = {
     LINEAR: "linear",
     CIRCULAR: "circular",
@@ -47,20 +48,24 @@ TYPE_NAMES: dict[int, str] = {
     SPLINE: "spline",
     COORDINATES: "coordinates",
     CORNER: "corner",
+    SOFT_LIMITS: "soft_limits",
     PATH_MODE: "path_mode",
     FILTER: "filter",
     EXTENSION: "extension",
 }
+SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)  # no blocks: what stages and engine are told
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+PATH_FEED = 16384  # motion: the feed counts along its length, whatever the path mode says
 LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
 BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool
-NO_OVERRIDE = 16384
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
+EVENT_COMMAND, EVENT_OVERRIDE = 5, 6
 EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
+CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
 PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}
 
@@ -125,7 +130,7 @@ class BlockBatch:
 
 def number_of_blocks(batch: BlockBatch) -> int:
     """Rows that are blocks, not said to the stages or the engine alone."""
-    return int(((batch.rows["type"] != COORDINATES) & (batch.rows["type"] != DYNAMICS)).sum())
+    return int((~np.isin(batch.rows["type"], SILENT)).sum())
 
 
 def motion_planes(plane: int) -> tuple[int, int, int]:
@@ -202,10 +207,13 @@ class Block:
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
-        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE, CORNER):
+        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE, CORNER, SOFT_LIMITS):
             out["code"], out["value"] = int(row["code"]), float(row["value"])
-            if kind == DYNAMICS:
-                out["limits"] = [float(v) for v in row["end"][: max(6, len(self.axes))]]
+            if kind == CONTOUR:
+                out["on"], out["distances"] = bool(row["plane"]), row["center"].tolist()
+            if kind in (DYNAMICS, SOFT_LIMITS):
+                count = len(self.axes) if kind == SOFT_LIMITS else max(6, len(self.axes))
+                out["limits"] = [float(v) for v in row["end"][:count]]
         elif kind == FLUSH:
             out["wait"] = bool(row["flags"] & WAIT)
         return out

@@ -31,6 +31,8 @@ INTERVAL = np.dtype(
         ("v_hard", "f8"),
         ("offset", "f8"),
         ("tag", "u8"),
+        ("acc_share", "f4", AXES),
+        ("jerk_share", "f4", AXES),
         ("blocks", "u4"),
         ("flags", "u4"),
     ]

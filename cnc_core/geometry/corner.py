@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import CIRCULAR, CORNER, LINEAR, POLYNOMIAL, BlockBatch, motion_planes
+from ..blocks import CIRCULAR, CORNER, EDGE, LINEAR, POLYNOMIAL, ROUND, BlockBatch, motion_planes
 from ..errors import ERRORS, CncError, Place
 from .polynomial import joined
 from .stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]
-CHAMFER, EDGE, ROUND = 1, 2, 3
 TINY_MM = 1e-9
 TANGENTIAL = 1e-7  # rad
 DOES_NOT_FIT, WRONG_BLOCKS = 911004, 911005
@@ -112,23 +111,22 @@ class Corners:
         if not len(motions):
             return batch
         last = int(motions[-1])
-        count = batch.rows["count"]
-        while last and count[last - 1] == count[last] and batch.rows["type"][last - 1] > POLYNOMIAL:
-            last -= 1  # the rest of its block stays with it: it may be refused yet
         if len(motions) > 1:
             self._start = batch.rows["end"][motions[-2], : len(self._start)].copy()
-        self._held = self._part(batch, last)
-        return BlockBatch(batch.rows[:last], batch.pool)
+        count, first = batch.rows["count"][last], last
+        while first and batch.rows["count"][first - 1] == count and batch.rows["type"][first - 1] > POLYNOMIAL:
+            first -= 1  # of a block that is refused later nothing is handed out
+        self._held = self._part(batch, first, last)
+        return BlockBatch(batch.rows[:first], batch.pool)
 
-    def _part(self, batch: BlockBatch, first: int) -> BlockBatch:
-        """The rows from a motion on, with the coefficients of that motion alone."""
+    def _part(self, batch: BlockBatch, first: int, motion: int) -> BlockBatch:
+        """The rows from a block on, with the coefficients of its last motion alone."""
         rows = batch.rows[first:].copy()
-        curve = np.flatnonzero(rows["type"] == POLYNOMIAL)
-        if not len(curve):
+        if batch.rows["type"][motion] != POLYNOMIAL:
             return BlockBatch(rows)
-        at = int(curve[0])
-        begin, size = int(rows["pool"][at]), len(self._start) * (int(rows["degree"][at]) + 1)
-        rows["pool"][at] = 0
+        row = rows[motion - first : motion - first + 1]
+        begin, size = int(row["pool"][0]), len(self._start) * (int(row["degree"][0]) + 1)
+        row["pool"] = 0
         return BlockBatch(rows, batch.pool[begin : begin + size].copy())
 
     def drain(self) -> BlockBatch:

@@ -9,13 +9,14 @@ import numpy as np
 import numpy.typing as npt
 
 from ..arcs import arc_extremes
-from ..blocks import CIRCULAR, ELEMENT, POLYNOMIAL, BlockBatch, motion_planes
+from ..blocks import CIRCULAR, ELEMENT, POLYNOMIAL, SOFT_LIMITS, BlockBatch, motion_planes
 from ..config import CellConfig
 from ..errors import CncError, Place
 from ..geometry.polynomial import bernstein, coefficients, extremes, normalised
 from ..geometry.stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]
+LOWEST = 98  # code of a SOFT_LIMITS row; the other is 99
 
 
 class AxisLimits:
@@ -27,6 +28,32 @@ class AxisLimits:
         self.last = cell.axis_values("start_mm") if start is None else start.copy()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
+        """The same rows; those that set limits end here."""
+        switches = np.flatnonzero(batch.rows["type"] == SOFT_LIMITS)
+        if not len(switches):
+            return self._checked(batch)
+        first = 0
+        for at in [*switches, len(batch)]:
+            try:
+                self._checked(BlockBatch(batch.rows[first:at], batch.pool))
+            except RefusedRow as refused:
+                ahead = batch.rows[: first + len(refused.ahead)]
+                kept = BlockBatch(ahead[ahead["type"] != SOFT_LIMITS], batch.pool)
+                raise RefusedRow(refused.error, kept, refused.count) from None
+            if at < len(batch):
+                self._set(batch.rows[at])
+            first = int(at) + 1
+        return BlockBatch(batch.rows[batch.rows["type"] != SOFT_LIMITS], batch.pool)
+
+    def _set(self, row: Any) -> None:
+        """G98, G99 from here on."""
+        values = row["end"][: len(self.names)].copy()
+        if row["code"] == LOWEST:
+            self.low = values
+        else:
+            self.high = values
+
+    def _checked(self, batch: BlockBatch) -> BlockBatch:
         moving = np.flatnonzero((batch.rows["type"] <= POLYNOMIAL) & ((batch.rows["flags"] & ELEMENT) == 0))
         if not len(moving):
             return batch

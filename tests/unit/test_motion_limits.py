@@ -5,6 +5,7 @@ import pytest
 
 from cnc_core.blocks import DYNAMICS, POLYNOMIAL, SMOOTHING
 from cnc_core.config import load_config
+from cnc_core.engine import Engine, Event
 from cnc_core.geometry.polynomial import joined
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
@@ -166,3 +167,63 @@ def test_long_blocks_and_sharp_corners_stay_exact_under_hsc(tmp_path):
     assert POLYNOMIAL in kinds("")
     assert POLYNOMIAL not in kinds("MAX_PATH_LENGTH=5")
     assert (kinds("MAX_ANGLE=45") == POLYNOMIAL).sum() < (kinds("") == POLYNOMIAL).sum()
+
+
+@pytest.mark.parametrize(
+    ("head", "accel", "jerk"),
+    [
+        ("", 3000, 50000),
+        ("G131=25", 750, 50000),
+        ("G133=400", 3000, 12500),
+        ("G134=200 G131=50", 1500, 25000),
+        ("#VECTOR LIMIT ON [ACC=3600000]", 1000, 50000),
+        ("#VECTOR LIMIT ON [JERK=2160000000]", 3000, 10000),
+    ],
+)
+@pytest.mark.parametrize("path", ["G01 X100 F12000", "G02 I30 F12000"])
+def test_the_jerk_limited_planner_keeps_the_weighted_limits(tmp_path, head, accel, jerk, path):
+    """Samples on the default machine; what is allowed is used up on a line."""
+    (tmp_path / "a.nc").write_text(f"{head}\n{path}\nM30\n")
+    pos = plan_program(Program(tmp_path / "a.nc", load_config(None)), keep_samples=True).samples["pos"]
+    measured = np.abs(np.diff(pos, 2, axis=0)).max() / 1e-6, np.abs(np.diff(pos, 3, axis=0)).max() / 1e-9
+    assert measured[0] <= accel * 1.001
+    assert measured[1] <= jerk * 1.005
+    if path.startswith("G01"):
+        full = min(accel, np.sqrt(200 * jerk))  # what a ramp to 200 mm/s reaches
+        assert measured[0] == pytest.approx(full, rel=0.01)
+        assert measured[1] == pytest.approx(jerk, rel=0.01)
+
+
+def test_weights_change_on_the_way(tmp_path):
+    """The weaker block is entered and left without a stop, and inside its limits."""
+    (tmp_path / "a.nc").write_text("G01 X100 F12000\nG131=20\nX200\nG131=100\nX300\nM30\n")
+    samples = plan_program(Program(tmp_path / "a.nc", load_config(None)), keep_samples=True).samples
+    accel = np.abs(np.diff(samples["pos"][:, 0], 2)) / 1e-6
+    inside = (samples["pos"][1:-1, 0] > 100.5) & (samples["pos"][1:-1, 0] < 199.5)
+    assert accel[inside].max() <= 600 * 1.001
+    assert samples["v"][1:-1][inside].min() > 100
+
+
+@pytest.mark.parametrize("cell_text", ["", CELL])
+def test_g166_drives_its_block_at_the_programmed_feed(tmp_path, cell_text):
+    """Neither the operator's override nor #OVERRIDE acts on it; jerk-limited and not."""
+    (tmp_path / "cell.toml").write_text(cell_text)
+
+    def seconds(text):
+        (tmp_path / "a.nc").write_text(text + "\nM30\n")
+        cell = load_config(tmp_path / "cell.toml")
+        program, engine = Program(tmp_path / "a.nc", cell), Engine(cell, record_rows=10000)
+        try:
+            engine.set_override(0.5)
+            for batch in program.batches():
+                assert engine.push(batch, 0) == len(batch)
+            engine.finish()
+            while engine.run(10000) not in (Event.PROGRAM_END, Event.FAULT):
+                pass
+            return float(engine.state.motion_time_s)
+        finally:
+            engine.close()
+
+    assert seconds("G01 X5 F600\nX10\nX15") == pytest.approx(3.0, rel=0.02)
+    assert seconds("G01 X5 F600\nG166 X10\nX15") == pytest.approx(2.5, rel=0.02)
+    assert seconds("#OVERRIDE [FEED_FACT=50]\nG166 G01 X5 F600\nG166 X10") == pytest.approx(1.0, rel=0.04)

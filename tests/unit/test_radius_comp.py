@@ -11,7 +11,6 @@ import pytest
 from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, POLYNOMIAL, H, M
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
-from cnc_core.geometry.radius_comp import RadiusCompensation
 from cnc_core.port import Wait
 from cnc_core.program import Program
 
@@ -345,9 +344,8 @@ def test_long_programs_need_bounded_memory(tmp_path: Path) -> None:
     steps = [f"X{i * 0.2:.4f} Y{20 * math.cos(i / 50):.4f}" for i in range(100_000)]
     part = program(tmp_path, "G00 X-1 Y0 D2\nF1200\nG26 G41 G01 X-1 Y20\n" + "\n".join(steps) + "\nG40 X0 Y0\nM30\n")
     held, lines = [], set()
-    compensation = next(s for s in part.frames._inside.stages if isinstance(s, RadiusCompensation))
     for batch in part.batches():
-        held.append(compensation.held)
+        held.append(part.compensation.held)
         lines.update(batch.rows["line"].tolist())
     assert max(held) <= 2
     assert len(lines) == 100_000 + 4

@@ -241,7 +241,8 @@ class Finder:
     def _data(self, call: Call) -> LevelData:
         data = LevelData(call.local, arguments=call.arguments)
         if call.arguments is not None:
-            data.saved = (self._context.executor.feeds.mode, self._context.modal.saved())
+            executor = self._context.executor
+            data.saved = (executor.feeds.mode, self._context.modal.saved(), executor.contouring.active)
         return data
 
     def _level(self, call: Call) -> Level:

@@ -81,7 +81,7 @@ class CommandBase:
 
     def _key_value(self, key: str) -> Formula:
         stream, offset = self._stream, self._stream.current.offset
-        if not stream.accept("="):
+        if not stream.accept("=") and len(key) > 1:  # axis words need none
             self._context.warn(907040, f"{key} without = before its value", offset)
         if not self._formulas.starts_here():
             raise fail(900004, f"{key} without a value", offset)

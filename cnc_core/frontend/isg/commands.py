@@ -126,6 +126,8 @@ class CommandParser(
             (("SLOPE",), self._slope),
             (("SET", "SLOPE", "PROFIL"), self._old_slope),
             (("FGROUP",), self._fgroup),
+            (("TANGFEED",), self._tangfeed),
+            (("SET", "TANGFEED"), self._tangfeed),
             (("TIME",), self._time),
             (("TIMER",), self._timer),
             (("WAIT",), self._wait),
@@ -187,6 +189,8 @@ class CommandParser(
 
     def _stored(self, name: str, state: str, offset: int) -> Run:
         def run() -> Items:
+            if name.endswith("CORNER PARAM"):
+                self._context.executor.corner_param = True
             if state == table.STORED:
                 self._context.executor.stored_without_effect(f"#{name}", offset)
             return []

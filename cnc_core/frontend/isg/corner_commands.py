@@ -5,11 +5,10 @@ The geometry is ``cnc_core.geometry.corner``; a ``CORNER`` row stands behind the
 
 from __future__ import annotations
 
-from cnc_core.blocks import CORNER
+from cnc_core.blocks import CHAMFER, CORNER, EDGE, ROUND
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.isg.command_base import CommandBase, Items, Run
-from cnc_core.geometry.corner import CHAMFER, EDGE, ROUND
 
 CODES = {301: CHAMFER, 302: ROUND}
 KEYWORDS = {"CHR": CHAMFER, "CHF": EDGE, "RND": ROUND}

@@ -3,8 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
-from cnc_core.blocks import DWELL, FLUSH, HAS_VALUE, STANDSTILL, H, M, S, T, motion_planes
+import numpy as np
+
+from cnc_core.blocks import (
+    DWELL,
+    FLUSH,
+    HAS_VALUE,
+    NO_OVERRIDE,
+    RAPID,
+    SOFT_LIMITS,
+    STANDSTILL,
+    H,
+    M,
+    S,
+    T,
+    motion_planes,
+)
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.compensation import Compensation
 from cnc_core.frontend.base.lexer import fail
@@ -19,6 +35,7 @@ from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
 from cnc_core.frontend.isg.spaces import Rotation
 from cnc_core.frontend.isg.spline_commands import Splines, refused_with_compensation
+from cnc_core.frontend.isg.turning import RIGID, Turning
 from cnc_core.frontend.isg.words import Function, WordBlock, Words
 from cnc_core.frontend.machine import Tool
 
@@ -40,12 +57,16 @@ class Executor:
         self._context = context
         self._machine, self._modal, self._offsets = context.machine, context.modal, context.offsets
         self.feeds: Feeds = Feeds(context.machine, context.modal)
-        self.spindle_rev_min = 0.0
+        self.turning = Turning(context.machine, context.modal)
+        self.turning.diameter = self._diameter
         self.dynamics = Dynamics(context.modal, len(context.machine.axes), context.warn)
         self.contouring = Contouring(context.modal, context.offsets)
         self.smooth = Smooth(context.modal)
         self.splines = Splines(context.modal)
         self.corner_words = CornerWords(context.modal)
+        self.soft_limits: tuple[Any, Any] | None = None  # lowest, highest, (axes,); None: the machine's
+        self._due_limits: list[Row] = []
+        self.corner_param = False  # #CORNER PARAM has been given
         self.tool: int = 0
         self.data: int = 0
         self.tool_data = Tool()
@@ -60,14 +81,14 @@ class Executor:
         words = block.evaluate()
         spaces = self._context.spaces
         due = self._coordinates(words) if spaces.due or spaces.watches_plane else []
-        if block.simple and self.feeds.plain and not self.compensation.choice.active:
+        if block.simple and self.plain and not self.compensation.choice.active:
             return due + self._plain_motion(words) if block.words else due
         self.program_end = self.level_end = False
         self.calls = []
         if words.is_dwell:
             return [*due, self._dwell(words)]
         self._check(words)
-        words = self._non_motions(words)
+        words = self._turning_words(self._non_motions(words))
         before = due + self._switch_rows(words)
         before += self._coordinate_rows(words.motion.n)
         plane = words.motion.plane or self._modal.plane
@@ -89,6 +110,30 @@ class Executor:
         self.level_end = any(n in SUBPROGRAM_ENDS for n in numbers)
         self._calls(words)
         return before + motion + after
+
+    @property
+    def plain(self) -> bool:
+        """The scanner knows what plain motion lines mean."""
+        return self.feeds.plain and self.turning.plain
+
+    @property
+    def spindle_rev_min(self) -> float:
+        """Speed of the spindle as the program wants it."""
+        return self.turning.rev_min
+
+    def _diameter(self) -> float:
+        """mm, programmed at the first main axis."""
+        axis = self._machine.main[0]
+        if axis < 0:
+            return 0.0
+        return 2.0 * abs(float(self._modal.position[axis] - self._modal.offset_in_force[axis]))
+
+    def _turning_words(self, words: Words) -> Words:
+        functions = {f.number for f in words.functions["M"]}
+        for name in ("G33", "G96"):
+            if name in words.codes and self.smooth.hsc is not None:
+                raise fail(120433, f"{ERRORS[120433]}: {name}", words.codes[name])
+        return replace(words, motion=self.turning.take(words.codes, words.motion, functions, self.feeds.mode))
 
     def stored_without_effect(self, name: str, offset: int) -> None:
         """Say once that something is only kept."""
@@ -272,6 +317,10 @@ class Executor:
             self._exclude(words, offset)
         elif code == 351:
             self._mirror_axes(axes, offset)
+        elif code in gcodes.SOFT_LIMITS:
+            self._soft_limits(code, axes, offset)
+        elif code in WEIGHTS and not axes:
+            raise fail(900004, f"G{code} without axis words", offset)
         elif code in WEIGHTS:
             self.dynamics.weigh(code, axes, offset)
         elif code != 74:
@@ -300,6 +349,29 @@ class Executor:
         self._context.spaces.set_rotation(rotation)
         self.rotation_in_cycle(offset)
         return replace(words, motion=replace(words.motion, axis={}, r=None))
+
+    def _soft_limits(self, code: int, axes: dict[int, float], offset: int) -> None:
+        """G98, G99: lowest and highest position of axes, machine coordinates, within the machine's own range."""
+        if not axes:
+            raise fail(900004, f"G{code} without axis words", offset)
+        side = code - 98
+        wide = np.full(len(self._offsets.names), 1e9)
+        machine = self._machine.limits or (-wide, wide)
+        if self.soft_limits is None:
+            self.soft_limits = machine[0].copy(), machine[1].copy()
+        for axis, word in axes.items():
+            own = float(machine[side][axis])
+            value = word * self._offsets.scale(axis) + (0.0 if self._modal.absolute else own)
+            if (own - value) * (1, -1)[side] > 0:
+                self._context.warn(21648, f"G{code} {self._offsets.names[axis]}{word:g}: {ERRORS[21648]}", offset)
+                value = own
+            self.soft_limits[side][axis] = value
+            if self.soft_limits[0][axis] >= self.soft_limits[1][axis]:
+                raise fail(21649, f"G{code} {self._offsets.names[axis]}{word:g}: {ERRORS[21649]}", offset)
+        row = self._modal.row(SOFT_LIMITS, 0, code=code)
+        row["end"] = np.nan
+        row["end"][0][: len(self._offsets.names)] = self.soft_limits[side]
+        self._due_limits.append(row)
 
     def _exclude(self, words: Words, offset: int) -> None:
         if 160 not in words.values:
@@ -339,6 +411,10 @@ class Executor:
         return (self.contouring.switch(True, n) if "G261" in codes else []), []
 
     def _stored_codes(self, words: Words) -> None:
+        if not 0 <= words.values.get(115, 0) <= 14:
+            raise fail(20151, ERRORS[20151], words.codes["G115"])
+        if "G13" in words.codes and not self.corner_param:
+            raise fail(20795, ERRORS[20795], words.codes["G13"])
         for name, offset in words.codes.items():
             code = int(name[1:])
             if code in gcodes.STORED:
@@ -346,7 +422,7 @@ class Executor:
                 self.stored_without_effect(name, offset)
 
     def _feed_word(self, words: Words) -> Words:
-        if self.feeds.plain or words.motion.f is None:
+        if self.feeds.per_minute or words.motion.f is None:
             return words
         self.feeds.word(words.motion.f, words.offsets["F"])
         return replace(words, motion=replace(words.motion, f=None))
@@ -357,14 +433,16 @@ class Executor:
         """Limits, S, T, D and the M and H functions that stand before the motion."""
         n = words.motion.n
         rows = self.dynamics.rows(n)
-        if words.spindle is not None:
-            self.spindle_rev_min = words.spindle
-            rows.append(self._modal.row(S, n, value=words.spindle))
+        speed = self.turning.speed(words.codes, words.spindle, words.offsets.get("S", 0))
+        if speed is not None:
+            rows.append(self._modal.row(S, n, value=speed))
         if words.tool is not None:
             self.tool = words.tool
             rows.append(self._modal.row(T, n, code=words.tool))
         if words.data is not None:
             self._select_tool_data(words.data)
+        rows += self._due_limits
+        self._due_limits = []
         if "G74" in words.codes:
             rows.append(self._modal.row(FLUSH, n, flags=STANDSTILL))
             self.stored_without_effect("G74 (the axes are referenced)", words.codes["G74"])
@@ -389,16 +467,35 @@ class Executor:
         return self._modal.row(kind, n, code=function.number, value=function.value, flags=flags | HAS_VALUE)
 
     def _motion(self, words: Words) -> list[Row]:
-        start = None if self.feeds.plain else self._modal.position
-        error, row = self._modal.apply(words.motion)
+        start = None if self.plain else self._modal.position
+        error, row = self._applied(words.motion)
         offset = words.motion.offset
         if error:
             raise fail(error, ERRORS[error], offset if offset is not None else words.offsets.get("F", 0))
         if row is None:
             return []
-        if start is not None:
-            self.feeds.apply(row, start, self.spindle_rev_min, offset or 0)
-        return [row]
+        made = [row] if start is None else self._with_feed(row, start, offset or 0)
+        if "G166" in words.codes and not row["flags"][0] & RAPID:
+            row["flags"] |= NO_OVERRIDE
+            row["feed"] /= self.feeds.factor
+        return made
+
+    def _applied(self, motion: MotionWords) -> tuple[int, Row | None]:
+        """The motion; threads need no F."""
+        feed, fed = self._modal.feed, self.turning.mode in (0, RIGID)
+        if not fed and motion.f is None and feed <= 0:
+            self._modal.assume_feed()
+        error, row = self._modal.apply(motion)
+        if not fed and motion.f is None:
+            self._modal.feed = feed
+        return error, row
+
+    def _with_feed(self, row: Row, start: Any, offset: int) -> list[Row]:
+        """A motion whose feed, or whose spindle speed, the scanner does not know."""
+        changed = not row["flags"][0] & RAPID and self.turning.follow()
+        self.feeds.apply(row, start, self.spindle_rev_min, offset)
+        self.turning.apply(row, start, offset)
+        return [self._modal.row(S, int(row["n"][0]), value=self.spindle_rev_min), row] if changed else [row]
 
     def _end_rows(self, words: Words) -> list[Row]:
         """M00 and M01, then the program end."""

@@ -27,26 +27,33 @@ class Feeds:
         self._per_minute = 0.0  # the scanner's F while another mode is on
         self.factor = 1.0
         self.limit_mm_s = 0.0  # 0: none
+        self.group: frozenset[int] | None = None  # axes that F refers to; None: the main axes
+        self.tangential_radius_mm = 0.0  # #TANGFEED: smaller arcs are slower
+
+    @property
+    def per_minute(self) -> bool:
+        """G94: the scanner's own mode."""
+        return self.mode == PER_MINUTE
 
     @property
     def plain(self) -> bool:
-        """The scanner knows the mode."""
-        return self.mode == PER_MINUTE
+        """The scanner knows everything about the feed."""
+        return self.per_minute and self.group is None and self.tangential_radius_mm <= 0.0
 
     @property
     def programmed(self) -> float:
         """F of the mode that is on."""
-        return self._modal.feed if self.plain else self._words.get(self.mode, 0.0)
+        return self._modal.feed if self.per_minute else self._words.get(self.mode, 0.0)
 
     @property
     def per_minute_mm(self) -> float:
         """F of G94, mm/min; 0: none yet."""
-        return (self._modal.feed if self.plain else self._per_minute) * self._modal.feed_unit
+        return (self._modal.feed if self.per_minute else self._per_minute) * self._modal.feed_unit
 
     def choose(self, mode: int) -> None:
         if mode == self.mode:
             return
-        if self.plain:
+        if self.per_minute:
             self._per_minute = self._modal.feed
         self.mode = mode
         self._modal.feed = self._per_minute if mode == PER_MINUTE else 1.0
@@ -69,9 +76,32 @@ class Feeds:
         self._modal.set_feed_limit(limit_mm_s)
 
     def apply(self, row: Row, start: np.ndarray, turns_min: float, offset: int) -> None:
-        """The feed of a motion in a mode that is not G94.  ``start``: (axes,) where it begins."""
+        """The feed of a motion that the scanner does not know.  ``start``: (axes,) where it begins."""
         if row["flags"][0] & RAPID:
             return
+        if not self.per_minute:
+            self._in_mode(row, start, turns_min, offset)
+        self._of_group(row, start, offset)
+        radius = float(row["programmed_radius"][0])
+        if row["type"][0] == CIRCULAR and radius < self.tangential_radius_mm:
+            row["feed"] *= radius / self.tangential_radius_mm
+
+    def _of_group(self, row: Row, start: np.ndarray, offset: int) -> None:
+        """#FGROUP: F is the speed of these axes, the path is faster or slower."""
+        if self.group is None or self.mode == TIME:
+            return
+        main = {axis for axis in self._machine.main if axis >= 0}
+        if row["type"][0] == CIRCULAR:
+            if self.group & main not in (main, set()):
+                raise fail(21209, ERRORS[21209], offset)
+            return
+        way = row["end"][0][: len(start)] - start
+        grouped = float(np.linalg.norm(way[sorted(self.group)]))
+        if grouped > 0.0:
+            feed = float(row["feed"][0]) * float(row["length"][0]) / grouped
+            row["feed"] = min(feed, self.limit_mm_s or np.inf)
+
+    def _in_mode(self, row: Row, start: np.ndarray, turns_min: float, offset: int) -> None:
         value = self._words.get(self.mode, 0.0)
         if value <= 0:
             raise fail(900006, ERRORS[900006], offset)

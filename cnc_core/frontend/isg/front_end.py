@@ -91,7 +91,7 @@ class IsgFrontEnd(ProgramLevels):
         if self._declaring or self.context.patterns.opened or self.context.modal_cycle.call:
             return False
         spaces = self.context.spaces
-        return self.executor.feeds.plain and not (spaces.watches_plane or spaces.due)
+        return self.executor.plain and not (spaces.watches_plane or spaces.due)
 
     def _may_drain(self) -> bool:
         return not self.executor.compensation.choice.active

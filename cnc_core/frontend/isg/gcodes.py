@@ -73,6 +73,7 @@ EFFECTS: dict[int, Callable[[MotionWords], None]] = {
     91: _flag("absolute", False),
     161: _flag("centre_absolute", True),
     162: _flag("centre_absolute", False),
+    **{code: _motion(1) for code in (33, 63, 331, 332)},
     359: _flag("exact_stop", False),
     360: _flag("exact_stop", True),
 }
@@ -91,26 +92,27 @@ FEED_MODES = (93, 94, 95, 194)
 DYNAMICS = frozenset({*range(127, 135), 230, 231, 233})
 CONTOURING = frozenset({61, 260, 261, 150, 151})
 CORNERS = frozenset({301, 302})
+SPINDLE = frozenset({96, 97, 196, 166})
+SOFT_LIMITS = (98, 99)
 EXECUTED = OFFSETS | DIAMETER | DYNAMICS | CONTOURING | CORNERS
-EXECUTED |= frozenset({*MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351})
+EXECUTED |= SPINDLE | frozenset({*SOFT_LIMITS, *MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351})
 
 # Initial states, and what is always so here: they change nothing.
-INITIAL = frozenset({8, 9, 12, 97, 117, 135, 140, 163, 202, 900})
+INITIAL = frozenset({8, 9, 12, 117, 135, 140, 163, 202, 900})
 
 # Accepted and kept, without effect on the rows; said once in a warning.
-STORED = frozenset({13, 901, 115, 116, 136, 137, 166, 167, 193, 293, 333, 334, 338, 339})
+STORED = frozenset({13, 901, 115, 116, 136, 137, 167, 193, 293, 333, 334, 338, 339})
 
 # With ``=value``.
 VALUED = frozenset({115, 128, 129, 131, 133, 134, 159, 160, 231, 233, 333, 334, 338, 339})
 VALUE_OPTIONAL = frozenset({115})
 
 # Axis words of the block belong to these functions and move nothing.
-AXIS_TAKERS = frozenset({68, 74, 92, 127, 130, 132, 136, 160, 230, 351})
+AXIS_TAKERS = frozenset({68, 74, 92, 98, 99, 127, 130, 132, 136, 160, 230, 351})
 
 ACCEPTED = INITIAL | STORED | EXECUTED | COMPENSATION
 
 # Known to the manual and refused by name.
 REFUSED = frozenset(
-    {33, 63, 66, 96, 98, 99, *range(100, 109), 112, 141, 196, 200, 201, 236, 238, 303, 310}
-    | {331, 332}
+    {66, *range(100, 109), 112, 141, 200, 201, 236, 238, 303, 310}
 )

@@ -221,10 +221,7 @@ class PathCommands(CommandBase):
                 self._context.executor.stored_without_effect("#SLOPE [NO_OPT]", self._start)
             else:
                 stream.accept("=")
-                word = stream.accept_name(*PROFILES)
-                if word is None:
-                    raise fail(900010, f"#SLOPE: TYPE is {', '.join(PROFILES)}", stream.current.offset)
-                name = word.text.upper()
+                name = self._key(dict.fromkeys(PROFILES, False))
         self._formulas.close(opened)
         return name
 

@@ -112,7 +112,7 @@ class PositionCommands(CommandBase):
         return run
 
     def _fgroup(self) -> Run:
-        """``#FGROUP [X,Y,Z]``: the main axes, as always; others are refused."""
+        """``#FGROUP [X,Y,Z]``: the axes that F refers to."""
         if self._stream.at_end:
             raise fail(900010, "#FGROUP: axes are expected", self._start)
         if not self._stream.is_op("["):
@@ -126,6 +126,32 @@ class PositionCommands(CommandBase):
             axes.add(self._axes[name])
             self._stream.accept(",")
         self._formulas.close(opened)
-        if axes != {axis for axis in self._context.machine.main if axis >= 0}:
-            raise fail(900003, "#FGROUP of other axes than the main axes is not supported", self._start)
-        return list
+        if not axes:
+            raise fail(900010, "#FGROUP: axes are expected", self._start)
+        main = {axis for axis in self._context.machine.main if axis >= 0}
+
+        def run() -> Items:
+            self._context.executor.feeds.group = None if axes == main else frozenset(axes)
+            return []
+
+        return run
+
+    def _tangfeed(self) -> Run:
+        """``#TANGFEED [RMIN=..]``: arcs below this radius are driven slower, as their radius is to it; 0: off."""
+        keys = self._keys({"RMIN": True}) if self._stream.is_op("[") else {}
+        if self._stream.accept_name("RMIN"):  # the old form: RMIN [..]
+            opened = self._formulas.open()
+            keys = {"RMIN": self._formulas.expression()}
+            self._formulas.close(opened)
+        value = keys.get("RMIN")
+        if value is None:
+            raise fail(900010, "#TANGFEED: RMIN is expected", self._start)
+
+        def run() -> Items:
+            radius = value()
+            if isinstance(radius, str) or not 0 <= radius <= 1e9:
+                raise fail(900012, f"#TANGFEED: RMIN {radius} out of range", self._start)
+            self._context.executor.feeds.tangential_radius_mm = radius * self._modal.unit_mm
+            return []
+
+        return run

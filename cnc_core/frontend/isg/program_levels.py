@@ -149,9 +149,10 @@ class ProgramLevels(BlockReader):
             if self.context.modal_cycle.level is left:
                 self.context.modal_cycle.deselect()
             if left.user.saved is not None:
-                mode, modal = left.user.saved
+                mode, modal, contouring = left.user.saved
                 self.context.executor.feeds.choose(mode)
                 self.modal.restore(modal)
+                self._queue.extend(self.context.executor.contouring.switch(contouring, self.modal.n))
 
     def _level_end(self) -> None:
         """M17, M29."""

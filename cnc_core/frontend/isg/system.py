@@ -71,16 +71,16 @@ PER_AXIS: dict[str, Callable[[Context, int], float]] = {
     "REF": lambda c, a: 1.0,
     "MANUAL_OFFSETS": lambda c, a: 0.0,
     "MODE": lambda c, a: 0.0,
-    "-SWE": lambda c, a: _limit(c, a, 0),
-    "+SWE": lambda c, a: _limit(c, a, 1),
+    "-SWE": lambda c, a: _limit(c, a, 0, now=True),
+    "+SWE": lambda c, a: _limit(c, a, 1, now=True),
     "-SWE_MDS": lambda c, a: _limit(c, a, 0),
     "+SWE_MDS": lambda c, a: _limit(c, a, 1),
 }
 AXIS_ALIASES = {"SOFFS": "MANUAL_OFFSETS"}
 
 
-def _limit(context: Context, axis: int, side: int) -> float:
-    limits = context.machine.limits
+def _limit(context: Context, axis: int, side: int, *, now: bool = False) -> float:
+    limits = (context.executor.soft_limits if now else None) or context.machine.limits
     value = (-1e9, 1e9)[side] if limits is None else float(limits[side][axis])
     return value / context.offsets.scale(axis)
 

@@ -1,0 +1,8 @@
+; the mode is set, G261 switches on; deviation in mm
+N10 G01 F1000 X0
+#CONTOUR MODE [DEV PATH_DEV=0.1 TRACK_DEV=1 RELEVANT_PATH=0.5]
+G261
+X10
+Y10
+G260
+X0
