@@ -150,7 +150,7 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
     q.v_hard = programmed_speed(e, p, from, to);
     set_shares(e, p, &q);
     q.blocks = to >= p->length;
-    if (from <= 0.0 && p->entry_speed < NEVER) q.v_hard = p->entry_speed;
+    if (from <= 0.0 && p->entry_speed < NEVER) q.v_hard = q.v_hard > 0.0 ? fmin(q.v_hard, p->entry_speed) : p->entry_speed;
     return q;
 }
 

@@ -46,6 +46,7 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_NO_OVERRIDE 32768 /* motion: the feed as programmed, whatever the override */
 #define NC_PATH_FEED 16384 /* motion: the feed counts along `length`, whatever the path mode says (geometry/path_mode.py) */
 #define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
 #define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
