@@ -47,7 +47,10 @@ WITHOUT_EFFECT = {
 DEFAULT_M_SYNCH: dict[int, str] = dict.fromkeys((0, 1, 2, 3, 4, 5, 17, 19, 29, 30), "NO_SYNCH") | dict.fromkeys(
     (6, 7, 8, 9, 10, 11, 40, 41, 42, 43, 44, 45), "NO_SYNCH"
 )
-SYNCH_BASES = ("NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS", "MVS_SLM", "MVS_SLP", "MEP_SVS", "MET_SVS")
+SYNCH_BASES = (
+    *("NO_SYNCH", "MOS", "MVS_SVS", "MVS_SNS", "MNS_SNS", "MNE_SNS"),
+    *("MVS_SLM", "MVS_SLP", "MEP_SVS", "MET_SVS"),
+)
 SYNCH_FLAGS = ("BWD_SYNCH", "FWD_SYNCH")
 SYNCH: dict[str, int] = {  # values of P-CHAN-00041 (hli_reference 6.4)
     "NO_SYNCH": 0,
@@ -55,6 +58,7 @@ SYNCH: dict[str, int] = {  # values of P-CHAN-00041 (hli_reference 6.4)
     "MVS_SVS": 0x2,
     "MVS_SNS": 0x4,
     "MNS_SNS": 0x8,
+    "MNE_SNS": 0x4,  # 0x20; the front end puts it where the probe trips, from there it acts as MVS_SNS
     "MVS_SLM": 0x4000,
     "MVS_SLP": 0x8000,
     "MEP_SVS": 0x1000000,

@@ -32,6 +32,7 @@ ERRORS: dict[int, str] = {
     20129: "two manual mode functions in one block",
     20130: "chamfer and rounding in one block",
     20131: "unknown G function",
+    20156: "two functions of type MNE_SNS in one block",
     20151: "G115: number of functions out of range 0..14",
     20211: "control statements nested too deeply",
     20223: "$DEFAULT outside $SWITCH",

@@ -182,7 +182,7 @@ class RunFilter(ABC):
         out = []
         for begin, end in zip([0, *edges], [*edges, len(rows)], strict=True):
             if usable[begin]:
-                self.report.blocks_in += end - begin
+                self.report.blocks_in += int(end - begin)
                 made = self.extend(rows[begin:end].copy(), start[begin])
                 self.report.blocks_out += len(made)
                 out.append(made)

@@ -1,5 +1,8 @@
 """Filters of straight motions: streams in pieces, exact ends, true deviations, bounded memory."""
 
+import json
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 import shapely
@@ -143,3 +146,10 @@ def test_feed_control_keeps_the_axes(inertia):
         assert len(parts) == len(whole)
         if inertia == 1.0:
             assert parts["feed"] == pytest.approx(whole["feed"])
+
+
+def test_reports_are_plain_numbers():
+    """They go into the plan's JSON and into messages."""
+    _, stage = through(Noise, zigzag(1, 50), CASES[0][1])
+    assert json.loads(json.dumps(asdict(stage.report)))["blocks_in"] == 49
+    assert str(stage.report).startswith("filter NOISE: 49 blocks in, ")

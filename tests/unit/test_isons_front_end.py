@@ -374,3 +374,23 @@ def test_modal_state_stays_from_program_to_program(tmp_path):
     assert rows[1][0]["feed"] == pytest.approx(2000 / 60)
     assert not rows[1][0]["flags"]
     assert [program.reader.store.scope.values[name] for name in "ABC"] == [2, 1, 3]
+
+
+def test_g94_beside_user_offset_stores_an_offset(tmp_path):
+    """A-20: the guide's example."""
+    out = run(tmp_path, "USER_OFFSET 3 G94X5\nG1X0\n$A=$_W0\n$B=$_Y0\nUSER_OFFSET 0\nG1X1\n")
+    assert out.xy[:, 0].tolist() == [5, 1]
+    assert (out.variable("A"), out.variable("B")) == (5, 0)
+
+
+@pytest.mark.parametrize("text", ["G30R-1A0", "G81", "G93", "G94", "G89"])
+def test_functions_without_what_they_need(tmp_path, text):
+    """Negative radii, no axes."""
+    assert error_of(tmp_path, text + "\n").place.line == 1
+
+
+def test_parameters_that_the_cell_has_are_read_as_they_are(tmp_path):
+    """VMAX and LIMITE that are not given: those of the axes."""
+    text = 'READ_PARMAC "VMAX_X" $A\nREAD_PARMAC LIMITE_P_Y,$B\nREAD_PARMAC "SGLP" $C\n'
+    out = run(tmp_path, text)
+    assert (out.variable("A"), out.variable("B"), out.variable("C")) == (18000, 1e8, 200)

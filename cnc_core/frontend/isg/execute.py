@@ -33,6 +33,7 @@ from cnc_core.frontend.isg.corner_commands import CornerWords
 from cnc_core.frontend.isg.cycles.registry import find
 from cnc_core.frontend.isg.dynamics import WEIGHTS, Dynamics
 from cnc_core.frontend.isg.feeds import Feeds
+from cnc_core.frontend.isg.measuring import place_functions
 from cnc_core.frontend.isg.spaces import Rotation
 from cnc_core.frontend.isg.spline_commands import Splines, refused_with_compensation
 from cnc_core.frontend.isg.turning import RIGID, Turning
@@ -100,7 +101,9 @@ class Executor:
                 ahead += self.switch_spline(name == "G151", words.motion.n, words.codes[name])
         if self.splines.active and self.compensation.choice.active:
             raise refused_with_compensation(0)
-        motion = ahead + self._motion(words) + behind + corner
+        start = self._modal.position
+        before, driven = place_functions(before, self._motion(words), start, self._machine)
+        motion = ahead + driven + behind + corner
         self.compensation.settle()
         if "G61" in words.codes:
             self.contouring.last_once = self._modal.position

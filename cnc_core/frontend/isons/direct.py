@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from cnc_core.blocks import EVENT, EVENT_COMMAND, EVENT_OVERRIDE, EXACT_STOP, HAS_VALUE, PATH_FEED
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.probe import trip
 from cnc_core.frontend.base.scanner import MotionWords, Row
 from cnc_core.frontend.isons.homing import ABSOLUTE, NoSensorError, Speeds, search
 from cnc_core.frontend.isons.parameters import acceleration
@@ -50,28 +51,15 @@ def probe(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
         raise fail(900004, "G102: axes with their targets are expected", offset)
     start = executor.modal.position
     place = executor.place_of(given)
-    share = trip(start, place, executor.machine.axes, executor.machine.probe)
-    if share is None:
+    found = trip(start, place, executor.machine.axes, executor.machine.probe)
+    if found is None:
         executor.failure = CncError(909160).at(fail(909160, ERRORS[909160], offset).place)
     else:
-        place = start + share[0] * (place - start)
-        place[share[1]] = executor.machine.probe[executor.machine.axes[share[1]].upper()]
+        place = found[1]
     rows = [*executor.output.flush()]
     speed = executor.parameters["ACQ_VEL"] or executor.modal.feed * executor.parameters["FEEDRES"]
     rows += way(executor, place, speed, words.block.n, offset)
     return [Wait.DRAINED, *rows, Wait.DRAINED]
-
-
-def trip(start: Array, end: Array, axes: tuple[str, ...], sensors: dict[str, float]) -> tuple[float, int] | None:
-    """Share of the way at which the first sensor trips, and its axis; None if none does."""
-    found = []
-    for i, name in enumerate(axes):
-        at, way_there = sensors.get(name.upper()), float(end[i] - start[i])
-        if at is not None and way_there:
-            share = (at - float(start[i])) / way_there
-            if 0.0 <= share <= 1.0:
-                found.append((share, i))
-    return min(found, default=None)
 
 
 def way(executor: Executor, place: Array, speed_mm_min: float, n: int, offset: int) -> list[Row]:

@@ -539,17 +539,17 @@ class Executor:
             frame.offset.on = code == 97
         elif code in (87, 88):
             frame.head_on = code == 88
-        elif code == 94:
-            frame.origin.store(self._given(words, frame.origin.value))
-        elif code == 93:
-            self._offsets(words)
+        elif code == 94 and "USER_OFFSET" not in words.values:
+            frame.origin.store(self._some_given(words, frame.origin.value, code, offset))
+        elif code in (93, 94):  # the guide's example of USER_OFFSET has G94 (A-20)
+            self._offsets(words, code, offset)
         elif code in (92, 82, 95, 85):
             layer = frame.origin if code in (92, 82) else frame.offset
             frame.set_here(layer, self._some(words, code, offset), code in (82, 85))
         elif code in range(54, 60):
             self._recall(code, offset, words)
         elif code == 89:
-            self.frame.preset(self._given(words, frame.position_from_home()))
+            self.frame.preset(self._some_given(words, frame.position_from_home(), code, offset))
         elif code == 86:
             frame.preset_turns(self._rotary_axes(words, offset))
         else:
@@ -562,7 +562,14 @@ class Executor:
             raise fail(900004, f"G{code}: axes are expected", offset)
         return axes
 
-    def _offsets(self, words: Words) -> None:
+    def _some_given(self, words: Words, current: Array, code: int, offset: int) -> dict[int, float]:
+        """As ``_given``, at least one."""
+        values = self._given(words, current)
+        if not values:
+            raise fail(900004, f"G{code}: axes with values are expected", offset)
+        return values
+
+    def _offsets(self, words: Words, code: int, offset: int) -> None:
         layer = self.frame.offset
         values = self._given(words, layer.value)
         for letter in AXIS_LETTERS:
@@ -570,10 +577,12 @@ class Executor:
             if value is not None:
                 axis = self.axis(letter, words.offset("DO" + letter))
                 values[axis] = value * self._scale(axis)
+        if not values and not words.block.indexed:
+            raise fail(900004, f"G{code}: axes with values are expected", offset)
         layer.store(values)
-        for name, (number, value_of, offset) in words.block.indexed.items():
+        for name, (number, value_of, place) in words.block.indexed.items():
             words.used.add(name)
-            self.positioner_offset(number(), value_of(), name == "DP", offset)
+            self.positioner_offset(number(), value_of(), name == "DP", place)
 
     def _recall(self, code: int, offset: int, words: Words) -> None:
         layer: Layer = self.frame.origin
