@@ -88,9 +88,15 @@ static double bend_at(const engine *e, const piece *p, double s, double *fast) {
     return sqrt(sum);
 }
 
+/* The program asks for a slow corner at the start: a short interval of its own holds that speed. */
+static double entry_stretch(const engine *e, const piece *p) {
+    return fmin(0.25 * p->length, fmax(1e-3, p->entry_speed * e->cfg.cycle_s));
+}
+
 /* Where the interval that begins at s ends. */
 static double interval_end(const engine *e, const piece *p, double s) {
     double end = p->length, bend = 0.0;
+    if (s <= 0.0 && p->entry_speed < NEVER) end = entry_stretch(e, p);
     if (p->kind == PIECE_LINE) return end;
     if (p->kind == PIECE_ARC) {
         bend = fabs(p->sweep) / p->whole;
@@ -144,6 +150,7 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
     q.v_hard = programmed_speed(e, p, from, to);
     set_shares(e, p, &q);
     q.blocks = to >= p->length;
+    if (from <= 0.0 && p->entry_speed < NEVER) q.v_hard = q.v_hard > 0.0 ? fmin(q.v_hard, p->entry_speed) : p->entry_speed;
     return q;
 }
 

@@ -129,8 +129,18 @@ void engine_set_phase(engine *e, uint32_t phase) {
 /* Preparation is wanted when less than a good window is ahead of the planner. */
 static bool needs_blocks(engine *e) {
     if (!ATOMIC_GET(e->program_active) || ATOMIC_GET(e->finished) || ATOMIC_GET(e->expect_drain)) return false;
+    if (ATOMIC_GET(e->geo.cycle) < ATOMIC_GET(e->blocks_from)) return false;
     uint64_t ahead = e->element_head - ATOMIC_GET(e->geo.active);
     return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->store_head - ATOMIC_GET(e->store_done) < 1024u);
+}
+
+void engine_expect_cycle(engine *e) { ATOMIC_SET(e->blocks_from, ATOMIC_GET(e->geo.cycle) + 1); }
+
+int engine_take_command(engine *e, engine_command *out) {
+    if (e->command_tail >= ATOMIC_GET(e->command_head)) return 0;
+    *out = e->commands[e->command_tail % COMMANDS_MAX];
+    ATOMIC_SET(e->command_tail, e->command_tail + 1);
+    return 1;
 }
 
 static bool plc_finished(const engine *e) {
@@ -222,6 +232,12 @@ void engine_get_state(engine *e, engine_state *out) {
     out->techno_wait_cycles = e->techno_wait_cycles;
     out->waiting_techno = e->geo.waiting_techno;
     out->infeasible = e->plan.infeasible;
+    uint64_t done = ATOMIC_GET(e->store_done);
+    out->rows_taken = e->rows_taken;
+    out->row_done = done > 0 ? store_at(e, done - 1)->row : 0;
+    out->halt_row = e->halt_row;
+    out->halt_s = e->halt_s;
+    out->halt_whole = e->halt_whole;
     out->mode_warnings = e->mode_warnings;
     out->errors_lost = e->errors_lost;
 }

@@ -89,6 +89,9 @@ typedef struct engine_state {
     int32_t fill;
     uint32_t mode_warnings;        /* mode commands whose from_mode or from_state was wrong */
     uint32_t errors_lost;          /* error records that found no room in the queue */
+    uint64_t rows_taken, row_done; /* rows pushed; rows below it have been executed */
+    uint64_t halt_row;             /* behind engine_halt: the row in which the path stands, */
+    double halt_s, halt_whole;     /* and how much of it has been driven, mm */
     uint64_t infeasible;           /* planner: state that could not be continued legally; must stay 0 */
 } engine_state;
 
@@ -104,6 +107,13 @@ typedef struct engine_error {
     uint32_t id, line, column, n, reaction_class, recovery_class;
     char program[256];
 } engine_error;
+
+/* A command of the program that the path has passed (NC_EVENT_COMMAND). */
+typedef struct engine_command {
+    double value, position[NC_AXES];
+    uint64_t cycle;
+    uint32_t line;
+} engine_command;
 
 typedef struct engine engine;
 
@@ -148,6 +158,19 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
 void engine_finish(engine *e);
 /* Report ENGINE_DRAINED when every row pushed so far has been executed. */
 void engine_expect_drain(engine *e);
+/* Ask for no rows before the next cycle has passed: preparation waits for what the machine and the PLC do. */
+void engine_expect_cycle(engine *e);
+/* Brake, leave out what has been pushed, report ENGINE_DRAINED; the program goes on behind engine_resync. */
+void engine_halt(engine *e);
+/* HOLD and its end come as ENGINE_MODE_COMMAND (1), or are carried out here (0); engine_hold does so for the cell. While a
+ * macro runs, the transient state stays until the cell sets another one. */
+void engine_hold_by_cell(engine *e, int by_cell);
+void engine_hold(engine *e, int hold);
+void engine_macro_runs(engine *e, int runs);
+/* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
+void engine_resync(engine *e);
+/* 1 and the next command that the path has passed, or 0. */
+int engine_take_command(engine *e, engine_command *out);
 /* Motion held before the program start (1) or released (0). */
 void engine_hold_start(engine *e, int hold);
 /* Stay behind the program's end although the PLC is finished: ENGINE_PLC_FINISHED is not reported. */

@@ -109,6 +109,7 @@ typedef struct piece {
     double path0, dist0;     /* at the start of the whole piece: mm since program start, displayed distance mm */
     double path_rate, dist_rate; /* change of both over a mm of the piece as it is driven */
     uint64_t origin;         /* place in the store */
+    uint64_t row;            /* number of the row it comes from */
     double from, whole;      /* where in the whole piece this one begins, and the whole piece's length */
     int8_t dir;              /* 1 forward, -1 backward */
     bool replay;             /* on a stretch that has been driven before: functions have units of their own */
@@ -203,6 +204,7 @@ typedef struct insert_cmd {
     int32_t add;
 } insert_cmd;
 
+#define COMMANDS_MAX 1024u
 #define ERRORS_MAX 16u
 #define STOPS_MAX 64u /* inserted stops that are fed and not yet reached */
 typedef struct inserted_stop {
@@ -311,6 +313,13 @@ struct engine {
     double next_tangents[6];        /* of an element whose geometry lies in other coordinates */
     uint64_t piece_head;  /* fed */
     uint64_t piece_done;  /* executed by GEO */
+    engine_command commands[COMMANDS_MAX];
+    uint64_t command_head, command_tail, commands_lost;
+    int override_ignored;
+    int hold_to_cell, macro_runs; /* HOLD and back are for the cell to carry out; it does */
+    uint64_t rows_taken, halt_row; /* rows pushed; the one in which a halt left the path */
+    double halt_s, halt_whole;
+    uint64_t blocks_from;    /* no rows are asked for before this cycle */
     float end_speed;         /* of the motion pushed last */
     int finished, expect_drain, hold_start, stay;
     uint64_t drain_at, drain_from;

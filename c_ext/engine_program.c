@@ -10,6 +10,23 @@ void engine_abort(engine *e) {
     ATOMIC_SET(e->abort_now, 1);
 }
 
+void engine_halt(engine *e) {
+    ATOMIC_SET(e->finished, 0);
+    engine_expect_drain(e);
+    ATOMIC_SET(e->abort_now, 1);
+}
+
+void engine_resync(engine *e) {
+    ATOMIC_SET(e->abort_now, 0);
+    memcpy(e->last_end, e->geo.position, sizeof e->last_end);
+    memcpy(e->element_end, e->geo.position, sizeof e->element_end);
+    map_behind_element(e);
+    e->has_tangent = e->has_motion_piece = e->stop_pending = false;
+    e->pushed_path = e->geo.path - e->geo.path_shift;
+    e->distance = (e->geo.dist - e->geo.dist_shift) * TENTH_UM;
+    e->end_speed = 0.0f;
+}
+
 static void clear_units(engine *e) {
     memset(e->std_slots, 0, sizeof e->std_slots);
     memset(e->late_slots, 0, sizeof e->late_slots);
@@ -84,6 +101,9 @@ static void begin_motion(engine *e) {
     g->active = e->element_head;
     geo_begin_distance(e);
     ATOMIC_SET(e->abort_now, 0);
+    ATOMIC_SET(e->override_ignored, 0);
+    ATOMIC_SET(e->hold_to_cell, 0);
+    ATOMIC_SET(e->macro_runs, 0);
     ATOMIC_SET(e->program_end, 0);
     e->end_reported = 0;
 }

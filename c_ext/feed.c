@@ -595,6 +595,11 @@ static void shortcut(engine *e) {
 /* The program ends here: everything that is left is left out. */
 static void leave_out_rest(engine *e) {
     uint64_t head = ATOMIC_GET(e->store_head);
+    place at = stand_place(e);
+    bool left = at.i < head;
+    e->halt_row = left ? store_at(e, at.i)->row : e->rows_taken;
+    e->halt_s = left ? at.s : 0.0;
+    e->halt_whole = left ? store_at(e, at.i)->whole : 0.0;
     begin_run(e, (place){head, 0.0});
     e->feed.dir = 1;
     e->feed.next = head;

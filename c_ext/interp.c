@@ -66,6 +66,21 @@ static void run_reset(geo *g, const piece *p) {
     else set_epoch(g, g->epoch - 1, p->mate, 0.0);
 }
 
+/* The cell takes commands out of a small ring; what it cannot hold is counted. */
+static void tell_command(engine *e, const piece *p) {
+    uint64_t head = e->command_head;
+    if (head - ATOMIC_GET(e->command_tail) >= COMMANDS_MAX) {
+        e->commands_lost++;
+        return;
+    }
+    engine_command *c = &e->commands[head % COMMANDS_MAX];
+    c->value = p->value;
+    c->cycle = e->geo.cycle;
+    c->line = p->line;
+    memcpy(c->position, e->geo.position, sizeof c->position);
+    ATOMIC_SET(e->command_head, head + 1);
+}
+
 static void run_event(engine *e, piece *p) {
     geo *g = &e->geo;
     if (p->inserted && p->type == NC_M) ATOMIC_SET(e->stops_done, e->stops_done + 1);
@@ -75,6 +90,8 @@ static void run_event(engine *e, piece *p) {
         run_reset(g, p);
         break;
     case NC_EVENT:
+        if (p->code == NC_EVENT_COMMAND && p->dir > 0) tell_command(e, p);
+        if (p->code == NC_EVENT_OVERRIDE) ATOMIC_SET(e->override_ignored, p->value == 0.0);
         if (p->code == NC_EVENT_STORAGE_CLEAR && p->dir > 0) ATOMIC_SET(e->store_first, p->origin + 1);
         break;
     case NC_RT_LOOP_BEGIN: case NC_RT_LOOP_END:

@@ -26,7 +26,7 @@ static double line_ahead(const jerk_planner *p, uint64_t *end) {
     for (uint64_t i = p->head; i != p->tail; i++) {
         const jerk_interval *q = ring_at(p, i);
         blocks += (int)q->blocks;
-        if (!straight(p, q, first) || asked_speed(p, q) != speed || blocks > p->cfg.window_blocks) return 0.0;
+        if (!straight(p, q, first) || asked_speed(p, q) != speed || q->v_hard != first->v_hard || blocks > p->cfg.window_blocks) return 0.0;
         length += q->length;
         *end = i + 1;
         if (q->flags & JERK_STAND) return length;

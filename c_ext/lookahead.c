@@ -115,7 +115,7 @@ static double load_speed(const engine *e, const load *l) {
 
 /* Fastest that p is driven at an override. */
 double reachable(const piece *p, double override) {
-    return p->feed > 0 ? fmin(p->v_hard, p->feed * (p->flags & NC_NO_OVERRIDE ? 1.0 : override)) : p->v_hard;
+    return p->feed > 0 ? fmin(p->v_hard, p->feed * override) : p->v_hard;
 }
 
 static void set_reserve(engine *e, piece *p, const load *l, double v) {

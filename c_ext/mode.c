@@ -172,7 +172,7 @@ static void read_command(engine_mode_command *out, const HLI_PROC_TRANS_TO_MODE_
 /* Stop and resume are for the path alone; true if the command was one of these. */
 static bool stop_or_resume(engine *e, const engine_mode_command *c) {
     uint32_t state = ATOMIC_GET(e->mode_state);
-    if (c->to_mode != ATOMIC_GET(e->mode)) return false;
+    if (c->to_mode != ATOMIC_GET(e->mode) || ATOMIC_GET(e->hold_to_cell)) return false;
     if (c->to_state == HOLD && (state == ACTIVE || state == HOLD || state == STOPPING)) {
         ATOMIC_SET(e->stopped, 1);
         if (state == ACTIVE) ATOMIC_SET(e->mode_state, STOPPING);
@@ -185,6 +185,16 @@ static bool stop_or_resume(engine *e, const engine_mode_command *c) {
     }
     return false;
 }
+
+/* HOLD and back, by the cell. */
+void engine_hold(engine *e, int hold) {
+    ATOMIC_SET(e->stopped, hold);
+    ATOMIC_SET(e->mode_state, hold ? STOPPING : ACTIVE);
+}
+
+void engine_hold_by_cell(engine *e, int by_cell) { ATOMIC_SET(e->hold_to_cell, by_cell); }
+
+void engine_macro_runs(engine *e, int runs) { ATOMIC_SET(e->macro_runs, runs); }
 
 /* Transient state while the cell carries the command out. */
 static uint32_t on_the_way(uint32_t target) {
@@ -213,7 +223,7 @@ static void take_command(engine *e, MC_CONTROL_MCM_MODE_STATE_UNIT *u) {
 void mode_cycle(engine *e, bool present) {
     MC_CONTROL_MCM_MODE_STATE_UNIT *u = &e->channel->channel_mc_control.mode_and_state;
     if (present && load_u8_acquire(&u->enable_w) && load_u8_acquire(&u->command_semaphor_rw)) take_command(e, u);
-    if (ATOMIC_GET(e->mode_state) == STOPPING && e->geo.v <= 0.0) ATOMIC_SET(e->mode_state, HOLD);
+    if (ATOMIC_GET(e->mode_state) == STOPPING && e->geo.v <= 0.0 && !ATOMIC_GET(e->macro_runs)) ATOMIC_SET(e->mode_state, HOLD);
     watch_plc(e, present);
     show_life(e, present);
     take_plc_error(e);

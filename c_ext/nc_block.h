@@ -46,16 +46,19 @@
 #define NC_MODULO 128     /* real-time loop: every pass begins with the same distance */
 #define NC_ELEMENT 256    /* motion: seen by the PLC, not executed; the pieces that follow execute it */
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
+#define NC_NO_OVERRIDE 32768 /* motion: the feed as programmed, whatever the override */
+#define NC_PATH_FEED 16384 /* motion: the feed counts along `length`, whatever the path mode says (geometry/path_mode.py) */
 #define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
 #define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
 #define NC_LENGTH_ONLY 2048     /* coordinates: the tool length is corrected, the axes are programmed */
 #define NC_PTP 8192           /* coordinates: blocks are straight lines of the machine axes */
-#define NC_NO_OVERRIDE 16384 /* motion: the feed as programmed, whatever the override */
 #define NC_CONTOUR_FEED 64 /* compensation: feed of arcs refers to the contour (G11), not to the tool centre */
 
 /* code of an NC_EVENT row */
 #define NC_EVENT_DIST2GO_END 3 /* #DEL DIST2GO [END = mask]: where a deleted distance to go may end; mask in `value` */
 #define NC_EVENT_STORAGE_CLEAR 4 /* #BACKWARD STORAGE CLEAR: backward motion does not go behind this place */
+#define NC_EVENT_COMMAND 5  /* told to the cell when the path passes: number in `value` */
+#define NC_EVENT_OVERRIDE 6 /* from here on the override counts (`value` 1) or not (0) */
 #define NC_EVENT_EXPL_SYN 2 /* #EXPL SYN: wait for functions of type MVS_SLP */
 
 /* code of an NC_MARKER row */

@@ -135,6 +135,7 @@ void take_commands(engine *e) {
     bool go_on = level_bool(&c->continue_machining, present, false);
     if (go_on && !e->geo.continue_seen) e->geo.waiting_continue = e->geo.stands_single = false;
     e->geo.continue_seen = go_on;
+    if (ATOMIC_GET(e->override_ignored)) factor = rapid = 1.0;
     __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
     __atomic_store(&e->rapid_now, &rapid, __ATOMIC_RELEASE);
     bool external = take_external_speed(e, c, present);

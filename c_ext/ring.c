@@ -133,6 +133,7 @@ piece *store_slot(engine *e, const nc_block *row) {
     p->line = row->line;
     p->flags = row->flags;
     p->origin = e->store_head;
+    p->row = e->rows_taken;
     p->dir = 1;
     return p;
 }
@@ -263,6 +264,7 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
         if (!error && e->in_loop && e->store_head - e->loop_begin > LOOP_PIECES_MAX) error = ENGINE_LOOP_TOO_LONG;
         if (error) return i > 0 ? i : error;
         push_row(e, &rows[i]);
+        e->rows_taken++;
         if (e->fault) return ENGINE_NO_MEMORY;
     }
     return n;

@@ -55,13 +55,15 @@ TYPE_NAMES: dict[int, str] = {
 }
 SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)  # no blocks: what stages and engine are told
 RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
+PATH_FEED = 16384  # motion: the feed counts along its length, whatever the path mode says
 LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
 BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
 TANGENTS = 255  # degree of an element that names its tangents in the pool
-NO_OVERRIDE = 16384
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
+NO_OVERRIDE = 32768
+EVENT_COMMAND, EVENT_OVERRIDE = 5, 6
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}

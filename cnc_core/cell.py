@@ -34,6 +34,7 @@ from .cnc_process import CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
 from .operator_answers import read_answers
+from .restart import Restart
 
 SCRATCH = "hli-cosim-run-"
 POLL_S = 0.005
@@ -239,6 +240,9 @@ class Cell:
         watch: Sequence[str] = (),
         force: dict[str, Any] | None = None,
         answers: str | Path | None = None,
+        start_line: int | None = None,
+        start_pass: int = 1,
+        start_marker: str | None = None,
     ) -> RunResult:
         """Run the program to its end.
 
@@ -248,6 +252,7 @@ class Cell:
         ``Program``.  ``autostart=False``: the program stands ready, the PLC starts it by ``mode_and_state``.
         ``watch``: symbols of the HLI or of a task, recorded at every scan (``result.plc["watch"]``); ``force``:
         symbols held at a value.  ``answers``: file with answers to the program's dialogs (``operator_answers``).
+        ``start_line`` with ``start_pass``, ``start_marker``: where the program is taken up (``Restart``).
 
         CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
         """
@@ -260,6 +265,7 @@ class Cell:
         script = Path(answers) if answers else None
         if script:
             read_answers(script)
+        Restart.of(start_line, start_pass, start_marker)
         choice = PlcChoice.of(plc, plc_args).online(watch, force or {})
         segment.sweep()
         _sweep_folders()
@@ -267,7 +273,8 @@ class Cell:
         before = _files(folder)
         options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
         self._job = self._start(
-            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart, "answers": script}
+            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart, "answers": script,
+            "start_line": start_line, "start_pass": start_pass, "start_marker": start_marker},
         )
         try:
             _supervise(self._job)

@@ -46,6 +46,11 @@ Lenient = Annotated[
 Answers = Annotated[
     Path | None, typer.Option("--answers", help="JSON list of answers to the program's dialogs (isons)")
 ]
+StartLine = Annotated[int | None, typer.Option("--start-line", help="take the program up at this line (isons)")]
+StartPass = Annotated[int, typer.Option("--start-pass", min=1, help="which time that line is reached")]
+StartMarker = Annotated[
+    str | None, typer.Option("--start-marker", metavar="NAME=VALUE", help="take it up where a variable gets a value")
+]
 Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
 
 
@@ -94,9 +99,11 @@ def open_program(
     tolerance: float = 0.0,
     programmed: bool = False,
     answers: Path | None = None,
+    restart: tuple[int | None, int, str | None] = (None, 1, None),
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from .program import Program  # noqa: PLC0415
+    from .restart import Restart  # noqa: PLC0415
 
     program = Program(
         file,
@@ -107,6 +114,7 @@ def open_program(
         tolerance=tolerance,
         programmed=programmed,
         answers=answers,
+        restart=Restart.of(*restart),
     )
     if dialect is None:
         err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
@@ -167,6 +175,9 @@ def blocks(
     dialect: Dialect = None,
     lenient: Lenient = False,
     answers: Answers = None,
+    start_line: StartLine = None,
+    start_pass: StartPass = 1,
+    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
@@ -175,7 +186,10 @@ def blocks(
     """
     from . import blocks as rows  # noqa: PLC0415
 
-    program = open_program(file, config, dialect, lenient=lenient, programmed=True, answers=answers)
+    restart = (start_line, start_pass, start_marker)
+    program = open_program(
+        file, config, dialect, lenient=lenient, programmed=True, answers=answers, restart=restart
+    )
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -224,6 +238,9 @@ def plan(
     dialect: Dialect = None,
     lenient: Lenient = False,
     answers: Answers = None,
+    start_line: StartLine = None,
+    start_pass: StartPass = 1,
+    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -236,7 +253,10 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers)
+    program = open_program(
+        file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers,
+        restart=(start_line, start_pass, start_marker),
+    )  # fmt: skip
     with progress(f"planning {file.name}"):
         result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
     say_warnings(program)
@@ -257,6 +277,35 @@ def plan(
 
 
 # ------------------------------------------------------------------------------------------------ co-simulation
+@app.command()
+def optimize(
+    file: Annotated[Path, typer.Argument(metavar="IN", help="program of points")],
+    setup: Annotated[Path, typer.Argument(metavar="SETUP", help="HSM setup with SMT (and SMS)")],
+    target: Annotated[Path, typer.Argument(metavar="OUT", help="program of polynomials; its setup is OUT.setup")],
+    compare: Annotated[bool, typer.Option("--compare", help="plan both programs and compare times")] = False,
+    config: Config = None,
+    as_json: Json = False,
+) -> None:
+    """Turn noisy points into smooth polynomials within a tolerance (Path Optimizer).
+
+    Example: hli-cosim optimize surface.osai CONFIG1 smooth.osai --compare
+    """
+    from .optimize import optimize as run_optimizer  # noqa: PLC0415
+
+    for path in (file, setup):
+        if not path.is_file():
+            raise CncError(901001, "file not found", Place(str(path)))
+    with progress(f"optimizing {file.name}") as tick:
+        value = run_optimizer(file, setup, target, load(config), tick, compared=compare).as_json()
+    if as_json:
+        emit(value)
+        return
+    table = Table("figure", "value", title=str(target))
+    for key, item in value.items():
+        table.add_row(key, json.dumps(item))
+    out.print(table)
+
+
 Watched = Annotated[
     list[str] | None, typer.Option("--watch", metavar="SYMBOL", help="record this symbol at every scan; repeatable")
 ]
@@ -287,6 +336,9 @@ def run(
     dialect: Dialect = None,
     lenient: Lenient = False,
     answers: Answers = None,
+    start_line: StartLine = None,
+    start_pass: StartPass = 1,
+    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
@@ -305,6 +357,7 @@ def run(
         result = cell.run(
             file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
             watch=watch or (), force=symbols, answers=answers,
+            start_line=start_line, start_pass=start_pass, start_marker=start_marker,
         )  # fmt: skip
     if dialect is None and result.dialect:
         err.print(f"dialect: {result.dialect} (by content and name; --dialect chooses another)")

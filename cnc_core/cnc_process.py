@@ -33,6 +33,7 @@ from .errors import CncError, Place
 from .mode_control import READY, SELECTED, ModeControl
 from .operator_answers import Operator, read_answers
 from .recorder import PartWriter
+from .restart import Restart
 
 KERNEL_VERSION = b"hli-cosim 0.1"
 CLOCKS = {
@@ -74,6 +75,9 @@ class CncOptions:
     out: Path | None = None
     autostart: bool = True
     answers: Path | None = None
+    start_line: int | None = None
+    start_pass: int = 1
+    start_marker: str | None = None
     terminal: bool = True  # an operator sits there, if standard input is one
 
     def as_json(self) -> str:
@@ -138,6 +142,7 @@ class CncProcess:
         self.blocks = 0
         self.dialect: str | None = None
         self.preparation: Preparation | None = None
+        self._restarted = False
         self._retained: dict[str, Any] = {}
         script = read_answers(options.answers) if options.answers else []
         self._operator = Operator(script, terminal=options.terminal and sys.stdin.isatty())
@@ -283,13 +288,21 @@ class CncProcess:
             self._retained,
             self._operator,
         )
+        port.manual_data = path == self._scratch
         self.preparation = Preparation(
-            path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient
-        )
+            path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient,
+            restart=self._take_restart(), held=self.modes.held,
+        )  # fmt: skip
         self.preparation.pump()
         self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_RUNNING)
         if self.options.clock == "realtime" and not self.options.hold_start:
             self.engine.start()
+
+    def _take_restart(self) -> Restart | None:
+        """Where the first program is taken up; those behind it begin at their beginning."""
+        options, first = self.options, not self._restarted
+        self._restarted = True
+        return Restart.of(options.start_line, options.start_pass, options.start_marker) if first else None
 
     def _dialect(self, path: Path) -> str:
         """Dialect of a program; what is wrong with its file is told where it is read."""
@@ -298,8 +311,19 @@ class CncProcess:
         except CncError:
             return ""
 
+    def hold_program(self) -> bool:
+        """HOLD, with the program's macros; False if the program does not allow it."""
+        return self.preparation is not None and self.preparation.hold()
+
+    def resume_program(self) -> None:
+        """ACTIVE from HOLD."""
+        if self.preparation:
+            self.preparation.resume()
+
     def abort_program(self) -> None:
         """Brake and leave out the rest."""
+        if self.preparation and self.preparation.stop():
+            return
         if self.preparation:
             self.preparation.close()
         self.engine.abort()
@@ -335,6 +359,7 @@ class CncProcess:
         preparation, self.preparation = self.preparation, None
         if preparation is None:
             return
+        preparation.take_commands()
         self.blocks += preparation.blocks
         self.messages += preparation.port.messages
         self.warnings += self.log_warnings()
@@ -381,6 +406,8 @@ class CncProcess:
 
     def _handle(self, event: Event) -> None:
         preparation = self.preparation
+        if preparation:
+            preparation.take_commands()
         if event is Event.NEED_BLOCKS and preparation:
             preparation.pump()
         elif event is Event.DRAINED and preparation:

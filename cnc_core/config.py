@@ -18,7 +18,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from .blocks import NC_AXES
 from .errors import ConfigError, Place
 from .frontend.isons_cell import IO_BLOCKS
-from .frontend.machine import External, HscSetting, ProgramMachine, Tool
+from .frontend.machine import External, HscSetting, OsaiCell, ProgramMachine, Tool
 from .isons_config import IsonsConfig
 from .kinematics.machine import Kinematics
 from .kinematics_config import KinematicsConfig
@@ -159,6 +159,17 @@ class SpindleConfig(_Table):
         return {3: self.m3_synch, 4: self.m4_synch, 5: self.m5_synch, 19: self.m19_synch, 0: self.s_synch}
 
 
+class OsaiConfig(_Table):
+    """10-Series programs: what the manual leaves open (docs/osai.md).
+
+    ``feed``: of polynomials and B-splines, that of their parameter or along the arc.  ``location``: where a cutter
+    location point lies on a ball or toroidal tool.
+    """
+
+    feed: Literal["parameter", "arc"] = "parameter"
+    location: Literal["tip", "centre"] = "tip"
+
+
 class HscsConfig(_Table):
     """One state of SysHscSettings (``hscs.*``): subprogram, tolerance in 0.1 um.  ``prg``: another spelling of prog."""
 
@@ -259,6 +270,8 @@ class CellConfig(_Table):
     external: dict[str, ExternalConfig] = Field(default_factory=dict)
     zero_offsets: dict[str, dict[str, Finite]] = Field(default_factory=dict)
     isons: IsonsConfig = Field(default_factory=IsonsConfig)
+    osai: OsaiConfig = Field(default_factory=OsaiConfig)
+    probe: dict[str, Finite] = Field(default_factory=dict)
     kinematics: dict[str, KinematicsConfig] = Field(default_factory=dict)
 
     @model_validator(mode="before")
@@ -281,6 +294,13 @@ class CellConfig(_Table):
                 behind = variable.number + variable.blocks
                 if variable.scope == "global" and behind > places.start and variable.number < places.stop:
                     raise ValueError(f"external {variable.name}: its block belongs to isons.io_block")
+        return self
+
+    @model_validator(mode="after")
+    def _probe_axes(self) -> CellConfig:
+        for axis in self.probe:
+            if axis not in self.axes:
+                raise ValueError(f"probe: the machine has no axis {axis!r}")
         return self
 
     @model_validator(mode="after")
@@ -435,6 +455,8 @@ class CellConfig(_Table):
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
             isons=self.isons.machine,
+            osai=OsaiCell(self.osai.feed == "arc", self.osai.location == "centre"),
+            probe=dict(self.probe),
             equidistant="FCT_EXTENSION_EQUIDIST" in self.channel.functions,
             hsc_settings={
                 str(state): HscSetting(h.prog or h.prg, h.tolerance * 1e-4) for state, h in self.channel.hscs.items()
@@ -472,8 +494,8 @@ def _known_keys(path: tuple[Any, ...]) -> list[str]:
     }
     if len(path) == 1:
         return list(CellConfig.model_fields)
-    if path[0] == "isons" and len(path) == 2:
-        return list(IsonsConfig.model_fields)
+    if path[0] in ("isons", "osai") and len(path) == 2:
+        return list((IsonsConfig if path[0] == "isons" else OsaiConfig).model_fields)
     model = ChannelConfig if path[0] == "channel" else tables.get(str(path[0]))
     return list(model.model_fields) if model else []
 

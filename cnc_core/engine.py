@@ -61,6 +61,16 @@ class ModeCommand:
 
 
 @dataclass(frozen=True)
+class PathCommand:
+    """A command that the path has passed: its number, the position there (axes,), the cycle, the source line."""
+
+    value: float
+    position: list[float]
+    cycle: int
+    line: int
+
+
+@dataclass(frozen=True)
 class Samples:
     """One row a cycle: cycle number (n,), axes (n, axes) mm, path (n,) mm, speed (n,) mm/s, active element (n,)."""
 
@@ -250,6 +260,37 @@ class Engine:
     def expect_drain(self) -> None:
         """Report ``Event.DRAINED`` when all rows pushed so far are executed."""
         lib.engine_expect_drain(self._handle)
+
+    def expect_cycle(self) -> None:
+        """``Event.NEED_BLOCKS`` not before the next cycle has passed."""
+        lib.engine_expect_cycle(self._handle)
+
+    def halt(self) -> None:
+        """Brake, leave out what has been pushed, report ``Event.DRAINED``."""
+        lib.engine_halt(self._handle)
+
+    def hold_by_cell(self, by_cell: bool) -> None:
+        """HOLD and its end come as ``Event.MODE_COMMAND``."""
+        lib.engine_hold_by_cell(self._handle, int(by_cell))
+
+    def hold(self, hold: bool) -> None:
+        """HOLD or its end, for a cell that has asked for them."""
+        lib.engine_hold(self._handle, int(hold))
+
+    def macro_runs(self, runs: bool) -> None:
+        """The transient state of the mode stays until ``set_mode``."""
+        lib.engine_macro_runs(self._handle, int(runs))
+
+    def resync(self) -> None:
+        """Behind ``Event.DRAINED``: the path goes on from where the axes stand."""
+        lib.engine_resync(self._handle)
+
+    def take_commands(self) -> list[PathCommand]:
+        """Commands of the program that the path has passed since the last call."""
+        out, found = ffi.new("engine_command *"), []
+        while lib.engine_take_command(self._handle, out):
+            found.append(PathCommand(out.value, list(out.position)[: self.axes], int(out.cycle), int(out.line)))
+        return found
 
     def hold_start(self, hold: bool) -> None:
         """Hold motion before the program start, or release it."""

@@ -97,6 +97,7 @@ ERRORS: dict[int, str] = {
     270053: "watchdog: the PLC has not shown in time that it lives",
     292005: "kinematic is not defined",
     270061: "mode command: target state not possible",
+    1005: "homing: not finished within TIME_OUT_HOME",
     # our own: program text
     900001: "unknown word",
     900002: "unknown command",
@@ -230,6 +231,7 @@ ERRORS: dict[int, str] = {
     909209: "setup: wrong axis",
     909210: "setup: too many axes",
     909211: "setup: incomplete kinematic chain",
+    909219: "profiles belong into part programs, not into manual data input (MDI)",
     909220: "G60 and G61 stand alone in their block",
     909221: "only inside, or only outside a profile (G61 .. G60)",
     909222: "the profile has no end (G60)",
@@ -257,7 +259,7 @@ ERRORS: dict[int, str] = {
     909254: "tangential axis with polynomials or B-splines",
     909260: "the tool direction cannot be reached",
     909261: "operating limit of the setup exceeded",
-    909262: "the motion comes too close to a singular position of the machine",
+    909262: "the motion does not become smooth: a singular pose, or a normal along the tool",
     909270: "words without use",
     # our own: kinematics and coordinate systems
     910101: "tool direction cannot be reached by the rotary axes",
@@ -274,6 +276,10 @@ ERRORS: dict[int, str] = {
     909150: "form: unknown object or property",
     909151: "form: value out of range",
     909152: "the operator is asked, and nobody answers",
+    909160: "ACQ SENSOR ERROR: the target was reached without the sensor",
+    909170: "restart: the program does not come to this place",
+    909171: "restart during tool radius compensation or RTCP",
+    909172: "RESUME_T: no T has been executed in this program",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",

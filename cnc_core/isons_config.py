@@ -9,7 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator, model_valida
 
 from .frontend.isons import parameters as machine_parameters
 from .frontend.isons.text import AXIS_LETTERS
-from .frontend.isons_cell import EVENTS, IO_BLOCKS, SLOTS, Head, IsonsCell, ToolTable
+from .frontend.isons_cell import EVENTS, IO_BLOCKS, SLOTS, Head, HomingSensors, IsonsCell, ToolTable
 
 Finite = Annotated[float, Field(gt=-1e12, lt=1e12, allow_inf_nan=False)]
 Axes = dict[str, Finite]
@@ -38,6 +38,17 @@ class ToolTableConfig(_Table):
     user: Annotated[list[Finite], Field(max_length=17)] = Field(default_factory=list)
 
 
+class HomingConfig(_Table):
+    """Simulated sensors of one axis: machine positions, mm or degrees (``HomingSensors``)."""
+
+    negative: Finite | None = None
+    positive: Finite | None = None
+    release: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.1
+    index: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.0
+    index_offset: Finite = 0.0
+    absolute: Finite | None = None
+
+
 def _whole_keys(table: dict[str, Any], what: str, highest: int) -> dict[str, Any]:
     for key in table:
         if not (key.isdigit() and key == str(int(key)) and int(key) <= highest):
@@ -55,6 +66,7 @@ class IsonsConfig(_Table):
     tools: dict[str, ToolTableConfig] = Field(default_factory=dict)
     canopen: dict[str, dict[str, int]] = Field(default_factory=dict)
     events: dict[str, Annotated[int, Field(ge=-1, le=65535)]] = Field(default_factory=dict)
+    homing: dict[str, HomingConfig] = Field(default_factory=dict)
     macro_folder: str = "."
     app_path: str = "."
     positioners: Annotated[int, Field(ge=0, le=machine_parameters.POSITIONERS_MAX)] = 4
@@ -94,6 +106,12 @@ class IsonsConfig(_Table):
             _check_axes(head.sensor)
         return _whole_keys(table, "head", SLOTS - 1)
 
+    @field_validator("homing")
+    @classmethod
+    def _homing(cls, table: dict[str, HomingConfig]) -> dict[str, HomingConfig]:
+        _check_axes(table)
+        return table
+
     @field_validator("tools")
     @classmethod
     def _tools(cls, table: dict[str, ToolTableConfig]) -> dict[str, ToolTableConfig]:
@@ -131,6 +149,7 @@ class IsonsConfig(_Table):
             app_path=self.app_path,
             positioners=self.positioners,
             io_block=self.io_block,
+            homing={name: HomingSensors(**sensors.model_dump()) for name, sensors in self.homing.items()},
         )
 
     def axis_settings(self, name: str, axis: dict[str, Any]) -> dict[str, Any]:
@@ -152,7 +171,7 @@ class IsonsConfig(_Table):
         return {key: value for key, value in found.items() if key not in axis}
 
 
-def _check_axes(axes: Axes) -> None:
+def _check_axes(axes: dict[str, Any]) -> None:
     for name in axes:
         if name not in AXIS_LETTERS or len(name) != 1:
             raise ValueError(f"{name!r} is none of the axes {AXIS_LETTERS}")

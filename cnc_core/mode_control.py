@@ -43,6 +43,10 @@ class Channel(Protocol):
 
     def abort_program(self) -> None: ...
 
+    def hold_program(self) -> bool: ...
+
+    def resume_program(self) -> None: ...
+
 
 class ModeControl:
     """Mode and state of one channel.
@@ -83,13 +87,24 @@ class ModeControl:
         """Carry out a command; what cannot be done is reported and changes nothing."""
         if not self.running:
             self._carry_out(command)
+        elif command.to_mode == self.mode and command.to_state == ACTIVE and command.state == HOLD:
+            self._channel.resume_program()
         elif command.to_mode == self.mode and command.to_state == ACTIVE:
             self._engine.set_mode(self.mode, command.state)  # it is active
-        elif command.to_state == HOLD or self._then is not None:
+        elif self._then is not None or (command.to_state == HOLD and not self._hold(command)):
             self._refuse(command)
+        elif command.to_state == HOLD:
+            pass
         else:
             self._then = command
             self.abort()
+
+    def _hold(self, command: ModeCommand) -> bool:
+        return command.to_mode == self.mode and command.state == ACTIVE and self._channel.hold_program()
+
+    def held(self, stands: bool) -> None:
+        """The channel has come to its pause, or goes on behind it."""
+        self._set(HOLD if stands else ACTIVE)
 
     def abort(self) -> None:
         """Brake and end the program."""

@@ -25,10 +25,14 @@ class Wait(Enum):
     PLC = "plc"  # the PLC has answered
     OPERATOR = "operator"  # the operator has answered
     PROBE = "probe"  # the measuring event has happened
+    CYCLE = "cycle"  # the machine and the PLC have had another cycle
+    STOPPED = "stopped"  # the axes have been stopped where they were, what was handed out is left out
 
 
 class ChannelPort(Protocol):
-    """The channel as the front end sees it."""
+    """The channel as the front end sees it.  ``manual_data``: the program was typed in (MDI), it is no file."""
+
+    manual_data: bool
 
     @property
     def answers(self) -> bool:
@@ -38,6 +42,10 @@ class ChannelPort(Protocol):
     @property
     def retained(self) -> dict[str, Any]:
         """What a dialect keeps from program to program, by its name."""
+        ...
+
+    def live_position(self) -> npt.NDArray[np.float64]:
+        """Command position of all channel axes as it is now, mm or degrees."""
         ...
 
     def position(self) -> npt.NDArray[np.float64]:
@@ -54,6 +62,10 @@ class ChannelPort(Protocol):
 
     def now_s(self) -> float:
         """Machine time, s, latched when the last wait came true."""
+        ...
+
+    def live_now_s(self) -> float:
+        """Machine time, s, as it is now."""
         ...
 
     def skip_levels(self) -> int:
@@ -85,6 +97,7 @@ class OfflinePort:
     """A channel that does not move: waits are true at once, messages and texts are kept, nothing is written."""
 
     answers = False
+    manual_data = False
 
     def __init__(
         self, position: npt.NDArray[np.float64], skip_levels: int = 0, operator: Operator | None = None
@@ -100,6 +113,8 @@ class OfflinePort:
     def position(self) -> npt.NDArray[np.float64]:
         return self._position.copy()
 
+    def live_position(self) -> npt.NDArray[np.float64]:
+        return self._position.copy()
     def moved(self, position: npt.NDArray[np.float64]) -> None:
         """The rows handed out so far end at ``position``."""
         self._position = np.array(position, dtype=np.float64)
@@ -112,6 +127,9 @@ class OfflinePort:
         return self.operator.ask(question) if self.operator.waiting else Answer(given=False)
 
     def now_s(self) -> float:
+        return 0.0
+
+    def live_now_s(self) -> float:
         return 0.0
 
     def skip_levels(self) -> int:

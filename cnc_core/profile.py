@@ -74,6 +74,7 @@ class ToolShape:
     contact_deg: float = -90.0
     origin_length: float = 0.0
     direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    centre: bool = False  # location points are the centre of the edge radius, not the tip
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,8 @@ import numpy.typing as npt
 from . import frontend
 from .blocks import BlockBatch
 from .config import SYNCH, CellConfig, synch_value
-from .errors import CncError, Place
+from .errors import ERRORS, CncError, Place
+from .frontend.machine import ProgramMachine
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
 from .geometry.corner import Corners
 from .geometry.feed_control import FeedControl
@@ -27,6 +28,7 @@ from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
 from .geometry.path_mode import PathMode
 from .geometry.polyline import FilterReport, RunFilter
+from .geometry.profile_limits import ProfileLimits
 from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.short_segments import ShortSegments
@@ -37,6 +39,7 @@ from .kinematics.limits import AxisLimits
 from .kinematics.stage import KinematicsStage, ProgrammedView
 from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
+from .restart import Restart, SearchingPort
 
 BATCH_ROWS = 4096
 FILTERS: tuple[type[RunFilter], ...] = (Noise, SplineFilter, FineNoise, ShortSegments, LowPass, FeedControl)
@@ -116,6 +119,8 @@ class Program:
     calls so; for ISG unknown # commands and undefined M functions are warnings.
     ``programmed``: rows as they are ahead of the kinematics, which is followed for its errors only.
     ``answers``: file with answers to the program's dialogs, if no ``port`` is given.
+    ``reader``: makes the front end, in place of that of the dialect.
+    ``restart``: where to take the program up; everything before is executed without motion (``isons``).
     ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
     """
 
@@ -132,13 +137,20 @@ class Program:
         tolerance: float = 0.0,
         programmed: bool = False,
         answers: Path | None = None,
+        restart: Restart | None = None,
+        reader: Callable[[ProgramMachine], FrontEnd] | None = None,
     ) -> None:
         self.path, self.cell, self.collect = Path(path), cell, collect
         machine = cell.program_machine(start)
         operator = Operator(read_answers(answers)) if answers else None
         self.port = port or OfflinePort(machine.start, cell.skip_mask, operator)
         self.dialect = dialect or frontend.detect(self.path)
-        self.reader: FrontEnd = frontend.create(
+        self._start, self._restart = machine.start, restart
+        if restart is not None:
+            if self.dialect != "isons":
+                raise CncError(900003, f"restart is not supported in the dialect {self.dialect}", Place(str(path)))
+            self.port = self._searching = SearchingPort(self.port)
+        self.reader: FrontEnd = reader(machine) if reader else frontend.create(
             self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
         )
         self._own_errors: list[CncError] = []
@@ -163,11 +175,18 @@ class Program:
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         machines = dict(cell.kinematic_machines)  # profiles add their own
         self.profiles = Profiles(
-            machine.main, self._place, machines, (cell.axis_values("min_mm"), cell.axis_values("max_mm"))
+            machine.main,
+            self._place,
+            machines,
+            (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
+            cell.axis_values("a_max_mm_s2"),
+            cell.cycle_s,
         )
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
-        axes: Stage = Pipeline([self.kinematics, ParameterFeed(len(machine.axes), machine.main), self.limits])
+        dynamics = ProfileLimits(self.profiles.caps, machine.start, machine.main)
+        parameter = ParameterFeed(len(machine.axes), machine.main)
+        axes: Stage = Pipeline([self.kinematics, parameter, dynamics, self.limits])
         self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property
@@ -189,6 +208,8 @@ class Program:
         """
         if self._next is not None:
             return self._deferred()
+        if self._restart is not None:
+            self._take_up(self._restart)
         try:
             item = self.reader.read(rows)
         except CncError as error:
@@ -197,9 +218,46 @@ class Program:
             if not len(item) and item.profile is None:
                 return item  # the program computes
             return self._staged(lambda: self.pipeline.push(item), item)
-        if item is Wait.DRAINED or item is None:
+        return self._behind_held(item) if item is None else self._wait(item)
+
+    def _take_up(self, restart: Restart) -> None:
+        """Everything up to the place, without motion; then the way there."""
+        self._restart = None
+        try:
+            self._search(restart, self.reader)
+        except CncError:
+            self.reader.flow.close()  # type: ignore[attr-defined]
+            raise
+
+    def _search(self, restart: Restart, reader: Any) -> None:
+        reader.search(restart.line, restart.passes, restart.marker, restart.value)
+        while not reader.found:
+            item = reader.read(BATCH_ROWS)
+            if item is None:
+                raise CncError(909170, f"{ERRORS[909170]}: {restart}", Place(str(self.path)))
+            if isinstance(item, BlockBatch):
+                reader.note(item)
+                self.pipeline.push(item)
+            else:
+                self.pipeline.drain()
+        self.pipeline.drain()
+        if self._compensated or reader.executor.tip.on:
+            raise CncError(909171, f"{ERRORS[909171]}: {restart}", Place(str(self.path)))
+        self.pipeline.resync(self._start)
+        self._searching.found()
+        reader.take_up(self._start)
+
+    def _wait(self, item: Wait) -> BlockBatch | Wait | None:
+        """A wait, behind what the stages hold as far as it asks for that."""
+        if item is Wait.STOPPED and self.port.answers:
+            self.pipeline.drain()  # it will not be driven
+        elif item in (Wait.DRAINED, Wait.STOPPED) or (item is Wait.CYCLE and not self._compensated):
             return self._behind_held(item)
         return item
+
+    @property
+    def _compensated(self) -> bool:
+        return bool(getattr(self.reader, "compensated", False))
 
     def _place(self, file: int, line: int) -> Place:
         return source_place(self.reader.files[file], line)
@@ -218,6 +276,17 @@ class Program:
         if isinstance(self.port, OfflinePort):
             self.port.moved(self.limits.last)
         return item
+
+    def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
+        """The axes have been stopped at ``position``: what the program has for that comes next, then its end."""
+        self._next = None
+        self.pipeline.drain()
+        self.pipeline.resync(position)
+        self.reader.begin_stop(position)  # type: ignore[attr-defined]
+
+    def resync(self, position: npt.NDArray[np.float64]) -> None:
+        """The path goes on from ``position`` (axes,)."""
+        self.pipeline.resync(position)
 
     def _behind_held(self, item: Wait | CncError | None) -> BlockBatch | Wait | None:
         """What the stages hold comes first, then ``item``."""

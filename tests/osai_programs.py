@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.program import Program
 
@@ -110,6 +108,7 @@ class Workshop:
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
+        self._made: list[Program] = []
 
     def program(self, text: str, setup: str = SETUP_3, cell: CellConfig = CELL_3, **options: Any) -> Program:
         """Rows as ``blocks`` shows them, unless ``programmed`` is False."""
@@ -117,14 +116,16 @@ class Workshop:
         (self.folder / "CONFIG1").write_text(setup)
         path = self.folder / "program.osai"
         path.write_text(text)
-        return Program(path, cell, "osai", **options)
+        self._made.append(Program(path, cell, "osai", **options))
+        return self._made[-1]
+
+    def close(self) -> None:
+        for program in self._made:
+            program.reader.close()  # type: ignore[attr-defined]
 
     def profile(self, body: str, setup: str = SETUP_3, head: str = "G61", **options: Any) -> Program:
         """A program that is one profile."""
         return self.program(f"(HSM,CONFIG1)\n{head}\n{body}\nG60\n", setup, **options)
-
-    def rows(self, program: Program) -> Iterator[BlockBatch]:
-        return program.batches()
 
 
 def curves(program: Program) -> list[tuple[np.ndarray[Any, Any], float, Any]]:

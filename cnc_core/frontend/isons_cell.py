@@ -33,6 +33,23 @@ class ToolTable:
 
 
 @dataclass(frozen=True)
+class HomingSensors:
+    """What the search for the home position finds on one axis; machine positions in mm or degrees, None: not there.
+
+    ``negative``, ``positive``: where the sensor of a direction switches on; ``release``: how far back it switches off.
+    ``index``: distance of the encoder's index marks, 0 none; ``index_offset``: position of one of them.
+    ``absolute``: what an absolute encoder says where the axis stands.
+    """
+
+    negative: float | None = None
+    positive: float | None = None
+    release: float = 0.1
+    index: float = 0.0
+    index_offset: float = 0.0
+    absolute: float | None = None
+
+
+@dataclass(frozen=True)
 class IsonsCell:
     """``parameters``: by full name.  ``origins``, ``offsets``: mm or degrees by slot and axis letter.
 
@@ -51,3 +68,4 @@ class IsonsCell:
     app_path: str = "."
     positioners: int = 4
     io_block: int = 1
+    homing: dict[str, HomingSensors] = field(default_factory=dict)

@@ -91,6 +91,14 @@ class Transformation(TipMachine, Protocol):
 
 
 @dataclass(frozen=True)
+class OsaiCell:
+    """What only the 10-Series dialect knows: polynomials' feed along the arc; location points in the tool's centre."""
+
+    feed_by_length: bool = False
+    centre: bool = False
+
+
+@dataclass(frozen=True)
 class ProgramMachine:
     """Axes of the channel in order, the three main axes, start position, tools, M functions.
 
@@ -100,10 +108,11 @@ class ProgramMachine:
     ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
     name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
     ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``: what only the IsoNs dialect knows.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
+    ``isons``, ``osai``: what only these dialects know.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
     ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
     ``kinematics``: transformations by number; ``kin_id``: the first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
+    ``probe``: machine position by axis where the probe trips, mm or degrees.
     """
 
     axes: tuple[str, ...]
@@ -119,10 +128,12 @@ class ProgramMachine:
     velocity: npt.NDArray[np.float64] | None = None
     limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
     isons: IsonsCell | None = None
+    probe: dict[str, float] = field(default_factory=dict)
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)
     equidistant: bool = False
     kinematics: Mapping[int, Transformation] = field(default_factory=dict)
     kin_id: int | None = None
+    osai: OsaiCell = OsaiCell()
     axis_ids: tuple[int, ...] = ()
 
     @property

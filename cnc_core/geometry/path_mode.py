@@ -23,6 +23,7 @@ from ..blocks import (
     ELEMENT,
     EXACT_STOP,
     FILTER,
+    PATH_FEED,
     PATH_MODE,
     POLYNOMIAL,
     RAPID,
@@ -151,7 +152,7 @@ class PathMode:
         inside = np.where(in_plane, curve, np.where(arc, whole, inside))
         others = [i for i in range(self._count) if i not in settings.axes]
         outside: npt.NDArray[np.bool_] = np.asarray((np.abs(straight[:, others]) > SMALL).any(axis=1))
-        driven = (rows["flags"] & RAPID == 0) & (rows["type"] != POLYNOMIAL) & (rows["feed"] > 0)
+        driven = (rows["flags"] & (RAPID | PATH_FEED) == 0) & (rows["type"] != POLYNOMIAL) & (rows["feed"] > 0)
         length = self._reference(rows, whole, inside, outside)
         rows["feed"] = np.where(driven, rows["feed"] * rows["length"] / np.maximum(length, SMALL), rows["feed"])
         if settings.tangential != NO_AXIS and settings.tangential_speed > 0.0:

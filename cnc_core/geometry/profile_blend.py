@@ -1,15 +1,21 @@
-"""Connecting pieces at transitions 63: both curves are cut a tangent length from their corner and joined C2.
+"""Connecting pieces at transitions 63 and 67: both curves are cut a tangent length from their corner and joined C2.
 
 A circle that leaves the corner by e at a turn of t has the radius e / (1 / cos(t/2) - 1) and the tangent length
 r tan(t/2).  The piece between the cuts is a quintic with the curves' derivatives at its ends; its speed
 there is chosen so that on straight lines its middle is e from the corner, exactly as the circle's is.
+
+An edge of transition 67 is passed at the speed that the axes can stand.  A jump of velocity has no jerk limit that it
+keeps, so the edge gets a piece of the same kind that leaves it by no more than the fit tolerance (Tol), driven at that
+speed; without a tolerance the edge stays exact.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from ..profile import BLEND, SMOOTH, STOP, ProfileSpec
+from ..profile import BLEND, PASS, SMOOTH, STOP, ProfileSpec
 from . import profile_spline as spline
 from .profile_curves import Intervals
 from .profile_points import FloatArray
@@ -40,27 +46,32 @@ def evaluated(coef: FloatArray, u: float) -> FloatArray:
 
 
 class Blends:
-    """Intervals in, intervals out; the last one of a curve waits for the curve behind a transition 63."""
+    """Intervals in, intervals out; the last one of a curve waits for the curve behind its transition.
 
-    def __init__(self, spec: ProfileSpec) -> None:
-        self.spec, self._linear = spec, list(spec.linear)
+    ``edge_speed``: mm/s from the derivatives (columns,) on both sides of an edge.
+    """
+
+    def __init__(self, spec: ProfileSpec, edge_speed: Callable[[FloatArray, FloatArray], float]) -> None:
+        self.spec, self._linear, self._edge_speed = spec, list(spec.linear), edge_speed
         self._held: Intervals | None = None
         self.count = 0
+        self._codes = (BLEND, PASS) if spec.tolerance > 0.0 else (BLEND,)
 
     def push(self, intervals: Intervals, final: bool) -> Intervals:
         columns = len(self.spec.columns)
         whole = intervals if self._held is None else Intervals.joined([self._held, intervals], columns)
         self._held = None
-        if not len(whole) or not (whole.after == BLEND).any():
+        joints = np.isin(whole.after, self._codes)
+        if not joints.any():
             return whole
         parts, first = [], 0
-        for at in np.flatnonzero(whole.after == BLEND):
+        for at in np.flatnonzero(joints):
             if at + 1 == len(whole):
                 break
             parts += [whole[first : at + 1], self._blend(whole, int(at))]
             first = int(at) + 1
         rest = whole[first:]
-        if not final and len(rest) and rest.after[-1] == BLEND:
+        if not final and len(rest) and rest.after[-1] in self._codes:
             self._held, rest = rest[-1:], rest[:-1]
         return Intervals.joined([*parts, rest], columns)
 
@@ -68,9 +79,9 @@ class Blends:
         """Cut both neighbours in place; the piece between them."""
         left, right = whole.coef[at], whole.coef[at + 1]
         a, b = evaluated(left, whole.span[at])[1], evaluated(right, 0.0)[1]
-        turn = self._turn(a, b)
-        chord = self.spec.chord
-        if turn < SHARP and np.allclose(a, b, rtol=0.0, atol=1e-3 * (np.linalg.norm(a) + 1e-12)):
+        turn, passed = self._turn(a, b), whole.after[at] == PASS
+        chord = self.spec.tolerance if passed else self.spec.chord
+        if self._goes_on(left, float(whole.span[at]), right):
             whole.after[at] = SMOOTH
             return whole[:0]
         if turn > BACK or not chord > 0.0:
@@ -79,7 +90,7 @@ class Blends:
         shorter = min(self._chord(left, whole.span[at]), self._chord(right, whole.span[at + 1]))
         reach = min(tangent_length(max(turn, SHARP), chord), 0.5 * shorter)
         for _ in range(SHRINKS):
-            made = self._made(left, float(whole.span[at]), right, turn, reach)
+            made = self._made(left, float(whole.span[at]), right, turn, reach, chord)
             if made is not None:
                 break
             reach *= 0.7
@@ -93,8 +104,21 @@ class Blends:
         whole.span[at + 1] -= u1
         piece = whole[at : at + 1]
         feed = np.minimum(whole.feed[at : at + 1], whole.feed[at + 1 : at + 2])
+        if passed:
+            feed = np.minimum(feed, self._edge_speed(a, b))
         none = np.array([SMOOTH])
         return Intervals(coef[None], np.array([span]), feed, none, piece.rapid.copy(), piece.line, piece.number)
+
+    def _goes_on(self, left: FloatArray, span: float, right: FloatArray) -> bool:
+        """Direction and curvature are the same on both sides already."""
+        sides = []
+        for jet in (evaluated(left, span), evaluated(right, 0.0)):
+            d1, d2 = jet[1][self._linear], jet[2][self._linear]
+            speed = float(np.linalg.norm(d1))
+            t = d1 / max(speed, 1e-300)
+            sides.append((t, (d2 - (d2 @ t) * t) / max(speed, 1e-300) ** 2))
+        (t1, k1), (t2, k2) = sides
+        return bool(np.abs(t1 - t2).max() < 1e-9 and np.abs(k1 - k2).max() < 1e-9)
 
     def _turn(self, a: FloatArray, b: FloatArray) -> float:
         x, y = a[self._linear], b[self._linear]
@@ -105,7 +129,7 @@ class Blends:
         return float(np.linalg.norm(moved[self._linear]))
 
     def _made(
-        self, left: FloatArray, span: float, right: FloatArray, turn: float, reach: float
+        self, left: FloatArray, span: float, right: FloatArray, turn: float, reach: float, chord: float
     ) -> tuple[FloatArray, float, float, float] | None:
         """(coefficients, span, cut of the left curve, cut of the right one); None if it is too far off the corner."""
         corner = right[:, 0]
@@ -118,7 +142,7 @@ class Blends:
         coef = joining(start, end, self._linear, handle * reach)
         points = np.einsum("ck,kg->gc", coef, GRID ** np.arange(6)[:, None])
         near = np.linalg.norm((points - corner)[:, self._linear], axis=1).min()
-        return (coef, 1.0, u0, u1) if near <= self.spec.chord * (1.0 + 1e-6) else None
+        return (coef, 1.0, u0, u1) if near <= chord * (1.0 + 1e-6) else None
 
     def _end_of(self, coef: FloatArray, reach: float) -> float:
         speed = float(np.linalg.norm(coef[self._linear, 1]))

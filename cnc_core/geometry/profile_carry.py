@@ -148,7 +148,7 @@ class Carry:
             except ValueError as error:
                 raise NotCarried("direction", int(at[error.args[0]]) if at is not None else 0) from None
             out[:, :, self.rotaries._axes] = angles
-        tip = self.versors.tip(coef, u, d)
+        tip = self.versors.tip(coef, u, d, forward)
         for k, i in enumerate(spec.linear):
             out[:, :, spec.axes[i].channel] = tip[:, :, k]
         out[:, 0] += self._shift

@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from ..profile import SMOOTH, STOP, TANGENT, ProfileSpec
 from . import profile_spline as spline
-from .profile_points import FloatArray, IntArray, PointFilter, Points, automatic_codes
+from .profile_points import REVERSAL, FloatArray, IntArray, PointFilter, Points, automatic_codes, turn_angles
 from .profile_spline import CORE, HALO, Window
 
 
@@ -109,6 +109,8 @@ class Curves:
             )
             self.marked += int((free & (found != SMOOTH)).sum())
             buffer.after[first:stop] = np.where(free, found, buffer.after[first:stop])
+            back = turn_angles(np.diff(buffer.values[part][:, self._linear], axis=0)) > REVERSAL
+            buffer.after[first:stop][back] = STOP  # no curve turns back, whatever is programmed
             self._known = stop
         if final:
             self._known = len(buffer)

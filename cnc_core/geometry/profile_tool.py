@@ -121,8 +121,18 @@ class Versors:
         self._normal = out[-1, 0].copy()
         return out
 
-    def radius_direction(self, coef: FloatArray, u: FloatArray, d: FloatArray, n: FloatArray) -> FloatArray:
-        """q: programmed, or in the plane of d and n, across d; nothing where n lies along d."""
+    def radius_direction(
+        self,
+        coef: FloatArray,
+        u: FloatArray,
+        d: FloatArray,
+        n: FloatArray,
+        forward: npt.NDArray[np.bool_] | None = None,
+    ) -> FloatArray:
+        """q: programmed, or in the plane of d and n, across d; nothing where n lies along d and stays there.
+
+        Where n only passes d, q is what it is just behind (``forward``) or just before that point.
+        """
         programmed = self.columns(coef, u, "pqd")
         if programmed is not None:
             return programmed
@@ -132,18 +142,29 @@ class Versors:
         square[flat] = (1.0, 0.0, 0.0)
         out = jets.times(jets.power(square, -0.5), across)
         out[flat] = 0.0
+        rate = np.linalg.norm(across[:, 1], axis=1)
+        passing = flat & (rate > 1e-9)
+        if passing.any():
+            sign = np.where(np.ones(len(u), np.bool_) if forward is None else forward, 1.0, -1.0)[passing, None]
+            first = across[passing, 1] / rate[passing, None]
+            bend = 0.5 * across[passing, 2] / rate[passing, None]
+            out[passing, 0] = sign * first
+            out[passing, 1] = sign * (bend - (bend * first).sum(axis=1)[:, None] * first)
         return out
 
-    def tip(self, coef: FloatArray, u: FloatArray, d: FloatArray) -> FloatArray:
+    def tip(
+        self, coef: FloatArray, u: FloatArray, d: FloatArray, forward: npt.NDArray[np.bool_] | None = None
+    ) -> FloatArray:
         """The tool's tip: contact points are compensated, others are the tip already."""
         point = jets.of_columns(coef[:, self._linear], u)
         if self.spec.point != "CCP":
             return point
         tool = self.spec.tool
         n = self.normal(coef, u, d)
-        q = self.radius_direction(coef, u, d, n)
+        q = self.radius_direction(coef, u, d, n, forward)
         edge = tool.edge_radius
-        return np.asarray(point + edge * n + (tool.radius - edge) * q - edge * d)
+        down = 0.0 if tool.centre else edge
+        return np.asarray(point + edge * n + (tool.radius - edge) * q - down * d)
 
     def following(self, coef: FloatArray, u: FloatArray, column: int) -> FloatArray:
         """Angle of the tangential axis, degrees, the value continuous but for whole turns: (n, 3)."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, MutableMapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from .polynomial import bernstein, joined, normalised
 from .profile_blend import Blends
 from .profile_carry import Carried, Carry, NotCarried
 from .profile_curves import Curves, Intervals
+from .profile_limits import AxisCaps
 from .profile_points import FloatArray, Points
 from .profile_rows import line_row, rows_of
 from .profile_tool import NoNormal
@@ -31,6 +33,10 @@ from .stage import RefusedRow
 
 SAME = 1e-9  # mm by which the machine may stand beside the profile's first point
 JUMP = 1e-6  # mm or degrees that an axis may stand off the next curve's beginning
+PROFILES_KEPT = 64  # whose limits rows on their way may still need
+SPEED_GRID = np.linspace(0.0, 1.0, 25)
+SLOWDOWN = 0.03  # of the largest speed over the parameter
+SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
 CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
 
@@ -50,11 +56,18 @@ class ProfileReport:
 class _Open:
     """The profile that is being read.  ``switched``: its kinematics are in force."""
 
-    def __init__(self, spec: ProfileSpec, kinematics: Kinematics | None, number: int) -> None:
+    def __init__(
+        self,
+        spec: ProfileSpec,
+        kinematics: Kinematics | None,
+        number: int,
+        edge_speed: Callable[[ProfileSpec, FloatArray, FloatArray], float],
+    ) -> None:
         self.spec, self.kinematics, self.number = spec, kinematics, number
         self.curves = Curves(spec) if spec.kind == POINTS else None
-        self.blends = Blends(spec)
-        self.first: FloatArray | None = None  # columns of the first point
+        self.blends = Blends(spec, partial(edge_speed, spec))
+        self.first: ProfileChunk | None = None
+        self.approach: ProfileChunk | None = None  # the same until the machine stands where the profile begins
         self.switched = kinematics is not None and spec.point != "AXI"
         self.position = spec.start.copy()  # in programmed coordinates
         if self.switched:
@@ -66,7 +79,9 @@ class _Open:
 class Profiles:
     """``main``: channel index of the main axes, -1 where there is none.  ``place``: of (file, line).
 
-    ``machines``: kinematics by number; those of profiles are added.  ``low``, ``high``: (axes,) software limits.
+    ``machines``: kinematics by number; those of profiles are added.  ``limits``: lowest and highest position, (axes,)
+    each.  ``acceleration``: (axes,) mm/s2 or degrees/s2.  ``cycle_s``: period of the interpolator.  ``caps``: limits of
+    the profiles' axes by their rows' block count.
     """
 
     def __init__(
@@ -75,10 +90,14 @@ class Profiles:
         place: Callable[[int, int], Place],
         machines: MutableMapping[int, Kinematics],
         limits: tuple[FloatArray, FloatArray],
+        acceleration: FloatArray,
+        cycle_s: float,
     ) -> None:
+        self._acceleration, self._cycle_s = acceleration, cycle_s
         self._main, self._place = [i for i in main if i >= 0], place
         self._machines, self._limits = machines, limits
         self._open: _Open | None = None
+        self.caps: dict[int, AxisCaps] = {}
         self.report = ProfileReport()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
@@ -121,29 +140,22 @@ class Profiles:
             number = 1 + max(self._machines, default=0)
             kinematics = self._machine(spec, number, chunk)
             self._machines[number] = kinematics
-        self._open = _Open(spec, kinematics, number)
+        self._open = _Open(spec, kinematics, number, self._edge_speed)
         self.report.profiles += 1
+        if caps := AxisCaps.of(spec, len(spec.start)):
+            while len(self.caps) >= PROFILES_KEPT:
+                del self.caps[next(iter(self.caps))]
+            self.caps[spec.count] = caps
         if not self._open.switched:
             return BlockBatch.empty()
         return self._switch(Coordinates(kinematics=number, length=spec.tool.length), self._open.position, chunk)
 
     def _machine(self, spec: ProfileSpec, number: int, chunk: ProfileChunk) -> Kinematics:
-        assert spec.chain is not None
-        steps = {s.name: Step(s.offset, s.rotation) for s in spec.chain.steps}
-        low, high = (limit.copy() for limit in self._limits)
-        elements: dict[str, Element] = {}
-        for axis in spec.axes:
-            if axis.place != "OTH":
-                elements[axis.place] = Element(axis.channel, steps[axis.name])
-            low[axis.channel] = max(low[axis.channel], -np.inf if axis.low is None else axis.low)
-            high[axis.channel] = min(high[axis.channel], np.inf if axis.high is None else axis.high)
         try:
-            chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
+            return machine_of(spec, number, self._limits)
         except ValueError as error:
             place = self._place(spec.file, int(chunk.line[0]))
             raise RefusedRow(CncError(CHAIN, f"MAC and CIN: {error}", place), BlockBatch.empty(), spec.count) from None
-        x, y, z = (spec.axes[i].channel for i in spec.linear)
-        return Kinematics(chain, (x, y, z), low, high, number)
 
     def _switch(self, chosen: Coordinates, position: FloatArray, chunk: ProfileChunk | None) -> BlockBatch:
         assert self._open is not None
@@ -171,17 +183,18 @@ class Profiles:
     def _rows(self, open_: _Open, chunk: ProfileChunk) -> BlockBatch:
         spec = chunk.spec
         self.report.points += len(chunk)
-        parts = []
         if open_.first is None and len(chunk):
-            open_.first = chunk.values[0] if len(chunk.values) else chunk.coef[0, :, 0]
-            parts.append(self._approach(open_, chunk))
+            open_.first = open_.approach = chunk
         if spec.kind == POINTS:
             intervals = self._points(open_, Points.of(chunk), chunk.last)
         elif spec.kind == CONTROL_POINTS:
             intervals = _of_bspline(chunk)
         else:
             intervals = _of_polynomials(chunk)
-        return joined([*parts, self._finished(open_, intervals, chunk.last)])
+        rows = self._finished(open_, intervals, chunk.last)
+        if chunk.last and open_.approach is not None:  # a single point
+            return joined([self._approach(open_, open_.approach), rows])
+        return rows
 
     def _points(self, open_: _Open, points: Points, final: bool) -> Intervals:
         curves, report = open_.curves, self.report
@@ -192,6 +205,20 @@ class Profiles:
         report.marked += curves.marked - marked
         report.blends += open_.blends.count - blended
         return out
+
+    def _edge_speed(self, spec: ProfileSpec, a: FloatArray, b: FloatArray) -> float:
+        """vs = Acc Amax Tc / |t2 - t1| of every axis (specification 4.3), mm/s."""
+        linear = list(spec.linear)
+        jump = np.abs(b / np.linalg.norm(b[linear]) - a / np.linalg.norm(a[linear]))
+        axes = spec.axes if spec.point == "AXI" else [spec.axes[i] for i in linear]
+        columns = range(len(axes)) if spec.point == "AXI" else linear
+        speed = np.inf
+        for axis, i in zip(axes, columns, strict=True):
+            own = axis.cutting.acceleration
+            most = self._acceleration[axis.channel] if own is None else min(own, self._acceleration[axis.channel])
+            if jump[i] > 1e-9:
+                speed = min(speed, spec.marks.edge_share * float(most) * self._cycle_s / float(jump[i]))
+        return max(speed, SLOWEST)
 
     # rows
 
@@ -256,45 +283,47 @@ class Profiles:
         if lengths is not None:
             feed = feed * np.divide(rows["length"], lengths, out=np.ones_like(feed), where=lengths > 1e-9)
         rows["feed"] = feed
+        if not open_.switched:
+            standing = _slows_down(made, self._main) & ~intervals.rapid[made.index]
+            rows["feed"][standing] *= made.span[standing] / np.maximum(rows["length"][standing], 1e-12)
+            rows["flags"][standing] |= BY_PARAMETER
 
     def _with_turns(self, open_: _Open, made: Carried, batch: BlockBatch) -> BlockBatch:
         """Where an axis has to turn before the next curve begins (tangential axis, singular pose), it does so alone."""
         rows, axes = batch.rows, len(open_.position)
         starts = np.vstack([open_.position, rows["end"][:-1, :axes]])
         begins = made.coef[:, :, 0]
-        turns = np.flatnonzero(np.abs(begins - starts).max(axis=1) > JUMP)
+        jumps = np.abs(begins - starts).max(axis=1) > JUMP
+        if open_.approach is not None:
+            jumps[0] = np.abs(begins[0] - starts[0]).max() > SAME
+        turns = np.flatnonzero(jumps)
         open_.position = rows["end"][-1][:axes].copy()
+        inserted = [self._turn(open_, rows[i], starts[i], begins[i]) for i in turns]
+        open_.approach = None
         if not len(turns):
             return batch
-        spec, inserted = open_.spec, []
-        for i in turns:
-            inserted.append(
-                line_row(
-                    starts[i], begins[i], self._main, False, feed=float(rows["feed"][i]) or TURNING, n=rows["n"][i],
-                    line=rows["line"][i], count=spec.count, file=spec.file,
-                )
-            )  # fmt: skip
-            if i:
-                rows["flags"][i - 1] |= EXACT_STOP
+        rows["flags"][turns[turns > 0] - 1] |= EXACT_STOP
         return BlockBatch(np.insert(rows, turns, np.concatenate(inserted)), batch.pool)
 
+    def _turn(self, open_: _Open, row: Any, start: FloatArray, end: FloatArray) -> npt.NDArray[Any]:
+        """A line to where the curve of ``row`` begins; the first one leads to the profile."""
+        first, spec = open_.approach, open_.spec
+        if first is not None:
+            rapid = bool(len(first.rapid) and first.rapid[0])
+            feed, line, n = float(first.feed[0]), int(first.line[0]), int(first.number[0])
+            open_.approach = None
+        else:
+            rapid, feed, line, n = False, float(row["feed"]), int(row["line"]), int(row["n"])
+        return line_row(
+            start, end, self._main, rapid, feed=feed or TURNING, line=line, n=n, count=spec.count, file=spec.file
+        )
+
     def _approach(self, open_: _Open, chunk: ProfileChunk) -> BlockBatch:
-        """A line to where the profile begins, if the machine stands elsewhere."""
-        spec, first = open_.spec, open_.first
-        assert first is not None
-        one = Intervals.none(len(first))
-        one.coef = np.zeros((1, len(first), 2))
-        one.coef[0, :, 0] = first
-        one.span, one.line = np.array([1.0]), chunk.line[:1]
-        exact = open_.carry.exact
-        end = open_.carry.copied(one.coef)[0, :, 0] if exact else self._carried_start(open_, chunk)
+        """A line to a profile of one point."""
+        end = self._carried_start(open_, chunk)
         if np.abs(end - open_.position).max() <= SAME:
             return BlockBatch.empty()
-        rapid = bool(len(chunk.rapid) and chunk.rapid[0])
-        row = line_row(
-            open_.position, end, self._main, rapid, feed=float(chunk.feed[0]) or TURNING, line=int(chunk.line[0]),
-            n=int(chunk.number[0]), count=spec.count, file=spec.file,
-        )  # fmt: skip
+        row = self._turn(open_, None, open_.position, end)
         open_.position = end
         return BlockBatch(row)
 
@@ -335,6 +364,36 @@ class Profiles:
                     text = f"axis {axis.name} would reach {worst:g}, the setup allows {low:g} to {high:g}"
                     place = self._place(spec.file, int(intervals.line[made.index[i]]))
                     raise RefusedRow(CncError(LIMIT, text, place), BlockBatch.empty(), spec.count)
+
+
+def machine_of(spec: ProfileSpec, number: int, limits: tuple[FloatArray, FloatArray]) -> Kinematics:
+    """The machine of a profile with rotary axes; ValueError if its chain does not make one."""
+    assert spec.chain is not None
+    steps = {s.name: Step(s.offset, s.rotation) for s in spec.chain.steps}
+    low, high = (limit.copy() for limit in limits)
+    elements: dict[str, Element] = {}
+    for axis in spec.axes:
+        if axis.place != "OTH":
+            elements[axis.place] = Element(axis.channel, steps[axis.name])
+        low[axis.channel] = max(low[axis.channel], -np.inf if axis.low is None else axis.low)
+        high[axis.channel] = min(high[axis.channel], np.inf if axis.high is None else axis.high)
+    chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
+    x, y, z = (spec.axes[i].channel for i in spec.linear)
+    return Kinematics(chain, (x, y, z), low, high, number)
+
+
+def _slows_down(made: Carried, main: list[int]) -> npt.NDArray[np.bool_]:
+    """(n,) polynomials that nearly stand somewhere, measured by their parameter: they are driven by it."""
+    d = made.coef[:, :, 1:] * np.arange(1, 6)
+    t = made.span[:, None] * SPEED_GRID
+    speed = np.zeros_like(t)
+    for axis in main:
+        value = np.zeros_like(t)
+        for k in range(4, -1, -1):
+            value = value * t + d[:, axis, k, None]
+        speed += value * value
+    speed = np.sqrt(speed)
+    return np.asarray(speed.min(axis=1) < SLOWDOWN * speed.max(axis=1))
 
 
 def _reach(coef: FloatArray, span: float) -> tuple[float, float]:

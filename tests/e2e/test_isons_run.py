@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 from conftest import Outcome
 
@@ -42,7 +43,124 @@ def test_blocks_and_check(cli: Cli, program: Write) -> None:
     part = program("$A=100\nG90 G1X[$A]Y100\nG91 X5Y-3\nG90 X0Y0\n")
     ends = [row["end"] for row in cli("blocks", part, "--json").lines]
     assert [(end["X"], end["Y"]) for end in ends] == [(100, 100), (105, 97), (0, 0)]
-    wrong = program("LOOP 2.5\nEND_LOOP\nGOTO NO\nG103\nG2X5R0\n", "wrong.isons")
+    wrong = program("LOOP 2.5\nEND_LOOP\nGOTO NO\nG104\nG2X5R0\n", "wrong.isons")
     outcome = cli("check", wrong, "--json")
-    assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:3] == [(909105, 1), (907023, 3), (900003, 4)]
+    assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:3] == [(909105, 1), (907023, 3), (910106, 4)]
     assert outcome.status == 1
+
+
+T31 = """G60 F1
+G1X100
+@LOOP
+IF $_I0 = 1
+GOTO STOP
+END_IF
+IF $_Q0 = 100
+GOTO ERR
+END_IF
+GOTO LOOP
+@STOP
+G101
+ADD_VAR $_Q0
+ADD_VAR $_C0
+SAVE_VAR "at.txt"
+G1Y10
+END_PROGRAM
+@ERR
+ERROR 5
+"""
+
+
+def test_t31_the_axes_stop_where_they_are(cli: Cli, program: Write) -> None:
+    """T-31: G101 when the input trips at 40; the program goes on from there. Without it the error path at 100."""
+    part = program(T31, "part.isons")
+    trip = Path(__file__).with_name("plc_isons_trip.py")
+    run = cli("run", part, "--plc", trip, "--json", "--out", part.parent / "out").json
+    assert run["end"] == "completed", run["errors"]
+    demand, counter = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
+    assert 40 < demand < 42
+    assert counter == demand
+    run = cli("run", program(T31.replace("X100", "X30").replace("= 100", "= 30"), "part.isons"), "--json").json
+    assert [(e["code"], e["line"]) for e in run["errors"]] == [(909130, 19)]
+
+
+def test_t27_commands_on_the_path(cli: Cli, program: Write) -> None:
+    """T-27: events 1 and 0 where they stand in the path."""
+    text = "G60 G1X100Y100F10\nX120Y110\nX130\nG100X1\nX140Y115\nX150Y120\nG100X0\nX160Y125\n"
+    run = cli("run", program(text, "part.isons"), "--plc", "none", "--json").json
+    assert run["end"] == "completed"
+    assert [message.split(",")[0] for message in run["messages"]] == [
+        "event 1 at X130.0000 Y110.0000 Z0.0000",
+        "event 0 at X150.0000 Y120.0000 Z0.0000",
+    ]
+
+
+def test_a_dialog_without_answers_ends_the_run(cli: Cli, program: Write) -> None:
+    """Error 909152 with its place; answered by a script it goes on."""
+    part = program('G1X1\nLIB_MESSAGE "go on?" "cap" 1 3\nIF $_X13=1\nG1X5\nEND_IF\n', "part.isons")
+    run = cli("run", part, "--plc", "none", "--json").json
+    assert [(e["code"], e["line"]) for e in run["errors"]] == [(909152, 2)]
+    (part.parent / "answers.json").write_text('["YES"]')
+    run = cli("run", part, "--plc", "none", "--json", "--answers", part.parent / "answers.json").json
+    assert (run["end"], run["blocks"]) == ("completed", 2)
+
+
+@pytest.mark.parametrize("from_hold", [False, True])
+def test_a_stop_executes_its_macro(
+    cli: Cli, program: Write, monkeypatch: pytest.MonkeyPatch, from_hold: bool
+) -> None:
+    """The PLC stops the program: the axes brake, M_STOP is executed from there, the run ends as aborted."""
+    part = program("OPT M_STOP 20\nF6\nG1X50\nX90\n", "part.isons")
+    (part.parent / "M20.isons").write_text("ADD_VAR $_Q0\nG0Z5\nADD_VAR $_R2\nSAVE_VAR \"at.txt\"\n")
+    if from_hold:
+        monkeypatch.setenv("HLI_COSIM_STOP_FROM_HOLD", "1")
+    plc = Path(__file__).with_name("plc_isons_stop.py")
+    run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
+    assert run["end"] == "aborted"
+    x, z = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
+    assert 10 < x < 20
+    assert z == 5
+
+
+PAUSED = Path(__file__).with_name("plc_isons_pause.py")
+MACROS = {
+    "M30.isons": "GLOBAL $X $Y\n$X=$_Q0\n$Y=$_Q1\nG0Z5\nG0X-3\n",
+    "M31.isons": 'GLOBAL $X $Y\nG1X[$X]Y[$Y]\nG62\nADD_VAR $_C0-$_Q0\nSAVE_VAR "back.txt"\n',
+}
+
+
+@pytest.mark.parametrize("path", ["G1X40\nG2X60Y20R20\nG1Y50\n", "G2X40Y0R20\nG1Y9\n", "G61\nG1X30\nG62\nG1Y20\n"])
+def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
+    """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of the path, cut where it was left."""
+    part = program("OPT M_PAUSE 30\nOPT M_GOPAUSE 31\nG60 F6\n" + path, "part.isons")
+    for name, text in MACROS.items():
+        (part.parent / name).write_text(text)
+    recorded = part.parent / "run.npz"
+    outcome = cli("run", part, "--plc", PAUSED, "--json", "--out", part.parent / "out", "--record", recorded)
+    assert outcome.json["end"] == "completed", outcome.err
+    assert outcome.json["plc"]["result"]["states"][:6] == [3, 4, 13, 5, 11, 4]
+    assert float((part.parent / "out" / "back.txt").read_text()) == pytest.approx(0, abs=1e-9)
+    driven = np.load(recorded)["pos"]
+    assert driven[:, 2].max() == pytest.approx(5, abs=1e-6)
+    away = (driven[:, 2] > 1e-9) | (driven[:, 0] < -1e-9)
+    whole = cli("run", part, "--plc", "none", "--json", "--out", part.parent / "out", "--record", recorded)
+    assert whole.json["end"] == "completed"
+    plain = np.load(recorded)["pos"]
+    apart = [float(np.linalg.norm(plain - point, axis=1).min()) for point in driven[~away][::20]]
+    assert max(apart) < 0.2  # the samples of the uninterrupted run are up to 0.1 mm apart
+    assert driven[-1] == pytest.approx(plain[-1])
+
+
+@pytest.mark.parametrize(("mode", "parked", "states"), [(3, False, [3, 4, 13, 5, 11, 4]), (4, False, [3, 4, 13, 4])])
+def test_pause_modes(cli: Cli, program: Write, mode: int, parked: bool, states: list[int]) -> None:
+    """PAUSE_MODE 3 only stands still, 4 does not allow a pause: error 270061."""
+    part = program(f"OPT M_PAUSE 30\nOPT M_GOPAUSE 31\nPAUSE_MODE {mode}\nF6\nG1X40\n", "part.isons")
+    for name, text in MACROS.items():
+        (part.parent / name).write_text(text)
+    recorded = part.parent / "run.npz"
+    run = cli("run", part, "--plc", PAUSED, "--json", "--out", part.parent / "out", "--record", recorded).json
+    assert run["end"] == "completed"
+    result = run["plc"]["result"]
+    assert result["states"][: len(states)] == states
+    assert result["errors"] == ([270061] if mode == 4 else [])
+    assert (np.load(recorded)["pos"][:, 2].max() > 0) == parked

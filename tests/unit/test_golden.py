@@ -13,9 +13,11 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import blocks
+from cnc_core.errors import Place
 from cnc_core.frontend import create
 from cnc_core.frontend.machine import External, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
+from cnc_core.geometry.profiles import Profiles
 from cnc_core.port import OfflinePort, Wait
 
 GOLDEN = Path(__file__).parents[1] / "golden"
@@ -39,10 +41,14 @@ def lines_of(path):
     port = OfflinePort(MACHINE.start)
     front_end = create(path.parent.name.partition("_")[0], path, MACHINE, port, collect=True)
     start = MACHINE.start.copy()
+    limits, acceleration = MACHINE.limits, np.full(4, 3000.0)
+    profiles = Profiles(MACHINE.main, lambda file, line: Place(line=line), {}, limits, acceleration, 0.001)
     for item in read_all(front_end, rows=3):
         if isinstance(item, Wait):
             yield {"wait": item.value}
         else:
+            if item.profile is not None:
+                item = profiles.push(item)  # noqa: PLW2901
             yield from (block.as_json() for block in blocks(item, start, MACHINE.axes, MACHINE.main))
     if path.parent.name.startswith("isg_"):
         yield from ({"warning": w.code, "line": w.place.line} for w in front_end.warnings)

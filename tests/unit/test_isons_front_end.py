@@ -85,14 +85,6 @@ def test_wrong_programs_are_refused(tmp_path, text, code, line):
     assert (error.code, error.place.line) == (code, line), str(error)
 
 
-@pytest.mark.parametrize("text", ["G71X", "G101", "G102X5", "G103"])
-def test_what_is_missing_is_refused_by_name(tmp_path, text):
-    """Homing, probing, RTCP."""
-    error = error_of(tmp_path, text + "\n")
-    assert error.code == 900003
-    assert error.text.split()[0] == text.partition("X")[0]
-
-
 def test_check_sees_branches_that_are_not_taken(tmp_path):
     """`check` reports errors in both branches of a condition, each once."""
     text = "LOOP 3\nIF 1\nG0X1\nELSE\nFOO\nEND_IF\nEND_LOOP\nIF 0\nJUMP\nEND_IF\n"

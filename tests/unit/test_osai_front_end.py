@@ -1,5 +1,8 @@
 """The osai front end: programs, setups, the three input formats, and everything that is refused, with its place."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
@@ -8,7 +11,11 @@ from cnc_core.blocks import EXACT_STOP, LINEAR, POLYNOMIAL, RAPID
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
 from cnc_core.frontend import detect
+from cnc_core.frontend.osai.codes import CODES, TRANSITIONS, VIRTUALISATIONS
+from cnc_core.frontend.osai.front_end import ARCS, SUPPORTED_G
+from cnc_core.port import OfflinePort
 
+DOCS = Path(__file__).parents[2] / "docs" / "osai.md"
 POL = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
 BSP = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")
 CUBE = "X0Y0Z0F1000\nX1\nX2\n"
@@ -16,7 +23,9 @@ CUBE = "X0Y0Z0F1000\nX1\nX2\n"
 
 @pytest.fixture
 def shop(tmp_path):
-    return Workshop(tmp_path)
+    made = Workshop(tmp_path)
+    yield made
+    made.close()
 
 
 def rows_of(program):
@@ -343,9 +352,7 @@ def test_gap_is_a_warning_where_the_dialect_is_lenient(shop):
 
 def test_polynomials_exactly(shop):
     """Coefficients, length of the parameter, labels and ends come through as written."""
-    body = (
-        "<*,4.0e+001,3,3000,1\n<X,-3.8e+002,0,-4.4e-016,1.8e-017,-5e-019,1.3e-021\n<Y,1,0,0,0,0,0\n<Z,2e2,-1,0,0,0,0"
-    )
+    body = "<*,4.0e+001,3,3000,1\n<X,-3.8e+002,0,-4.4e-016,1.8e-017,-5e-019,1.3e-021\n<Y,1,0,0,0,0,0\n<Z,2e2,-1,0,0,0,0"
     ((coef, span, row),) = curves(shop.profile(body, POL))
     assert coef[0].tolist() == [-380.0, 0.0, -4.4e-16, 1.8e-17, -5e-19, 1.3e-21]
     assert (span, row["n"], row["degree"], row["feed"]) == (40.0, 3, 5, pytest.approx(50.0))
@@ -391,8 +398,7 @@ def test_the_manuals_b_spline(shop):
         assert value(spans[k][0], s - 2.5 * k)[:2] == pytest.approx([x, y], abs=1e-8)
         assert value(spans[k][0], s - 2.5 * k, 1)[:2] == pytest.approx([dx, dy], abs=1e-8)
     assert sum(float(row["length"]) for _, _, row in spans) == pytest.approx(13.305466948, abs=1e-8)
-    assert sum(span / 50.0 for _, span, _ in spans) == pytest.approx(0.2)
-    assert sum(float(row["length"] / row["feed"]) for _, _, row in spans) == pytest.approx(0.2)
+    assert sum(span / float(row["feed"]) for _, span, row in spans) == pytest.approx(0.2)  # ds/dt = F
 
 
 @pytest.mark.parametrize(
@@ -428,3 +434,59 @@ def test_two_b_splines(shop):
     rows = rows_of(shop.profile(f"{SPLINE}\nG66\n{second}", BSP, head="G61 P3"))
     assert (rows["flags"] & EXACT_STOP > 0).tolist() == [False] * 3 + [True] + [False] * 3 + [True]
     assert refusal(shop.profile(f"{SPLINE}\nG66\n{SPLINE}", BSP, head="G61 P3"))[:2] == (909244, 15)
+
+
+# the tables of docs/osai.md
+
+
+def table(heading):
+    """Cells of the rows of the table below a heading."""
+    section = DOCS.read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    lines = [re.split(r"(?<!\\)\|", line) for line in section.splitlines() if line.startswith("|")]
+    return [[cell.strip() for cell in line[1:-1]] for line in lines][2:]
+
+
+def test_every_setup_code_stands_in_the_docs():
+    """Codes and their fields, in the order of the code."""
+    found = {row[0]: tuple(row[1].split()) for row in table("Setup codes")}
+    assert found == {code: tuple(field.name for field in fields) for code, fields in CODES.items()}
+
+
+def test_every_g_function_stands_in_the_docs(shop):
+    """What the page says works is taken or belongs to profiles; the others are refused by name."""
+    works, refused = set(), set()
+    for row in table("G functions"):
+        (works if row[1].startswith("works") else refused).update(map(int, row[0].split()))
+    assert works == SUPPORTED_G | set(TRANSITIONS)
+    assert refused == set(ARCS)
+    for code in (*refused, 4, 9, 17, 40, 94, 95, 99):
+        assert refusal(shop.program(f"G{code} X1\n"))[0] == 900003
+
+
+def test_every_word_stands_in_the_docs():
+    """Versors, knots, polynomials, points: the words of specification 3."""
+    words = " ".join(row[0] for row in table("Words of a profile"))
+    for word in ("G61", "G60", "`i j k`", "`m n o`", "`p q d`", "`F`", "`N`", "`K`", "<*", "M, S, T"):
+        assert word in words
+    codes = " ".join(row[0] for row in table("The main program"))
+    for code in ("HSM", "CLS", *VIRTUALISATIONS):
+        assert f"({code}," in codes
+
+
+def test_motion_behind_a_profile_goes_on_from_there(shop):
+    """Behind G60 the axes that are not programmed stay where the profile has left them, tool length included."""
+    cell = parse_config("[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm=5.0\nlength_mm=100.0\n")
+    setup = changed(SETUP_3, PNT="(PNT,CLP,CLP,QUI)")
+    text = "T1 M6\nG1 X10Y10Z10F3000\n(HSM,CONFIG1)\nG61\nX10Y10Z10\nX20\nX30Y20Z10\nG60\nG1 X0\nZ5\n"
+    rows = rows_of(shop.program(text, setup, cell=cell))
+    ends = rows["end"][rows["type"] <= POLYNOMIAL][:, :3]
+    assert ends[0] == pytest.approx([10, 10, 110])
+    assert ends[-2:] == pytest.approx(np.array([[0, 20, 110], [0, 20, 105]]))
+
+
+def test_not_in_manual_data(shop):
+    """G61 in MDI is refused; the motions of MDI are not."""
+    port = OfflinePort(np.zeros(3))
+    port.manual_data = True
+    program = shop.program(f"G1 X5 F100\n(HSM,CONFIG1)\nG61\n{CUBE}G60\n", port=port)
+    assert refusal(program)[:3] == (909219, 3, 1)

@@ -32,8 +32,9 @@ IDLE_BLOCKS_MAX = 5_000_000  # blocks without a row (and, where somebody answers
 
 @dataclass
 class Prepared:
-    """A block, ready to be executed any number of times.  ``end``: place of the file behind it.
+    """A block, ready to be executed any number of times.  ``begin``, ``end``: its places in the file.
 
+    ``live``: what it reads of the running machine, in the dialect's terms.
     ``drain``: everything handed out before has to be executed first, each time.
     """
 
@@ -41,6 +42,8 @@ class Prepared:
     run: Callable[[], Sequence[Row | Wait]]
     drain: bool = False
     end: int = 0
+    begin: int = 0
+    live: int = 0
 
 
 class BlockReader(ABC):
@@ -92,6 +95,10 @@ class BlockReader(ABC):
     def _plain(self) -> bool:
         """Plain lines mean what the scanner takes them for."""
         return True
+
+    def _stop_here(self) -> bool:
+        """``read`` is to return in front of the next block."""
+        return False
 
     def _may_drain(self) -> bool:
         """The program may wait here until everything before is executed."""
@@ -158,7 +165,7 @@ class BlockReader(ABC):
                 filled += 1
                 self._idle = 0
                 self._queue.popleft()
-            elif self._ended or self._breath >= BREATH_BLOCKS:
+            elif self._ended or self._breath >= BREATH_BLOCKS or self._stop_here():
                 break
             else:
                 filled += self._advance(out[filled:])
@@ -201,7 +208,7 @@ class BlockReader(ABC):
             self.modal.count_lines(block.lines_read)
             self._error(error, block)
             return
-        prepared.end = file.source.position
+        prepared.begin, prepared.end = position, file.source.position
         if self.flow.level.repeats:
             file.keep_block(position, prepared)
         if prepared.drain and not self._drained and self._may_drain():

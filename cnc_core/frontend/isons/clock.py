@@ -13,7 +13,7 @@ class Clock:
         self._passed_s = 0.0
 
     def now_s(self) -> float:
-        return self._port.now_s() if self._port.answers else self._passed_s
+        return self._port.live_now_s() if self._port.answers else self._passed_s
 
     def look(self) -> float:
         """The time; where nothing moves, a loop that waits for a timer comes to its end."""

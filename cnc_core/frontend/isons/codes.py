@@ -15,6 +15,7 @@ GROUPS: tuple[tuple[int, ...], ...] = (
     (63, 64, 65, 67, 68, 75),
     (98, 53, 99),
     (96, 97),
+    (104, 105),
     (87, 88),
     (40, 41, 42),
     (22, 23),
@@ -29,19 +30,13 @@ GROUPS: tuple[tuple[int, ...], ...] = (
 )
 # modes and filters of the path
 PATH_FUNCTIONS = frozenset({49, 63, 64, 65, 66, 67, 68, 69, 72, 73, 74, 75, 106})
+# functions that put rows or waits out by themselves
+ROWS = frozenset({4, 10, 11, 40, 41, 42, *PLANES, 48, 62, 70, 71, 80, 100, 101, 102, 103, 104, 105})
 # functions that use the axis words (and others) of their block, so only one of them fits into a block
 TAKERS = frozenset(
     {4, 26, 30, 33, 36, 43, 45, 47, 48, 50, *range(54, 60), 70, 80, 81, 82, 84, 85, 86, 89, 92, 93, 94, 95, 1051}
-    | {49, 66, 68, 69, 72, 73, 74, 100, 106}
+    | {49, 66, 68, 69, 71, 72, 73, 74, 100, 102, 103, 106}
 )
-SINGLE = frozenset({62, 83, 940})
+SINGLE = frozenset({62, 83, 101, 940})
 GROUP_OF = {code: group for group in GROUPS for code in group}
 KNOWN = frozenset(GROUP_OF) | TAKERS | SINGLE
-REFUSED: dict[int, str] = {
-    71: "homing",
-    101: "stop of the axes where they are",
-    102: "probing",
-    103: "RTCP: the cell has no kinematics of its own",
-    104: "RTCP: the cell has no kinematics of its own",
-    105: "RTCP: the cell has no kinematics of its own",
-}

@@ -9,11 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import DWELL, STANDSTILL, M, S, T
-from cnc_core.errors import ERRORS
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
 from cnc_core.frontend.isons import codes
 from cnc_core.frontend.isons.clock import Clock
+from cnc_core.frontend.isons.direct import command, home, override, probe, stop
 from cnc_core.frontend.isons.frame import Frame, Layer, check_slot
 from cnc_core.frontend.isons.mode_words import mode_function
 from cnc_core.frontend.isons.output import Output
@@ -21,6 +22,7 @@ from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.path_modes import PathModes
 from cnc_core.frontend.isons.rotary import target_of
 from cnc_core.frontend.isons.text import AXIS_LETTERS
+from cnc_core.frontend.isons.tip import Tip
 from cnc_core.frontend.isons.transform import Rotation, Scaling, Transform
 from cnc_core.frontend.isons.words import WordBlock
 from cnc_core.frontend.isons_cell import IsonsCell, ToolTable
@@ -76,12 +78,13 @@ class Executor:
         warn: Callable[[int, str, int], None],
         macro: Callable[[str, int], bool],
     ) -> None:
-        self.machine, self.modal, self._port, self._cell = machine, modal, port, cell
+        self.machine, self.modal, self._port, self.cell = machine, modal, port, cell
         self.parameters, self._clock, self.warn, self._macro = parameters, clock, warn, macro
         self.axes = {name.upper(): i for i, name in enumerate(machine.axes) if len(name) == 1}
         self.frame = Frame(machine, modal, cell)
         self.transform = Transform(len(machine.axes))
         self.output = Output(machine, modal, parameters)
+        self.tip = Tip(self)
         self.modes, self.modes_changed = PathModes(machine.axes, modal, parameters), True
         self.rotary_modes: dict[int, int] = {}
         self.plane_pair, self.plane_code, self.plane_reversed = (0, 1), 17, False
@@ -93,6 +96,11 @@ class Executor:
         self.pause_mode = 0
         self.depth_axis: int | None = None
         self.ended = False
+        self.stopping = False  # the axes are being stopped where they are (G101)
+        self.failure: CncError | None = None  # what ends the program behind the rows of the block
+        self.homed: set[int] = set()
+        self.tool_instead: int | None = None  # of the next T (RESUME_T)
+        self.counter: Array | None = None  # what $_C tells while a restart leads there
         self.completed = False  # the program has come to its end
         self.calls: list[tuple[str, int, int, list[float]]] = []
         self.positioner_offset: Callable[[float, float, bool, int], None] = lambda *_: None
@@ -106,8 +114,21 @@ class Executor:
         if modal.feed == 0.0:
             modal.feed = p.speed("FEEDDEF") / p["FEEDRES"]
         modal.apply(MotionWords(centre_absolute=not p["ARC_REL"]))
-        self.output.refresh()
+        self.output.refresh(limits=not self.tip.on)
         self.modes_changed = True
+
+    def parameter_in_force(self, name: str) -> float:
+        """Value of a machine parameter; what is not given but has a key of the cell, as the cell has it."""
+        what, _, letter = name.rpartition("_")
+        axis = self.axes.get(letter)
+        if self.parameters.given(name) or axis is None:
+            return self.parameters[name]
+        if what == "VMAX" and self.machine.velocity is not None:
+            return float(self.machine.velocity[axis]) * 60.0 / self.parameters.speed_unit
+        if what in ("LIMITE_N", "LIMITE_P"):
+            limits = self.output.limits.low if what == "LIMITE_N" else self.output.limits.high
+            return float(limits[axis]) * 1000.0
+        return self.parameters[name]
 
     def follow_scanner(self) -> None:
         """Plain lines may have changed the plane."""
@@ -132,7 +153,7 @@ class Executor:
     def table(self) -> list[float]:
         """Of the selected tool: diameter, length, largest speed, 17 values of the user."""
         if self.tool not in self.tables:
-            given = self._cell.tools.get(self.tool)
+            given = self.cell.tools.get(self.tool)
             tool = self.machine.tools.get(self.tool)
             if given is None:
                 given = ToolTable(2.0 * tool.radius_mm, tool.length_mm) if tool else ToolTable()
@@ -217,9 +238,8 @@ class Executor:
         rows = []
         number = words.take("T")
         if number is not None:
-            known = {**self._cell.tools, **self.machine.tools}
-            if number != int(number) or number < 0 or (number and known and number not in known):
-                raise fail(900014, f"T{number:g}: the machine has no such tool", words.offset("T"))
+            number, self.tool_instead = number if self.tool_instead is None else self.tool_instead, None
+            self.check_tool(number, words.offset("T"))
             self.not_compensated("T", words.offset("T"))
             self.tool, self.diameter = int(number), None
             rows += self.emit(self.modal.row(T, words.block.n, code=self.tool))
@@ -230,6 +250,12 @@ class Executor:
                 raise fail(900012, f"D{diameter:g} is negative", words.offset("D"))
             self.diameter = diameter * self.modal.unit_mm
         return rows
+
+    def check_tool(self, number: float, offset: int) -> None:
+        """A tool of the machine, or 0."""
+        known = {**self.cell.tools, **self.machine.tools}
+        if number != int(number) or number < 0 or (number and known and number not in known):
+            raise fail(900014, f"T{number:g}: the machine has no such tool", offset)
 
     def _speed(self, words: Words) -> list[Row]:
         speed = words.take("S")
@@ -281,32 +307,44 @@ class Executor:
     # G functions
 
     def _function(self, code: int, offset: int, words: Words) -> list[Row | Wait]:
+        if code in codes.ROWS:
+            return self._function_with_rows(code, offset, words)
         if code in MODES:
             self._mode(code, offset)
-        elif code in (40, 41, 42):
-            return [*self.output.compensate(code, self._radius(), self.plane_code, words.block.n, offset)]
         elif code in TRANSFORMS:
             self._transform(code, offset, words)
         elif code in (30, 31, 32, 33, 34, 35):
             self._corner(code, words)
-        elif code == 62:
-            self.not_compensated("G62", offset)
-            return [*self.output.flush(), Wait.DRAINED]
-        elif code in (4, 80):
-            return [*(self._dwell(words, offset) if code == 4 else self._pause(words))]
         elif code in codes.PATH_FUNCTIONS:
             mode_function(self, code, words, offset)
         elif code in (83, 84):
             words.used |= set(words.block.named)
         elif code in SETTINGS:
             SETTINGS[code](self, words, offset)
-        elif code in (*codes.PLANES, 70, 48):
-            rows = self.output.flush()
-            self._plane(code, offset, words)
-            return [*rows]
         elif code != 940:
             self._frame(code, offset, words)
         return []
+
+    def _function_with_rows(self, code: int, offset: int, words: Words) -> list[Row | Wait]:
+        """Functions that put something out by themselves."""
+        rows: list[Row | Wait] = []
+        if code in (40, 41, 42):
+            rows += self.output.compensate(code, self._radius(), self.plane_code, words.block.n, offset)
+        elif code in DIRECT:
+            rows += DIRECT[code](self, words, offset)
+        elif code in (103, 104, 105):
+            rows += self.tip.function(code, words, offset)
+        elif code in (10, 11):
+            rows += override(self, code == 10, words.block.n)
+        elif code == 62:
+            self.not_compensated("G62", offset)
+            rows += [*self.output.flush(), Wait.DRAINED]
+        elif code in (4, 80):
+            rows += self._dwell(words, offset) if code == 4 else self._pause(words)
+        else:
+            rows += self.output.flush()
+            self._plane(code, offset, words)
+        return rows
 
     def _mode(self, code: int, offset: int) -> None:
         if code in codes.MOTIONS:
@@ -317,8 +355,6 @@ class Executor:
             self.modal.apply(MotionWords(inch=code == 20))
         elif code in (60, 61):
             self.modal.apply(MotionWords(exact_stop=code == 61))
-        elif code == 11:
-            self._stored("G11", offset)
 
     def _radius(self) -> float:
         diameter = self.table[0] if self.diameter is None else self.diameter
@@ -349,6 +385,8 @@ class Executor:
             raise fail(900004, "G36: an axis is expected", offset)
 
     def _limit(self, words: Words, offset: int) -> None:
+        if not words.values.keys() & set(AXIS_LETTERS):
+            raise fail(900004, "G81: an axis with 0..3 is expected", offset)
         for letter in AXIS_LETTERS:
             mode = words.take(letter)
             if mode is None:
@@ -356,7 +394,7 @@ class Executor:
             if mode not in range(4):
                 raise fail(900012, f"G81 {letter}{mode:g} is not 0..3", offset)
             self.output.limits.choose(self.axis(letter, offset), int(mode))
-        self.output.refresh()
+        self.output.refresh(limits=not self.tip.on)
 
     def _corner(self, code: int, words: Words) -> None:
         corners = self.output.corners
@@ -367,6 +405,9 @@ class Executor:
             return
         if code in (30, 33):
             size, angle = words.take("R"), words.take("A")
+            for name, value in (("R", size), ("A", angle)):
+                if value is not None and value < 0:
+                    raise fail(900012, f"G{code}: {name}{value:g} is negative", words.offset(name))
             corner.size = corner.size if size is None else size * self.modal.unit_mm
             corner.angle = corner.angle if angle is None else angle
         corner.on = True
@@ -594,16 +635,9 @@ class Executor:
     # motion
 
     def _motion(self, words: Words) -> list[Row]:
-        given: dict[int, tuple[float, bool]] = {}
-        names = [letter for letter in AXIS_LETTERS if letter not in words.used]
-        for letter in names:
-            for name in (letter, "D" + letter):
-                if name in words.values and name not in words.used:
-                    axis = self.axis(letter, words.offset(name))
-                    if axis in given:
-                        raise fail(900005, f"{letter} twice in one block", words.offset(name))
-                    given[axis] = (words.values[name], name != letter or not self.modal.absolute)
-                    words.used.add(name)
+        if words.codes.keys() & DIRECT.keys():
+            return []
+        given = self.targets(words)
         arc = self.modal.motion >= 2
         centre = {}
         if arc:
@@ -614,6 +648,31 @@ class Executor:
             return []
         offset = min(words.block.offsets[name] for name in words.block.offsets if name.lstrip("D") in "XYZABCUVWIJ")
         return self._move(given, centre, radius, 940 in words.codes, words.block.n, offset)
+
+    def targets(self, words: Words) -> dict[int, tuple[float, bool]]:
+        """Axis words of a motion: value, and whether it counts from where the axis is, by axis."""
+        given: dict[int, tuple[float, bool]] = {}
+        names = [letter for letter in AXIS_LETTERS if letter not in words.used]
+        for letter in names:
+            for name in (letter, "D" + letter):
+                if name in words.values and name not in words.used:
+                    axis = self.axis(letter, words.offset(name))
+                    if axis in given:
+                        raise fail(900005, f"{letter} twice in one block", words.offset(name))
+                    given[axis] = (words.values[name], name != letter or not self.modal.absolute)
+                    words.used.add(name)
+        return given
+
+    def place_of(self, given: dict[int, tuple[float, bool]]) -> Array:
+        """(axes,) machine position that axis words lead to, through transformations, origins and offsets."""
+        position, frame = self.modal.position, self.frame.total
+        now = self.transform.backward(position - frame)
+        point = now.copy()
+        for axis, (value, relative) in given.items():
+            point[axis] = self._target(axis, value * self._scale(axis), relative, float(now[axis]))
+        place = self.transform.forward(point) + frame
+        moved = self.transform.matrix[:, list(given)].any(axis=1)
+        return np.where(moved, place, position)
 
     def _move(
         self,
@@ -667,7 +726,7 @@ class Executor:
         words = MotionWords(axis={int(i): float(place[i]) for i in np.flatnonzero(moved)}, n=n, motion=modal.motion)
         if modal.motion >= 2:
             self._arc(words, centre, radius, now, frame, offset)
-        return self._in_machine_coordinates(words, offset)
+        return self.in_machine_coordinates(words, offset)
 
     def _target(self, axis: int, value: float, relative: bool, now: float) -> float:
         if relative:
@@ -701,7 +760,7 @@ class Executor:
         pair = (second, first) if self.plane_reversed else (first, second)
         words.centre = {letter: float(place[axis]) for letter, axis in zip("IJ", pair, strict=True)}
 
-    def _in_machine_coordinates(self, words: MotionWords, offset: int) -> list[Row]:
+    def in_machine_coordinates(self, words: MotionWords, offset: int) -> list[Row]:
         modal = self.modal
         absolute, inch, motion = modal.absolute, modal.unit_mm != 1.0, modal.motion
         modal.set_offset(np.zeros(len(self.machine.axes)))
@@ -740,7 +799,13 @@ class Executor:
             raise fail(900011, "more than one macro call in a block", self.calls[1][2])
 
 
-MODES = frozenset({*codes.MOTIONS, 90, 91, 20, 21, 60, 61, 10, 11})
+MODES = frozenset({*codes.MOTIONS, 90, 91, 20, 21, 60, 61})
+DIRECT: dict[int, Callable[[Executor, Words, int], list[Row | Wait]]] = {
+    71: home,
+    100: command,
+    101: lambda executor, words, offset: stop(executor, offset),
+    102: probe,
+}
 SETTINGS: dict[int, Callable[[Executor, Words, int], None]] = {
     36: Executor._rotary_mode,
     81: Executor._limit,

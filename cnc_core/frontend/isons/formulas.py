@@ -13,6 +13,7 @@ from cnc_core.frontend.isons.store import Store
 from cnc_core.frontend.isons.system import SYSTEM_NAME, System
 
 POWER = 9
+LIVE, BEHIND_MOTION = 1, 2  # what a block reads: the running machine; what belongs to the end of its motion under G61
 Number = Callable[[], float]
 
 
@@ -67,7 +68,10 @@ TO_ANGLES: dict[str, Callable[[float], float]] = {"ASIN": math.asin, "ACOS": mat
 
 
 class Formulas(FormulaParser):
-    """Compiles the expressions of one block.  ``drain``: one of them reads what only executed blocks can tell."""
+    """Compiles the expressions of one block.  ``drain``: one of them reads what only executed blocks can tell.
+
+    ``live``: LIVE, BEHIND_MOTION.
+    """
 
     operators = OPERATORS
     functions = {name: Function(compute, 1, 1) for name, compute in FUNCTIONS.items()}
@@ -78,6 +82,7 @@ class Formulas(FormulaParser):
         super().__init__(stream)
         self._store, self._system = store, system
         self.drain = False
+        self.live = 0
         self._kinds: set[str] = set()  # of the operators between the same brackets
 
     # grammar
@@ -265,7 +270,7 @@ class Formulas(FormulaParser):
         system = self._system
         if name == "_PM":
             number, par = self.pair()
-            self.drain = True
+            self.live |= LIVE | BEHIND_MOTION
             return lambda: system.positioners.status(number(), par() if par else 0.0, offset)
         found = SYSTEM_NAME.fullmatch(name)
         if not found:
@@ -273,6 +278,7 @@ class Formulas(FormulaParser):
         family, number_text = found[1], int(found[2])
         read = system.reader(family, number_text, offset)
         self.drain = self.drain or system.drains(family)
+        self.live |= (LIVE if system.lives(family) else 0) | (BEHIND_MOTION if system.moves(family) else 0)
         return read
 
     def target(self) -> Callable[[float], None]:

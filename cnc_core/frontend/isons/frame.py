@@ -6,6 +6,7 @@ machine = programmed + origin + offset + head + length + home.  ``home`` is what
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterable
 
 import numpy as np
@@ -79,9 +80,10 @@ class Frame:
 
     def take_over(self, other: Frame) -> None:
         """Everything as another frame of the same machine has it."""
-        self.origin, self.offset = other.origin, other.offset
+        self.origin, self.offset = copy.deepcopy(other.origin), copy.deepcopy(other.offset)
         self.head_number, self.head_on = other.head_number, other.head_on
-        self.length, self.length_extra, self.home = other.length, other.length_extra, other.home
+        self.length, self.length_extra = other.length.copy(), other.length_extra.copy()
+        self.home = other.home.copy()
         self.length_axis = other.length_axis
         self.update()
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
-from cnc_core.blocks import BlockBatch
-from cnc_core.errors import CncError
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import BlockBatch, M, S, T
+from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level, Mark
 from cnc_core.frontend.base.lexer import TokenStream, fail
@@ -29,11 +34,13 @@ from cnc_core.frontend.base.scanner import (
 from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
+from cnc_core.frontend.isons.direct import way
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
-from cnc_core.frontend.isons.formulas import Formulas
+from cnc_core.frontend.isons.formulas import BEHIND_MOTION, Formulas
 from cnc_core.frontend.isons.instructions import Instructions
 from cnc_core.frontend.isons.macros import Macros
+from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.retained import take_over
@@ -47,6 +54,9 @@ from cnc_core.port import ChannelPort, Wait
 
 RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
 LEVELS_MAX = 101
+PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
+NORMAL, GO_BLOCK = 0, 2  # $_X7
+M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
@@ -75,6 +85,7 @@ class IsonsFrontEnd(BlockReader):
         *,
         collect: bool = False,
         scan: bool = True,
+        caller: IsonsFrontEnd | None = None,
     ) -> None:
         cell = machine.isons or IsonsCell()
         self.parameters = Parameters(cell.parameters)
@@ -97,25 +108,43 @@ class IsonsFrontEnd(BlockReader):
         self.executor.positioner_offset = positioners.set_offset
         self.executor.speed_copied = lambda speed: self.system.shared.write("K", 9, speed, 0)
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
-        before: Executor | None = port.retained.get("isons")
+        before: Executor | None = caller.executor if caller else port.retained.get("isons")
         if before is not None:
             take_over(self.executor, before)
-        port.retained["isons"] = self.executor
+        if caller is None:
+            port.retained["isons"] = self.executor
         self._queue.extend(self.executor.mode_rows(0))
         self.control = Control(
             self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
             self.forms.poll,
         )
+        self._ticks = 0  # waits so far: time has passed between them
+        self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
+        self.found = True  # no place is searched for
+        self._search: tuple[int, int] | None = None  # line and passes left
+        self._steps, self._passed = 0, -1  # blocks executed; when the line of the search was reached last
+        self._last: dict[int, Row] = {}  # functions of the stretch that was searched, by what they replace
+        self._return_to: tuple[int, npt.NDArray[np.float64]] | None = None  # level, place behind a macro
+        self._block_mark = START  # of the block that is being executed
+        self._tool_place: tuple[int, Mark, list[Any]] | None = None  # of the last T: level, block, open loops
         self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
         self._written: set[str] = set()  # files of this program
         self.flow.level.user = LevelData(MAIN, self.store.scope)
         self._closing = False
         self._failed: CncError | None = None
-        self._event("M_START")
+        if caller is None:
+            self._event("M_START")
+        else:
+            self.store.common, self.macros.events = caller.store.common, {}
 
     @property
     def answers(self) -> bool:
         return self._port.answers
+
+    @property
+    def compensated(self) -> bool:
+        """Tool radius compensation holds rows back that it needs for what follows."""
+        return self.executor.output.side != OFF
 
     @property
     def _data(self) -> LevelData:
@@ -134,18 +163,18 @@ class IsonsFrontEnd(BlockReader):
         check_length(block)
         self.block_now = block
         try:
-            run, drain = self._compile(strip_remark(block.text))
+            run, drain, live = self._compile(strip_remark(block.text))
         except CncError as error:
             raise located(error, block) from None
-        return Prepared(block, run, drain)
+        return Prepared(block, run, drain, live=live)
 
-    def _compile(self, text: str) -> tuple[Run, bool]:
-        """What the block does, and whether everything before has to be executed first."""
+    def _compile(self, text: str) -> tuple[Run, bool, int]:
+        """What the block does, whether everything before has to be executed first, and what it reads live."""
         if not text.strip():
-            return _nothing, False
+            return _nothing, False, 0
         if label_of(text) is not None:
             self.control.index()
-            return _nothing, False
+            return _nothing, False, 0
         stream = TokenStream(text, PATTERN)
         formulas = Formulas(stream, self.store, self.system)
         parser = WordParser(stream, formulas, self.executor.axes)
@@ -153,18 +182,24 @@ class IsonsFrontEnd(BlockReader):
         instructions = Instructions(self, stream, formulas)
         run = instructions.parse()
         if run is not None:
-            return run, formulas.drain or instructions.drain
+            return run, formulas.drain or instructions.drain, formulas.live | instructions.live
         block = parser.parse()
-        return (lambda: self._words(block)), formulas.drain
+        return (lambda: self._words(block)), formulas.drain, formulas.live
 
     def _words(self, block: WordBlock) -> Items:
         for target, value in block.assignments:
             target(value())
         if block.empty:
             return ()
+        if "T" in block.values:
+            self._tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
         items = self.executor.execute(block)
+        failure, self.executor.failure = self.executor.failure, None
+        if failure is not None:
+            self._queue.extend(items)
+            raise failure
         if self.executor.ended:
-            items += self._end_rows()
+            items += self.held_rows()
             self._finish()
         elif self.executor.calls:
             kind, number, offset, arguments = self.executor.calls[0]
@@ -176,9 +211,9 @@ class IsonsFrontEnd(BlockReader):
         """M and HM wait until everything before has been executed; not while the tool is compensated."""
         if self.executor.output.side != 40:
             return []
-        return [*self._end_rows(), Wait.DRAINED]
+        return [*self.held_rows(), Wait.DRAINED]
 
-    def _end_rows(self) -> list[Row | Wait]:
+    def held_rows(self) -> list[Row | Wait]:
         """What the corners still hold."""
         return [*self.executor.output.flush()]
 
@@ -201,10 +236,31 @@ class IsonsFrontEnd(BlockReader):
         self.block_now, self.mark = before, mark
 
     def _run(self, prepared: Prepared) -> None:
-        """As the base; what the corners hold comes before a wait."""
+        """As the base; what the corners hold comes before a wait, and what is read live is never read twice a cycle."""
+        if prepared.live and not self._drained and self._not_yet(prepared):
+            self.flow.source.seek(prepared.begin)
+            return
+        self._steps += 1
+        self._block_mark = Mark(prepared.begin, self.modal.line)
         if prepared.drain and not self._drained:
-            self._queue.extend(self._end_rows())
+            self._queue.extend(self.held_rows())
         super()._run(prepared)
+
+    def _not_yet(self, prepared: Prepared) -> bool:
+        """A block that reads the running machine waits: for standstill under G61, and for a cycle if it comes again."""
+        standstill = prepared.live & BEHIND_MOTION and self.modal.exact_stop
+        if standstill and not prepared.drain and self.executor.output.side == OFF:
+            self._queue.extend([*self.held_rows(), Wait.DRAINED])
+            self._drained = True
+            return True
+        if not self._port.answers:
+            return False
+        key = (self.flow.file.number, prepared.begin)
+        if self._read_at.get(key) == self._ticks:
+            self._queue.extend([*self.held_rows(), Wait.CYCLE])
+            return True
+        self._read_at[key] = self._ticks
+        return False
 
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
@@ -225,6 +281,57 @@ class IsonsFrontEnd(BlockReader):
         self.flow.close()
         return wrong[0]
 
+    # restart
+
+    def search(self, line: int, passes: int, marker: str, value: float) -> None:
+        """Execute without a machine until the place is reached (``found``); every block goes through the parser."""
+        self.found, self._scan = False, False
+        self.system.run_type = GO_BLOCK
+        if marker:
+            self.store.watched = (marker, value)
+        else:
+            self._search = (line, passes)
+
+    def _stop_here(self) -> bool:
+        if self.found:
+            return False
+        if self._search is None:
+            self.found = self.store.watch_hit
+        elif self.flow.file.number == 0 and self.modal.line == self._search[0] - 1 and self._passed != self._steps:
+            self._passed = self._steps
+            self._search = (self._search[0], self._search[1] - 1)
+            self.found = self._search[1] == 0
+        return self.found
+
+    def note(self, rows: BlockBatch) -> None:
+        """Functions that the search has passed: the last ones of each kind are put out again."""
+        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T))]:
+            group = next((i for i, codes in enumerate(M_GROUPS) if int(row["code"]) in codes), None)
+            if row["type"] != M or group is not None:
+                self._last[(100 + group) if row["type"] == M and group is not None else int(row["type"])] = row.copy()
+
+    def take_up(self, start: npt.NDArray[np.float64]) -> None:
+        """The place has been found: functions again, the macro M_GOBLOCK, then the way from ``start`` to it."""
+        place = self.modal.position
+        self.system.run_type, self.store.watched, self._scan = NORMAL, None, True
+        for kind in sorted(self._last, key=lambda k: (k != T, k != S, k)):
+            self._queue.append(np.array([self._last[kind]]))
+        self.modal.set_position(start)
+        self.executor.output.moved_to(start)
+        if self._event("M_GOBLOCK"):
+            self._return_to = (len(self.flow.levels) - 1, place)
+            self.executor.counter = place
+            self.system.run_type = GO_BLOCK
+        else:
+            self._go_to(place)
+
+    def _go_to(self, place: npt.NDArray[np.float64]) -> None:
+        """To where the program goes on, at VRIPOSO."""
+        self.executor.counter = None
+        self.system.run_type = NORMAL
+        speed = self.parameters.speed("VRIPOSO") or self.modal.feed * self.parameters["FEEDRES"]
+        self._queue.extend(way(self.executor, place, speed, 0, 0))
+
     # program levels
 
     def _call(self, kind: str, path: Path | None, mark: Mark, data: LevelData, offset: int) -> None:
@@ -244,6 +351,19 @@ class IsonsFrontEnd(BlockReader):
         if self._data.kind != SUBROUTINE:
             raise fail(909123, "RETURN without GOSUB", offset)
         self.flow.leave()
+
+    def resume_tool(self, number: float, offset: int) -> None:
+        """RESUME_T: back to the block of the last T, which then takes another tool; out of macros too."""
+        if self._tool_place is None or len(self.flow.levels) < self._tool_place[0]:
+            raise fail(909172, ERRORS[909172], offset)
+        self.executor.check_tool(number, offset)
+        levels, mark, nest = self._tool_place
+        del self.flow.levels[levels:]
+        self.flow.level = self.flow.levels[-1]
+        self.flow.level.nest[:] = copy.deepcopy(nest)
+        self.executor.tool_instead = int(number)
+        self._closing, self._failed = False, None
+        self.flow.jump(mark)
 
     def call_import(self, name: str, offset: int) -> None:
         path = self.macros.imported(name, self.flow.file.path, offset)
@@ -271,6 +391,10 @@ class IsonsFrontEnd(BlockReader):
     def _move(self) -> None:
         super()._move()
         self.store.scope = self._data.scope
+        if self._return_to is not None and len(self.flow.levels) == self._return_to[0]:
+            (_, place), self._return_to = self._return_to, None
+            self._queue.extend(self.held_rows())
+            self._go_to(place)
 
     def _level_ended(self) -> None:
         """The end of a file."""
@@ -307,7 +431,7 @@ class IsonsFrontEnd(BlockReader):
 
     def _finish(self) -> None:
         """The program has ended: rows held back, the END macro, then nothing more."""
-        self._queue.extend(self._end_rows())
+        self._queue.extend(self.held_rows())
         self.forms.close()
         self.executor.completed = self._failed is None
         if self._closing:
@@ -328,6 +452,54 @@ class IsonsFrontEnd(BlockReader):
         file.source.seek(file.path.stat().st_size)
         if not self._event("M_END"):
             self._ended = True
+
+    # pausing
+
+    @property
+    def pause_mode(self) -> int:
+        """PAUSE_MODE."""
+        return self.executor.pause_mode
+
+    def pause_macro(self, event: str) -> Path | None:
+        """Macro of M_PAUSE or M_GOPAUSE, None if there is none."""
+        number = self.macros.event(event)
+        return None if number is None else self.macros.find("M", number)
+
+    @property
+    def pauses(self) -> bool:
+        """Pausing is more than to stand still."""
+        return self.pause_mode == 4 or any(self.pause_macro(event) for event in PAUSE_EVENTS)
+
+    def macro_reader(self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64]) -> IsonsFrontEnd:
+        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C."""
+        reader = IsonsFrontEnd(path, machine, self.port, caller=self)
+        reader.executor.counter = self.executor.tip.programmed(place)
+        return reader
+
+    def return_speed(self) -> float:
+        """VRIPOSO in mm/s, the programmed feed if it is not given."""
+        speed = self.parameters.speed("VRIPOSO") or self.modal.feed * self.parameters["FEEDRES"]
+        return speed / 60.0
+
+    @property
+    def has_stop(self) -> bool:
+        """The cell or the program has a macro for a stop."""
+        number = self.macros.event("M_STOP")
+        return number is not None and self.macros.find("M", number) is not None
+
+    def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
+        """STOP: the axes stand at ``position``; the macro M_STOP is executed, then the program ends."""
+        self._queue.clear()
+        self.executor.output.stopped(position)
+        self.modal.set_position(self.executor.tip.programmed(position))
+        self.modal.set_compensated(False)
+        self._closing, self._ended, self._drained = True, False, False
+        self.flow.forget()
+        del self.flow.levels[1:]
+        self.flow.level = self.flow.levels[0]
+        file = self.flow.file
+        file.source.seek(file.path.stat().st_size)
+        self._event("M_STOP")
 
     def _error(self, error: CncError, block: BlockText) -> None:
         """Behind an error that ends the program the ERROR macro is executed; the error comes last."""
@@ -350,7 +522,12 @@ class IsonsFrontEnd(BlockReader):
         self._event("M_ERROR")
 
     def read(self, rows: int) -> BlockBatch | Wait | None:
+        if self.executor.stopping and self._port.answers and not self._queue:
+            self.modal.set_position(self.executor.tip.programmed(self._port.position()))
+        self.executor.stopping = self.executor.stopping and bool(self._queue)
         item = super().read(rows)
+        if isinstance(item, Wait):
+            self._ticks += 1
         if item is None and self._failed is not None:
             raise self._failed
         return item

@@ -13,7 +13,7 @@ from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.isons import parameters
 from cnc_core.frontend.isons.dialogs import Dialogs
-from cnc_core.frontend.isons.formulas import Formulas, Number, variable_name
+from cnc_core.frontend.isons.formulas import BEHIND_MOTION, LIVE, Formulas, Number, variable_name
 from cnc_core.frontend.isons.macros import OWN_EVENTS
 from cnc_core.frontend.isons.text import word_or_text
 from cnc_core.port import Wait
@@ -33,6 +33,7 @@ class Instructions:
     def __init__(self, front_end: IsonsFrontEnd, stream: TokenStream, formulas: Formulas) -> None:
         self._f, self._stream, self._formulas = front_end, stream, formulas
         self.drain = False
+        self.live = 0
         self._start = 0
 
     def parse(self) -> Run | None:
@@ -52,8 +53,6 @@ class Instructions:
 
     def _dialog(self, name: str, offset: int) -> Run | None:
         """LIB_.."""
-        if name in _REFUSED:
-            raise fail(900003, f"{name} ({_REFUSED[name]}) is not supported", offset)
         if not name.startswith("LIB_"):
             return None
         self._stream.next()
@@ -159,7 +158,7 @@ class Instructions:
     def _wait_input(self) -> Run:
         arguments = self._arguments(4)
         mark, waits = self._f.mark, self._f.waits
-        self.drain = self._f.answers
+        self.live = LIVE | BEHIND_MOTION
 
         def run() -> Items:
             number, state, seconds, alarm = (value() for value in arguments)
@@ -179,7 +178,7 @@ class Instructions:
                     raise fail(909131, text, self._start)
                 return ()
             self._f.flow.jump(mark)
-            return (self._f.modal.row(DWELL, 0, value=POLL_S),)
+            return (*self._f.held_rows(), Wait.CYCLE)
 
         return run
 
@@ -336,7 +335,7 @@ class Instructions:
         def run() -> Items:
             self._f.macros.set_event(name, value(), self._start)
             if name not in OWN_EVENTS:
-                text = f"OPT {name} is stored: this event belongs to run control, which does not call macros"
+                text = f"OPT {name} is stored: backward motion calls no macros"
                 self._f.warn(907042, text, self._start)
             return ()
 
@@ -349,7 +348,7 @@ class Instructions:
 
         def run() -> Items:
             self._parameter(name)
-            target(self._f.parameters[name])
+            target(self._f.executor.parameter_in_force(name))
             return ()
 
         return run
@@ -390,6 +389,10 @@ class Instructions:
         address = self._sdo_address()
         value = self._formulas.argument("value")
         return self._simple(lambda: self._f.nodes.write(tuple(v() for v in address), value(), self._start))
+
+    def _resume_tool(self) -> Run:
+        number = self._formulas.argument("RESUME_T")
+        return self._simple(lambda: self._f.resume_tool(number(), self._start))
 
     def _save_tools(self) -> Run:
         def run() -> Items:
@@ -486,6 +489,7 @@ _TABLE: dict[str, Make] = {
     "WRITE_PARMAC": Instructions._write_parmac,
     "SDO_UL": Instructions._sdo_read,
     "SDO_DL": Instructions._sdo_write,
+    "RESUME_T": Instructions._resume_tool,
     "SAVE_T": Instructions._save_tools,
 }
 _STRUCTURE = frozenset({"IF", "ELSE", "END_IF", "LOOP", "END_LOOP"})
@@ -495,4 +499,3 @@ _POSITIONERS: dict[str, Make] = {
     "PF": Instructions._positioner_feed,
     "PS": Instructions._positioner_stop,
 }
-_REFUSED = {"RESUME_T": "resuming behind a broken tool is run control"}

@@ -8,7 +8,7 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.isons_cell import EVENTS, IsonsCell
 
 SUFFIXES = (".isons", ".nc", ".iso", ".txt", "")
-OWN_EVENTS = ("M_START", "M_END", "M_ERROR")  # the others belong to run control
+OWN_EVENTS = ("M_START", "M_END", "M_ERROR", "M_STOP", "M_GOBLOCK", "M_PAUSE", "M_GOPAUSE")  # retracing is the engine's
 
 
 class Macros:

@@ -98,12 +98,12 @@ class Output:
         self._heading: float | None = None
         self.refresh()
 
-    def refresh(self) -> None:
-        """Take over the parameters."""
+    def refresh(self, *, limits: bool = True) -> None:
+        """Take over the parameters; ``limits``: rows are positions of the axes."""
         p = self._parameters
         self.limits.refresh()
         slowest, fastest = p.speed("FEEDMIN") / 60.0, p.speed("FEEDMAX") / 60.0 or math.inf
-        ends = (self.limits.low, self.limits.high) if self.limits.active else (None, None)
+        ends = (self.limits.low, self.limits.high) if self.limits.active and limits else (None, None)
         self.bounds = Bounds(slowest, fastest, *ends)
 
     @property
@@ -116,6 +116,17 @@ class Output:
         if self.plain:
             self._last = modal.position
             self.corners.follow(self._last)
+
+    def moved_to(self, position: Array) -> None:
+        """The axes stand elsewhere."""
+        self._last = position.copy()
+        self.corners.follow(position)
+
+    def stopped(self, position: Array) -> None:
+        """The axes have been stopped: nothing is held, compensated or rounded any more."""
+        self.corners.flush()
+        self.side, self._armed, self._corner = OFF, False, 0
+        self.moved_to(position)
 
     # rows
 

@@ -15,12 +15,9 @@ from cnc_core.frontend.isons.text import AXIS_LETTERS
 
 HUGE = 1e12
 POSITIONERS_MAX = 16
-MODES = "part of the interpolation modes, which are refused"
 PLANNER = "the planner has its own limits, in the cell file"
-HOMING = "homing is not supported"
 ANALOGUE = "the simulated axes follow without a position loop"
 PANEL = "operator panel and hand wheel are not simulated"
-PAUSE = "repositioning behind a pause is run control, which is not supported"
 
 
 @dataclass(frozen=True)
@@ -56,25 +53,27 @@ GENERIC: dict[str, Parameter] = {
     "ACC_LAV": _not_negative(acts="acceleration of all axes of the cell, with TAU"),
     "TAU": Parameter(5.0, 0.01, 1000.0, acts="sample time of the accelerations, ms"),
     "ACC_QSTOP": _not_negative(stored="limits are refused before motion, nothing has to stop at them"),
-    "VEL_GO_LINE_RETRACE": _not_negative(stored=PAUSE),
-    "ACC_RAGGIO_MAX": Parameter(10.0, 1.0, 115.0, stored="arcs are driven inside the axes' acceleration"),
-    "VRIPOSO": _not_negative(stored=PAUSE),
-    "SGLP": _not_negative(200.0, stored=MODES),
-    "SGLP_RED": _not_negative(0.0, stored=MODES, high=100.0),
-    "MAX_RED": _not_negative(0.0, stored=MODES, high=99.999),
+    "VEL_GO_LINE_RETRACE": _not_negative(stored="backward motion has the feed of the program"),
+    "ACC_RAGGIO_MAX": Parameter(
+        10.0, 1.0, 115.0, acts="largest acceleration on arcs, m/s2; over 100 a tenth of what is beyond"
+    ),
+    "VRIPOSO": _not_negative(acts="speed back to the path behind restart and pause, 0: the programmed feed"),
+    "SGLP": _not_negative(200.0, acts="larger turns in the plane stop, tenths of a degree"),
+    "SGLP_RED": _not_negative(0.0, acts="% of SGLP from which corners slow down, 0: none", high=100.0),
+    "MAX_RED": _not_negative(0.0, acts="largest slow-down at corners, %", high=99.999),
     "SGLR": _not_negative(10.0, acts="largest difference of an arc's radii at start and end, system units"),
     "ACQ_MODE": _choice(0, 0, 255, stored="reserved by the guide"),
-    "ACQ_VEL": _not_negative(stored="probing is not supported"),
+    "ACQ_VEL": _not_negative(acts="speed of probing (G102), mm/min, 0: the programmed feed"),
     "RESQUOTE": Parameter(1000.0, 10.0, 100000.0, True, "system units per mm"),
     "VISUAREAL": _choice(0, -1, 2, stored="display of the operator interface"),
     "ENABLE_OW_G0": _choice(0, 0, 2, stored="override of rapids is rapid_override_mode of the channel"),
     "CR_LIMIT": _choice(2, 0, 3, stored="limits are always checked before motion, whole arcs included (as 2)"),
     "ARC_REL": _choice(0, 0, 1, acts="I and J under G90: 0 absolute, 1 from the start"),
-    "NO_SHORT": _choice(0, 0, 2, stored=MODES),
+    "NO_SHORT": _choice(0, 0, 2, stored="short segments are removed by G74"),
     "USE_G60": _choice(0, 0, 1, acts="programs begin with G60 in place of G61"),
     "TIME_OUT_CMD": _not_negative(5000.0, stored="commands to the simulated CN cannot be lost"),
     "TIME_OUT_M": _not_negative(5000.0, stored="M functions wait for the PLC as their synchronisation says"),
-    "TIME_OUT_HOME": _not_negative(60000.0, stored=HOMING),
+    "TIME_OUT_HOME": _not_negative(60000.0, acts="longest homing of an axis, ms: error 1005"),
     "WR_SPD": _choice(0, 0, 1, acts="1: S is copied to $_K9"),
     "RFG": _choice(1, 0, 1, stored="the planner always keeps the axes' velocities"),
     "JERK": _not_negative(0.0, stored="j_max_mm_s3 of the axes", high=100.0),
@@ -83,12 +82,12 @@ AXIS: dict[str, Parameter] = {
     "VMAX": _not_negative(acts="velocity of the axis in the cell, 0: that of [axes]"),
     "VJOG": _not_negative(stored=PANEL),
     "ACC_JOG": _not_negative(stored=PANEL),
-    "RZERO_MODE": _choice(0, 0, 65535, stored=HOMING),
-    "RZERO_OFFSET": Parameter(0.0, stored=HOMING),
-    "RZERO_PRESET": Parameter(0.0, stored=HOMING),
-    "RZERO_VEL": _not_negative(stored=HOMING),
-    "RZERO_VELF": _not_negative(stored=HOMING),
-    "RZERO_ACC": _not_negative(stored=HOMING),
+    "RZERO_MODE": _choice(0, 0, 65535, acts="how G71 searches"),
+    "RZERO_OFFSET": Parameter(0.0, acts="way behind the reference, system units"),
+    "RZERO_PRESET": Parameter(0.0, acts="position there, system units"),
+    "RZERO_VEL": _not_negative(acts="fast search, mm/min, 0: FEEDDEF"),
+    "RZERO_VELF": _not_negative(acts="slow search, mm/min, 0: a tenth of the fast one"),
+    "RZERO_ACC": _not_negative(acts="acceleration: how far the fast search overruns the sensor"),
     "LIMITE_N": Parameter(-HUGE, acts="primary lower limit, 0.001 mm"),
     "LIMITE_P": Parameter(HUGE, acts="primary upper limit, 0.001 mm"),
     "2ND_LIMITE_N": Parameter(-HUGE, acts="secondary lower limit (G81), 0.001 mm"),
@@ -97,9 +96,9 @@ AXIS: dict[str, Parameter] = {
     "MSOF": Parameter(0.0, stored=ANALOGUE),
     "DSOF": Parameter(0.0, stored=ANALOGUE),
     "GANTRY": _choice(-1, -1, 8, stored="couplings of axes are not simulated"),
-    "SGL3D": _not_negative(stored=MODES),
-    "SGLAFC": _not_negative(stored=MODES),
-    "MILD": _not_negative(1000.0, stored=MODES),
+    "SGL3D": _not_negative(acts="larger changes of direction stop, thousandths, 0: not tested"),
+    "SGLAFC": _not_negative(acts="largest step of the axis' speed under G66, mm/min, 0: none"),
+    "MILD": _not_negative(1000.0, acts="edge smoothing (G49): 1000 / MILD samples, 0 and 1000: none"),
     "BACKLASH": Parameter(0.0, stored=ANALOGUE),
     "TBCK": Parameter(0.0, stored=ANALOGUE),
     "TSHF": Parameter(0.0, stored="axis shifts are not simulated"),

@@ -29,6 +29,8 @@ class Store:
         self.common = UserScope()
         self.scope = UserScope()
         self.list: list[float] = []
+        self.watched: tuple[str, float] | None = None  # of a restart: a variable and the value it is to get
+        self.watch_hit = False
 
     def _home(self, name: str) -> UserScope:
         return self.common if name in self.scope.shared else self.scope
@@ -53,6 +55,8 @@ class Store:
             if len(scope.values) >= VARIABLES_MAX:
                 raise fail(909104, f"more than {VARIABLES_MAX} variables", offset)
         scope.values[name] = value
+        if self.watched is not None and (name, value) == self.watched:
+            self.watch_hit = True
 
     def share(self, name: str) -> None:
         """GLOBAL."""

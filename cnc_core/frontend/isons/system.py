@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.isons.clock import Clock
+from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.text import AXIS_LETTERS
 from cnc_core.frontend.isons_cell import GENERICS, INPUTS, M_PARAMETERS, OUTPUTS, IsonsCell
@@ -23,7 +24,9 @@ AXES = len(AXIS_LETTERS)
 FROM_HOME = 100
 TIMERS, TOOL_VALUES, HEAD_VALUES, SPECIALS = 10, 20, 20, 14
 INT32_LOW, INT32_HIGH = -(2**31), 2**31 - 1
-DRAINING = frozenset({"R", "T", "PARM_"})
+DRAINING = frozenset({"PARM_"})
+MOVING = frozenset({"Q", "R", "T"})
+LIVING = MOVING | {"I", "O", "K"}
 PLANE_NUMBERS = {17: 0, 18: 1, 19: 2}
 
 
@@ -98,6 +101,14 @@ class System:
         """Its values are known when everything before has been executed."""
         return family in DRAINING
 
+    def lives(self, family: str) -> bool:
+        """Its values change while the machine runs."""
+        return family in LIVING
+
+    def moves(self, family: str) -> bool:
+        """Its values go with the motion."""
+        return family in MOVING
+
     def _check(self, family: str, index: int, offset: int) -> None:
         if family not in INDICES:
             raise fail(909101, f"$_{family}{index}: {ERRORS[909101]}", offset)
@@ -113,12 +124,12 @@ class System:
         if family == "PARM_":
             return lambda: self.shared.read(family, index - 1)
         read: dict[str, Callable[[int], float]] = {
-            "Q": self._demand,
+            "Q": self._actual,
             "R": self._actual,
             "T": self._timer,
             "U": lambda i: self.executor.table[i],
             "H": self._head,
-            "C": self._demand,
+            "C": self._counter,
             "N": lambda i: self._limit(i, 1),
             "S": lambda i: self._limit(i, 0),
             "X": self._special,
@@ -153,13 +164,18 @@ class System:
             return self._of_axis(from_home, index - FROM_HOME)
         return self._of_axis(place - frame.total, index)  # type: ignore[operator]
 
+    def _counter(self, index: int) -> float:
+        """The commanded target; behind a restart, where the program goes on."""
+        executor = self.executor
+        return self._position(executor.modal.position if executor.counter is None else executor.counter, index)
+
     def _demand(self, index: int) -> float:
         return self._position(self.executor.modal.position, index)
 
     def _actual(self, index: int) -> float:
-        if not self._port.answers:
+        if not self._port.answers or self.executor.output.side != OFF:
             return self._demand(index)
-        return self._position(self._port.position(), index)
+        return self._position(self.executor.tip.programmed(self._port.live_position()), index)
 
     def _timer(self, index: int) -> float:
         return max(0.0, round((self._timers[index] - self._clock.look()) * 1000.0, 6))

@@ -168,9 +168,6 @@ class WordParser:
 
     def _g(self, offset: int) -> None:
         code = self._whole("G", offset, 9999)
-        if code in codes.REFUSED:
-            self._refused(code, offset)
-            return
         if code not in codes.KNOWN:
             raise fail(20131, f"unknown G function G{code}", offset)
         group = codes.GROUP_OF.get(code, (code,))
@@ -184,9 +181,6 @@ class WordParser:
         if code in INDEXED and (self._stream.is_op("[") or (code == 49 and self._stream.current.kind is Kind.NUMBER)):
             index = self._formulas.value(f"G{code}")
         self.block.g.append((code, offset, index))
-
-    def _refused(self, code: int, offset: int) -> None:
-        raise fail(900003, f"G{code} ({codes.REFUSED[code]}) is not supported", offset)
 
     def _m(self, offset: int) -> None:
         number = self._whole("M", offset, M_MAX)

@@ -87,9 +87,10 @@ class BsplineProfile(Profile):
 
     def _close(self, code: int, offset: int) -> None:
         """The spline is complete; 60 ends the profile."""
+        self.ended = code == 60
         if not self._points and not self._knots:
             if code == 60 and self._end is not None:
-                self._done[-1].last = self.ended = True
+                self._done[-1].last = True
                 return
             text = "the profile has no control point" if code == 60 else f"G{code} without a B-spline before it"
             raise fail(909225 if code == 60 else 909228, text, offset)
@@ -110,7 +111,6 @@ class BsplineProfile(Profile):
         self._done.append(chunk)
         self._end = self._points[-1]
         self._clear()
-        self.ended = code == 60
 
     def _check(self, offset: int) -> None:
         degree, points, knots = self.spec.degree, len(self._points), self._knots

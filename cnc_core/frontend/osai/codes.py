@@ -79,7 +79,7 @@ CODES: dict[str, tuple[Field, ...]] = {
         Field("Diam", ("ENA", "DIS"), optional=True, default="DIS"),
     ),
     "AXP": (NAME, _number("NullMov", 0.0), _open("Pitch", 0.0), _open("Lim-"), _open("Lim+")),
-    "DIN": (NAME, *(_open(name, 0.0) for name in ("Vmax", "Amax", "Jmax", "Vrap", "Arap", "Jrap"))),
+    "DIN": (NAME, *(_open(name, 1e-6) for name in ("Vmax", "Amax", "Jmax", "Vrap", "Arap", "Jrap"))),
     "MAC": (Field("Type", CHAINS), Field("Bed", BEDS)),
     "CIN": (NAME, *(_number(name) for name in ("OffX", "OffY", "OffZ", "RotX", "RotY", "RotZ"))),
     "SMT": (

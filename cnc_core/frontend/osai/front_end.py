@@ -46,11 +46,18 @@ GROUPS = ((0, 1), (70, 71), (90, 91))
 class OsaiFrontEnd(BlockReader):
     """Resumable reader of one program.  ``setups``: what ``check`` prints of every setup that was activated.
 
-    ``lenient``: a gap between polynomials is a warning.
+    ``lenient``: a gap between polynomials is a warning.  ``setup``: holds in place of what (HSM,..) names.
     """
 
     def __init__(
-        self, path: Path, machine: ProgramMachine, port: ChannelPort, *, collect: bool = False, lenient: bool = False
+        self,
+        path: Path,
+        machine: ProgramMachine,
+        port: ChannelPort,
+        *,
+        collect: bool = False,
+        lenient: bool = False,
+        setup: Path | None = None,
     ) -> None:
         super().__init__(path, Modal(machine, Rules()), port, collect=collect, scan=False)
         self.setups: list[dict[str, object]] = []
@@ -58,14 +65,14 @@ class OsaiFrontEnd(BlockReader):
         self._axes = {name: i for i, name in enumerate(machine.axes) if len(name) == 1}
         self._letters = "".join(self._axes) + "FSTPIJKR"
         self._variables = Variables()
-        self._setup: SetupFile | None = None
+        self._given = setup
+        self._setup = SetupFile(setup) if setup else None
         self._profile: Profile | None = None
         self._spec_ok = True
         self._virtual: str | None = None
         self._saved: tuple[object, ...] = ()
         self._tool, self._active = 0, Tool()
-        self._resync = False
-        self._chunk: ProfileChunk | None = None
+        self._awaited = self._resync = False  # where the axes stand is known when the wait behind a profile is over
 
     # BlockReader
 
@@ -78,6 +85,8 @@ class OsaiFrontEnd(BlockReader):
             self._resync = False
             self.modal.set_position(self._port.position())
         item = super().read(rows) if self._profile is None or self._queue else self._profile_batch(rows)
+        if isinstance(item, Wait):  # it comes true before the next call
+            self._resync, self._awaited = self._awaited, False
         if self._ended:
             self.flow.close()
         return item
@@ -140,7 +149,7 @@ class OsaiFrontEnd(BlockReader):
     def _open_setup(self, name: str, offset: int) -> None:
         if not name:
             raise fail(909201, "(HSM,file) names no setup file", offset)
-        path = self._beside(name)
+        path = self._given or self._beside(name)
         if path is None:
             raise fail(909201, f"setup file {name} not found", offset)
         self._setup = SetupFile(path)
@@ -250,6 +259,8 @@ class OsaiFrontEnd(BlockReader):
         offset = words.g[61]
         if len(words.g) > 1 or words.m or any(letter != "P" for letter in words.values):
             raise fail(909220, "G61 stands alone in its block", offset)
+        if self._port.manual_data:
+            raise fail(909219, ERRORS[909219], offset)
         degree = words.values.get("P", 5.0)
         if degree not in DEGREES:
             raise fail(909229, f"P{degree:g}: the degree is 3, 4 or 5", words.offsets["P"])
@@ -344,7 +355,7 @@ class OsaiFrontEnd(BlockReader):
         modal.feed, modal.n = feed, profile.context.number
         if spec.point != "AXI" or spec.tangential is not None:  # only the machine knows where its axes stand
             self._queue.append(Wait.DRAINED)
-            self._resync = True
+            self._awaited = True
 
     def _final(self, chunk: ProfileChunk, position: FloatArray) -> FloatArray:
         spec = chunk.spec

@@ -56,10 +56,10 @@ class PolynomialProfile(Profile):
         code = self.function(words, ())
         if code is None:
             raise fail(909224, "only polynomials may stand here: the format is POL", len(plain) - len(plain.lstrip()))
+        self.ended = True
         self._finish()
         if not self._done and self._end is None:
             raise fail(909225, "the profile has no polynomial", words.g[60])
-        self.ended = True
 
     def _polynomial_line(self, plain: str) -> None:
         begin = plain.index("<")

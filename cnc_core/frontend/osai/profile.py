@@ -290,9 +290,9 @@ class PointProfile(Profile):
         self._kept.after[-1][-1] = code
 
     def _end(self, offset: int) -> None:
+        self.ended = True
         if not self._programmed:
             raise fail(909225, "the profile has no point", offset)
-        self.ended = True
 
     # giving out
 

@@ -170,7 +170,8 @@ def build(records: Records, machine: ProgramMachine, active: Active) -> ProfileS
         versor_tolerance=thr.number("TolV"),
         null_move=thr.number("NullMov"),
         chord=thr.number("Chord"),
-        tool=_tool(records, active),
+        tool=_tool(records, active, machine.osai.centre),
+        feed_by_length=machine.osai.feed_by_length,
         marks=_marks(records),
         smoothness=_smoothness(records.get("JRK")),
         chain=_kinematics(records),
@@ -220,7 +221,7 @@ def _dynamics(record: Record | None, velocity: str, acceleration: str, jerk: str
     return Dynamics(None if speed is None else speed / 60.0, record.maybe(acceleration), record.maybe(jerk))
 
 
-def _tool(records: Records, active: Active) -> ToolShape:
+def _tool(records: Records, active: Active, centre: bool) -> ToolShape:
     tol, tod = records.get("TOL"), records.get("TOD")
     length, radius = tol.maybe("Len"), tol.maybe("Radius")
     radius = active.tool.radius_mm if radius is None else radius
@@ -238,6 +239,7 @@ def _tool(records: Records, active: Active) -> ToolShape:
         contact_deg=tol.number("Angle"),
         origin_length=tol.number("OriginLen"),
         direction=(x, y, z),
+        centre=centre,
     )
 
 

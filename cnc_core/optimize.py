@@ -1,0 +1,465 @@
+"""``optimize``: the offline Path Optimizer (HSM specification 11): points in, quintic polynomials out.
+
+The program is read by the front end with the given setup; its profiles are replaced by polynomial profiles, everything
+around them stays as it is written.  Beside the output stands its own setup file, ``OUT`` with ``.setup`` behind.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .config import CellConfig
+from .errors import CncError, Place
+from .frontend.osai.front_end import OsaiFrontEnd
+from .frontend.osai.setup import Record, Records, SetupFile
+from .geometry import profile_jets as jets
+from .geometry.optimizer import Fit, FitReport, SectionFitter, Tolerances, join_sections
+from .geometry.profile_curves import Intervals, steps_of
+from .geometry.profile_points import PointFilter, Points, automatic_codes
+from .geometry.profile_tool import NoNormal, Versors
+from .geometry.profiles import machine_of
+from .kinematics.machine import Kinematics
+from .port import OfflinePort, Wait
+from .profile import BLEND, PASS, POINTS, SMOOTH, STOP, TANGENT, ProfileSpec
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+BEGIN = re.compile(r"^\s*(?:N\d+\s*)?G61\b")
+END = re.compile(r"^\s*(?:N\d+\s*)?G60\b")
+SETUP_LINE = re.compile(r"^\s*(?:N\d+\s*)?\(\s*HSM\s*,")
+CALL = re.compile(r"^\s*(?:N\d+\s*)?\(\s*CLS\s*,")
+POINT = re.compile(r"^\s*(?:N\d+\s*)?(?:G0?[01](?!\d)\s*|G9[01]\s*)*[A-Zijkmnopqd]\s*[+-]?[\d.EL]")
+OTHER_WORD = re.compile(r"[STM]\s*\d")
+ENDS = {SMOOTH: 0, TANGENT: 0, BLEND: 0, STOP: 1, PASS: 2}
+MODES = {"G63": BLEND, "G66": STOP, "G67": PASS}
+READ_ROWS = 4096
+
+
+@dataclass
+class OptimizeResult:
+    """The contract's object and what else the report tells."""
+
+    points_in: int = 0
+    polynomials: int = 0
+    max_deviation_mm: float = 0.0
+    points_dropped: int = 0
+    polyline_points: int = 0
+    edges: int = 0
+    groups: int = 0
+    joints: int = 0
+    profiles: int = 0
+    continuity: dict[str, float] = field(default_factory=dict)
+    setup: str = ""
+    comparison: dict[str, Any] | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        out = dict(self.__dict__)
+        if self.comparison is None:
+            del out["comparison"]
+        return out
+
+
+@dataclass
+class _Profile:
+    spec: ProfileSpec
+    points: Points
+
+
+class Optimizer:
+    """``tick``: called with the share done."""
+
+    def __init__(self, source: Path, setup: Path, out: Path, cell: CellConfig, tick: Callable[[float], None]) -> None:
+        self.source, self.setup, self.out, self.cell, self.tick = source, setup, out, cell, tick
+        self.result = OptimizeResult()
+        self._done = 0
+
+    def run(self) -> OptimizeResult:
+        """Reads, smooths, writes; CncError for what is wrong with program or setup."""
+        records = self._records()
+        self.tolerances = _tolerances(records)
+        self.c0 = MODES[records.general["SMT"].word("C0")]
+        lines = self.source.read_text(encoding="utf-8", errors="replace").splitlines()
+        called = next((i for i, line in enumerate(lines, 1) if CALL.match(line)), None)
+        if called is not None:
+            text = "(CLS) is not supported: optimize the subprogram itself"
+            raise CncError(900003, text, Place(str(self.source), called, 1, lines[called - 1]))
+        profiles = self._profiles(lines)
+        total = max(1, sum(len(p.points) for p in profiles))
+        made = [self._smoothed(p, lambda n: self._advance(n, total)) for p in profiles]
+        self._write(lines, profiles, made)
+        self._write_setup(records, profiles)
+        self.tick(1.0)
+        return self.result
+
+    def _advance(self, points: int, total: int) -> None:
+        self._done += points
+        self.tick(min(self._done / total, 1.0))
+
+    # reading
+
+    def _records(self) -> Records:
+        records, errors = SetupFile(self.setup).resolve(lambda letter, number: 0.0)
+        if errors:
+            raise errors[0]
+        if "SMT" not in records.general:
+            raise records.missing("the setup lacks SMT: the tolerances of the Path Optimizer")
+        smt = records.general["SMT"]
+        for name in ("Toll", "TollX", "TollV"):
+            if name == "Toll" and not smt.number(name) > 0.0:
+                raise smt.fail(909205, "SMT, Toll: the tolerance must be positive", name)
+        if records.general["PNT"].word("Format") != "PNT" if "PNT" in records.general else False:
+            raise records.general["PNT"].fail(909205, "PNT: the Path Optimizer takes points", "Format")
+        return records
+
+    def _profiles(self, lines: list[str]) -> list[_Profile]:
+        """Every profile of the program; a program without G61 is one."""
+        if any(BEGIN.match(line) for line in lines):
+            return self._read(self.source, 0)
+        first, last = _middle(lines)
+        if first is None:
+            raise CncError(909225, "the program has no point", Place(str(self.source), 1, 1))
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / self.source.name
+            text = [*lines[:first], "G61", *lines[first:last], "G60", *lines[last:]]
+            path.write_text("\n".join(text) + "\n", encoding="utf-8")
+            return self._read(path, first)
+
+    def _read(self, path: Path, inserted: int) -> list[_Profile]:
+        machine = self.cell.program_machine()
+        reader = OsaiFrontEnd(path, machine, OfflinePort(machine.start), setup=self.setup)
+        found: list[tuple[ProfileSpec, list[Points]]] = []
+        try:
+            while (item := reader.read(READ_ROWS)) is not None:
+                if isinstance(item, Wait) or item.profile is None:
+                    continue
+                chunk = item.profile
+                if not found or found[-1][0] is not chunk.spec:
+                    found.append((chunk.spec, []))
+                found[-1][1].append(Points.of(chunk))
+        except CncError as error:
+            if path != self.source and error.place.file == str(path):
+                error.place.file = str(self.source)
+                error.place.line -= error.place.line > inserted
+            raise
+        finally:
+            reader.close()
+        return [_Profile(spec, _joined(parts)) for spec, parts in found]
+
+    # smoothing
+
+    def _smoothed(self, profile: _Profile, tick: Callable[[int], None]) -> list[tuple[Fit, Points, bool]]:
+        """Runs of the profile: polynomials, their points, or a G00 line (True)."""
+        spec, result = profile.spec, self.result
+        result.profiles += 1
+        result.points_in += len(profile.points)
+        kept = PointFilter(spec).push(profile.points, True)
+        values = self._columns(spec, kept)
+        self._mark(spec, kept)
+        runs: list[tuple[Fit, Points, bool]] = []
+        first = 0
+        for i in range(1, len(kept) + 1):
+            straight = i < len(kept) and bool(kept.rapid[i])
+            if i < len(kept) and not straight and not (i - 1 > first and kept.rapid[i - 1]):
+                continue
+            if i - 1 > first:
+                runs.append((self._run(values[first:i], kept[first:i], spec, tick), kept[first:i], False))
+            if straight:
+                runs.append((_nothing(values.shape[1]), kept[i : i + 1], True))
+            first = i if straight else i - 1
+        return runs
+
+    def _mark(self, spec: ProfileSpec, points: Points) -> None:
+        """Stage 1: edges and changes of curvature, as when the points are run; edges are treated as C0 says."""
+        if len(points) < 3:
+            return
+        versor = spec.versor_columns("ijk")
+        versors = None if versor is None else points.values[:, versor]
+        found = automatic_codes(points.values[:, list(spec.linear)], versors, spec.marks)
+        edges = automatic_codes(points.values[:, list(spec.linear)], versors, _only_edges(spec))
+        found[edges != SMOOTH] = self.c0
+        inner = points.after[1:-1]
+        free = (inner == SMOOTH) & ~points.rapid[1:-1] & ~points.rapid[2:]
+        self.result.edges += int((free & (edges != SMOOTH)).sum())
+        points.after[1:-1] = np.where(free, found, inner)
+
+    def _run(self, values: FloatArray, points: Points, spec: ProfileSpec, tick: Callable[[int], None]) -> Fit:
+        """Stages 2 to 6 of the points between two G00 lines."""
+        report = FitReport()
+        linear, versor = self._shape(spec, values.shape[1])
+        cuts = [0, *(np.flatnonzero(points.after[1:-1] != SMOOTH) + 1).tolist(), len(points) - 1]
+        parts = []
+        for a, b in pairwise(cuts):
+            fitter = SectionFitter(values[a : b + 1], linear, versor, self.tolerances)
+            coef, span, first = fitter.fit(report, tick)
+            after = np.full(len(span), SMOOTH, np.int64)
+            after[-1] = STOP if b == len(points) - 1 else int(points.after[b])
+            parts.append(Fit(coef, span, first + a, after))
+        fit = join_sections(parts, linear, self.tolerances, report)
+        result = self.result
+        result.polynomials += len(fit.span)
+        result.max_deviation_mm = max(result.max_deviation_mm, report.deviation)
+        result.polyline_points += report.polyline_points
+        result.points_dropped += max(0, len(points) - report.polyline_points)
+        result.groups += report.groups
+        result.joints += report.joints
+        self._measure(fit, linear)
+        return fit
+
+    def _measure(self, fit: Fit, linear: list[int]) -> None:
+        """Largest jumps of position, direction and curvature where neither G66 nor G67 stands."""
+        if len(fit.span) < 2:
+            return
+        smooth = np.flatnonzero(fit.after[:-1] == SMOOTH)
+        ends = jets.of_columns(fit.coef[smooth][:, linear], fit.span[smooth])
+        begins = jets.of_columns(fit.coef[smooth + 1][:, linear], np.zeros(len(smooth)))
+        worst = self.result.continuity
+        for name, measure in (("position_mm", _place), ("tangent_rad", _tangent), ("curvature_1_mm", _curvature)):
+            jump = float(np.linalg.norm(measure(ends) - measure(begins), axis=1).max(initial=0.0))
+            worst[name] = max(worst.get(name, 0.0), jump)
+
+    # columns of the output
+
+    def _shape(self, spec: ProfileSpec, columns: int) -> tuple[list[int], list[int]]:
+        axes = len(self._axes_out(spec))
+        return list(range(3)), list(range(axes, columns))
+
+    def _axes_out(self, spec: ProfileSpec) -> list[int]:
+        """Axis columns that the output programs: linear ones first; rotary ones of a chain become ijk."""
+        others = [i for i, axis in enumerate(spec.axes) if not axis.linear and not axis.kinematic]
+        return [*spec.linear, *others]
+
+    def _columns(self, spec: ProfileSpec, points: Points) -> FloatArray:
+        """(n, columns) what the output programs: axes, then ijk, then mno and pqd of contact points."""
+        values = points.values
+        kinematics: Kinematics | None = None
+        if spec.five_axes:
+            low, high = self.cell.axis_values("min_mm"), self.cell.axis_values("max_mm")
+            kinematics = machine_of(spec, 1, (low, high))
+        parts = [values[:, self._axes_out(spec)].copy()]
+        if kinematics is not None and (spec.point == "AXI" or spec.versor_columns("ijk") is None):
+            q = np.tile(spec.start, (len(values), 1))
+            for i, axis in enumerate(spec.axes):
+                q[:, axis.channel] = values[:, i]
+            pose = kinematics.forward(q, spec.tool.origin_length if spec.point == "AXI" else 0.0)
+            if spec.point == "AXI":
+                parts[0][:, :3] = pose.tip
+            parts.append(pose.direction)
+        elif kinematics is not None:
+            parts.append(values[:, spec.versor_columns("ijk")])
+        if spec.point == "CCP":
+            parts += self._contact(spec, points, kinematics, parts[1] if kinematics is not None else None)
+        if spec.tangential is not None:
+            raise CncError(900003, "tangential axes are not supported by the Path Optimizer", Place(str(self.setup)))
+        return np.concatenate(parts, axis=1)
+
+    def _contact(
+        self, spec: ProfileSpec, points: Points, kinematics: Kinematics | None, d: FloatArray | None
+    ) -> list[FloatArray]:
+        """n and q of every point, programmed or automatic (tangents from the neighbouring points)."""
+        versors, n = Versors(spec, kinematics), len(points)
+        slope = np.gradient(
+            points.values, np.concatenate([[0.0], np.cumsum(steps_of(points.values, list(spec.linear)))]), axis=0
+        )
+        coef = np.stack([points.values, slope], axis=2)
+        u = np.zeros(n)
+        direction = jets.still(np.array(spec.tool.direction), n)
+        if d is not None:
+            direction[:, 0] = d
+        try:
+            normal = versors.normal(coef, u, direction)
+        except NoNormal:
+            raise CncError(909253, "the surface normal cannot be computed", Place(str(self.source))) from None
+        radius = versors.radius_direction(coef, u, direction, normal)
+        return [normal[:, 0], radius[:, 0]]
+
+    # writing
+
+    def _names(self, spec: ProfileSpec) -> list[str]:
+        names = [spec.axes[i].name for i in self._axes_out(spec)]
+        names += list("ijk") if spec.five_axes else []
+        return names + (list("mnopqd") if spec.point == "CCP" else [])
+
+    def _factors(self, spec: ProfileSpec, count: int) -> FloatArray:
+        """Driven mm per programmed unit; the output is programmed as the input was, Scale and diameters included."""
+        axes = [spec.axes[i].factor for i in self._axes_out(spec)]
+        return np.array(axes + [1.0] * (count - len(axes)))
+
+    def _write(self, lines: list[str], profiles: list[_Profile], made: list[list[tuple[Fit, Points, bool]]]) -> None:
+        setup = self.out.with_name(self.out.name + ".setup")
+        self.result.setup = str(setup)
+        out: list[str] = []
+        k, inside, named = 0, False, False
+        if not any(BEGIN.match(line) for line in lines):
+            first, last = _middle(lines)
+            assert first is not None
+            out = [*lines[:first], f"(HSM,{setup.name})", *self._text(profiles[0], made[0]), *lines[last:]]
+        else:
+            for line in lines:
+                if inside:
+                    inside = not END.match(line)
+                    continue
+                if SETUP_LINE.match(line):
+                    named = True
+                    out.append(f"(HSM,{setup.name})")
+                elif BEGIN.match(line):
+                    inside = True
+                    out += [] if named else [f"(HSM,{setup.name})"]
+                    named = True
+                    if k < len(made):
+                        out += self._text(profiles[k], made[k])
+                    k += 1
+                else:
+                    out.append(line)
+        try:
+            self.out.write_text("\n".join(out) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise CncError(901004, f"{self.out}: {error.strerror}") from None
+
+    def _text(self, profile: _Profile, runs: list[tuple[Fit, Points, bool]]) -> list[str]:
+        names, unit = self._names(profile.spec), max(profile.spec.axes[profile.spec.linear[0]].factor, 1e-12)
+        out: list[str] = []
+        for fit, points, straight in runs:
+            if straight:
+                factor = self._factors(profile.spec, len(self._axes_out(profile.spec)))
+                end = points.values[0][self._axes_out(profile.spec)] / factor
+                out.append("G0 " + " ".join(f"{n}{v:.9g}" for n, v in zip(names, end, strict=False)))
+                continue
+            out.append("G61 P5")
+            coef = fit.coef / self._factors(profile.spec, fit.coef.shape[1])[None, :, None]
+            for i in range(len(fit.span)):
+                feed = float(points.feed[min(int(fit.first[i]) + 1, len(points) - 1)]) * 60.0
+                number = int(points.number[min(int(fit.first[i]), len(points) - 1)])
+                feed /= unit if unit == 25.4 else 1.0
+                out.append(f"<*,{fit.span[i]:.17g},{number},{feed:.9g},{ENDS[int(fit.after[i])]}")
+                out += [f"<{n}," + ",".join(f"{c:.17g}" for c in coef[i, j]) for j, n in enumerate(names)]
+            out.append("G60")
+        return out
+
+    def _write_setup(self, records: Records, profiles: list[_Profile]) -> None:
+        """The same setup for polynomials: CLP instead of AXI on five axes, every versor programmed."""
+        five = bool(profiles) and profiles[0].spec.five_axes
+        lines = [_for_output(record, five).printed() for record in records.order]
+        try:
+            Path(self.result.setup).write_text("\n".join(lines) + "\n", encoding="utf-8")
+        except OSError as error:
+            raise CncError(901004, f"{self.result.setup}: {error.strerror}") from None
+
+
+def _for_output(record: Record, five: bool) -> Record:
+    values = dict(record.values)
+    if record.code == "PNT":
+        values["Format"] = "POL"
+        if five and values["Type"] == "AXI":
+            values["Type"] = values["Param"] = "CLP"
+        values["Param"] = values["Type"]
+    if record.code == "VER":
+        values = dict.fromkeys(values, "PRG")
+    return Record(record.code, values, record.place)
+
+
+def _tolerances(records: Records) -> Tolerances:
+    smt, sms = records.general["SMT"], records.get("SMS")
+    longest = sms.maybe("Len")
+    return Tolerances(
+        linear=smt.number("Toll"),
+        other=smt.number("TollX") or smt.number("Toll"),
+        versor=smt.number("TollV") or 0.1 * smt.number("Toll"),
+        split=sms.number("Split"),
+        reach=smt.number("Racc"),
+        condition=int(sms.number("Cond")),
+        longest=0.0 if longest is None else longest,
+        group=int(sms.number("Pnt")),
+    )
+
+
+def _only_edges(spec: ProfileSpec) -> Any:
+    return replace(spec.marks, ratio=0.0)
+
+
+def _joined(parts: list[Points]) -> Points:
+    names = ("values", "feed", "after", "rapid", "line", "number")
+    return Points(*(np.concatenate([getattr(p, name) for p in parts]) for name in names))
+
+
+def _nothing(columns: int) -> Fit:
+    whole = np.empty(0, np.int64)
+    return Fit(Intervals.none(columns).coef, np.empty(0), whole, whole)
+
+
+def _middle(lines: list[str]) -> tuple[int | None, int]:
+    """First line of points, and the first line behind the last one."""
+    found = [
+        i
+        for i, line in enumerate(lines)
+        if POINT.match(line.partition(";")[0])
+        and not OTHER_WORD.search(line.partition(";")[0])
+        and not line.lstrip().startswith("F")
+    ]
+    return (found[0], found[-1] + 1) if found else (None, 0)
+
+
+def _place(j: FloatArray) -> FloatArray:
+    return j[:, 0]
+
+
+def _tangent(j: FloatArray) -> FloatArray:
+    return np.asarray(j[:, 1] / np.linalg.norm(j[:, 1], axis=1)[:, None])
+
+
+def _curvature(j: FloatArray) -> FloatArray:
+    speed = np.linalg.norm(j[:, 1], axis=1)[:, None]
+    t = j[:, 1] / speed
+    return np.asarray((j[:, 2] - (j[:, 2] * t).sum(axis=1)[:, None] * t) / speed**2)
+
+
+def compare(source: Path, out: Path, setup: Path, cell: CellConfig) -> dict[str, Any]:
+    """Machining time, s, and root mean square of the jerk of both programs on a cell."""
+    from .planning import plan_program  # noqa: PLC0415
+    from .program import Program  # noqa: PLC0415
+
+    found = {}
+    with tempfile.TemporaryDirectory() as folder:
+        before = Path(folder) / "before.osai"
+        lines = source.read_text(encoding="utf-8", errors="replace").splitlines()
+        (Path(folder) / "setup").write_text(setup.read_text(encoding="utf-8"), encoding="utf-8")
+        if any(BEGIN.match(line) for line in lines):
+            lines = ["(HSM,setup)", *(line for line in lines if not SETUP_LINE.match(line))]
+        else:
+            first, last = _middle(lines)
+            lines = [*lines[: first or 0], "(HSM,setup)", "G61", *lines[first or 0 : last], "G60", *lines[last:]]
+        before.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        for name, path in (("before", before), ("after", out)):
+            result = plan_program(Program(path, cell, "osai"), keep_samples=True)
+            assert result.samples is not None
+            jerk = np.diff(result.samples["pos"], n=3, axis=0) / cell.cycle_s**3
+            rms = float(np.sqrt((jerk**2).sum(axis=1).mean())) if len(jerk) else 0.0
+            found[name] = {"time_s": result.motion_time_s, "jerk_rms": rms}
+    return found
+
+
+def optimize(
+    source: Path,
+    setup: Path,
+    out: Path,
+    cell: CellConfig,
+    tick: Callable[[float], None] = lambda share: None,
+    *,
+    compared: bool = False,
+) -> OptimizeResult:
+    """Smooth a program of points; ``compared``: plan it before and after."""
+    result = Optimizer(source, setup, out, cell, tick).run()
+    if compared:
+        result.comparison = compare(source, out, setup, cell)
+    return result
+
+
+__all__ = ["POINTS", "OptimizeResult", "optimize"]

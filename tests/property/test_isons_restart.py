@@ -1,0 +1,145 @@
+"""Restart: a program taken up at any line or marker goes on as if it had never been interrupted."""
+
+import random
+
+import numpy as np
+import pytest
+from isons_programs import CELL
+
+from cnc_core.blocks import LINEAR, POLYNOMIAL, M, S, T
+from cnc_core.config import parse_config
+from cnc_core.errors import CncError
+from cnc_core.port import OfflinePort
+from cnc_core.program import Program
+from cnc_core.restart import Restart
+
+CONFIG = CELL + "[isons]\nVRIPOSO = 600\n[isons.tools.1]\ndiameter = 4\n"
+
+
+def program(seed):
+    """Loops, subroutines, origins, transformations, incremental words; every motion moves."""
+    rng = random.Random(seed)
+    lines = ["G60 F3", "T1 M3 S500", "$A=0", 'MARKER $K "piece"', "$K=0", "G94X5Y-3"]
+    for _ in range(rng.randint(2, 4)):
+        lines += [f"LOOP {rng.randint(1, 4)}", "$A=$A+1", "$K=$K+1"]
+        for _ in range(rng.randint(1, 4)):
+            lines.append(
+                rng.choice(
+                    [
+                        "G1X[$A*3.5+1]",
+                        "G91\nY1.25\nG90",
+                        "DX1DY2",
+                        "G24\nX[$A+7]\nG25",
+                        "G50X1Y2Z[$A*15]\nG1X[20+$A]Y3\nG51",
+                        "GOSUB PART",
+                        "F[1+$A/10]",
+                        "$_O3=$A",
+                        "G20\nDX0.5\nG21",
+                        "USER_ZERO 1\nG92 XY\nX3Y1\nUSER_ZERO 0",
+                    ]
+                )
+            )
+        lines.append("END_LOOP")
+    lines += ["G0Z5", "END_PROGRAM", "@PART", "G91", "G1X2Y[$A]", "Z0.5", "G90", "RETURN"]
+    return "\n".join(lines) + "\n"
+
+
+def rows_of(path, restart=None, start=None):
+    port = OfflinePort(np.zeros(4))
+    reader = Program(path, parse_config(CONFIG), "isons", port, restart=restart, start=start)
+    rows = [row.copy() for batch in reader.batches() for row in batch.rows]
+    return rows, reader.reader, port
+
+
+def motions(rows):
+    return [row for row in rows if row["type"] <= POLYNOMIAL]
+
+
+def told(row):
+    place = np.round(row["end"][:4], 9)
+    return (int(row["line"]), *place, float(row["feed"]), int(row["flags"]), int(row["type"]))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_restart_at_any_line(tmp_path, seed):
+    """At the line of any motion, in the pass that reached it: the same motions, variables and outputs behind it."""
+    path = tmp_path / "part.isons"
+    path.write_text(program(seed))
+    rng = random.Random(seed + 100)
+    start = np.array([rng.uniform(-50, 50) for _ in range(4)])
+    rows, reader, port = rows_of(path, start=start)
+    whole = motions(rows)
+    for k in rng.sample(range(1, len(whole)), min(6, len(whole) - 1)):
+        line = int(whole[k]["line"])
+        passes = sum(int(row["line"]) == line for row in whole[: k + 1])
+        again, other, ports = rows_of(path, Restart(line, passes), start)
+        moves = motions(again)
+        assert moves[0]["type"] == LINEAR
+        assert moves[0]["end"][:4] == pytest.approx(whole[k - 1]["end"][:4])
+        assert moves[0]["feed"] == pytest.approx(10)
+        assert [told(row) for row in moves[1:]] == [told(row) for row in whole[k:]]
+        assert other.store.scope.values == reader.store.scope.values
+        assert ports._external == port._external
+        assert other.executor.frame.total == pytest.approx(reader.executor.frame.total)
+        functions = [(int(row["type"]), int(row["code"]), float(row["value"])) for row in again[:3]]
+        assert functions == [(T, 1, 0), (S, 0, 500), (M, 3, 0)]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_restart_at_a_marker(tmp_path, seed):
+    """Behind the block that gives the marker its value, inside loops too."""
+    path = tmp_path / "part.isons"
+    path.write_text(program(seed))
+    whole = motions(rows_of(path, start=np.ones(4))[0])
+    again, reader, _ = rows_of(path, Restart(marker="K", value=2.0), np.ones(4))
+    tail = [told(row) for row in motions(again)[1:]]
+    assert tail == [told(row) for row in whole][len(whole) - len(tail) :]
+    assert len(tail) < len(whole)
+    assert reader.found
+
+
+def test_places_that_are_not_reached(tmp_path):
+    """Error 909170; under tool radius compensation 909171; options that are none."""
+    path = tmp_path / "part.isons"
+    path.write_text("T1\nG1X1\nG41\nX5\nX9\nG40\n")
+    for restart, code in ((Restart(99), 909170), (Restart(2, 2), 909170), (Restart(marker="K", value=1), 909170)):
+        with pytest.raises(CncError) as caught:
+            rows_of(path, restart)
+        assert caught.value.code == code
+    with pytest.raises(CncError) as caught:
+        rows_of(path, Restart(5))
+    assert caught.value.code == 909171
+    assert Restart.of(None, 1, "$K = 3") == Restart(marker="K", value=3.0)
+    for wrong in ((3, 1, "K=1"), (0, 1, None), (None, 1, "K")):
+        with pytest.raises(CncError):
+            Restart.of(*wrong)
+
+
+def test_go_block_macro(tmp_path):
+    """M_GOBLOCK moves from where the axes are; $_C tells where the program goes on, $_X7 is 2 meanwhile."""
+    path = tmp_path / "part.isons"
+    path.write_text("OPT M_GOBLOCK 8\nG1X10Y10\nX20\n$A=$_X7\nY30\n")
+    (tmp_path / "M8.isons").write_text("GLOBAL $S\n$S=$_X7\nG0Z50\nG1X[$_C0]Y[$_C1]\n")
+    rows, reader, _ = rows_of(path, Restart(4), np.array([1.0, 2.0, 3.0, 0.0]))
+    assert [row["end"][:3].tolist() for row in motions(rows)] == [[1, 2, 50], [20, 10, 50], [20, 10, 3], [20, 30, 3]]
+    assert (reader.store.common.values["S"], reader.store.scope.values["A"]) == (2, 0)
+
+
+def test_resume_behind_a_broken_tool(tmp_path):
+    """RESUME_T goes back to the block of the last T, in its loop and pass, with the other tool; out of macros too."""
+    path = tmp_path / "part.isons"
+    path.write_text("GLOBAL $N\nLOOP 2\nT1\nG1DX10\n$N=$N+1\nIF $N=2\nHM5\nEND_IF\nG1DY1\nEND_LOOP\n$A=$_X6\n")
+    (tmp_path / "HM5.isons").write_text("G1Z7\nRESUME_T 2\nG1Z0\n")
+    config = CONFIG + "[isons.tools.2]\ndiameter = 6\n"
+    port = OfflinePort(np.zeros(4))
+    found = Program(path, parse_config(config), "isons", port)
+    rows = [row.copy() for batch in found.batches() for row in batch.rows]
+    assert [int(row["code"]) for row in rows if row["type"] == T] == [1, 1, 2]
+    ends = [row["end"][:3].tolist() for row in motions(rows)]
+    assert ends == [[10, 0, 0], [10, 1, 0], [20, 1, 0], [20, 1, 7], [30, 1, 7], [30, 2, 7]]
+    assert found.reader.store.scope.values["A"] == 2
+    for text, code in (("RESUME_T 1\n", 909172), ("T1\nRESUME_T 9\n", 900014)):
+        path.write_text(text)
+        with pytest.raises(CncError) as caught:
+            rows_of(path)
+        assert caught.value.code == code

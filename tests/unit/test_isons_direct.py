@@ -1,0 +1,104 @@
+"""G71 homing, G100 commands on the path, G102 probing of the IsoNs dialect against simulated sensors."""
+
+import pytest
+from isons_programs import run
+
+from cnc_core.blocks import EVENT, EVENT_COMMAND, EXACT_STOP
+from cnc_core.errors import CncError, ConfigError
+
+SENSORS = "[isons.homing.X]\nnegative = -20\npositive = 30\nindex = 8\nindex_offset = 1\nabsolute = 3\n"
+HOMING = (
+    "[isons]\nRZERO_MODE_X = {}\nRZERO_VEL_X = 1000\nRZERO_VELF_X = 100\nRZERO_OFFSET_X = 5000\nRZERO_PRESET_X = 1000\n"
+)
+
+
+def homed(folder, mode, more=""):
+    return run(folder, "G71X\n$A=$_Q0\n$B=$_Q100\n", HOMING.format(mode) + more + SENSORS)
+
+
+@pytest.mark.parametrize(
+    ("mode", "ends"),
+    [
+        (0, [-20, -19.9, -20]),
+        (1, [30, 29.9, 30]),
+        (2, [-20, -19.9, -20, -23]),
+        (3, [30, 29.9, 30, 33]),
+        (4, [-20, -19.9]),
+        (5, [30, 29.9]),
+        (6, [-20, -19.9, -15]),
+        (7, [30, 29.9, 25]),
+        (8, [-7]),
+        (9, [1]),
+        (32, []),
+        (128 + 256 * 35, []),
+        (128 + 256 * 5, [-20, -19.9, -15]),
+        (128 + 256 * 19, [30, 29.9]),
+        (128 + 256 * 34, [1]),
+    ],
+)
+def test_every_rzero_mode(tmp_path, mode, ends):
+    """To the sensor fast, away and back slowly, to the index; then to RZERO_OFFSET, where RZERO_PRESET counts."""
+    out = homed(tmp_path, mode)
+    assert out.xy[:, 0] == pytest.approx([*ends, (ends or [0])[-1] + 5])
+    assert (out.variable("A"), out.variable("B")) == (1, 1)
+    assert all(out.moves["flags"] & EXACT_STOP)
+    if mode == 0:
+        assert out.moves["feed"] * 60 == pytest.approx([1000, 100, 100, 1000])
+
+
+def test_the_fast_search_overruns_the_sensor(tmp_path):
+    """By its braking distance: RZERO_ACC in increments per sample squared."""
+    out = homed(tmp_path, 0, "RZERO_ACC_X = 10\n")
+    overrun = (1000 / 60) ** 2 / (2 * 400)
+    assert out.xy[:, 0] == pytest.approx([-20 - overrun, -19.9, -20, -15])
+
+
+def test_absolute_encoder(tmp_path):
+    """Mode 64: nothing is searched, the encoder says the position."""
+    out = homed(tmp_path, 64)
+    assert out.variable("A") == 3
+
+
+@pytest.mark.parametrize("mode", [10, 128 + 256 * 7])
+def test_homing_that_finds_nothing(tmp_path, mode):
+    """Error 1005 of the guide."""
+    with pytest.raises(CncError) as caught:
+        homed(tmp_path, mode)
+    assert (caught.value.code, caught.value.place.line) == (1005, 1)
+    with pytest.raises(CncError) as caught:
+        run(tmp_path, "G71X\n")
+    assert caught.value.code == 1005
+    with pytest.raises(CncError) as caught:
+        homed(tmp_path, 0, "TIME_OUT_HOME = 100\n")
+    assert caught.value.code == 1005
+
+
+def test_t30_probing(tmp_path):
+    """T-30: the sensor stands at 62, the program goes on from there; without it the error."""
+    probe = "[probe]\nX = 62.0\n"
+    out = run(tmp_path, "G102 X100\n$B=$_Q0\nG92X\n$A=$_Q0\nG1X1\n", "[isons]\nACQ_VEL = 300\n" + probe)
+    assert out.xy[:, 0].tolist() == [62, 63]
+    assert out.moves["feed"][0] == pytest.approx(5)
+    assert (out.variable("A"), out.variable("B")) == (0, 62)
+    assert run(tmp_path, "G94X10\nG91\nG102 X100\n$A=$_Q0\n", probe).variable("A") == 52
+    assert run(tmp_path, "G102 X100 Y50\n", probe).xy[0].tolist() == pytest.approx([62, 31])
+    for config in ("", "[probe]\nX = 162.0\n"):
+        with pytest.raises(CncError, match="ACQ SENSOR ERROR") as caught:
+            run(tmp_path, "G0X1\nG102 X100\n", config)
+        assert caught.value.place.line == 2
+    with pytest.raises(ConfigError):
+        run(tmp_path, "", "[probe]\nQ = 1.0\n")
+
+
+def test_t27_commands_keep_their_place_without_a_stop(tmp_path):
+    """T-27: event 1 behind (130, 110), event 0 behind (210, 180)."""
+    text = "G60 G1X100Y100F1\nX120Y110\nX130\nG100X1\nX200Y160\nX210Y180\nG100X0\nX300Y200\n"
+    rows = run(tmp_path, text, "[isons]\nSGLP = 900\n").rows
+    events = rows["type"] == EVENT
+    assert [(int(code), value) for code, value in rows[["code", "value"]][events].tolist()] == [
+        (EVENT_COMMAND, 1),
+        (EVENT_COMMAND, 0),
+    ]
+    before = [rows["end"][i - 1, :2].tolist() for i in events.nonzero()[0]]
+    assert before == [[130, 110], [210, 180]]
+    assert not rows["flags"][~events].any()
