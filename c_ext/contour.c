@@ -142,12 +142,24 @@ static bool is_marker(const nc_block *row) {
     return row->type == NC_MARKER || row->type == NC_DISTANCE_RESET || row->type == NC_EVENT;
 }
 
-/* Rows between the blocks: functions where the mode wants them, markers behind the curve. */
+static int wait_of(const nc_contour *c, const nc_block *row) {
+    switch (row->type) {
+    case NC_M: return row->code >= 0 && row->code < CONTOUR_NUMBERS ? c->m_wait[row->code] : 0;
+    case NC_H: return row->code >= 0 && row->code < CONTOUR_NUMBERS ? c->h_wait[row->code] : 0;
+    case NC_T: return c->t_wait;
+    case NC_S: return c->s_wait;
+    default: return 0;
+    }
+}
+
+/* Rows between the blocks: functions where the mode wants them; markers, and functions that mean the end of the second block,
+ * behind the curve. */
 static void emit_held(nc_contour *c, uint8_t place) {
     for (int i = 0; i < c->n_held; i++) {
         const held_row *h = &c->held[i];
         if (h->skipped >= 0) continue;
-        if ((is_marker(&h->row) ? NC_CONTOUR_POST : c->block_mode.action) == place) emit(c, &h->row);
+        bool last = is_marker(&h->row) || wait_of(c, &h->row) == 2;
+        if ((last ? NC_CONTOUR_POST : c->block_mode.action) == place) emit(c, &h->row);
     }
 }
 
@@ -273,16 +285,6 @@ static void set_mode(nc_contour *c, const nc_block *row) {
     m->max_angle = row->angle;
     m->share = row->length;
     memcpy(m->interim, row->end, sizeof m->interim);
-}
-
-static int wait_of(const nc_contour *c, const nc_block *row) {
-    switch (row->type) {
-    case NC_M: return row->code >= 0 && row->code < CONTOUR_NUMBERS ? c->m_wait[row->code] : 0;
-    case NC_H: return row->code >= 0 && row->code < CONTOUR_NUMBERS ? c->h_wait[row->code] : 0;
-    case NC_T: return c->t_wait;
-    case NC_S: return c->s_wait;
-    default: return 0;
-    }
 }
 
 /* The path stands here, or the row means this very place. */

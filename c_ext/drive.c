@@ -222,7 +222,9 @@ static bool push_interval(engine *e) {
     bool whole = true;
     if (p->length - d->at > TINY_MM) {
         jerk_interval q = next_interval(e, p, d->next, d->at);
-        if (jerk_push(d->planner, &q, 1) != 1) return false;
+        int64_t taken = jerk_push(d->planner, &q, 1);
+        if (taken < 0) ATOMIC_SET(e->fault, ENGINE_BAD_PATH); /* it stands ahead of it */
+        if (taken != 1) return false;
         d->last = d->next;
         d->has_last = d->open = true;
         whole = q.blocks;

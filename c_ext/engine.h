@@ -30,6 +30,7 @@
 #define ENGINE_BAD_ROW -904001
 #define ENGINE_NOT_FINITE -904002
 #define ENGINE_NO_MEMORY -904003
+#define ENGINE_BAD_PATH -904009 /* the planner refuses a piece: derivatives that are no numbers */
 #define ENGINE_LOOP_TOO_LONG -904004
 
 /* interpolator functions that act here (P-CHAN-00650) */

@@ -542,6 +542,8 @@ bool foresight_new(engine *e);
 void foresight_free(engine *e);
 void foresight_plan(engine *e, bool pumped);
 void foresight_publish(engine *e);
+void foresight_time(engine *e, int index, double seconds);
+void foresight_begin_program(engine *e);
 
 /* serve.c */
 int serve_request(engine *e);

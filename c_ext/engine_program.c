@@ -115,5 +115,6 @@ void engine_begin_program(engine *e) {
     begin_preparation(e);
     begin_motion(e);
     feed_begin_program(e);
+    foresight_begin_program(e);
     ATOMIC_SET(e->program_active, 1);
 }

@@ -28,6 +28,7 @@ typedef struct forecast {
 struct foresight {
     forecast of[BUFFERS];
     uint32_t latest, held;
+    double times[ENGINE_ESA_TIMES]; /* GEO: as configured, or as the program has set them */
     uint32_t max;
     uint64_t seen;         /* phases written when it was made */
     jerk_planner *scratch; /* a stop is tried in it */
@@ -37,12 +38,22 @@ bool foresight_new(engine *e) {
     if (!(e->cfg.functions & (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0 | ENGINE_FCT_CALC_STATE_AT_T))) return true;
     struct foresight *f = e->foresight = calloc(1, sizeof *f);
     if (!f) return false;
+    foresight_begin_program(e);
     f->max = e->plan.tail_max;
     f->latest = f->held = NONE;
     for (uint32_t i = 0; i < BUFFERS; i++)
         if (!(f->of[i].phases = calloc(f->max, sizeof(phase)))) return false;
     if (!e->drive.planner || !(e->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) return true;
     return (f->scratch = drive_spare(e)) != NULL;
+}
+
+void foresight_begin_program(engine *e) {
+    if (e->foresight) memcpy(e->foresight->times, e->cfg.esa_time, sizeof e->cfg.esa_time);
+}
+
+/* #CHANNEL SET [ESA_TIMEi]; any other index: not of this function. */
+void foresight_time(engine *e, int index, double seconds) {
+    if (e->foresight && index >= 0 && index < ENGINE_ESA_TIMES) e->foresight->times[index] = seconds;
 }
 
 void foresight_free(engine *e) {
@@ -342,7 +353,7 @@ static double speed_at(engine *e, const forecast *f, double ahead) {
 
 static void publish_speeds(engine *e, HLI_BAHN_STATE *b, const forecast *f) {
     for (int i = 0; i < ENGINE_ESA_TIMES; i++) {
-        double v = e->cfg.esa_time[i] > 0.0 && !e->program_end ? speed_at(e, f, e->cfg.esa_time[i]) : -1.0;
+        double ahead = e->foresight->times[i], v = ahead > 0.0 && !e->program_end ? speed_at(e, f, ahead) : -1.0;
         store_f64_relaxed(&b->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);
         store_u8_release(&b->esa_data_valid[i], v >= 0.0);
     }

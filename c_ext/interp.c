@@ -93,6 +93,7 @@ static void run_event(engine *e, piece *p) {
         if (p->code == NC_EVENT_COMMAND && p->dir > 0) tell_command(e, p);
         if (p->code == NC_EVENT_OVERRIDE) ATOMIC_SET(e->override_ignored, p->value == 0.0);
         if (p->code == NC_EVENT_STORAGE_CLEAR && p->dir > 0) ATOMIC_SET(e->store_first, p->origin + 1);
+        if (p->dir > 0) foresight_time(e, p->code - NC_EVENT_ESA_TIME, p->value);
         break;
     case NC_RT_LOOP_BEGIN: case NC_RT_LOOP_END:
         run_loop_end(e, p);

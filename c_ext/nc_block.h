@@ -59,6 +59,7 @@
 #define NC_EVENT_STORAGE_CLEAR 4 /* #BACKWARD STORAGE CLEAR: backward motion does not go behind this place */
 #define NC_EVENT_COMMAND 5  /* told to the cell when the path passes: number in `value` */
 #define NC_EVENT_OVERRIDE 6 /* from here on the override counts (`value` 1) or not (0) */
+#define NC_EVENT_ESA_TIME 8 /* and 9, 10: #CHANNEL SET [ESA_TIME0 = s], 1, 2: time of FCT_CALC_STATE_AT_T in `value` */
 #define NC_EVENT_EXPL_SYN 2 /* #EXPL SYN: wait for functions of type MVS_SLP */
 
 /* code of an NC_MARKER row */

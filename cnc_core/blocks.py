@@ -64,6 +64,7 @@ ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only 
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 NO_OVERRIDE = 32768
 EVENT_COMMAND, EVENT_OVERRIDE = 5, 6
+EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
 MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}

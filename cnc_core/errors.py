@@ -292,6 +292,7 @@ ERRORS: dict[int, str] = {
     904001: "row not supported by the engine",
     904002: "row with numbers that are not finite",
     904003: "out of memory",
+    904009: "the planner refuses a motion: its derivatives are no numbers",
     904005: "more writes of external variables in one cycle than the engine keeps",
     904004: "real-time loop too long: the interpolator holds it whole",
     905000: "shared memory",

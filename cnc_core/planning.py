@@ -12,6 +12,7 @@ import numpy as np
 from .blocks import PIECE, POLYNOMIAL, BlockBatch, number_of_blocks
 from .config import CellConfig
 from .engine import Engine, Event, Samples
+from .errors import ERRORS, CncError
 from .program import Program
 from .trajectory import TrajectoryCheck
 
@@ -95,7 +96,10 @@ def plan_program(
             check.add(samples)
             if keep_samples:
                 kept.append(samples)
-            if event in (Event.PROGRAM_END, Event.FAULT):
+            if event is Event.FAULT:
+                number = abs(int(engine.state.fault))
+                raise CncError(number, ERRORS[number])
+            if event is Event.PROGRAM_END:
                 break
         check.finish()
         carried = program.frames.deviation + program.kinematics.deviation

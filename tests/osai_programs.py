@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.program import Program
 
@@ -128,11 +129,12 @@ class Workshop:
         return self.program(f"(HSM,CONFIG1)\n{head}\n{body}\nG60\n", setup, **options)
 
 
-def curves(program: Program) -> list[tuple[np.ndarray[Any, Any], float, Any]]:
+def curves(program: Program, rows: int = 4096) -> list[tuple[np.ndarray[Any, Any], float, Any]]:
     """(coefficients (axes, degree + 1), span, row) of every polynomial of a program."""
     axes, out = len(program.cell.axes), []
-    for batch in program.batches():
-        for row in batch.rows:
+    while (batch := program.read(rows)) is not None:
+        for row in batch.rows if isinstance(batch, BlockBatch) else ():
+            assert isinstance(batch, BlockBatch)
             if row["type"] == 3 and not row["flags"] & 256:
                 order = int(row["degree"]) + 1
                 first = int(row["pool"])

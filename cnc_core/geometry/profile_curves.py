@@ -17,6 +17,8 @@ from . import profile_spline as spline
 from .profile_points import REVERSAL, FloatArray, IntArray, PointFilter, Points, automatic_codes, turn_angles
 from .profile_spline import CORE, HALO, Window
 
+STANDS = 1e-9  # mm
+
 
 @dataclass
 class Intervals:
@@ -109,8 +111,10 @@ class Curves:
             )
             self.marked += int((free & (found != SMOOTH)).sum())
             buffer.after[first:stop] = np.where(free, found, buffer.after[first:stop])
-            back = turn_angles(np.diff(buffer.values[part][:, self._linear], axis=0)) > REVERSAL
-            buffer.after[first:stop][back] = STOP  # no curve turns back, whatever is programmed
+            # no curve turns back or stands, whatever is programmed: where only directions change, the tool waits
+            chords = np.diff(buffer.values[part][:, self._linear], axis=0)
+            rests = np.linalg.norm(chords, axis=1) < STANDS
+            buffer.after[first:stop][(turn_angles(chords) > REVERSAL) | rests[:-1] | rests[1:]] = STOP
             self._known = stop
         if final:
             self._known = len(buffer)

@@ -65,11 +65,11 @@ class Kinematics:
 
     def inverse(self, tip: FloatArray, direction: FloatArray, near: FloatArray, length: float = 0.0) -> FloatArray:
         """(n, axes) positions of poses one behind the other, each the nearest to the one before; ``near`` (axes,)."""
-        out, last = [], near
-        for point, d in zip(np.atleast_2d(tip), np.atleast_2d(direction), strict=True):
-            last = self.axes_of_tip(point, self.orient(d, last), length)[0]
-            out.append(last)
-        return np.array(out)
+        turned, last = [], near
+        for d in np.atleast_2d(direction):
+            last = self.orient(d, last)
+            turned.append(last)
+        return self.axes_of_tip(np.atleast_2d(tip), np.array(turned), length)
 
     def directions(self, q: FloatArray) -> FloatArray:
         """(n, 3) tool directions, tip to spindle, in the part frame."""

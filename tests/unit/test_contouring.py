@@ -203,6 +203,7 @@ def test_functions_stand_where_the_mode_wants_them(tmp_path, action, place):
     assert kinds(batch)[:3] == [LINEAR, M, LINEAR]
     batch, _ = prepared(tmp_path, text.format(82).replace("M30", "X0\nM30"), cell)
     assert kinds(batch).count(POLYNOMIAL) == 2  # only ahead of the block that ends with a wait
+    assert kinds(batch)[:5] == [LINEAR, POLYNOMIAL, POLYNOMIAL, M, LINEAR]  # it belongs to that block
 
 
 @pytest.mark.parametrize("between", ["#FLUSH", "#FLUSH CONTINUE", "G04 1", "G60 G01 X10.5", "M00"])

@@ -190,6 +190,15 @@ def test_wrong_calls_are_refused_before_any_row_all_at_once(tmp_path):
     assert [e.place.line for e in (error, *error.also)] == [3, 3, 3, 3, 5]
 
 
+def test_wrong_calls_in_called_files_are_found_too(tmp_path):
+    """The dry run is made for programs whose subprograms call cycles."""
+    files = {"a__nc": "L b.nc\nM17\n", "b__nc": "L CYCLE [NAME=SysHscSettings @P1=9]\nM17\n"}
+    _, _, rows, error = run(tmp_path, "G00 X50\nN10L a.nc\nM30\n", port_type=LivePort, **files)
+    assert rows == []
+    assert (error.code, error.place.line) == (13320, 1)
+    assert error.place.file.endswith("b.nc")
+
+
 def test_the_dry_run_leaves_what_only_the_machine_knows_alone(tmp_path):
     """A program that asks the machine is executed; its wrong call stops it when it comes."""
     text = "G00 X50\n#TIMER READ [ID=1]\nL CYCLE [NAME=SysHscSettings @P1=9]\nM30\n"

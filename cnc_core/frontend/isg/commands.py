@@ -31,7 +31,9 @@ from cnc_core.frontend.isg import command_table as table
 from cnc_core.frontend.isg.command_base import Items, Run
 from cnc_core.frontend.isg.corner_commands import CornerCommands
 from cnc_core.frontend.isg.cycles.commands import CycleCommands
+from cnc_core.frontend.isg.foresight_commands import ForesightCommands
 from cnc_core.frontend.isg.frame_commands import FrameCommands
+from cnc_core.frontend.isg.kinematic_commands import KinematicCommands
 from cnc_core.frontend.isg.orbit_commands import OrbitCommands
 from cnc_core.frontend.isg.path_commands import PathCommands
 from cnc_core.frontend.isg.position_commands import PositionCommands
@@ -58,6 +60,7 @@ class Command(NamedTuple):
 
 class CommandParser(
     FrameCommands,
+    KinematicCommands,
     PositionCommands,
     PathCommands,
     SplineCommands,
@@ -66,6 +69,7 @@ class CommandParser(
     TimeCommands,
     CycleCommands,
     OrbitCommands,
+    ForesightCommands,
 ):
     """Compiles one # command; the stream stands behind ``#``."""
 
@@ -91,11 +95,11 @@ class CommandParser(
             (("INIT", "V"), self._init_external),
             (("PSET",), self._pset),
             (("PRESET",), self._preset),
-            (("MCS", "ON"), self._mcs_on),
-            (("MCS", "OFF"), self._mcs_off),
             (("SUPPRESS", "OFFSETS"), self._suppress),
             *self._frame_commands(),
+            *self._kinematic_commands(),
             (("CHANNEL", "INIT"), self._channel_init),
+            (("CHANNEL", "SET"), self._channel_set),
             (("SET", "DEC", "LR", "SOLL"), self._channel_init),
             (("SET", "IPO", "SOLLPOS"), self._get_position),
             (("GET", "CMDPOS"), self._get_position),

@@ -158,7 +158,22 @@ class OsaiFrontEnd(BlockReader):
         self._spec_ok = not errors
         if not errors:
             self.setups.append(records.as_json())
+            self._warn_unused(records)
         self._report(errors)
+
+    def _warn_unused(self, records: Records) -> None:
+        """Fields that are kept and have no effect yet."""
+        jrk = records.general.get("JRK")
+        if jrk is not None:
+            given = [name for name in ("Jrs", "Entities", "Tstab", "Tintgr", "Ttop") if jrk.values[name]]
+            given += [] if jrk.word("Mode") == "ENA" else ["Mode"]
+            if given:
+                self._warn(907042, f"JRK, {', '.join(given)}: kept without effect, the cell's limits hold", jrk.place)
+        for din in records.axes["DIN"].values():
+            given = [name for name in ("Amax", "Jmax", "Arap", "Jrap") if din.values[name] is not None]
+            if given:
+                text = f"DIN, {', '.join(given)}: along the path the cell's accelerations and jerks hold"
+                self._warn(907042, text, din.place)
 
     def _report(self, errors: list[CncError]) -> None:
         """Errors in a setup: each with its own place there."""

@@ -23,6 +23,8 @@ CHUNK_BYTES = 1 << 20
 ROWS_MAX = 100_000
 BLOCKS_MAX = 200_000
 CALL = re.compile(rb"\bcycle\s*\[", re.I)
+SUBPROGRAM = re.compile(rb"(?<![A-Za-z])L[ \t]+([^\s();\"\],#$]+)", re.I)
+FILES_MAX = 100
 CODES = frozenset({13320, 21381, 22178, *range(907101, 907109)})
 
 
@@ -62,19 +64,37 @@ class DryPort(OfflinePort):
 
 
 def calls_cycles(path: Path) -> bool:
-    """The text of the program, its beginning if it is very long, calls a cycle."""
+    """The text of the program, or of a file that it calls, calls a cycle; of very long ones their beginning counts."""
+    waiting, seen = [path], {path}
+    while waiting and len(seen) <= FILES_MAX:
+        found, called = _look_through(waiting.pop())
+        if found:
+            return True
+        for name in called:
+            file = path.parent / name.replace("\\", "/")
+            if file not in seen:
+                seen.add(file)
+                waiting.append(file)
+    return False
+
+
+def _look_through(path: Path) -> tuple[bool, set[str]]:
+    """Whether a cycle is called, and the names of the subprogram files that are."""
+    tail, called = b"", set[str]()
     if not path.is_file():
-        return False
-    tail = b""
+        return False, called
     with path.open("rb") as file:
         for _ in range(SEARCHED_BYTES // CHUNK_BYTES):
             chunk = file.read(CHUNK_BYTES)
-            if CALL.search(tail + chunk):
-                return True
+            text = (tail + chunk).lower()
+            if b"cycle" in text and CALL.search(text):
+                return True, called
             if not chunk:
                 break
-            tail = chunk[-64:]
-    return False
+            if b"l " in text or b"l\t" in text:
+                called |= {name.decode("latin-1") for name in SUBPROGRAM.findall(tail + chunk)}
+            tail = chunk[-128:]
+    return False, called
 
 
 def wrong_calls(reader: Reader, port: DryPort) -> list[CncError]:
