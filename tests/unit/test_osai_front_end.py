@@ -493,10 +493,13 @@ def test_not_in_manual_data(shop):
 
 
 def test_what_has_no_effect_is_said(shop):
-    """Filters of JRK and accelerations of DIN are kept; a warning says that the cell's limits hold."""
+    """Filters of JRK, and a jerk that no setup can free, are said; DIN acts."""
     program = shop.profile(CUBE, changed(SETUP_3, DIN_X="(DIN,X,600,100,,,,)"))
     rows_of(program)
-    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3), (907042, 12)]
-    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,ENA)"))
+    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3)]
+    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,DIS)"))
+    rows_of(program)
+    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3)]
+    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,ENA,0.5)"))
     rows_of(program)
     assert not program.reader.warnings
