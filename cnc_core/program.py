@@ -28,6 +28,7 @@ from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
 from .geometry.path_mode import PathMode
 from .geometry.polyline import FilterReport, RunFilter
+from .geometry.profile_filter import ProfileFilter
 from .geometry.profile_limits import AxisDynamics
 from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
@@ -185,7 +186,7 @@ class Program:
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
         parameter = ParameterFeed(len(machine.axes), machine.main)
-        axes: Stage = Pipeline([self.kinematics, parameter, self.limits])
+        axes: Stage = Pipeline([self.kinematics, parameter, ProfileFilter(self.profiles.filters), self.limits])
         self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property

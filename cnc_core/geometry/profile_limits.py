@@ -16,6 +16,7 @@ from cnc_core._engine import lib
 
 from ..blocks import DYNAMICS, NC_BLOCK, BlockBatch
 from ..profile import ProfileSpec
+from .profile_filter import TimeFilter
 
 FloatArray = npt.NDArray[np.float64]
 FEED_MOTIONS, RAPID_MOTIONS = 0, 1  # ``value`` of a DYNAMICS row
@@ -35,10 +36,24 @@ class ProfileLimits:
     """Rows that set and free the limits of one profile."""
 
     def __init__(self, spec: ProfileSpec, machine: AxisDynamics) -> None:
-        self._spec = spec
+        self._spec, self._machine = spec, machine
         self._shares = [
             (code, which, shares) for code, which, shares in _shares(spec, machine) if (shares < 1.0).any()
         ]
+
+    def time_filter(self, main: tuple[int, ...]) -> TimeFilter | None:
+        """What smooths the speed (Tstab, Ttop), None if nothing does."""
+        smooth = self._spec.smoothness
+        window = max(smooth.window_s, smooth.constant_s)
+        if not window > 0:
+            return None
+        velocity, acceleration = self._machine.velocity.copy(), self._machine.acceleration.copy()
+        for code, which, shares in self._shares:
+            if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_VELOCITY:
+                velocity *= shares
+            if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_ACCELERATION:
+                acceleration *= shares
+        return TimeFilter(window, velocity, acceleration, main)
 
     def begin(self) -> BlockBatch:
         return self._rows(None)

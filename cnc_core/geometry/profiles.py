@@ -25,6 +25,7 @@ from .polynomial import bernstein, joined, normalised
 from .profile_blend import Blends
 from .profile_carry import Carried, Carry, NotCarried
 from .profile_curves import Curves, Intervals
+from .profile_filter import TimeFilter
 from .profile_limits import AxisDynamics, ProfileLimits
 from .profile_points import FloatArray, Points
 from .profile_rows import line_row, rows_of
@@ -33,6 +34,7 @@ from .stage import RefusedRow
 
 SAME = 1e-9  # mm by which the machine may stand beside the profile's first point
 JUMP = 1e-6  # mm or degrees that an axis may stand off the next curve's beginning
+PROFILES_KEPT = 64  # whose filters rows on their way may still need
 SPEED_GRID = np.linspace(0.0, 1.0, 25)
 SLOWDOWN = 0.03  # of the largest speed over the parameter
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
@@ -81,6 +83,7 @@ class Profiles:
 
     ``machines``: kinematics by number; those of profiles are added.  ``limits``: lowest and highest position, (axes,)
     each.  ``dynamics``: what the axes can do.  ``cycle_s``: period of the interpolator.
+    ``filters``: of the profiles' speeds, by their rows' block count.
     """
 
     def __init__(
@@ -96,6 +99,7 @@ class Profiles:
         self._main, self._place = [i for i in main if i >= 0], place
         self._machines, self._limits = machines, limits
         self._open: _Open | None = None
+        self.filters: dict[int, TimeFilter] = {}
         self.report = ProfileReport()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
@@ -141,6 +145,10 @@ class Profiles:
         limits = ProfileLimits(spec, self._dynamics)
         self._open = _Open(spec, kinematics, number, self._edge_speed, limits)
         self.report.profiles += 1
+        if found := limits.time_filter(tuple(self._main)):
+            while len(self.filters) >= PROFILES_KEPT:
+                del self.filters[next(iter(self.filters))]
+            self.filters[spec.count] = found
         if not self._open.switched:
             return limits.begin()
         chosen = Coordinates(kinematics=number, length=spec.tool.length)

@@ -166,7 +166,7 @@ class OsaiFrontEnd(BlockReader):
         jrk = records.general.get("JRK")
         if jrk is None:
             return
-        given = [name for name in ("Entities", "Tstab", "Tintgr", "Ttop") if jrk.values[name]]
+        given = [name for name in ("Entities", "Tintgr") if jrk.values[name]]
         if given:
             self._warn(907042, f"JRK, {', '.join(given)}: kept without effect", jrk.place)
         if jrk.word("Mode") == "DIS":
