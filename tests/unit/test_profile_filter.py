@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from inside import Inside
 from osai_programs import SETUP_3, Workshop, changed
 
 from cnc_core.geometry.profile_filter import _Caps, _opened
@@ -73,3 +74,22 @@ def test_batches_do_not_show(shop):
         feeds.append(np.concatenate(found))
     assert len(feeds[0]) == 199
     assert feeds[0] == pytest.approx(feeds[1], rel=1e-9)
+
+
+def test_single_block_sees_one_block(tmp_path):
+    """G61 .. G60 is one block, with limits, filter and an edge inside: every start but one leads past it."""
+    setup = changed(SETUP_3, **BENDS | {"EDG": "(EDG,30,0,G66,1)"})
+    (tmp_path / "CONFIG1").write_text(setup)
+    profile = "G61\nX5Y0Z0\nX10Y1\nX15Y0\nG66\nX15Y10\nG0X20Y10\nG1X25Y9\nG60"
+    text = f"(HSM,CONFIG1)\nG1X5F6000\n{profile}\nG1X30\nX35\n"
+    stops = []
+    with Inside(tmp_path, text) as cnc:
+        cnc.level(cnc.bahn.single_block, True)
+        for _ in range(6):
+            cnc.run(1500)
+            stops.append(float(cnc.pos[-1, 0]))
+            cnc.level(cnc.bahn.continue_machining, True)
+            cnc.run(20)
+            cnc.level(cnc.bahn.continue_machining, False)
+    seen = [round(x, 3) for i, x in enumerate(stops) if not i or abs(x - stops[i - 1]) > 1e-6]
+    assert [x for x in seen if x] == [5.0, 25.0, 30.0, 35.0]
