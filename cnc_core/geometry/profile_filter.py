@@ -21,6 +21,7 @@ from .polynomial import coefficients, derivative, joined, normalised
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 GRID = np.linspace(0.0, 1.0, 9)
+LONG = 0.25  # of the window: rows that last longer are not lowered, their one share says too little of them
 
 
 @dataclass(frozen=True)
@@ -107,7 +108,7 @@ class ProfileFilter:
                 break
             rows = batch.rows.copy()
             part = rows[driven]
-            feed = part["flags"] & RAPID == 0
+            feed = (part["flags"] & RAPID == 0) & (caps.time <= LONG * filter_.window_s)
             part["feed"][feed] *= share[first:last][feed]
             rows[driven] = part
             out.append(BlockBatch(rows, batch.pool))

@@ -76,6 +76,16 @@ def test_batches_do_not_show(shop):
     assert feeds[0] == pytest.approx(feeds[1], rel=1e-9)
 
 
+def test_a_long_curve_is_not_slowed_for_its_sharpest_spot(shop):
+    """One polynomial that lasts longer than the window keeps the planner's own speeds."""
+    body = "<*,60,1,6000,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0.00002,-0.0000004\n<Z,0,0,0,0,0,0"
+    time = []
+    for jrk in ("(JRK,ENA)", "(JRK,ENA,,,100,,)"):
+        setup = changed(SETUP_3, JRK=jrk, PNT="(PNT,AXI,AXI,QUI,POL)", **BENDS)
+        time.append(plan_program(shop.profile(body, setup, programmed=False)).motion_time_s)
+    assert time[1] == pytest.approx(time[0])
+
+
 def test_single_block_sees_one_block(tmp_path):
     """G61 .. G60 is one block, with limits, filter and an edge inside: every start but one leads past it."""
     setup = changed(SETUP_3, **BENDS | {"EDG": "(EDG,30,0,G66,1)"})
