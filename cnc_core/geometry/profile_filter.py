@@ -1,6 +1,6 @@
 """Smoothing of a profile's speed over time (JRK Tstab, Ttop): no short stretch of higher feed between slower ones.
 
-Each driven row has the share of its feed at which the axes keep their limits in its bends.  The shares are opened over
+Each driven row has the share of its feed that limits in its bends leave on average.  The shares are opened over
 a window of time, the largest share that holds for a whole window around a row: a rise that would not last is not begun.
 Sections end where the axes stand.  Programmed feeds are not filtered, only what limits make of them.
 """
@@ -21,7 +21,7 @@ from .polynomial import coefficients, derivative, joined, normalised
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 GRID = np.linspace(0.0, 1.0, 9)
-LONG = 0.25  # of the window: rows that last longer are not lowered, their one share says too little of them
+LONG = 0.5  # of the window: rows that last longer are not lowered, their one share says too little of them
 
 
 @dataclass(frozen=True)
@@ -135,14 +135,15 @@ def _caps(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) -> _Cap
     curves = rows["type"] == POLYNOMIAL
     if curves.any():
         speed = _curve_speed(rows[curves], pool, filter_)
-        share[curves] = np.minimum(1.0, speed / np.maximum(rows["feed"][curves], 1e-9))
+        speed = np.minimum(1.0, speed / np.maximum(rows["feed"][curves], 1e-9)[:, None])
+        share[curves] = 1.0 / (1.0 / np.maximum(speed, 1e-6)).mean(axis=1)
     time = rows["length"] / np.maximum(rows["feed"] * share, 1e-6)
     time[rapid] = 0.0
     return _Caps(share, time, rapid | (rows["flags"] & EXACT_STOP != 0))
 
 
 def _curve_speed(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) -> FloatArray:
-    """(n,) mm/s, constant along a row, at which the axes keep velocity and acceleration in its bends."""
+    """(n, grid) mm/s at which the axes keep velocity and acceleration in the bends of a row."""
     first = derivative(normalised(coefficients(rows, pool, len(filter_.velocity)), rows["angle"]))
     d1, d2 = (np.einsum("nak,kg->nga", c, GRID ** np.arange(c.shape[2])[:, None]) for c in (first, derivative(first)))
     by_length = (rows["flags"] & BY_LENGTH != 0)[:, None]
@@ -152,8 +153,8 @@ def _curve_speed(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) 
     slope = np.abs(d1) / rate[:, :, None]
     bend = np.abs(d2 - d1 * along[:, :, None]) / rate[:, :, None] ** 2
     with np.errstate(divide="ignore"):
-        v = (filter_.velocity / slope.max(axis=1)).min(axis=1)
-        a = np.sqrt((filter_.acceleration / bend.max(axis=1)).min(axis=1))
+        v = (filter_.velocity / slope).min(axis=2)
+        a = np.sqrt((filter_.acceleration / bend).min(axis=2))
     return np.asarray(np.minimum(v, a))
 
 
