@@ -110,6 +110,20 @@ static double interval_end(const engine *e, const piece *p, double s) {
     return p->length - next < TINY_MM ? p->length : next;
 }
 
+/* Speed at which the axes keep their shares of velocity from `from` to `to`. */
+static double shared_speed(const engine *e, const piece *p, double from, double to) {
+    uint32_t shared = 0;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (p->limits.velocity[i] < 1.0f && p->moving >> i & 1) shared |= 1u << i;
+    double v = NEVER, d1[NC_AXES], d2[NC_AXES], d3[NC_AXES];
+    for (int k = 0; shared && k < 3; k++) {
+        derivatives(e, p, from + 0.5 * k * (to - from), d1, d2, d3);
+        for (int i = 0; i < e->cfg.axis_count; i++)
+            if (shared >> i & 1 && fabs(d1[i]) > 1e-12) v = fmin(v, fmax(piece_v_max(e, p, i) / fabs(d1[i]), 1e-6));
+    }
+    return v;
+}
+
 /* Speed that the program allows beyond the machine's own limits (NC_DYNAMICS); 0: no such limit. */
 static double programmed_speed(const engine *e, const piece *p, double from, double to) {
     const motion_limits *l = &p->limits;
@@ -119,8 +133,7 @@ static double programmed_speed(const engine *e, const piece *p, double from, dou
         for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, from + 0.5 * k * (to - from), &fast));
         if (bend > 1e-12) v = fmin(v, sqrt((double)l->radial_acceleration / bend));
     }
-    for (int i = 0; i < e->cfg.axis_count; i++)
-        if (l->velocity[i] < 1.0f && p->moving >> i & 1) v = fmin(v, fmax(p->v_hard, 1e-6));
+    v = fmin(v, shared_speed(e, p, from, to));
     return v < NEVER ? v : 0.0;
 }
 
