@@ -199,12 +199,14 @@ static double step_at(const jerk_planner *p, double d0, double s0, double d1, do
     return fmin(p->spacing, fmin(behind, ahead));
 }
 
-/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. */
+/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
+ * count by the relative change of their rate. */
 static double turn_length(const jerk_planner *p, const jerk_interval *q) {
     double start = 0.0, end = 0.0;
     for (int a = 0; a < p->cfg.axes; a++) {
-        start += q->d2[0][a] * q->d2[0][a];
-        end += q->d2[1][a] * q->d2[1][a];
+        double rate = fmax(1.0, fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a]))), d0 = q->d2[0][a] / rate, d1 = q->d2[1][a] / rate;
+        start += d0 * d0;
+        end += d1 * d1;
     }
     return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
 }
