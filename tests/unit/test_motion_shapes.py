@@ -5,8 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
+from drive import drive, line_rows, ratios
 
 from cnc_core.cli import open_program
+from cnc_core.config import parse_config
 from cnc_core.planning import PlanResult, plan_program
 
 CELL = """
@@ -54,3 +57,17 @@ def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
     pos = smooth.samples["pos"]
     assert np.abs(pos[-1] - [2, 0.31, 0.35, 12]).max() < 1e-9
     assert np.abs(np.diff(pos, n=3, axis=0)).max() / 0.001**3 <= 60000 * 1.02
+
+
+@pytest.mark.parametrize("seed", [3, 4, 7])
+def test_corners_a_few_cycles_apart(seed: int) -> None:
+    """Blocks of 0.025 mm rounded to 0.001 at a slow cycle: what several corners show in the same samples adds up."""
+    rng = np.random.default_rng(seed)
+    angle = np.cumsum(rng.normal(size=149) * 0.05)
+    steps = 0.025 * np.stack([np.cos(angle), np.sin(angle)], 1)
+    points = np.round(np.vstack([[0.0, 0.0], np.cumsum(steps, 0)]), 3)
+    axes = [f"[axes.{n}]\nv_max_mm_s = 150\na_max_mm_s2 = 3000\nj_max_mm_s3 = {j}" for n, j in (("X", 7e5), ("Y", 12600))]
+    cell = parse_config("cycle_s = 0.004\n" + "\n".join(axes))
+    pos, _ = drive(line_rows(points, 20.0), cell, window=30)
+    assert max(ratios(pos, cell)) <= 1.02
+    assert np.abs(pos[-1] - points[-1]).max() < 1e-9
