@@ -66,7 +66,9 @@ def test_corners_a_few_cycles_apart(seed: int) -> None:
     angle = np.cumsum(rng.normal(size=149) * 0.05)
     steps = 0.025 * np.stack([np.cos(angle), np.sin(angle)], 1)
     points = np.round(np.vstack([[0.0, 0.0], np.cumsum(steps, 0)]), 3)
-    axes = [f"[axes.{n}]\nv_max_mm_s = 150\na_max_mm_s2 = 3000\nj_max_mm_s3 = {j}" for n, j in (("X", 7e5), ("Y", 12600))]
+    axes = [
+        f"[axes.{n}]\nv_max_mm_s = 150\na_max_mm_s2 = 3000\nj_max_mm_s3 = {j}" for n, j in (("X", 7e5), ("Y", 12600))
+    ]
     cell = parse_config("cycle_s = 0.004\n" + "\n".join(axes))
     pos, _ = drive(line_rows(points, 20.0), cell, window=30)
     assert max(ratios(pos, cell)) <= 1.02
