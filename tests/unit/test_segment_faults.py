@@ -13,10 +13,10 @@ from pathlib import Path
 
 import pytest
 from fake_cnc import unique_name
+from hli._sync import lib
 
 import hli
 from hli import segment
-from hli._sync import lib
 from hli.errors import HliError, HliInUse
 
 SHM = Path("/dev/shm")
