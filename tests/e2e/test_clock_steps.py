@@ -1,4 +1,4 @@
-"""Steps of the wall clock do not matter: nothing that decides reads it, and a run beside a jumping clock is the same."""
+"""Steps of the wall clock do not matter: nothing that decides reads it, and a run beside a jumping clock is as any."""
 
 from __future__ import annotations
 
