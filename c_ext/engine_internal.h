@@ -164,10 +164,17 @@ typedef struct tail {
     double s;
 } tail;
 
+typedef struct need_key {
+    double override, rapid, ext_speed;
+    bool hold;
+} need_key;
+
 typedef struct planner {
     uint64_t piece; /* where committed motion ends */
     double s, v;
     uint64_t capped;     /* pieces below this index have final corner limits */
+    uint64_t need_end;   /* end of the last pass over need2, 0: none that is still true */
+    need_key need_key;
     double reserve_override;
     double override, committed_s;
     bool hold;

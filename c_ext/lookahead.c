@@ -185,6 +185,7 @@ static bool cap_corner(engine *e, uint64_t i) {
 void corner_caps(engine *e) {
     uint64_t head = e->piece_head;
     if (e->plan.capped < e->plan.piece) e->plan.capped = e->plan.piece;
+    if (e->plan.capped < e->plan.need_end) e->plan.need_end = 0; /* pieces are capped anew */
     while (e->plan.capped < head) {
         piece *p = piece_at(e, e->plan.capped);
         if (is_motion(p) && !cap_corner(e, e->plan.capped)) return;
@@ -270,17 +271,33 @@ static double back_over(const engine *e, const piece *p, double need2) {
     return need2;
 }
 
-/* need2 of every piece from `end` back to where committed motion ends; the window ends at standstill. */
+/* What need2 depends on besides the pieces themselves. */
+static need_key key_of(const planner *p) { return (need_key){p->override, p->rapid, p->ext_speed, p->hold}; }
+
+/* Pieces below this index still have the values of the last pass. */
+static uint64_t kept_needs(const planner *p) {
+    need_key now = key_of(p), then = p->need_key;
+    bool same = now.override == then.override && now.rapid == then.rapid && now.ext_speed == then.ext_speed && now.hold == then.hold;
+    return same ? p->need_end : 0;
+}
+
+/* need2 of every piece from `end` back to where committed motion ends; the window ends at standstill. Where a piece comes
+ * to the value it has had, all those ahead of it keep theirs: so the cost for a block does not grow with the window. */
 void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
+    uint64_t kept = kept_needs(&e->plan);
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);
+        bool same = i < kept && is_motion(p) && p->spanned;
         if (is_motion(p)) {
             if (!p->spanned) piece_spans(e, i);
             if (p->stop_after) need2 = 0.0;
             need2 = fmin(back_over(e, p, need2), p->corner_v * p->corner_v);
         }
         if (stands_before(e, p)) need2 = 0.0;
+        if (same && need2 == p->need2) break;
         p->need2 = need2;
     }
+    e->plan.need_end = end;
+    e->plan.need_key = key_of(&e->plan);
 }

@@ -394,3 +394,15 @@ def test_parameters_that_the_cell_has_are_read_as_they_are(tmp_path):
     text = 'READ_PARMAC "VMAX_X" $A\nREAD_PARMAC LIMITE_P_Y,$B\nREAD_PARMAC "SGLP" $C\n'
     out = run(tmp_path, text)
     assert (out.variable("A"), out.variable("B"), out.variable("C")) == (18000, 1e8, 200)
+
+
+def test_a_loop_that_waits_for_an_input_ends_where_nobody_moves_it(tmp_path):
+    """`check` says soon that the program does not come on."""
+    assert error_of(tmp_path, "@W\nIF $_I2=0\nGOTO W\nEND_IF\nG1X1\n").code == 907001
+
+
+@pytest.mark.parametrize("mode", ["G60", "G61"])
+def test_a_loop_that_waits_for_a_timer_ends(tmp_path, mode):
+    """Time passes with every look, a minute too."""
+    text = f"{mode}\n$_T0=20000\n@W\nIF $_T0>0\nGOTO W\nEND_IF\nPA[0,0] 500\n@V\nIF $_PM[0]=1\nGOTO V\nEND_IF\nG0X1\n"
+    assert run(tmp_path, text).xy[:, 0].tolist() == [1]

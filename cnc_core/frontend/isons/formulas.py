@@ -13,7 +13,8 @@ from cnc_core.frontend.isons.store import Store
 from cnc_core.frontend.isons.system import SYSTEM_NAME, System
 
 POWER = 9
-LIVE, BEHIND_MOTION = 1, 2  # what a block reads: the running machine; what belongs to the end of its motion under G61
+# what a block reads: the running machine; what belongs to the end of its motion under G61; what time alone changes
+LIVE, BEHIND_MOTION, TIMED = 1, 2, 4
 Number = Callable[[], float]
 
 
@@ -270,7 +271,7 @@ class Formulas(FormulaParser):
         system = self._system
         if name == "_PM":
             number, par = self.pair()
-            self.live |= LIVE | BEHIND_MOTION
+            self.live |= LIVE | BEHIND_MOTION | TIMED
             return lambda: system.positioners.status(number(), par() if par else 0.0, offset)
         found = SYSTEM_NAME.fullmatch(name)
         if not found:
@@ -279,6 +280,7 @@ class Formulas(FormulaParser):
         read = system.reader(family, number_text, offset)
         self.drain = self.drain or system.drains(family)
         self.live |= (LIVE if system.lives(family) else 0) | (BEHIND_MOTION if system.moves(family) else 0)
+        self.live |= TIMED if family == "T" else 0
         return read
 
     def target(self) -> Callable[[float], None]:

@@ -16,7 +16,7 @@ from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level, Mark
 from cnc_core.frontend.base.lexer import TokenStream, fail
-from cnc_core.frontend.base.reader import BlockReader, Prepared, located
+from cnc_core.frontend.base.reader import WAIT_BLOCKS, BlockReader, Prepared, located
 from cnc_core.frontend.base.scanner import (
     CENTRE_DISTANCE,
     KEEP_CENTRE,
@@ -37,7 +37,7 @@ from cnc_core.frontend.isons.control import Control
 from cnc_core.frontend.isons.direct import way
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
-from cnc_core.frontend.isons.formulas import BEHIND_MOTION, Formulas
+from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
 from cnc_core.frontend.isons.instructions import Instructions
 from cnc_core.frontend.isons.macros import Macros
 from cnc_core.frontend.isons.output import OFF
@@ -248,14 +248,18 @@ class IsonsFrontEnd(BlockReader):
 
     def _not_yet(self, prepared: Prepared) -> bool:
         """A block that reads the running machine waits: for standstill under G61, and for a cycle if it comes again."""
+        key = (self.flow.file.number, prepared.begin)
+        if prepared.live & TIMED and not self._port.answers and key in self._read_at:
+            return False  # time passes with every look, a loop that waits for it ends
         standstill = prepared.live & BEHIND_MOTION and self.modal.exact_stop
         if standstill and not prepared.drain and self.executor.output.side == OFF:
             self._queue.extend([*self.held_rows(), Wait.DRAINED])
             self._drained = True
+            self._read_at[key] = self._ticks
             return True
-        if not self._port.answers:
+        if not self._port.answers:  # nothing changes: a loop that looks again and again does not end
+            self._idle += 0 if prepared.live & TIMED else WAIT_BLOCKS * self.flow.level.repeats
             return False
-        key = (self.flow.file.number, prepared.begin)
         if self._read_at.get(key) == self._ticks:
             self._queue.extend([*self.held_rows(), Wait.CYCLE])
             return True
