@@ -1,15 +1,20 @@
 """The iso front end: text, messages, end of program, order of execution, modal state, extensions."""
 
+import math
+
 import numpy as np
 import pytest
 
 from cnc_core.blocks import COMPENSATION, DWELL, EXACT_STOP, LINEAR, STANDSTILL, M, S, T
+from cnc_core.config import CellConfig
 from cnc_core.errors import CncError
 from cnc_core.frontend import create, detect
 from cnc_core.frontend.iso import IsoFrontEnd
 from cnc_core.frontend.machine import ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
+from cnc_core.planning import plan_program
 from cnc_core.port import OfflinePort
+from cnc_core.program import Program
 
 MACHINE = ProgramMachine(
     axes=("X", "Y", "Z", "A"),
@@ -113,6 +118,7 @@ def test_feed_counts_in_the_unit_before_the_change(read):
 def test_exact_stop(read):
     """G61 and G61.1 stop at every end, G64 ends that."""
     rows, _ = read("G61 G0 X5\nX6\nG64 P0.1 X7\nG61.1\nX8")
+    rows = rows[rows["type"] == LINEAR]
     assert (rows["flags"] & EXACT_STOP > 0).tolist() == [True, True, False, True]
 
 
@@ -193,3 +199,20 @@ def test_extensions(tmp_path):
     """CAM extensions stand for this dialect, .nc does not."""
     assert {detect(tmp_path / f"a{e}") for e in (".ngc", ".TAP", ".iso", ".gcode", ".cnc")} == {"iso"}
     assert detect(tmp_path / "a.nc") == "isg"
+
+
+def test_the_tolerance_of_g64_is_used(tmp_path):
+    """G64 P: the path may leave the contour by P, in the unit of the program; G61 and G64 without P end it."""
+    wave = "".join(f"X{0.1 * i:.2f} Y{round(3 * math.sin(i / 20), 3)}\n" for i in range(200))
+    text = f"G21 G90 G64 P0.02\nG1 F3000 X0 Y0\n{wave}G61\nX0 Y0\nG20 G64 P0.001\nG64\nX1\nM2\n"
+    path = tmp_path / "part.ngc"
+    path.write_text(text)
+    smooth = plan_program(Program(path, CellConfig(), "iso"))
+    path.write_text(text.replace("P0.02", ""))
+    exact = plan_program(Program(path, CellConfig(), "iso"))
+    assert exact.path_deviation_mm <= 1e-9
+    assert 1e-4 < smooth.path_deviation_mm <= 0.02
+    assert smooth.motion_time_s < 0.5 * exact.motion_time_s
+    path.write_text("G64 P-1\nM2\n")
+    with pytest.raises(CncError, match="negative"):
+        list(Program(path, CellConfig(), "iso").batches())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cnc_core.blocks import STANDSTILL, M, S, T, motion_planes
+from cnc_core.blocks import SMOOTHING, STANDSTILL, M, S, T, motion_planes
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.compensation import Choice, Compensation
 from cnc_core.frontend.base.lexer import fail
@@ -40,6 +40,7 @@ class Executor:
         self.surface_speed = False
         self.tool = 0
         self.ended = False
+        self.tolerance_mm = 0.0  # of G64 P
 
     @property
     def plain(self) -> bool:
@@ -57,6 +58,7 @@ class Executor:
         rows = self._switch_rows(words)
         rows += self._dwell(words, mover)
         self._codes(words)
+        rows += self._tolerance(words)
         rows += self._compensation(words)
         self._tool_length(words)
         self._system(words)
@@ -172,6 +174,19 @@ class Executor:
         Mover(self._modal, words.n, words.g.get(plane or 0, 0)).apply(motion)
         to_top = chosen(990, 980)
         self.to_top = self.to_top if to_top is None else to_top
+
+    def _tolerance(self, words: Words) -> list[Row]:
+        """G64 P: the path may leave the contour by P; G64 without P, G61 and G61.1: it may not."""
+        code = words.one_of((610, 611, 640))
+        if code is None:
+            return []
+        given = words.values.get("P", 0.0) if code == 640 else 0.0
+        if given < 0.0:
+            raise fail(900012, "G64: P is negative", words.offsets["P"])
+        before, self.tolerance_mm = self.tolerance_mm, given * self._modal.unit_mm
+        if self.tolerance_mm == before:
+            return []
+        return [self._modal.row(SMOOTHING, words.n, code=int(self.tolerance_mm > 0.0), value=self.tolerance_mm)]
 
     def _compensation(self, words: Words) -> list[Row]:
         side = words.one_of((400, 410, 420))
