@@ -127,3 +127,10 @@ def test_planning_takes_stops_as_acknowledged(tmp_path, dialect, stop):
     way, speed = result.samples["pos"][:, 0], result.samples["v"]
     assert way[-1] == pytest.approx(20)
     assert min(speed[(way > 9) & (way < 11)]) < 0.1
+
+
+def test_a_negative_waiting_time_is_refused(tmp_path):
+    """Only 0 waits for ever: a negative time, whose place is known, does not hang a run."""
+    with pytest.raises(CncError) as error:
+        run(tmp_path, "G1X1F1\nWAIT_INPUT 2 1 -1 12\n")
+    assert (error.value.code, error.value.place.line) == (900012, 2)

@@ -164,6 +164,8 @@ class Instructions:
             number, state, seconds, alarm = (value() for value in arguments)
             if number not in range(256) or state not in (0, 1):
                 raise fail(900012, "WAIT_INPUT: input 0..255 and state 0 or 1 are expected", self._start)
+            if seconds < 0:
+                raise fail(900012, f"WAIT_INPUT: the time {seconds:g} s is negative", self._start)
             if not self._f.answers:
                 return ()  # nobody moves the inputs: it is taken as come true
             now = self._f.clock.now_s()
