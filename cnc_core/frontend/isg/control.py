@@ -26,6 +26,7 @@ from cnc_core.frontend.isg.search import (
     label_pattern,
     middle_of,
     opener_of,
+    unclosed,
 )
 from cnc_core.frontend.isg.store import Setter
 from cnc_core.frontend.isg.text import COMMENTS, head_of
@@ -78,9 +79,10 @@ class Control:
         raise self._unclosed(inner[0])
 
     def _unclosed(self, kind: str) -> CncError:
-        if kind == "#IF":
-            return fail(20590, "#IF without #ENDIF", 0)
-        return fail(907021, f"${kind} is not closed", 0)
+        """The error, at the innermost open statement of this kind if one is known."""
+        error = unclosed(kind)
+        frame = next((each for each in reversed(self._nest) if each.kind == kind), None)
+        return self._at_head(error, frame.head) if frame else error
 
     # frames
 
@@ -109,9 +111,37 @@ class Control:
     def check_closed(self) -> None:
         """A program level has come to the end of its text."""
         if self._nest:
-            kind = self._nest[-1].kind
+            error = self._unclosed(self._nest[-1].kind)
             self._nest.clear()
-            raise self._unclosed(kind)
+            raise error
+
+    def check_closing(self) -> None:
+        """A program level ends inside of its statements: every one has to be closed further down all the same."""
+        if not self._nest:
+            return
+        behind, nest = self._behind(), list(self._nest)
+        self._nest.clear()
+        for depth in reversed(range(len(nest))):
+            frame = nest[depth]
+            try:
+                if frame.kind == "#IF":
+                    self._branch(behind, "#IF")
+                else:
+                    self._end(behind, [each.kind for each in nest[depth:] if each.kind != "#IF"])
+            except CncError as error:
+                raise self._at_head(error, frame.head) from None
+
+    def _at_head(self, error: CncError, head: Mark) -> CncError:
+        """The error at the statement that begins there."""
+        source = self._flow.source
+        behind = source.position
+        source.seek(head.position)
+        block = read_block(source, head.line)
+        source.seek(behind)
+        if block is None:
+            return error
+        found = head_of(block.text)
+        return error.at(block.place(found.text.find(found.sign) + 1))
 
     # statements
 

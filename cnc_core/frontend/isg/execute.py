@@ -136,7 +136,8 @@ class Executor:
         for name in ("G33", "G96"):
             if name in words.codes and self.smooth.hsc is not None:
                 raise fail(120433, f"{ERRORS[120433]}: {name}", words.codes[name])
-        return replace(words, motion=self.turning.take(words.codes, words.motion, functions, self.feeds.mode))
+        motion = self.turning.take(words.codes, words.motion, functions, self.feeds.mode, words.spindle)
+        return replace(words, motion=motion)
 
     def stored_without_effect(self, name: str, offset: int) -> None:
         """Say once that something is only kept."""

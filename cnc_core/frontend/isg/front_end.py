@@ -312,6 +312,8 @@ class IsgFrontEnd(ProgramLevels):
         rows = executor.execute(block)
         if block.simple:
             return rows
+        if executor.program_end or executor.level_end:
+            self._check_nesting(self.control.check_closing)
         if executor.program_end:
             self._program_end()
         elif executor.level_end:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, read_block
@@ -89,10 +90,8 @@ class ProgramLevels(BlockReader):
                 self._warn_at(907040, f"%{name} inside the program is taken as a comment", offset)
                 return ()
             self._warn_at(900020, f"the main program ends at %{name}", offset)
-        try:
-            self.control.check_closed()
-        finally:
-            self._level_end()
+        self._check_nesting(self.control.check_closed)
+        self._level_end()
         return ()
 
     def _skip_local(self, name: str) -> None:
@@ -181,19 +180,25 @@ class ProgramLevels(BlockReader):
         for mark in self._finder.locals_of(file).values():
             if (file.number, mark) not in self._finder.called:
                 self.flow.level.start = mark
-                for _ in self._searcher.skipped(mark):
-                    pass
+                self._check_nesting(partial(self._searcher.check_closed, mark))
 
-    def _level_ended(self) -> None:
-        """The end of the file, or of its part."""
+    def _all_closed(self) -> None:
+        self.control.check_closed()
+        if self._declaring:
+            self._declaring = False
+            raise fail(907021, "#VAR without #ENDVAR", 0)
+
+    def _check_nesting(self, check: Callable[[], None]) -> None:
+        """Report what is open at the end of a level, which ends all the same."""
         try:
-            self.control.check_closed()
-            if self._declaring:
-                self._declaring = False
-                raise fail(907021, "#VAR without #ENDVAR", 0)
+            check()
         except CncError as error:
             last = PhysicalLine(0, max(1, self.modal.line), "")
             self._error(error, BlockText(str(self.flow.file.path), lines=[last]))
+
+    def _level_ended(self) -> None:
+        """The end of the file, or of its part."""
+        self._check_nesting(self._all_closed)
         super()._level_ended()
         if self._ended:
             self._end()

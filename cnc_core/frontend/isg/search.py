@@ -6,9 +6,10 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from cnc_core.errors import CncError
+from cnc_core.errors import CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, read_block
 from cnc_core.frontend.base.flow import Mark
+from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.base.variables import Value
 from cnc_core.frontend.isg.context import Context
@@ -67,6 +68,28 @@ class Searcher:
             yield found
             self.visit(found.text, found.head)
 
+    def check_closed(self, begin: Mark) -> None:
+        """Go through text that nobody executes; an error if its statements do not nest, or stay open."""
+        inner, opened = [""], [Place()]
+        wrong: CncError | None = None
+        for found in self.skipped(begin):
+            closer = closer_of(found.head)
+            try:
+                if closer and len(inner) == 1:
+                    place = found.text.place(found.head.text.index(found.head.sign) + 1)
+                    code, opener = (20590, "#IF") if closer == "#IF" else (907020, f"${closer}")
+                    raise CncError(code, f"{found.head.sign}{found.head.word} without {opener}", place)
+                follow(inner, found)
+            except CncError as error:
+                wrong = wrong or error
+            if len(inner) > len(opened):
+                opened.append(found.text.place(found.head.text.index(found.head.sign) + 1))
+            del opened[len(inner) :]
+        if wrong is None and len(inner) > 1:
+            wrong = unclosed(inner[-1]).at(opened[-1])
+        if wrong:
+            raise wrong
+
     def statements(self, begin: Mark, pattern: re.Pattern[bytes] = CONTROL) -> Iterator[Found]:
         """Blocks from ``begin`` on whose text ``pattern`` finds something in, to the end of the level."""
         source: Source = self._flow.source
@@ -121,6 +144,11 @@ def middle_of(head: Head) -> str | None:
     if head.sign == "#":
         return OLD_MIDDLES.get(head.word)
     return MIDDLES.get(head.word) if head.sign == "$" else None
+
+
+def unclosed(kind: str) -> CncError:
+    """The error of a statement without its end; its place is yet to be found."""
+    return fail(20590, "#IF without #ENDIF", 0) if kind == "#IF" else fail(907021, f"${kind} is not closed", 0)
 
 
 def follow(inner: list[str], found: Found) -> None:

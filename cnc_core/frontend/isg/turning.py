@@ -48,8 +48,13 @@ class Turning:
 
     # words
 
-    def take(self, codes: dict[str, int], motion: MotionWords, functions: set[int], mode: int) -> MotionWords:
-        """The motion words without the pitch; ``mode``: of the feed, ``functions``: M functions of the block."""
+    def take(
+        self, codes: dict[str, int], motion: MotionWords, functions: set[int], mode: int, speed: float | None
+    ) -> MotionWords:
+        """The motion words without the pitch.
+
+        ``mode``: of the feed.  ``functions``, ``speed``: M functions and S word of the block.
+        """
         code = next((c for c in CODES if f"G{c}" in codes), None)
         if code is not None:
             self.mode = code
@@ -58,14 +63,14 @@ class Turning:
         for function in functions & SPINDLE_FUNCTIONS:
             self.rotating = function in ROTATING
         if code == RIGID:
-            self._check_rigid(codes["G63"], functions, mode)
+            self._check_rigid(codes["G63"], functions, mode, self.rev_min if speed is None else speed)
         if self.mode in (0, RIGID):
             return motion
         for letter, value in motion.centre.items():
             self._pitch[letter] = abs(value) * self._modal.unit_mm
         return replace(motion, centre={})
 
-    def _check_rigid(self, offset: int, functions: set[int], mode: int) -> None:
+    def _check_rigid(self, offset: int, functions: set[int], mode: int, speed: float) -> None:
         if functions & SPINDLE_FUNCTIONS:
             raise fail(907070, f"{ERRORS[907070]}: M{min(functions & SPINDLE_FUNCTIONS)}", offset)
         if mode == 95:
@@ -74,7 +79,7 @@ class Turning:
             raise fail(20636, ERRORS[20636], offset)
         if self.rotating:
             raise fail(907071, ERRORS[907071], offset)
-        if self.rev_min <= 0:
+        if speed <= 0:
             raise fail(20007, ERRORS[20007], offset)
 
     def speed(self, codes: dict[str, int], word: float | None, offset: int) -> float | None:

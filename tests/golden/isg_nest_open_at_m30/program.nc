@@ -1,0 +1,5 @@
+$FOR P1=1, 3, 1
+G00 X P1
+N30 $IF P1 == 2
+M30
+$ENDIF

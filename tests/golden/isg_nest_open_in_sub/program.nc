@@ -1,0 +1,9 @@
+%L S
+X1
+$IF 1
+X2
+%MAIN
+G00
+LL S
+X3
+M30
