@@ -12,6 +12,7 @@
 #define USABLE 0.98         /* share of the acceleration limit that is planned with, as in lookahead.c */
 #define NORMAL 0.8          /* share of it for the normal direction */
 #define LENGTH_MISS 1e-6    /* mm by which the row's length and start may differ from its coefficients' */
+#define CELL_LEAST 1e-7     /* mm: what is left of a cell counts as the next one's */
 #define BOUND_POINTS 5      /* per cell */
 
 static uint16_t main_mask(const engine *e) {
@@ -168,7 +169,7 @@ double curve_piece_cell_end(const engine *e, const piece *p, double s) {
     const curve *c = curve_of(e, p);
     double scale = p->whole / curve_length(c);
     int cell = p->dir > 0 ? 0 : c->cells - 1, last = p->dir > 0 ? c->cells - 1 : 0;
-    while (cell != last && cell_ahead(c, p, cell, scale) <= s + 1e-9) cell += p->dir;
+    while (cell != last && cell_ahead(c, p, cell, scale) <= s + CELL_LEAST) cell += p->dir;
     return cell == last ? p->length : cell_ahead(c, p, cell, scale);
 }
 

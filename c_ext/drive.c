@@ -15,6 +15,7 @@
 #define CURVE_NOISE 1e-3
 #define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
+#define LEAST_MM 1e-6      /* of an interval of a curve, however much it bends */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
 #define CORNER_ACC_SHARE 0.012
 #define STAND_SPEED 1.0    /* mm/s: corners that had to be passed below it are stood at */
@@ -88,6 +89,21 @@ static double bend_at(const engine *e, const piece *p, double s, double *fast) {
     return sqrt(sum);
 }
 
+/* Largest turn per mm over from..to. Axes that outrun the path (rotary ones over a short way) count by the relative change of their rate. */
+static double turn_rate(const engine *e, const piece *p, double from, double to) {
+    double bend = 0.0, most[NC_AXES] = {0}, change[NC_AXES] = {0};
+    for (int k = 0; k < 3; k++) {
+        double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0};
+        derivatives(e, p, from + 0.5 * k * (to - from), d1, d2, d3);
+        for (int i = 0; i < e->cfg.axis_count; i++) {
+            most[i] = fmax(most[i], fabs(d1[i]));
+            change[i] = fmax(change[i], fabs(d2[i]));
+        }
+    }
+    for (int i = 0; i < e->cfg.axis_count; i++) bend = hypot(bend, change[i] / fmax(1.0, most[i]));
+    return bend;
+}
+
 /* The program asks for a slow corner at the start: a short interval of its own holds that speed. */
 static double entry_stretch(const engine *e, const piece *p) {
     return fmin(0.25 * p->length, fmax(1e-3, p->entry_speed * e->cfg.cycle_s));
@@ -105,9 +121,24 @@ static double interval_end(const engine *e, const piece *p, double s) {
         double fast = 0.0;
         for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, s + 0.5 * k * (end - s), &fast));
         if (curve_of(e, p)->natural > 0.0 && fast > 0.0) bend /= fast; /* mm of the tip, not of the axes */
+        else bend = fmin(bend, turn_rate(e, p, s, end));
     }
-    double parts = ceil((end - s) * bend / TURN_STEP - 1e-9), next = parts > 1.0 ? s + (end - s) / parts : end;
+    double parts = fmin(ceil((end - s) * bend / TURN_STEP - 1e-9), floor((end - s) / LEAST_MM)), next = parts > 1.0 ? s + (end - s) / parts : end;
     return p->length - next < TINY_MM ? p->length : next;
+}
+
+/* Speed at which the axes keep their shares of velocity from `from` to `to`. */
+static double shared_speed(const engine *e, const piece *p, double from, double to) {
+    uint32_t shared = 0;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (p->limits.velocity[i] < 1.0f && p->moving >> i & 1) shared |= 1u << i;
+    double v = NEVER, d1[NC_AXES], d2[NC_AXES], d3[NC_AXES];
+    for (int k = 0; shared && k < 3; k++) {
+        derivatives(e, p, from + 0.5 * k * (to - from), d1, d2, d3);
+        for (int i = 0; i < e->cfg.axis_count; i++)
+            if (shared >> i & 1 && fabs(d1[i]) > 1e-12) v = fmin(v, fmax(piece_v_max(e, p, i) / fabs(d1[i]), 1e-6));
+    }
+    return v;
 }
 
 /* Speed that the program allows beyond the machine's own limits (NC_DYNAMICS); 0: no such limit. */
@@ -119,8 +150,7 @@ static double programmed_speed(const engine *e, const piece *p, double from, dou
         for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, from + 0.5 * k * (to - from), &fast));
         if (bend > 1e-12) v = fmin(v, sqrt((double)l->radial_acceleration / bend));
     }
-    for (int i = 0; i < e->cfg.axis_count; i++)
-        if (l->velocity[i] < 1.0f && p->moving >> i & 1) v = fmin(v, fmax(p->v_hard, 1e-6));
+    v = fmin(v, shared_speed(e, p, from, to));
     return v < NEVER ? v : 0.0;
 }
 

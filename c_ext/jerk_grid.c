@@ -91,6 +91,9 @@ void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval
     p->behind_mm = jump_reach(p, p->x);
 }
 
+/* Jumps within reach of each other add up in the samples. */
+static void take_share(segment *s, double used) { s->jump = fmax(s->jump - used, LEAST_SHARE); }
+
 /* Cap at knot k, and what is left of the jerk limit around it. */
 static void knot_jump(const jerk_planner *p, grid *g, int k) {
     const jerk_interval *left = g->seg[k - 1].q, *right = g->seg[k].q;
@@ -98,9 +101,9 @@ static void knot_jump(const jerk_planner *p, grid *g, int k) {
     g->knot_cap[k] = jump_cap(p, left, right, g->knot_cap[k]);
     double used = jump_used(p, left, right, g->knot_cap[k]);
     if (used < SMALL_JUMP) return;
-    double reach = jump_reach(p, g->knot_cap[k]), share = fmax(1.0 - used, LEAST_SHARE);
-    for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) g->seg[i].jump = fmin(g->seg[i].jump, share);
-    for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) g->seg[i].jump = fmin(g->seg[i].jump, share);
+    double reach = jump_reach(p, g->knot_cap[k]);
+    for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) take_share(&g->seg[i], used);
+    for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) take_share(&g->seg[i], used);
 }
 
 void knot_caps(const jerk_planner *p, grid *g) {
@@ -112,7 +115,7 @@ void knot_caps(const jerk_planner *p, grid *g) {
     }
     for (int k = 1; k < g->n; k++) knot_jump(p, g, k);
     for (int k = 0; k < g->n; k++) {
-        if (g->from_start[k] < p->behind_mm) g->seg[k].jump = fmin(g->seg[k].jump, p->behind_share);
+        if (g->from_start[k] < p->behind_mm) take_share(&g->seg[k], 1.0 - p->behind_share);
         g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;
     }
     for (int k = 0; k < g->n; k++) {
@@ -199,12 +202,14 @@ static double step_at(const jerk_planner *p, double d0, double s0, double d1, do
     return fmin(p->spacing, fmin(behind, ahead));
 }
 
-/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. */
+/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
+ * count by the relative change of their rate. */
 static double turn_length(const jerk_planner *p, const jerk_interval *q) {
     double start = 0.0, end = 0.0;
     for (int a = 0; a < p->cfg.axes; a++) {
-        start += q->d2[0][a] * q->d2[0][a];
-        end += q->d2[1][a] * q->d2[1][a];
+        double rate = fmax(1.0, fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a]))), d0 = q->d2[0][a] / rate, d1 = q->d2[1][a] / rate;
+        start += d0 * d0;
+        end += d1 * d1;
     }
     return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
 }

@@ -262,6 +262,7 @@ ERRORS: dict[int, str] = {
     909261: "operating limit of the setup exceeded",
     909262: "the motion does not become smooth: a singular pose, or a normal along the tool",
     909270: "words without use",
+    909271: "the output would overwrite what it is made from",
     # our own: kinematics and coordinate systems
     910101: "tool direction cannot be reached by the rotary axes",
     910102: "tool direction can be reached beyond the software limits of the rotary axes only",

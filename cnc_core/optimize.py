@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .config import CellConfig
-from .errors import CncError, Place
+from .errors import ERRORS, CncError, Place
 from .frontend.osai.front_end import OsaiFrontEnd
 from .frontend.osai.setup import Record, Records, SetupFile
 from .geometry import profile_jets as jets
@@ -74,6 +74,10 @@ class _Profile:
     points: Points
 
 
+def _setup_of(out: Path) -> Path:
+    return out.with_name(out.name + ".setup")
+
+
 class Optimizer:
     """``tick``: called with the share done."""
 
@@ -84,6 +88,9 @@ class Optimizer:
 
     def run(self) -> OptimizeResult:
         """Reads, smooths, writes; CncError for what is wrong with program or setup."""
+        read, written = (self.source, self.setup), (self.out, _setup_of(self.out))
+        if {path.resolve() for path in read} & {path.resolve() for path in written}:
+            raise CncError(909271, f"{ERRORS[909271]}: {self.out}", Place(str(self.out)))
         records = self._records()
         self.tolerances = _tolerances(records)
         self.c0 = MODES[records.general["SMT"].word("C0")]
@@ -294,7 +301,7 @@ class Optimizer:
         return np.array(axes + [1.0] * (count - len(axes)))
 
     def _write(self, lines: list[str], profiles: list[_Profile], made: list[list[tuple[Fit, Points, bool]]]) -> None:
-        setup = self.out.with_name(self.out.name + ".setup")
+        setup = _setup_of(self.out)
         self.result.setup = str(setup)
         out: list[str] = []
         k, inside, named = 0, False, False

@@ -28,7 +28,8 @@ from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
 from .geometry.path_mode import PathMode
 from .geometry.polyline import FilterReport, RunFilter
-from .geometry.profile_limits import ProfileLimits
+from .geometry.profile_filter import ProfileFilter
+from .geometry.profile_limits import AxisDynamics
 from .geometry.profiles import Profiles
 from .geometry.radius_comp import RadiusCompensation
 from .geometry.short_segments import ShortSegments
@@ -179,14 +180,13 @@ class Program:
             self._place,
             machines,
             (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
-            cell.axis_values("a_max_mm_s2"),
+            AxisDynamics(*(cell.axis_values(name) for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3"))),
             cell.cycle_s,
         )
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
-        dynamics = ProfileLimits(self.profiles.caps, machine.start, machine.main)
         parameter = ParameterFeed(len(machine.axes), machine.main)
-        axes: Stage = Pipeline([self.kinematics, parameter, dynamics, self.limits])
+        axes: Stage = Pipeline([self.kinematics, parameter, ProfileFilter(self.profiles.filters), self.limits])
         self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
 
     @property

@@ -10,7 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import errno
 import fcntl
+import itertools
 import mmap
 import os
 import re
@@ -30,7 +32,10 @@ SHM_DIR = Path("/dev/shm")
 NAME_RULE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 SEGMENT_SIZE = ctypes.sizeof(layout.HLI_SEGMENT)
 HEAD_SIZE = ctypes.sizeof(layout.HLI_SEGMENT_HEAD)
+DRAFT_RULE = re.compile(r"\.hli-new-(\d{1,10})-(\d{1,20})-\d{1,20}")  # process id, its start time, a running number
 _CREATE_TRIES = 5
+_NO_UNNAMED_FILES = (errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT, errno.EINVAL)  # what file systems say to O_TMPFILE
+_drafts = itertools.count()
 
 
 class Segment:
@@ -126,28 +131,40 @@ def create(name: str, channel_count: int = 1, axis_count: int = 3, ready: bool =
 
 def _map_new(name: str, channel_count: int, axis_count: int) -> mmap.mmap:
     """The memory, head written, with its name in one step: a creator that dies leaves no nameless head behind."""
-    fd = _open_unnamed(name)
+    fd, draft = _open_draft(name)
     try:
         _reserve(name, fd)
         memory = mmap.mmap(fd, SEGMENT_SIZE)
         try:
             _write_head(memory, channel_count, axis_count)
-            _take_name(name, fd)
+            _take_name(name, fd, draft)
         except BaseException:
             memory.close()
             raise
         return memory
     finally:
+        if draft is not None:
+            draft.unlink(missing_ok=True)
         os.close(fd)
 
 
-def _open_unnamed(name: str) -> int:
+def _open_draft(name: str) -> tuple[int, Path | None]:
+    """A file without a name, or, where the file system has none, one under a name that tells whose it is."""
+    draft = None
     try:
-        fd = os.open(SHM_DIR, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600)
+        try:
+            fd = os.open(SHM_DIR, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600)
+        except OSError as error:
+            if error.errno not in _NO_UNNAMED_FILES:
+                raise
+            _sweep_drafts()
+            pid = os.getpid()
+            draft = SHM_DIR / f".hli-new-{pid}-{lib.hs_process_start(pid)}-{next(_drafts)}"
+            fd = os.open(draft, os.O_CREAT | os.O_EXCL | os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
         os.fchmod(fd, 0o600)
     except OSError as error:
         raise _no_room(name, error) from None
-    return fd
+    return fd, draft
 
 
 def _reserve(name: str, fd: int) -> None:
@@ -162,13 +179,16 @@ def _no_room(name: str, error: OSError) -> HliError:
     return HliError(f"segment {name!r} cannot be created in {SHM_DIR}: {error.strerror} ({SEGMENT_SIZE} bytes needed)")
 
 
-def _take_name(name: str, fd: int) -> None:
-    """Link the unnamed file; a stale segment of this name is replaced."""
+def _take_name(name: str, fd: int, draft: Path | None) -> None:
+    """Link the written file; a stale segment of this name is replaced."""
     folder = os.open("/proc/self/fd", os.O_RDONLY | os.O_CLOEXEC)
     try:
         for _ in range(_CREATE_TRIES):
-            try:  # with a folder's descriptor this is linkat(AT_SYMLINK_FOLLOW): the file itself, not the link in /proc
-                os.link(str(fd), SHM_DIR / name, src_dir_fd=folder, follow_symlinks=True)
+            try:
+                if draft is not None:
+                    os.link(draft, SHM_DIR / name)
+                else:  # with a folder's descriptor this is linkat(AT_SYMLINK_FOLLOW): the file, not the link in /proc
+                    os.link(str(fd), SHM_DIR / name, src_dir_fd=folder, follow_symlinks=True)
                 return
             except FileExistsError:
                 if not _remove_stale(SHM_DIR / name):
@@ -276,10 +296,21 @@ def _differs(name: str, what: str, found: object, expected: object) -> HliVersio
 def sweep() -> list[str]:
     """Remove this user's segments whose owner is dead (published or not); returns their names.
 
-    Touched are only files in /dev/shm that belong to this user and begin with the segment magic.
+    Touched are only files in /dev/shm that belong to this user and begin with the segment magic, and the unfinished
+    ones of dead creators (only where the file system has no unnamed files).
     """
+    _sweep_drafts()
     candidates = [path for path in sorted(SHM_DIR.iterdir()) if NAME_RULE.fullmatch(path.name)]
     return [path.name for path in candidates if _remove_stale(path)]
+
+
+def _sweep_drafts() -> None:
+    """Remove what creators left that died before their segment had its name."""
+    for path in SHM_DIR.iterdir():
+        found = DRAFT_RULE.fullmatch(path.name)
+        if found and not lib.hs_process_alive(int(found[1]), int(found[2])):
+            with contextlib.suppress(OSError):  # another user's, or swept by someone else
+                path.unlink()
 
 
 def _remove_stale(path: Path) -> bool:

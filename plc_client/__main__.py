@@ -15,11 +15,12 @@ from typing import Any
 from hli._sync import lib
 
 from hli.errors import HliError, HliNotFound, HliNotReady
+from hli.symbol import SymbolError
 
 from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
-from .online import Forces, SymbolTable, Watch, parse_force
+from .online import UNFIT, Forces, SymbolTable, Watch, parse_force
 from .scan import Ending, Program, Scanner, report
 from .task import PlcError, load_tasks
 
@@ -104,7 +105,11 @@ class Process:
             self.watch.add(path, table[path])
         for text in self._args.force:
             path, value = parse_force(text)
-            scanner.forces.force(path, table[path], value)
+            symbol = table[path]
+            try:
+                scanner.forces.force(path, symbol, value)
+            except UNFIT as error:
+                raise SymbolError(f"force {path}={value!r}: {error}") from None
 
     def _give_up(self, text: str) -> None:
         """A task hangs and nothing interrupts it: tell what is known and leave."""

@@ -19,6 +19,8 @@ from hli.symbol import Symbol, SymbolError, getattr_or_item, index_of, resolve, 
 
 ROWS = 1_000_000
 """Rows of the watch list; when they are full every second one is dropped and half as many are taken."""
+UNFIT = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
+"""What writing a symbol raises if the value does not fit, or the symbol cannot be written."""
 
 
 class TaskSymbol(Symbol):
@@ -93,7 +95,9 @@ class Watch:
         self._scan = 0
 
     def add(self, path: str, symbol: Symbol) -> None:
-        """Record this symbol from now on; earlier rows are NaN."""
+        """Record this symbol from now on; earlier rows are NaN.  SymbolError: a structure, an array or a text."""
+        if not isinstance(symbol, TaskSymbol) and not _is_number(symbol.value):
+            raise SymbolError(f"symbol {path!r}: only single numbers and BOOLs can be watched; name a member")
         self._symbols[path] = symbol
         self._values.setdefault(path, array("d", [float("nan")] * len(self._time)))
 
@@ -143,6 +147,14 @@ def _number(value: Any) -> float:
         return float("nan")
 
 
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
 class Forces:
     """Forced symbols, written twice a scan."""
 
@@ -166,9 +178,12 @@ class Forces:
         self._forced = {path: (table[path], value) for path, (_, value) in self._forced.items()}
 
     def apply(self) -> None:
-        """Write all forced values."""
-        for symbol, value in self._forced.values():
-            symbol.value = value
+        """Write all forced values.  SymbolError: a variable of a task that does not take its value."""
+        for path, (symbol, value) in self._forced.items():
+            try:
+                symbol.value = value
+            except UNFIT as error:
+                raise SymbolError(f"force {path}={value!r}: {error}") from None
 
     def __bool__(self) -> bool:
         return bool(self._forced)

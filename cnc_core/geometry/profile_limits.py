@@ -1,129 +1,92 @@
-"""Dynamics of a profile (DIN) on the rows that are driven: path speeds at which its axes keep their own limits.
+"""Dynamics of a profile (DIN, JRK): limits of its motions as shares of what the machine's axes can do.
 
-The speed of every row is bounded so that no axis exceeds its velocity, and none its acceleration by the path's bend
-alone.  What an axis may accelerate along the path is the machine's; G00 lines with limits of their own become pieces
-with a feed behind an element that stays rapid.
+``DYNAMICS`` rows at its beginning set them for feed and rapid motions, rows at its end free them; the planner keeps
+them all along, in bends and along the path.  A share is never above 1: no setup raises a limit of the machine.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import BY_LENGTH, ELEMENT, LINEAR, PIECE, POLYNOMIAL, RAPID, BlockBatch
+from cnc_core._engine import lib
+
+from ..blocks import DYNAMICS, NC_BLOCK, BlockBatch
 from ..profile import ProfileSpec
-from .polynomial import coefficients, derivative, normalised
+from .profile_filter import TimeFilter
 
 FloatArray = npt.NDArray[np.float64]
-GRID = np.linspace(0.0, 1.0, 17)
+FEED_MOTIONS, RAPID_MOTIONS = 0, 1  # ``value`` of a DYNAMICS row
+LOWEST = 1e-6  # share that the engine takes
 
 
 @dataclass(frozen=True)
-class AxisCaps:
-    """(axes,) velocity and acceleration of cutting, velocity of rapid motion; infinite where the setup says nothing."""
+class AxisDynamics:
+    """Limits of the machine's axes, (axes,) mm/s, mm/s2, mm/s3 (degrees); jerk 0: none."""
 
     velocity: FloatArray
     acceleration: FloatArray
-    rapid: FloatArray
-
-    @classmethod
-    def of(cls, spec: ProfileSpec, axes: int) -> AxisCaps | None:
-        """None if the setup sets no limit."""
-        caps = cls(*(np.full(axes, np.inf) for _ in range(3)))
-        for axis in spec.axes:
-            caps.velocity[axis.channel] = axis.cutting.velocity or np.inf
-            caps.acceleration[axis.channel] = axis.cutting.acceleration or np.inf
-            caps.rapid[axis.channel] = axis.rapid.velocity or np.inf
-        found = np.isfinite([caps.velocity, caps.acceleration, caps.rapid]).any()
-        return caps if found else None
+    jerk: FloatArray
 
 
 class ProfileLimits:
-    """Stage; ``caps``: by the block count of the profiles' rows, filled by the stage that makes them."""
+    """Rows that set and free the limits of one profile."""
 
-    def __init__(self, caps: Mapping[int, AxisCaps], start: FloatArray, main: tuple[int, int, int]) -> None:
-        self._caps, self._last, self._main = caps, start.copy(), [i for i in main if i >= 0]
+    def __init__(self, spec: ProfileSpec, machine: AxisDynamics) -> None:
+        self._spec, self._machine = spec, machine
+        self._shares = [
+            (code, which, shares) for code, which, shares in _shares(spec, machine) if (shares < 1.0).any()
+        ]
 
-    def push(self, batch: BlockBatch) -> BlockBatch:
-        rows = batch.rows
-        driven = np.flatnonzero((rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0))
-        if not len(driven):
-            return batch
-        ends = rows["end"][driven][:, : len(self._last)]
-        starts = np.vstack([self._last, ends[:-1]])
-        self._last = ends[-1].copy()
-        out = batch
-        for count, caps in self._caps.items():
-            mine = rows["count"][driven] == count
-            if mine.any():
-                out = self._bounded(out, driven[mine], starts[mine], caps)
-        return out
+    def time_filter(self, main: tuple[int, ...]) -> TimeFilter | None:
+        """What smooths the speed (Tstab, Ttop), None if nothing does."""
+        smooth = self._spec.smoothness
+        window = max(smooth.window_s, smooth.constant_s)
+        if not window > 0:
+            return None
+        velocity, acceleration = self._machine.velocity.copy(), self._machine.acceleration.copy()
+        for code, which, shares in self._shares:
+            if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_VELOCITY:
+                velocity *= shares
+            if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_ACCELERATION:
+                acceleration *= shares
+        return TimeFilter(window, velocity, acceleration, main)
 
-    def _bounded(
-        self, batch: BlockBatch, which: npt.NDArray[np.int64], starts: FloatArray, caps: AxisCaps
-    ) -> BlockBatch:
-        rows = batch.rows.copy()
-        part = rows[which]
-        rapid = part["flags"] & RAPID != 0
-        speed = np.full(len(part), np.inf)
-        lines, curves = part["type"] == LINEAR, part["type"] == POLYNOMIAL
-        moved = np.abs(part["end"][:, : starts.shape[1]] - starts) / part["length"][:, None]
-        limit = np.where(rapid[:, None], caps.rapid, caps.velocity)
-        with np.errstate(divide="ignore"):
-            speed[lines] = (limit / moved).min(axis=1)[lines]
-        if curves.any():
-            speed[curves] = self._curve_speed(part[curves], batch.pool, caps)
-        cutting = ~rapid & (speed < part["feed"])
-        part["feed"][cutting] = speed[cutting]
-        rows[which] = part
-        slow = rapid & np.isfinite(speed)
-        return self._as_pieces(BlockBatch(rows, batch.pool), which[slow], speed[slow])
+    def begin(self) -> BlockBatch:
+        return self._rows(None)
 
-    def _curve_speed(self, rows: npt.NDArray[Any], pool: FloatArray, caps: AxisCaps) -> FloatArray:
-        """(n,) mm/s at which velocity, and acceleration by the bend alone, are kept."""
-        coef = normalised(coefficients(rows, pool, len(caps.velocity)), rows["angle"])
-        first = derivative(coef)
-        second = derivative(first)
-        d1 = np.einsum("nak,kg->nga", first, GRID ** np.arange(first.shape[2])[:, None])
-        d2 = np.einsum("nak,kg->nga", second, GRID ** np.arange(second.shape[2])[:, None])
-        by_length = rows["flags"] & BY_LENGTH != 0
-        rate2 = np.where(by_length[:, None], rows["length"][:, None] ** 2, (d1[:, :, self._main] ** 2).sum(axis=2))
-        rate2 = np.maximum(rate2, 1e-18)
-        along = np.where(by_length[:, None], 0.0, (d1 * d2)[:, :, self._main].sum(axis=2)) / rate2
-        slope = np.abs(d1) / np.sqrt(rate2)[:, :, None]
-        bend = np.abs(d2 - d1 * along[:, :, None]) / rate2[:, :, None]
-        with np.errstate(divide="ignore"):
-            v = (caps.velocity / slope.max(axis=1)).min(axis=1)
-            a = np.sqrt((caps.acceleration / bend.max(axis=1)).min(axis=1))
-        return np.asarray(np.minimum(v, a))
+    def end(self) -> BlockBatch:
+        return self._rows(1.0)
 
-    @staticmethod
-    def _as_pieces(batch: BlockBatch, which: npt.NDArray[np.int64], speed: FloatArray) -> BlockBatch:
-        """Rapid lines slower than the machine's: the element stays rapid, a piece with a feed is driven."""
-        rows = batch.rows
-        whole = rows["flags"][which] & PIECE == 0
-        rows["flags"][which[~whole]] &= ~np.uint16(RAPID)
-        rows["feed"][which[~whole]] = speed[~whole]
-        which, speed = which[whole], speed[whole]
-        if not len(which):
-            return batch
-        out = np.repeat(rows, np.where(np.isin(np.arange(len(rows)), which), 2, 1))
-        element = which + np.arange(len(which))
-        pieces = out[element + 1]
-        pieces["flags"] = (pieces["flags"] & ~np.uint16(RAPID)) | PIECE
-        pieces["feed"], pieces["value"] = speed, pieces["length"]
-        out[element + 1] = pieces
-        seen = out[element]
-        seen["flags"] |= ELEMENT
-        out[element] = seen
-        return BlockBatch(out, batch.pool)
+    def _rows(self, share: float | None) -> BlockBatch:
+        rows = np.zeros(len(self._shares), NC_BLOCK)
+        rows["type"], rows["count"], rows["file"] = DYNAMICS, self._spec.count, self._spec.file
+        for row, (code, which, shares) in zip(rows, self._shares, strict=True):
+            row["code"], row["value"] = code, which
+            row["end"][: len(shares)] = shares if share is None else share
+        return BlockBatch(rows)
 
-    def drain(self) -> BlockBatch:
-        return BlockBatch.empty()
 
-    def resync(self, position: FloatArray) -> None:
-        self._last = position[: len(self._last)].copy()
+def _shares(spec: ProfileSpec, machine: AxisDynamics) -> Iterator[tuple[int, int, FloatArray]]:
+    """(code, motions, (axes,) shares).  Without a limit of jerk (DIS) only the machine's own one holds."""
+    smooth = spec.smoothness
+    for which in (FEED_MOTIONS, RAPID_MOTIONS):
+        own = {axis.channel: axis.cutting if which == FEED_MOTIONS else axis.rapid for axis in spec.axes}
+        yield lib.NC_DYNAMICS_VELOCITY, which, _share({i: d.velocity for i, d in own.items()}, machine.velocity)
+        acceleration = {i: d.acceleration for i, d in own.items()}
+        yield lib.NC_DYNAMICS_ACCELERATION, which, _share(acceleration, machine.acceleration)
+        if smooth.jerk != "none":
+            jerk = {i: (smooth.scale or 1.0) * (d.jerk or float(machine.jerk[i])) for i, d in own.items()}
+            yield lib.NC_DYNAMICS_JERK, which, _share(jerk, machine.jerk)
+
+
+def _share(own: Mapping[int, float | None], machine: FloatArray) -> FloatArray:
+    """(axes,) of the machine's limits; 1 where the profile has none, or the machine none to take a share of."""
+    out = np.ones(len(machine))
+    for axis, limit in own.items():
+        if limit is not None and machine[axis] > 0:
+            out[axis] = min(1.0, max(LOWEST, limit / machine[axis]))
+    return out

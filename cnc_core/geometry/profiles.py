@@ -25,7 +25,8 @@ from .polynomial import bernstein, joined, normalised
 from .profile_blend import Blends
 from .profile_carry import Carried, Carry, NotCarried
 from .profile_curves import Curves, Intervals
-from .profile_limits import AxisCaps
+from .profile_filter import TimeFilter
+from .profile_limits import AxisDynamics, ProfileLimits
 from .profile_points import FloatArray, Points
 from .profile_rows import line_row, rows_of
 from .profile_tool import NoNormal
@@ -33,7 +34,7 @@ from .stage import RefusedRow
 
 SAME = 1e-9  # mm by which the machine may stand beside the profile's first point
 JUMP = 1e-6  # mm or degrees that an axis may stand off the next curve's beginning
-PROFILES_KEPT = 64  # whose limits rows on their way may still need
+PROFILES_KEPT = 64  # whose filters rows on their way may still need
 SPEED_GRID = np.linspace(0.0, 1.0, 25)
 SLOWDOWN = 0.03  # of the largest speed over the parameter
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
@@ -62,8 +63,9 @@ class _Open:
         kinematics: Kinematics | None,
         number: int,
         edge_speed: Callable[[ProfileSpec, FloatArray, FloatArray], float],
+        limits: ProfileLimits,
     ) -> None:
-        self.spec, self.kinematics, self.number = spec, kinematics, number
+        self.spec, self.kinematics, self.number, self.limits = spec, kinematics, number, limits
         self.curves = Curves(spec) if spec.kind == POINTS else None
         self.blends = Blends(spec, partial(edge_speed, spec))
         self.first: ProfileChunk | None = None
@@ -80,8 +82,8 @@ class Profiles:
     """``main``: channel index of the main axes, -1 where there is none.  ``place``: of (file, line).
 
     ``machines``: kinematics by number; those of profiles are added.  ``limits``: lowest and highest position, (axes,)
-    each.  ``acceleration``: (axes,) mm/s2 or degrees/s2.  ``cycle_s``: period of the interpolator.  ``caps``: limits of
-    the profiles' axes by their rows' block count.
+    each.  ``dynamics``: what the axes can do.  ``cycle_s``: period of the interpolator.
+    ``filters``: of the profiles' speeds, by their rows' block count.
     """
 
     def __init__(
@@ -90,14 +92,14 @@ class Profiles:
         place: Callable[[int, int], Place],
         machines: MutableMapping[int, Kinematics],
         limits: tuple[FloatArray, FloatArray],
-        acceleration: FloatArray,
+        dynamics: AxisDynamics,
         cycle_s: float,
     ) -> None:
-        self._acceleration, self._cycle_s = acceleration, cycle_s
+        self._dynamics, self._cycle_s = dynamics, cycle_s
         self._main, self._place = [i for i in main if i >= 0], place
         self._machines, self._limits = machines, limits
         self._open: _Open | None = None
-        self.caps: dict[int, AxisCaps] = {}
+        self.filters: dict[int, TimeFilter] = {}
         self.report = ProfileReport()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
@@ -140,15 +142,17 @@ class Profiles:
             number = 1 + max(self._machines, default=0)
             kinematics = self._machine(spec, number, chunk)
             self._machines[number] = kinematics
-        self._open = _Open(spec, kinematics, number, self._edge_speed)
+        limits = ProfileLimits(spec, self._dynamics)
+        self._open = _Open(spec, kinematics, number, self._edge_speed, limits)
         self.report.profiles += 1
-        if caps := AxisCaps.of(spec, len(spec.start)):
-            while len(self.caps) >= PROFILES_KEPT:
-                del self.caps[next(iter(self.caps))]
-            self.caps[spec.count] = caps
+        if found := limits.time_filter(tuple(self._main)):
+            while len(self.filters) >= PROFILES_KEPT:
+                del self.filters[next(iter(self.filters))]
+            self.filters[spec.count] = found
         if not self._open.switched:
-            return BlockBatch.empty()
-        return self._switch(Coordinates(kinematics=number, length=spec.tool.length), self._open.position, chunk)
+            return limits.begin()
+        chosen = Coordinates(kinematics=number, length=spec.tool.length)
+        return joined([limits.begin(), self._switch(chosen, self._open.position, chunk)])
 
     def _machine(self, spec: ProfileSpec, number: int, chunk: ProfileChunk) -> Kinematics:
         try:
@@ -176,7 +180,7 @@ class Profiles:
             axes = open_.kinematics.driven(open_.position, open_.spec.tool.length)[0]
             out = self._switch(Coordinates(), axes, None)
         self._open = None
-        return out
+        return joined([out, open_.limits.end()])
 
     # curves
 
@@ -215,7 +219,8 @@ class Profiles:
         speed = np.inf
         for axis, i in zip(axes, columns, strict=True):
             own = axis.cutting.acceleration
-            most = self._acceleration[axis.channel] if own is None else min(own, self._acceleration[axis.channel])
+            most = self._dynamics.acceleration[axis.channel]
+            most = most if own is None else min(own, most)
             if jump[i] > 1e-9:
                 speed = min(speed, spec.marks.edge_share * float(most) * self._cycle_s / float(jump[i]))
         return max(speed, SLOWEST)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
@@ -85,3 +86,46 @@ def test_a_killed_launchers_folder_is_swept(program: Callable[..., Path], monkey
     assert len(list(scratch.iterdir())) == 2
     assert subprocess.run(command("run", part), capture_output=True, check=False, timeout=100).returncode == 0
     assert list(scratch.iterdir()) == [foreign]
+
+
+FULL = """mount -t tmpfs -o size=64k none /dev/shm || exit 77
+"$@"
+status=$?
+ls -A /dev/shm
+exit $status
+"""
+
+
+@pytest.mark.parametrize("verb", ["run", "cnc"])
+def test_a_full_shared_memory_is_refused(program: Callable[..., Path], verb: str) -> None:
+    """A /dev/shm of 64 KiB: exit 1 with the reason and the bytes needed, and nothing is left in it."""
+    call = command(verb, program(T1), *(["--name", "hli-full"] if verb == "cnc" else []))
+    done = in_namespace(FULL, call)
+    assert done.returncode == 1, (done.stdout, done.stderr)
+    assert "cannot be created in /dev/shm: No space left on device" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not [line for line in done.stdout.splitlines() if "hli-" in line]
+
+
+@pytest.mark.parametrize("verb", ["run", "cnc"])
+def test_a_limit_of_file_size_is_refused(program: Callable[..., Path], verb: str) -> None:
+    """The same where mounting is not permitted: RLIMIT_FSIZE below the segment's size."""
+    name = f"hli-test-{os.getpid()}"
+    call = command(verb, program(T1), *(["--name", name] if verb == "cnc" else []))
+    limited = ["sh", "-c", 'ulimit -f 100; exec "$@"', "sh", *call]
+    done = subprocess.run(limited, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 1, (done.stdout, done.stderr)
+    assert "cannot be created in /dev/shm: File too large" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (Path("/dev/shm") / name).exists()
+
+
+def in_namespace(script: str, call: list[str]) -> subprocess.CompletedProcess[str]:
+    """Run a script with a file system table of its own; skips where users may not have one."""
+    if shutil.which("unshare") is None:
+        pytest.skip("no unshare")
+    start = ["unshare", "-Urm", "sh", "-c", script, "sh", *call]
+    done = subprocess.run(start, capture_output=True, text=True, timeout=60, check=False)
+    if done.returncode == 77 or done.stderr.startswith("unshare:"):
+        pytest.skip("users may not mount here")
+    return done

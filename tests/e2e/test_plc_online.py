@@ -99,6 +99,19 @@ def test_wrong_symbol_ends_the_run_with_its_name(program: Write) -> None:
     assert "a variable of task SameEverywhere is needed" in json.dumps(result.errors)
 
 
+@pytest.mark.parametrize("force", ["gpCh[0]^.bahn_mc_control.override.command_w=70000", "Nothing.table[9]=3"])
+def test_a_force_that_does_not_fit_ends_the_run_with_its_name(
+    program: Write, cli: Callable[..., Any], force: str
+) -> None:
+    """Exit 1 with symbol, value and reason on one line."""
+    plc = "class Nothing:\n    def setup(self, hli): self.table = []\n    def cyclic(self): pass\n"
+    path = program("from plc_client import task\n@task()\n" + plc, "nothing.py")
+    done = cli("run", program(PART), "--plc", path, "--force", force)
+    assert done.status == 1
+    assert f"force {force}: " in done.err
+    assert "Traceback" not in done.err
+
+
 def test_golden_run_is_compared_with_tolerance(plc: Any, golden: Any) -> None:
     """The kept run fits; a small change is seen with its place, and passes within a larger tolerance."""
     runner = plc(SameEverywhere, script=[line(30), arc(10, 1.5707963), line(30), line(40)])

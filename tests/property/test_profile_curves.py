@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from osai_programs import SETUP_3, Workshop, changed, curves, value
+from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 
 from cnc_core.blocks import EXACT_STOP, RAPID
@@ -320,6 +320,68 @@ def test_acceleration_limit_of_the_setup_in_bends(shop):
     result = plan_program(shop.profile(text, setup, programmed=False), keep_samples=True)
     v = result.samples["v"]
     assert np.median(v[v > 1]) == pytest.approx(np.sqrt(200 * 5), rel=0.05)
+
+
+STRICT = "(DIN,%s,3000,400,6000,4800,500,5000)"
+BOUNDS = {1: (50.0, 80.0), 2: (400.0, 500.0), 3: (6000.0, 5000.0)}  # by derivative: of G01, of G00
+
+
+def strict(jrk="(JRK,ENA)"):
+    return changed(PLAIN, JRK=jrk, **{f"DIN_{axis}": STRICT % axis for axis in "XYZ"})
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_every_limit_of_the_setup_holds(shop, seed):
+    """DIN far below the machine: no axis exceeds velocity, acceleration or jerk, of G01 and of G00, on the samples."""
+    points = walk(40, seed)
+    far = points[-1] + [60.0, 20.0, 0.0]
+    text = body(points, 9000) + "\nG00X{:.4f}Y{:.4f}Z{:.4f}".format(*far)
+    result = plan_program(shop.profile(text, strict(), programmed=False), keep_samples=True)
+    pos = result.samples["pos"]
+    rapid = np.linalg.norm(pos[:, :3] - points[-1], axis=1).argmin()
+    for part, motion in ((pos[: rapid - 2], 0), (pos[rapid + 2 :], 1)):
+        for order, most in BOUNDS.items():
+            reached = np.abs(np.diff(part, n=order, axis=0)).max() / result.cycle_s**order
+            assert reached <= 1.02 * most[motion]
+            assert order > 1 or not motion or reached > 0.9 * most[motion]
+
+
+def test_axis_limits_of_the_setup_on_five_axes(shop):
+    """DIN holds for the machine's own axes, whatever the tip and the tool direction do."""
+    limits = {"X": (3000, 400, 6000), "Y": (2500, 300, 5000), "Z": (3000, 400, 6000)}
+    limits |= {"A": (3000, 600, 9000), "B": (2500, 500, 8000)}
+    din = {f"DIN_{axis}": f"(DIN,{axis},{v},{a},{j})" for axis, (v, a, j) in limits.items()}
+    setup = changed(SETUP_5, JRK="(JRK,AXI)", VER="(VER,PRG,PRG,PRG)", **din)
+    t = np.linspace(0.0, 2.0, 60)
+    points = np.column_stack([40 * np.cos(t) + 30 * t, 40 * np.sin(t), 5 * np.sin(2 * t)])
+    tool = np.column_stack([0.4 * np.sin(t), 0.3 * np.cos(1.3 * t) + 0.2, np.ones_like(t)])
+    lines = body(points, 6000).splitlines()
+    lines = [line + "i{:.6f}j{:.6f}k{:.6f}".format(*d) for line, d in zip(lines, tool, strict=True)]
+    result = plan_program(shop.profile("\n".join(lines), setup, cell=CELL_5, programmed=False), keep_samples=True)
+    for i, (v, a, j) in enumerate(limits.values()):
+        reached = [measured(result, i, order) for order in (1, 2, 3)]
+        assert (np.array(reached) <= 1.02 * np.array([v / 60.0, a, j])).all()
+    assert measured(result, 3, 1) > 0.8 * 50.0
+
+
+def test_limits_end_with_the_profile(shop):
+    """What follows G60 moves with the machine's own limits."""
+    text = f"(HSM,CONFIG1)\nG61\n{body(walk(10, 1), 6000)}\nG60\nG1X80Y0Z0F60000\n"
+    result = plan_program(shop.program(text, strict(), programmed=False), keep_samples=True)
+    assert measured(result, 0, 2) > 1500.0
+
+
+def test_scale_and_mode_of_jerk(shop):
+    """JRK Jrs scales every jerk; Mode DIS leaves those of DIN aside, not those of the machine."""
+    jerks = {}
+    for jrk in ("(JRK,ENA)", "(JRK,AXI,0.5)", "(JRK,DIS,0.5)"):
+        shop_result = plan_program(
+            shop.profile("X0Y0Z0F3000\nX60", strict(jrk), programmed=False), keep_samples=True
+        )
+        jerks[jrk] = measured(shop_result, 0, 3)
+    assert jerks["(JRK,ENA)"] == pytest.approx(6000.0, rel=0.03)
+    assert jerks["(JRK,AXI,0.5)"] == pytest.approx(3000.0, rel=0.03)
+    assert 30000.0 < jerks["(JRK,DIS,0.5)"] <= 50000.0 * 1.02
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -17,6 +17,7 @@ from cnc_core.errors import Place
 from cnc_core.frontend import create
 from cnc_core.frontend.machine import External, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
+from cnc_core.geometry.profile_limits import AxisDynamics
 from cnc_core.geometry.profiles import Profiles
 from cnc_core.port import OfflinePort, Wait
 
@@ -41,8 +42,8 @@ def lines_of(path):
     port = OfflinePort(MACHINE.start)
     front_end = create(path.parent.name.partition("_")[0], path, MACHINE, port, collect=True)
     start = MACHINE.start.copy()
-    limits, acceleration = MACHINE.limits, np.full(4, 3000.0)
-    profiles = Profiles(MACHINE.main, lambda file, line: Place(line=line), {}, limits, acceleration, 0.001)
+    limits, dynamics = MACHINE.limits, AxisDynamics(MACHINE.velocity, np.full(4, 3000.0), np.full(4, 50000.0))
+    profiles = Profiles(MACHINE.main, lambda file, line: Place(line=line), {}, limits, dynamics, 0.001)
     for item in read_all(front_end, rows=3):
         if isinstance(item, Wait):
             yield {"wait": item.value}

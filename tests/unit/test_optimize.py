@@ -215,6 +215,19 @@ def test_errors_of_the_program_have_their_place(bench):
         assert caught.value.place.file.endswith("in.osai")
 
 
+def test_the_input_is_never_overwritten(bench):
+    """The output may be neither the input program nor the setup, nor may its own setup be."""
+    bench.run("X0Y0Z0F100\nX1\nX5Y1")
+    files = [bench.folder / name for name in ("in.osai", "SETUP")]
+    before = [path.read_text() for path in files]
+    (bench.folder / "new.setup").write_text(before[1])
+    for setup, out in (("SETUP", "in.osai"), ("SETUP", "SETUP"), ("new.setup", "new")):
+        with pytest.raises(CncError) as caught:
+            optimize(files[0], bench.folder / setup, bench.folder / out, bench.cell)
+        assert caught.value.code == 909271
+    assert [path.read_text() for path in files] == before
+
+
 def test_polyline():
     """Douglas and Peucker: what is kept is within the tolerance of everything."""
     points = surface(passes=1)

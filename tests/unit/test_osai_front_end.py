@@ -145,6 +145,7 @@ def test_detection(tmp_path):
         ("X0Y0Z0F100\nG62X1", (909228, 4, 1)),
         ("X0Y0Z0F100\nG60X1", (909220, 4, 1)),
         ("G66\nX0Y0Z0F100", (909228, 3, 1)),
+        ("X0Y0Z0F100\nX5\nG62\nG63\nX9Y1", (909228, 6, 1)),
         ("X0Y0Z0F100\nG61", (909221, 4, 1)),
         ("X0Y0Z0F100\n(CLS,A)", (909224, 4, 1)),
         ("X0Y0Z0F100\nE1=5", (909224, 4, 1)),
@@ -493,10 +494,13 @@ def test_not_in_manual_data(shop):
 
 
 def test_what_has_no_effect_is_said(shop):
-    """Filters of JRK and accelerations of DIN are kept; a warning says that the cell's limits hold."""
+    """Filters of JRK, and a jerk that no setup can free, are said; DIN acts."""
     program = shop.profile(CUBE, changed(SETUP_3, DIN_X="(DIN,X,600,100,,,,)"))
     rows_of(program)
-    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3), (907042, 12)]
-    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,ENA)"))
+    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3)]
+    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,DIS)"))
+    rows_of(program)
+    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3)]
+    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,ENA,0.5)"))
     rows_of(program)
     assert not program.reader.warnings

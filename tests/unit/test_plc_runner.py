@@ -1,6 +1,7 @@
 """PlcRunner on the mock: stepping, tasks, watch, force, restart, statistics, task watchdog, latched inputs."""
 
 import math
+import re
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 from hli.symbol import SymbolError
 from plc_client import ContourLookahead, task
 from plc_client.mock import MockCnc, arc, line, log_off, log_on, log_param, m
+from plc_client.online import Forces
 from plc_client.runner import PlcRunner
 from plc_client.task import PlcError
 
@@ -150,6 +152,33 @@ def test_force_holds_inputs_outputs_and_variables() -> None:
             plc.force(OVERRIDE, 70_000)
         with pytest.raises(SymbolError, match="tasks: Fast"):
             plc.force("Nobody.x", 1)
+
+
+class Forced:
+    """A task with a list, a number and nothing else."""
+
+    def setup(self, _hli: Any) -> None:
+        self.table, self.gain = [1, 2], 1.0
+
+    def cyclic(self) -> None:
+        """Nothing to do."""
+
+
+@pytest.mark.parametrize("path", ["Forced.table[9]", "Forced.gain.deep"])
+def test_a_variable_that_takes_no_force_is_named(path: str) -> None:
+    """A force that cannot be written is an error with symbol and value, not a trace of the runtime."""
+    with PlcRunner.on_mock(Forced, [line(10)]) as plc:
+        forces = Forces()
+        forces._forced[path] = (plc.symbol(path), 3)  # as the command line does, before setup() has made the variables
+        with pytest.raises(SymbolError, match=f"force {re.escape(path)}=3: "):
+            forces.apply()
+
+
+@pytest.mark.parametrize("path", ["gpCh[0]^", "gpCh[0]^.bahn_mc_control.override", "gpAx[0]^.lr_state"])
+def test_a_structure_is_no_watch(path: str) -> None:
+    """The watch list holds numbers; a structure is refused instead of recorded as nothing."""
+    with PlcRunner.on_mock(Forced, [line(10)]) as plc, pytest.raises(SymbolError, match="name a member"):
+        plc.watch(path)
 
 
 def test_plc_restarts_beside_a_cnc_that_runs_on() -> None:

@@ -162,18 +162,15 @@ class OsaiFrontEnd(BlockReader):
         self._report(errors)
 
     def _warn_unused(self, records: Records) -> None:
-        """Fields that are kept and have no effect yet."""
+        """Fields that are kept and have no effect."""
         jrk = records.general.get("JRK")
-        if jrk is not None:
-            given = [name for name in ("Jrs", "Entities", "Tstab", "Tintgr", "Ttop") if jrk.values[name]]
-            given += [] if jrk.word("Mode") == "ENA" else ["Mode"]
-            if given:
-                self._warn(907042, f"JRK, {', '.join(given)}: kept without effect, the cell's limits hold", jrk.place)
-        for din in records.axes["DIN"].values():
-            given = [name for name in ("Amax", "Jmax", "Arap", "Jrap") if din.values[name] is not None]
-            if given:
-                text = f"DIN, {', '.join(given)}: along the path the cell's accelerations and jerks hold"
-                self._warn(907042, text, din.place)
+        if jrk is None:
+            return
+        given = [name for name in ("Entities", "Tintgr") if jrk.values[name]]
+        if given:
+            self._warn(907042, f"JRK, {', '.join(given)}: kept without effect", jrk.place)
+        if jrk.word("Mode") == "DIS":
+            self._warn(907042, "JRK, Mode DIS: the jerks of DIN are left aside, those of the machine hold", jrk.place)
 
     def _report(self, errors: list[CncError]) -> None:
         """Errors in a setup: each with its own place there."""

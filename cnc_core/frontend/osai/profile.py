@@ -15,7 +15,7 @@ from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.columns import ColumnReader, Columns
 from cnc_core.frontend.osai.variables import Variables
 from cnc_core.frontend.osai.words import Words, parse
-from cnc_core.profile import VERSORS, ProfileChunk, ProfileSpec
+from cnc_core.profile import SMOOTH, VERSORS, ProfileChunk, ProfileSpec
 
 FloatArray = npt.NDArray[np.float64]
 VERSOR_LETTERS = "ijkmnopqd"
@@ -287,6 +287,9 @@ class PointProfile(Profile):
             raise fail(909228, f"G{code} without a point before it", offset)
         if self._kept.rapid[-1][-1] and code in (62, 63, 67):
             raise fail(909228, f"G{code} behind a G00 point, which ends at standstill", offset)
+        before = int(self._kept.after[-1][-1])
+        if before not in (SMOOTH, code):
+            raise fail(909228, f"G{code} behind G{before}: a point has one transition", offset)
         self._kept.after[-1][-1] = code
 
     def _end(self, offset: int) -> None:

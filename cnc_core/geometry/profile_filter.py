@@ -1,0 +1,194 @@
+"""Smoothing of a profile's speed over time (JRK Tstab, Ttop): no short stretch of higher feed between slower ones.
+
+Each driven row has the share of its feed that limits in its bends leave on average.  The shares are opened over
+a window of time, the largest share that holds for a whole window around a row: a rise that would not last is not begun.
+Sections end where the axes stand.  Programmed feeds are not filtered, only what limits make of them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..blocks import BY_LENGTH, ELEMENT, EXACT_STOP, POLYNOMIAL, RAPID, BlockBatch
+from .polynomial import coefficients, derivative, joined, normalised
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+GRID = np.linspace(0.0, 1.0, 9)
+LONG = 0.5  # of the window: rows that last longer are not lowered, their one share says too little of them
+
+
+@dataclass(frozen=True)
+class TimeFilter:
+    """``window_s``; (axes,) limits of cutting, mm/s and mm/s2.  ``main``: axes that the path length counts."""
+
+    window_s: float
+    velocity: FloatArray
+    acceleration: FloatArray
+    main: tuple[int, ...]
+
+
+@dataclass
+class _Caps:
+    """Driven rows in their order: share of the feed, nominal time s, whether a section ends behind the row."""
+
+    share: FloatArray
+    time: FloatArray
+    ends: BoolArray
+
+    @classmethod
+    def none(cls) -> _Caps:
+        return cls(np.empty(0), np.empty(0), np.empty(0, np.bool_))
+
+    def __len__(self) -> int:
+        return len(self.share)
+
+    def __add__(self, other: _Caps) -> _Caps:
+        names = ("share", "time", "ends")
+        return _Caps(*(np.concatenate([getattr(self, name), getattr(other, name)]) for name in names))
+
+    def recent(self, window: float) -> _Caps:
+        """The last rows that a window can reach back to."""
+        after = np.cumsum(self.time[::-1])
+        keep = len(self) - min(len(self), int(np.searchsorted(after, window)) + 1)
+        if self.ends.any():
+            keep = max(keep, int(np.flatnonzero(self.ends)[-1]) + 1)
+        return _Caps(self.share[keep:], self.time[keep:], self.ends[keep:])
+
+
+class ProfileFilter:
+    """Stage behind the kinematics; ``filters``: by the block count of the profiles' rows."""
+
+    def __init__(self, filters: Mapping[int, TimeFilter]) -> None:
+        self._filters = filters
+        self._now: TimeFilter | None = None
+        self._past = _Caps.none()
+        self._held: deque[tuple[BlockBatch, BoolArray, _Caps]] = deque()
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        rows = batch.rows
+        if not len(rows) or (self._now is None and not self._filters):
+            return batch
+        filtered = np.where(np.isin(rows["count"], list(self._filters)), rows["count"], 0)
+        out = []
+        for part in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(filtered.astype(np.int64))) + 1):
+            found = self._filters.get(int(filtered[part[0]]))
+            if found is not self._now:
+                out.append(self.drain())
+                self._now = found
+            mine = BlockBatch(rows[part], batch.pool)
+            out.append(mine if found is None else self._take(mine, found))
+        return joined(out)
+
+    def _take(self, batch: BlockBatch, filter_: TimeFilter) -> BlockBatch:
+        rows = batch.rows
+        driven = (rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)
+        self._held.append((batch, driven, _caps(rows[driven], batch.pool, filter_)))
+        return self._settled(filter_, False)
+
+    def _settled(self, filter_: TimeFilter, final: bool) -> BlockBatch:
+        """The held batches whose windows are known."""
+        known = self._past
+        for _, _, caps in self._held:
+            known = known + caps
+        until = np.cumsum(known.time)
+        share = _opened(known, filter_.window_s)
+        first, out = len(self._past), []
+        while self._held:
+            batch, driven, caps = self._held[0]
+            last = first + len(caps)
+            ended = len(known) == 0 or last == 0 or known.ends[last - 1 :].any()
+            if not (final or ended or until[-1] - until[last - 1] >= filter_.window_s):
+                break
+            rows = batch.rows.copy()
+            part = rows[driven]
+            feed = (part["flags"] & RAPID == 0) & (caps.time <= LONG * filter_.window_s)
+            part["feed"][feed] *= share[first:last][feed]
+            rows[driven] = part
+            out.append(BlockBatch(rows, batch.pool))
+            self._past = (self._past + caps).recent(filter_.window_s)
+            self._held.popleft()
+            first = last
+        return joined(out)
+
+    def drain(self) -> BlockBatch:
+        out = self._settled(self._now, True) if self._now is not None else BlockBatch.empty()
+        self._now, self._past = None, _Caps.none()
+        return out
+
+    def resync(self, position: FloatArray) -> None:
+        self._now, self._past = None, _Caps.none()
+        self._held.clear()
+
+
+def _caps(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) -> _Caps:
+    if not len(rows):
+        return _Caps.none()
+    share = np.ones(len(rows))
+    rapid = rows["flags"] & RAPID != 0
+    curves = rows["type"] == POLYNOMIAL
+    if curves.any():
+        speed = _curve_speed(rows[curves], pool, filter_)
+        speed = np.minimum(1.0, speed / np.maximum(rows["feed"][curves], 1e-9)[:, None])
+        share[curves] = 1.0 / (1.0 / np.maximum(speed, 1e-6)).mean(axis=1)
+    time = rows["length"] / np.maximum(rows["feed"] * share, 1e-6)
+    time[rapid] = 0.0
+    return _Caps(share, time, rapid | (rows["flags"] & EXACT_STOP != 0))
+
+
+def _curve_speed(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) -> FloatArray:
+    """(n, grid) mm/s at which the axes keep velocity and acceleration in the bends of a row."""
+    first = derivative(normalised(coefficients(rows, pool, len(filter_.velocity)), rows["angle"]))
+    d1, d2 = (np.einsum("nak,kg->nga", c, GRID ** np.arange(c.shape[2])[:, None]) for c in (first, derivative(first)))
+    by_length = (rows["flags"] & BY_LENGTH != 0)[:, None]
+    speed = np.sqrt((d1[:, :, list(filter_.main)] ** 2).sum(axis=2))
+    rate = np.where(by_length, rows["length"][:, None], np.maximum(speed, 1e-9))
+    along = np.where(by_length, 0.0, (d1 * d2)[:, :, list(filter_.main)].sum(axis=2)) / rate**2
+    slope = np.abs(d1) / rate[:, :, None]
+    bend = np.abs(d2 - d1 * along[:, :, None]) / rate[:, :, None] ** 2
+    with np.errstate(divide="ignore"):
+        v = (filter_.velocity / slope).min(axis=2)
+        a = np.sqrt((filter_.acceleration / bend).min(axis=2))
+    return np.asarray(np.minimum(v, a))
+
+
+def _opened(caps: _Caps, window: float) -> FloatArray:
+    """(n,) largest share that holds over a whole window around each row, section by section."""
+    out = caps.share.copy()
+    for part in np.split(np.arange(len(caps)), np.flatnonzero(caps.ends) + 1):
+        if len(part):
+            out[part] = _opened_section(caps.share[part], caps.time[part], window)
+    return out
+
+
+def _opened_section(share: FloatArray, time: FloatArray, window: float) -> FloatArray:
+    end = np.cumsum(time)
+    n, begin = len(share), end - time
+    last = np.searchsorted(end, begin + window * (1.0 - 1e-9))  # first row by which a window that begins here is full
+    full = max(1, int((last < n).sum()))
+    start = np.arange(full)
+    last = np.minimum(last[:full], n - 1)
+    last[-1] = n - 1
+    least = -_largest(-share, start, last)
+    rows = np.arange(n)
+    return _largest(least, np.searchsorted(last, rows), np.minimum(rows, full - 1))
+
+
+def _largest(values: FloatArray, low: npt.NDArray[np.intp], high: npt.NDArray[np.intp]) -> FloatArray:
+    """Largest of values[low..high], both ends inclusive (sparse table)."""
+    table = [values]
+    while 1 << len(table) <= len(values):
+        half = 1 << (len(table) - 1)
+        table.append(np.maximum(table[-1][:-half], table[-1][half:]))
+    level = np.floor(np.log2(high - low + 1)).astype(np.intp)
+    out = np.empty(len(low))
+    for k in np.unique(level):
+        at = level == k
+        out[at] = np.maximum(table[k][low[at]], table[k][high[at] + 1 - (1 << int(k))])
+    return out
