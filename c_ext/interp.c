@@ -102,6 +102,7 @@ static void run_event(engine *e, piece *p) {
         g->tool = p->code;
         break;
     case NC_M:
+        if (!e->segment) break; /* nobody there who could continue */
         if (p->code == 0 || (p->code == 1 && e->m01_now && g->v <= 0.0)) g->waiting_continue = true;
         break;
     default:

@@ -226,6 +226,8 @@ static int scan_line(nc_modal *m, const char *text, size_t length, nc_block *out
     cursor c = line_at(text, length);
     if (c.end - c.begin > NC_BLOCK_CHARACTERS || !read_line(&c, m, &w))
         return NC_SCAN_OTHER;
+    if (!w.axis_set && (w.set & NC_WORD_R) && !(w.set & (NC_WORD_I | NC_WORD_I << 1 | NC_WORD_I << 2)))
+        return NC_SCAN_OTHER; /* a radius that leads nowhere: the dialect knows what to say */
     nc_modal before = *m;
     int emitted;
     m->line++;

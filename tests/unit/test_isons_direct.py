@@ -4,7 +4,10 @@ import pytest
 from isons_programs import run
 
 from cnc_core.blocks import EVENT, EVENT_COMMAND, EXACT_STOP
+from cnc_core.config import load_config
 from cnc_core.errors import CncError, ConfigError
+from cnc_core.planning import plan_program
+from cnc_core.program import Program
 
 SENSORS = "[isons.homing.X]\nnegative = -20\npositive = 30\nindex = 8\nindex_offset = 1\nabsolute = 3\n"
 HOMING = (
@@ -102,3 +105,25 @@ def test_t27_commands_keep_their_place_without_a_stop(tmp_path):
     before = [rows["end"][i - 1, :2].tolist() for i in events.nonzero()[0]]
     assert before == [[130, 110], [210, 180]]
     assert not rows["flags"][~events].any()
+
+
+@pytest.mark.parametrize("before", ["", "G24\n"])
+@pytest.mark.parametrize("line", ["G2R5", "G3 R-5 F2"])
+def test_a_radius_without_end_point_is_refused(tmp_path, before, line):
+    """R cannot give a full circle: G2 R5 alone is not passed over, on whichever way the line is read."""
+    with pytest.raises(CncError) as error:
+        run(tmp_path, f"{before}G1X10F1\n{line}\nX20\n")
+    assert (error.value.code, error.value.place.line) == (900007, 2 + before.count("\n"))
+
+
+@pytest.mark.parametrize(
+    ("dialect", "stop"), [("isons", "G80"), ("isons", "M0"), ("isg", "M0"), ("iso", "M1\nM0"), ("osai", "M0")]
+)
+def test_planning_takes_stops_as_acknowledged(tmp_path, dialect, stop):
+    """Without a PLC nobody continues a program stop: the plan stands there once and goes on to the end."""
+    (tmp_path / "a.nc").write_text(f"G1 X10 F2\n{stop}\nG1 X20\n")
+    cell = load_config(None)
+    result = plan_program(Program(tmp_path / "a.nc", cell, dialect=dialect), keep_samples=True)
+    way, speed = result.samples["pos"][:, 0], result.samples["v"]
+    assert way[-1] == pytest.approx(20)
+    assert min(speed[(way > 9) & (way < 11)]) < 0.1

@@ -653,6 +653,10 @@ class Executor:
             centre = {letter: words.values[letter] for letter in "IJ" if letter in words.values}
             words.used |= {"I", "J", "R"}
         radius = words.values.get("R") if arc else None
+        if radius is not None and not (given or centre):
+            raise fail(
+                900007, "wrong circle: R needs an end point, a full circle has I and J", words.block.offsets["R"]
+            )
         if not (given or centre):
             return []
         offset = min(words.block.offsets[name] for name in words.block.offsets if name.lstrip("D") in "XYZABCUVWIJ")
