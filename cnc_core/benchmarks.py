@@ -239,7 +239,7 @@ def planner(seconds: float = 10.0) -> dict[str, Any]:
 
     "contour/120": jerk-limited, smoothed within ``TOLERANCE_MM``; "contour/120/no-jerk": acceleration-limited, exact.
     """
-    n, out = _blocks_that_fit(seconds, 20_000), {}
+    n, out = _blocks_that_fit(seconds, 4_000), {}
     keys = ("planner", "blocks", "blocks_per_s", "motion_time_s", "max_ratio", "path_deviation_mm")
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
         for name, work in WORKLOADS.items():

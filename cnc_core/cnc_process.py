@@ -361,7 +361,10 @@ class CncProcess:
             return
         preparation.take_commands()
         self.blocks += preparation.blocks
-        self.messages += preparation.port.messages
+        warned = [str(warning) for warning in preparation.program.reader.warnings] if preparation.program else []
+        self.messages += [text for text in preparation.port.messages if text not in warned]
+        for text in warned:
+            keep(self.warnings, text)
         self.warnings += self.log_warnings()
         if preparation.program:
             self.dialect = preparation.program.dialect

@@ -9,6 +9,7 @@ under the seqlock), ``lr_state`` of the axes.  Control units, semaphores, techno
 from __future__ import annotations
 
 import ctypes
+import time
 from typing import Any
 
 from hli._sync import ffi, lib
@@ -20,7 +21,9 @@ from hli.view import view_class
 
 _load, _snapshot, _move = lib.hs_load_u32, lib.hs_snapshot, ffi.memmove
 _TRIES = 1000
-_ROUNDS = 1000
+_ROUNDS = 1000  # at once; behind them with pauses, for a CNC that lost its core while it wrote
+_PAUSE_S = 50e-6
+_LIMIT_S = 2.0
 
 
 class _Copy:
@@ -78,13 +81,17 @@ class InputImage:
 
     def latch(self) -> None:
         """Copy everything once; channel 0's copies belong to one cycle.  HliTimeout: the CNC died while it wrote."""
-        for _ in range(_ROUNDS):
-            if self._one_cycle():
-                break
-        else:
-            raise HliTimeout("input image: no undisturbed copy of the channel's state")
+        if not any(self._one_cycle() for _ in range(_ROUNDS)):
+            self._latch_patiently()
         for copy in self._plain:
             _move(copy.target, copy.source, copy.size)
+
+    def _latch_patiently(self) -> None:
+        end = time.monotonic() + _LIMIT_S
+        while not self._one_cycle():
+            if time.monotonic() > end:
+                raise HliTimeout(f"input image: no undisturbed copy of the channel's state within {_LIMIT_S} s")
+            time.sleep(_PAUSE_S)
 
     def _one_cycle(self) -> bool:
         """Copy what the seqlock covers; False if the CNC wrote meanwhile."""

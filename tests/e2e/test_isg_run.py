@@ -74,3 +74,13 @@ def test_an_endless_program_can_be_interrupted(tmp_path: Path) -> None:
     process.send_signal(signal.SIGINT)
     assert process.wait(20.0) == 130
     process.stderr.close()
+
+
+def test_warnings_of_the_program_are_no_messages(tmp_path: Path) -> None:
+    """``messages`` are what the program says; what is said about the program stands in ``warnings``, once."""
+    (tmp_path / "a.nc").write_text('G129 50\n#MSG ["a"]\nG00 X1\nM30\n')
+    (tmp_path / "cell.toml").write_text(CELL)
+    with Cell(tmp_path / "cell.toml") as cell:
+        result = cell.run(tmp_path / "a.nc", out=tmp_path / "out")
+    assert (result.end, result.messages) == ("completed", ["a"])
+    assert [warning.split(": ")[1] for warning in result.warnings] == ["907040"]

@@ -12,7 +12,9 @@ from processes import end, leftovers, run_plc, start_cnc, start_plc  # noqa: F40
 
 import hli
 from hli import layout
-from plc_client import connect, task
+from hli.errors import HliTimeout
+from plc_client import connect, image, task
+from plc_client.mock import MockCnc, line
 from plc_client.scan import Ending, Program, Scanner
 from plc_client.task import PlcError, load_tasks
 
@@ -285,3 +287,22 @@ def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None
     assert report.exists()
     end(cnc)
     hli.sweep()
+
+
+def test_the_image_waits_for_a_cnc_that_lost_its_core(monkeypatch: pytest.MonkeyPatch) -> None:
+    """More disturbed copies in a row than are tried at once are no error yet; a CNC that never comes back is one."""
+    with MockCnc([line(10)]) as cnc, connect(cnc.name) as pair:
+        inputs, left = image.InputImage(pair), [2 * image._ROUNDS]
+
+        def disturbed(_self: image.InputImage) -> bool:
+            left[0] -= 1
+            return left[0] < 0
+
+        monkeypatch.setattr(image, "_PAUSE_S", 0.0)
+        monkeypatch.setattr(image.InputImage, "_one_cycle", disturbed)
+        inputs.latch()
+        monkeypatch.setattr(image, "_LIMIT_S", 0.0)
+        left[0] = 10**9
+        with pytest.raises(HliTimeout, match="no undisturbed copy"):
+            inputs.latch()
+        inputs.close()
