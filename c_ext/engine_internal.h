@@ -178,6 +178,7 @@ typedef struct planner {
     double reserve_override;
     double override, committed_s;
     bool hold;
+    bool late;           /* GEO will take the tail: nothing is committed until then (recall.c) */
     int stalled;
     tail tails[2];
     uint32_t tail_max;
@@ -533,6 +534,10 @@ void pass_event(writer *w);
 double ahead_s(engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
+
+/* recall.c */
+void recall_commit(engine *e);
+bool drive_take_back(engine *e, double seconds);
 
 /* interp.c */
 void geo_cycle(engine *e);
