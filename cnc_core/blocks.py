@@ -58,7 +58,8 @@ RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO 
 PATH_FEED = 16384  # motion: the feed counts along its length, whatever the path mode says
 LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
-BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
+BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter; its pieces: so is their path
+OF_TIP = 2048  # piece with BY_PARAMETER: covers a path of the tool tip
 TANGENTS = 255  # degree of an element that names its tangents in the pool
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4

@@ -75,6 +75,7 @@ class _Open:
         if self.switched:
             assert kinematics is not None
             self.position = kinematics.programmed(spec.start, spec.tool.length)[0]
+        self.stretch: float | None = None  # mm that a unit of the parameter counts for the planner
         self.carry = Carry(spec, kinematics, self.position.copy())
 
 
@@ -142,7 +143,7 @@ class Profiles:
             number = 1 + max(self._machines, default=0)
             kinematics = self._machine(spec, number, chunk)
             self._machines[number] = kinematics
-        limits = ProfileLimits(spec, self._dynamics)
+        limits = ProfileLimits(spec, self._dynamics, self._cycle_s)
         self._open = _Open(spec, kinematics, number, self._edge_speed, limits)
         self.report.profiles += 1
         if found := limits.time_filter(tuple(self._main)):
@@ -278,11 +279,10 @@ class Profiles:
         """Along the curve that the feed refers to; of programmed polynomials that of the parameter."""
         spec, feed = open_.spec, intervals.feed[made.index]
         if spec.kind != POINTS and not spec.feed_by_length:
-            if open_.carry.exact and not open_.switched:
-                rows["feed"] = feed
-                rows["flags"] |= BY_PARAMETER
-                return
-            rows["feed"] = feed * rows["length"] / made.span
+            if open_.stretch is None:
+                open_.stretch = 2.0 ** np.round(np.log2(max(rows["length"].sum(), 1e-9) / made.span.sum()))
+            rows["feed"], rows["value"] = feed, open_.stretch
+            rows["flags"] |= BY_PARAMETER
             return
         lengths = open_.carry.reference_lengths(intervals, made)
         if lengths is not None:
@@ -319,6 +319,8 @@ class Profiles:
             open_.approach = None
         else:
             rapid, feed, line, n = False, float(row["feed"]), int(row["line"]), int(row["n"])
+        if row is not None and row["flags"] & BY_PARAMETER:  # that of the parameter: here the mean along the curve
+            feed *= float(row["length"]) / float(row["angle"])
         return line_row(
             start, end, self._main, rapid, feed=feed or TURNING, line=line, n=n, count=spec.count, file=spec.file
         )

@@ -158,19 +158,7 @@ class OsaiFrontEnd(BlockReader):
         self._spec_ok = not errors
         if not errors:
             self.setups.append(records.as_json())
-            self._warn_unused(records)
         self._report(errors)
-
-    def _warn_unused(self, records: Records) -> None:
-        """Fields that are kept and have no effect."""
-        jrk = records.general.get("JRK")
-        if jrk is None:
-            return
-        given = [name for name in ("Entities", "Tintgr") if jrk.values[name]]
-        if given:
-            self._warn(907042, f"JRK, {', '.join(given)}: kept without effect", jrk.place)
-        if jrk.word("Mode") == "DIS":
-            self._warn(907042, "JRK, Mode DIS: the jerks of DIN are left aside, those of the machine hold", jrk.place)
 
     def _report(self, errors: list[CncError]) -> None:
         """Errors in a setup: each with its own place there."""
