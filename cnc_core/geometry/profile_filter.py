@@ -29,7 +29,7 @@ LONG = 0.5  # of the window: rows that last longer are not lowered, their one sh
 
 @dataclass(frozen=True)
 class TimeFilter:
-    """``window_s``: of the opening; ``merge_s``: over which changes are spread; 0: off.  ``entities``: started together.
+    """``window_s``: of the opening; ``merge_s``: over which changes are spread; 0: off.  ``entities``: start together.
 
     (axes,) limits of cutting, mm/s and mm/s2.  ``main``: axes that the path length counts.
     """
