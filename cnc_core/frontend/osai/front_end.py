@@ -74,6 +74,11 @@ class OsaiFrontEnd(BlockReader):
         self._tool, self._active = 0, Tool()
         self._awaited = self._resync = False  # where the axes stand is known when the wait behind a profile is over
 
+    @property
+    def variables(self) -> Variables:
+        """Values of the E and L variables as they are now."""
+        return self._variables
+
     # BlockReader
 
     def _take_block(self) -> BlockText | None:
