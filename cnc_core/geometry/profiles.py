@@ -319,8 +319,8 @@ class Profiles:
             open_.approach = None
         else:
             rapid, feed, line, n = False, float(row["feed"]), int(row["line"]), int(row["n"])
-        if row is not None and row["flags"] & BY_PARAMETER:  # that of the parameter: here the mean along the curve
-            feed *= float(row["length"]) / float(row["angle"])
+        if row is not None and row["flags"] & BY_PARAMETER:  # that of the parameter: here mm, as the planner counts it
+            feed *= open_.stretch or 1.0
         return line_row(
             start, end, self._main, rapid, feed=feed or TURNING, line=line, n=n, count=spec.count, file=spec.file
         )
