@@ -75,6 +75,7 @@ class _Open:
         if self.switched:
             assert kinematics is not None
             self.position = kinematics.programmed(spec.start, spec.tool.length)[0]
+        self.polynomials = 0  # that have become rows
         self.stretch: float | None = None  # mm that a unit of the parameter counts for the planner
         self.carry = Carry(spec, kinematics, self.position.copy())
 
@@ -283,6 +284,9 @@ class Profiles:
                 open_.stretch = 2.0 ** np.round(np.log2(max(rows["length"].sum(), 1e-9) / made.span.sum()))
             rows["feed"], rows["value"] = feed, open_.stretch
             rows["flags"] |= BY_PARAMETER
+            if spec.point != "CCP" and not open_.carry.exact:  # parts of one polynomial of the tip
+                rows["code"] = open_.polynomials + made.index + 1
+                open_.polynomials += len(intervals)
             return
         lengths = open_.carry.reference_lengths(intervals, made)
         if lengths is not None:

@@ -492,3 +492,38 @@ def test_not_in_manual_data(shop):
     port.manual_data = True
     program = shop.program(f"G1 X5 F100\n(HSM,CONFIG1)\nG61\n{CUBE}G60\n", port=port)
     assert refusal(program)[:3] == (909219, 3, 1)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(HSM,CONFIG1)\nG61\nX(E1+E2)Y0Z0F100\nX1\nX2\nG60\n",
+        "(HSM,CONFIG1)\nG61\nX0Y0F100\nX1\nG60\n",
+        "(HSM,CONFIG1)\nG61\nX0Y0Z0\nX1\nG62\nX5\nG60\n",
+        "(HSM,CONFIG1)\n(UPR,1)\nG61\nX0Y0Z0F100\nX1\nG60\n",
+        "(HSM,NOTHING)\nG61\nX0Y0Z0F100\nX1\nG60\n",
+        "(HSM,CONFIG1)\nG61 P7\nX0Y0Z0F100\nX1\nG60\n",
+        "G61\nX0Y0Z0F100\nX1\nG60\n",
+    ],
+)
+def test_one_mistake_is_one_error(shop, text):
+    """What only follows from an error is none of its own."""
+    program = shop.program(text, collect=True)
+    rows_of(program)
+    assert len(program.errors) == 1
+
+
+def test_one_mistake_in_a_polynomial_or_spline(shop):
+    """A wrong coefficient, a missing line, a wrong knot: one error each; the rest of the profile is read."""
+    good = ["<*,5,1,600,0", "<X,0,1,0,0,0,0", "<Y,0,0,0,0,0,0", "<Z,0,0,0,0,0,0"]
+    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
+    for wrong in (["<X,0,1,0", *good[2:]], ["<X,0,q,0,0,0,0", *good[2:]], good[2:]):
+        body = "\n".join([good[0], *wrong, "<*,5,2,600,0", "<X,5,1,0,0,0,0", *good[2:]])
+        program = shop.program(f"(HSM,CONFIG1)\nG61\n{body}\nG60\n", setup, collect=True)
+        rows_of(program)
+        assert len(program.errors) == 1
+    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")
+    body = "X0Y0Z0K0F600\nX1K0\nX2K0\nX3K-1\nX4K5\nK5\nK5\nK5"
+    program = shop.program(f"(HSM,CONFIG1)\nG61 P3\n{body}\nG60\n", setup, collect=True)
+    rows_of(program)
+    assert [e.code for e in program.errors] == [909242]
