@@ -233,7 +233,7 @@ class SectionFitter:
         """Knots at ``bends``, points of the polyline, at the cut, and where a polynomial would be too long."""
         inner = u[bends]
         inner = np.union1d(inner, [cut]) if u[0] < cut < u[-1] else inner
-        longest = self.tolerances.longest
+        longest = 0.98 * self.tolerances.longest  # of chords; the arc is a little longer
         if longest > 0.0:
             inner = np.union1d(inner, np.linspace(u[0], u[-1], int(np.ceil((u[-1] - u[0]) / longest)) + 1)[1:-1])
         near = np.diff(np.concatenate([[u[0]], inner])) < 1e-6 * (u[-1] - u[0])
