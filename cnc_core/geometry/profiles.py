@@ -75,6 +75,7 @@ class _Open:
         if self.switched:
             assert kinematics is not None
             self.position = kinematics.programmed(spec.start, spec.tool.length)[0]
+        self.arrived = False  # at the beginning: the axes went there, not the tip
         self.polynomials = 0  # that have become rows
         self.stretch: float | None = None  # mm that a unit of the parameter counts for the planner
         self.carry = Carry(spec, kinematics, self.position.copy())
@@ -153,7 +154,7 @@ class Profiles:
             self.filters[spec.count] = found
         if not self._open.switched:
             return limits.begin()
-        chosen = Coordinates(kinematics=number, length=spec.tool.length)
+        chosen = Coordinates(kinematics=number, length=spec.tool.length, ptp=True)  # until the profile's beginning
         return joined([limits.begin(), self._switch(chosen, self._open.position, chunk)])
 
     def _machine(self, spec: ProfileSpec, number: int, chunk: ProfileChunk) -> Kinematics:
@@ -309,10 +310,18 @@ class Profiles:
         open_.position = rows["end"][-1][:axes].copy()
         inserted = [self._turn(open_, rows[i], starts[i], begins[i]) for i in turns]
         open_.approach = None
-        if not len(turns):
-            return batch
         rows["flags"][turns[turns > 0] - 1] |= EXACT_STOP
-        return BlockBatch(np.insert(rows, turns, np.concatenate(inserted)), batch.pool)
+        places = turns.tolist()
+        if open_.switched and not open_.arrived:  # from here on the tip is driven
+            chosen = Coordinates(kinematics=open_.number, length=open_.spec.tool.length)
+            switch = self._switch(chosen, begins[0], None).rows
+            switch["line"] = rows["line"][0]
+            inserted.insert(places.count(0), switch)
+            places.insert(places.count(0), 0)
+            open_.arrived = True
+        if not places:
+            return batch
+        return BlockBatch(np.insert(rows, places, np.concatenate(inserted)), batch.pool)
 
     def _turn(self, open_: _Open, row: Any, start: FloatArray, end: FloatArray) -> npt.NDArray[Any]:
         """A line to where the curve of ``row`` begins; the first one leads to the profile."""

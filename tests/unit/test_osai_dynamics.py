@@ -165,3 +165,15 @@ def test_no_stop_inside_a_curve_that_ends_at_rest(shop):
     result = planned(shop, body, changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)", JRK="(JRK,ENA)"))
     x = result.samples["pos"][:, 0]
     assert np.diff(x[(x > 1.0) & (x < 119.0)]).min() > 0.005
+
+
+def test_the_approach_is_a_line_of_the_axes(shop):
+    """From where the machine stands to the first pose every axis runs linearly, then the tip follows the profile."""
+    setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)", JRK="(JRK,ENA)", CRV=None)
+    result = planned(shop, "X10Y20Z30i0.3j0.4k0.5F3000\nX30\nX50", setup, cell=CELL_5)
+    q = result.samples["pos"]
+    first = next(i for i in range(len(q)) if i > 100 and np.abs(q[i] - q[i - 1]).max() < 1e-4)
+    share = q[: first + 1] @ q[first] / (q[first] @ q[first])
+    assert q[: first + 1] == pytest.approx(share[:, None] * q[first], abs=1e-6)
+    d = np.array([0.3, 0.4, 0.5]) / np.sqrt(0.5)
+    assert q[-1, :3] == pytest.approx(np.array([50, 20, 30]) + 346.5 * d, abs=1e-6)
