@@ -134,8 +134,11 @@ class Optimizer:
 
     def _first_look(self) -> None:
         """What makes no sense to read a program with."""
-        records, _ = SetupFile(self.setup).resolve(lambda letter, number: 0.0)
-        if "SMT" not in {line.code for line in SetupFile(self.setup).lines}:
+        setup = SetupFile(self.setup)
+        if setup.errors:
+            raise setup.errors[0]
+        records, _ = setup.resolve(lambda letter, number: 0.0)
+        if "SMT" not in {line.code for line in setup.lines}:
             raise records.missing("the setup lacks SMT: the tolerances of the Path Optimizer")
         if "PNT" in records.general and records.general["PNT"].word("Format") != "PNT":
             raise records.general["PNT"].fail(909205, "PNT: the Path Optimizer takes points", "Format")
@@ -197,6 +200,8 @@ class Optimizer:
         self._kinds = self._mark(spec, kept)
         self._angle: float | None = None
         runs: list[tuple[Fit, Points, bool]] = []
+        if len(kept) == 1:
+            return [self._single(kept, spec)]
         first = 0
         for i in range(1, len(kept) + 1):
             straight = i < len(kept) and bool(kept.rapid[i])
@@ -261,6 +266,13 @@ class Optimizer:
         result.joints += report.joints
         self._measure(fit, linear)
         return fit
+
+    def _single(self, point: Points, spec: ProfileSpec) -> tuple[Fit, Points, bool]:
+        """A profile of one point is a line to it."""
+        if spec.five_axes or spec.point == "CCP" or spec.tangential is not None or self._own_length:
+            text = "a profile of one point: there is nothing to smooth"
+            raise CncError(900003, text, Place(str(self.source), int(point.line[0]), 1))
+        return _nothing(len(self._names(spec))), point, True
 
     def _straight(self, ends: Points, spec: ProfileSpec) -> tuple[Fit, Points, bool]:
         """A G00 line: of the machine's axes if those are programmed, else a polynomial at the axes' speed."""
@@ -427,7 +439,9 @@ class Optimizer:
                 end = None
                 factor = self._factors(spec, len(self._axes_out(spec)))
                 target = points.values[0][self._axes_out(spec)] / factor
-                out.append("G0 " + " ".join(f"{n}{v:.9g}" for n, v in zip(names, target, strict=False)))
+                words = " ".join(f"{n}{v:.9g}" for n, v in zip(names, target, strict=False))
+                feed = 60.0 * float(points.feed[0]) / (unit if unit == 25.4 else 1.0)
+                out.append(f"G0 {words}" if points.rapid[0] else f"G1 {words} F{feed:.9g}")
                 continue
             coef = fit.coef / self._factors(spec, fit.coef.shape[1])[None, :, None]
             for i in range(len(fit.span)):

@@ -345,3 +345,9 @@ def test_edges_of_directions_have_their_own_code(bench):
     assert result.edges == 1
     text = (bench.folder / "out.osai").read_text().splitlines()
     assert sum(line.startswith("<*") and line.endswith(",2") for line in text) == 1
+
+
+def test_a_single_point_is_not_lost(bench):
+    """A profile of one point is a line to it."""
+    bench.run("X5Y6Z7F600")
+    assert (bench.folder / "out.osai").read_text().splitlines()[1] == "G1 X5 Y6 Z7 F600"
