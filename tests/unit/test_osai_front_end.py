@@ -527,3 +527,22 @@ def test_one_mistake_in_a_polynomial_or_spline(shop):
     program = shop.program(f"(HSM,CONFIG1)\nG61 P3\n{body}\nG60\n", setup, collect=True)
     rows_of(program)
     assert [e.code for e in program.errors] == [909242]
+
+
+ROTARY = parse_config("[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.C]\nkind = 'rotary'\n")
+
+
+@pytest.mark.parametrize(("pitch", "ends"), [("360", [0, 350, 370, 390]), ("", [0, 350, 10, 30])])
+def test_rollover(shop, pitch, ends):
+    """AXP Pitch: a programmed position is the equivalent nearest to the one before; without it the position itself."""
+    setup = SETUP_3 + f"(AXI,C,4,OTH,OTH)\n(AXP,C,0,{pitch},,)\n"
+    setup = changed(setup, CRV=None, EDG=None)
+    body = "X0Y0Z0C0F1000\nX5C170\nX10C350\nX15C10\nX20C30"
+    rows = rows_of(shop.profile(body, setup, cell=ROTARY))
+    found = rows["end"][rows["type"] == 3][:, 3]
+    assert found == pytest.approx([170, *ends[1:]])
+
+
+def test_pitch_of_the_chain(shop):
+    """A rotary axis of the chain comes round every 360 degrees."""
+    assert refusal(shop.profile(CUBE, changed(SETUP_5, AXP_A="(AXP,A,0,100,,)"), cell=CELL_5))[0] == 909205

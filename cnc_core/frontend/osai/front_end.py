@@ -377,7 +377,8 @@ class OsaiFrontEnd(BlockReader):
         feed = profile.context.feed
         modal.restore(self._saved)
         modal.feed, modal.n = feed, profile.context.number
-        if spec.point != "AXI" or spec.tangential is not None:  # only the machine knows where its axes stand
+        rolling = any(axis.pitch for axis in spec.axes)
+        if spec.point != "AXI" or spec.tangential is not None or rolling:  # only the machine knows where its axes stand
             self._queue.append(Wait.DRAINED)
             self._awaited = True
 
