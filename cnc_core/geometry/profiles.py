@@ -194,10 +194,9 @@ class Profiles:
             open_.first = open_.approach = chunk
         if spec.kind == POINTS:
             intervals = self._points(open_, Points.of(chunk), chunk.last)
-        elif spec.kind == CONTROL_POINTS:
-            intervals = _of_bspline(chunk)
         else:
-            intervals = _of_polynomials(chunk)
+            given = _of_bspline(chunk) if spec.kind == CONTROL_POINTS else _of_polynomials(chunk)
+            intervals = self._blended(open_, given, chunk.last)
         rows = self._finished(open_, intervals, chunk.last)
         if chunk.last and open_.approach is not None:  # a single point
             return joined([self._approach(open_, open_.approach), rows])
@@ -206,11 +205,16 @@ class Profiles:
     def _points(self, open_: _Open, points: Points, final: bool) -> Intervals:
         curves, report = open_.curves, self.report
         assert curves is not None
-        dropped, marked, blended = curves.filter.dropped, curves.marked, open_.blends.count
-        out = open_.blends.push(curves.push(points, final), final)
+        dropped, marked = curves.filter.dropped, curves.marked
+        out = self._blended(open_, curves.push(points, final), final)
         report.dropped += curves.filter.dropped - dropped
         report.marked += curves.marked - marked
-        report.blends += open_.blends.count - blended
+        return out
+
+    def _blended(self, open_: _Open, intervals: Intervals, final: bool) -> Intervals:
+        before = open_.blends.count
+        out = open_.blends.push(intervals, final)
+        self.report.blends += open_.blends.count - before
         return out
 
     def _edge_speed(self, spec: ProfileSpec, a: FloatArray, b: FloatArray) -> float:
@@ -273,8 +277,8 @@ class Profiles:
         if not open_.carry.exact:
             return np.full(len(made.span), 5, np.int64)
         degree = np.full(len(made.span), spec.degree, np.int64)
-        if spec.kind == POINTS:
-            degree[np.abs(intervals.coef[:, :, 4:]).max(axis=(1, 2)) > 0.0] = 5
+        if spec.degree < 5:  # joining pieces, and lines in cubic curves
+            degree[np.abs(intervals.coef[:, :, spec.degree + 1 :]).max(axis=(1, 2)) > 0.0] = 5
         return degree
 
     def _set_feed(self, open_: _Open, intervals: Intervals, made: Carried, rows: npt.NDArray[Any]) -> None:
@@ -421,9 +425,14 @@ def _reach(coef: FloatArray, span: float) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
+def _padded(coef: FloatArray) -> FloatArray:
+    """A copy of the order that joining pieces have."""
+    return np.concatenate([coef, np.zeros((*coef.shape[:2], 6 - coef.shape[2]))], axis=2)
+
+
 def _of_polynomials(chunk: ProfileChunk) -> Intervals:
     rapid = np.zeros(len(chunk), np.bool_)
-    return Intervals(chunk.coef, chunk.span, chunk.feed, chunk.after.copy(), rapid, chunk.line, chunk.number)
+    return Intervals(_padded(chunk.coef), chunk.span, chunk.feed, chunk.after.copy(), rapid, chunk.line, chunk.number)
 
 
 def _of_bspline(chunk: ProfileChunk) -> Intervals:
@@ -434,4 +443,4 @@ def _of_bspline(chunk: ProfileChunk) -> Intervals:
     after = np.zeros(len(length), np.int64)
     after[-1] = chunk.after[-1]
     rapid = np.zeros(len(length), np.bool_)
-    return Intervals(coef, length, chunk.feed[at], after, rapid, chunk.line[at], chunk.number[at])
+    return Intervals(_padded(coef), length, chunk.feed[at], after, rapid, chunk.line[at], chunk.number[at])

@@ -177,3 +177,40 @@ def test_the_approach_is_a_line_of_the_axes(shop):
     assert q[: first + 1] == pytest.approx(share[:, None] * q[first], abs=1e-6)
     d = np.array([0.3, 0.4, 0.5]) / np.sqrt(0.5)
     assert q[-1, :3] == pytest.approx(np.array([50, 20, 30]) + 346.5 * d, abs=1e-6)
+
+
+def corner_polynomials(code, span):
+    k = 10.0 / span
+    first = f"<*,{span},1,{1000 / k},{code}\n<X,0,{k},0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0\n"
+    return first + f"<*,{span},2,{1000 / k},0\n<X,10,0,0,0,0,0\n<Y,0,{k},0,0,0,0\n<Z,0,0,0,0,0,0"
+
+
+CORNER_SPLINES = "X0Y0Z0K0F1000 X3K0 X7K0 X10K0 K10 K10 K10 K10 {} X10Y0K0 Y3K0 Y7K0 Y10K0 K10 K10 K10 K10".replace(" ", "\n")
+
+
+@pytest.mark.parametrize("form", ["POL", "POL, long", "BSP"])
+def test_polynomials_stop_at_g66_and_pass_g67(shop, form):
+    """Transition 2 and G67: the edge is left by Tol at most and passed at the edge speed; 1 and G66: standstill."""
+    setup = changed(SETUP_3, PNT=f"(PNT,AXI,AXI,QUI,{form[:3]})", JRK="(JRK,ENA)")
+    for code in (1, 2):
+        span = 1000.0 if "long" in form else 10.0
+        body = corner_polynomials(code, span) if form != "BSP" else CORNER_SPLINES.format(f"G6{5 + code}")
+        result = planned(shop, body, setup, head="G61" if form != "BSP" else "G61 P3")
+        off = np.linalg.norm(result.samples["pos"][:, :2] - [10.0, 0.0], axis=1)
+        slowest = result.samples["v"][100:-100].min()
+        assert slowest < 0.1 if code == 1 else slowest > 0.5
+        assert off.min() == pytest.approx(0.0 if code == 1 else 0.01, abs=5e-3 if code == 2 else 1e-4)
+        assert off.min() <= 0.0102
+        assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+
+
+@pytest.mark.parametrize("rows", [1, 2, 4096])
+def test_the_last_polynomial_ends_the_profile(shop, rows):
+    """However the polynomials are read, G60 ends them: the next motion begins where the last one ends."""
+    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
+    text = f"(HSM,CONFIG1)\nG61\n{corner_polynomials(0, 10.0)}\nG60\nG91 G1 X1 F100\n"
+    program, ends = shop.program(text, setup), []
+    while (batch := program.read(rows)) is not None:
+        if hasattr(batch, "rows"):
+            ends += batch.rows["end"][batch.rows["type"] <= 3][:, :2].tolist()
+    assert ends == [[10, 0], [10, 10], [11, 10]]

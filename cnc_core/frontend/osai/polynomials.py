@@ -154,10 +154,12 @@ class PolynomialProfile(Profile):
 
     @property
     def waiting(self) -> int:
-        return len(self._done)
+        """The last one waits, because it may turn out to be the profile's last."""
+        return len(self._done) if self.ended else max(0, len(self._done) - 1)
 
     def chunk(self) -> ProfileChunk | None:
-        done, self._done = self._done, []
+        keep = self.waiting
+        done, self._done = self._done[:keep], self._done[keep:]
         if not done:
             return None
         groups = [group for group, _ in done]
