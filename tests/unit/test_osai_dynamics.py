@@ -185,7 +185,8 @@ def corner_polynomials(code, span):
     return first + f"<*,{span},2,{1000 / k},0\n<X,10,0,0,0,0,0\n<Y,0,{k},0,0,0,0\n<Z,0,0,0,0,0,0"
 
 
-CORNER_SPLINES = "X0Y0Z0K0F1000 X3K0 X7K0 X10K0 K10 K10 K10 K10 {} X10Y0K0 Y3K0 Y7K0 Y10K0 K10 K10 K10 K10".replace(" ", "\n")
+SPLINES = "X0Y0Z0K0F1000 X3K0 X7K0 X10K0 K10 K10 K10 K10 {} X10Y0K0 Y3K0 Y7K0 Y10K0 K10 K10 K10 K10"
+CORNER_SPLINES = SPLINES.replace(" ", "\n")
 
 
 @pytest.mark.parametrize("form", ["POL", "POL, long", "BSP"])
