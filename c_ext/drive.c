@@ -212,6 +212,7 @@ static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, 
 static bool sharp(const engine *e, const piece *p) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
         double j = e->cfg.j_max[a] > 0 ? e->cfg.j_max[a] : e->cfg.a_max[a] / e->cfg.cycle_s;
+        j *= fmax(1.0, (double)p->limits.jerk[a]);
         double room = fmin(CORNER_SHARE * j * e->cfg.cycle_s, CORNER_ACC_SHARE * e->cfg.a_max[a]) * e->cfg.cycle_s;
         if (p->jump[a] * STAND_SPEED > room) return true;
     }
@@ -256,8 +257,8 @@ static bool push_interval(engine *e) {
         if (taken < 0) ATOMIC_SET(e->fault, ENGINE_BAD_PATH); /* it stands ahead of it */
         if (taken != 1) return false;
         d->last = d->next;
-        d->has_last = d->open = true;
-        whole = q.blocks;
+        d->has_last = true;
+        d->open = whole = q.blocks; /* inside a piece there is nothing to stand for */
         d->at += q.length;
     }
     if (whole) {
