@@ -86,6 +86,7 @@ static node between(const nc_smooth *s, const node *a, const node *b, double r, 
     n.turn = 0.0;
     n.size = size;
     n.mark = false;
+    n.end_speed = 0.0f;
     for (int i = 0; i < s->cfg.axes; i++) n.q[i] = a->q[i] + r * (b->q[i] - a->q[i]);
     return n;
 }
@@ -283,12 +284,21 @@ static void stop_here(nc_smooth *s) {
         }
 }
 
+/* The node here, or the last one if this is next to it, is passed no faster. */
+static void slow_point(nc_smooth *s, float speed) {
+    node *n = last_node(s);
+    if (s->n_nodes < 2) return;
+    n->mark = true;
+    n->end_speed = n->end_speed > 0.0f ? fminf(n->end_speed, speed) : speed;
+}
+
 static void line_point(nc_smooth *s, const nc_block *row) {
     for (int a = 0; a < s->cfg.axes; a++) s->last[a] = row->end[a] * s->scale[a];
     s->d += row->length;
     double length = distance(s, last_node(s)->q, s->last);
     if (length < LEAVE_OUT * s->tol && !last_node(s)->mark) s->skipped = fmax(s->skipped, length);
     else if (length > ZERO) add_point(s, row, 0.0);
+    if (row->end_speed > 0.0f) slow_point(s, row->end_speed);
 }
 
 static void arc_points(nc_smooth *s, const nc_block *row) {
@@ -308,6 +318,7 @@ static void arc_points(nc_smooth *s, const nc_block *row) {
         s->d = d0 + r * row->length;
         if (distance(s, last_node(s)->q, s->last) > ZERO) add_point(s, row, sagitta);
     }
+    if (row->end_speed > 0.0f) slow_point(s, row->end_speed);
 }
 
 static bool smoothable(const nc_smooth *s, const nc_block *row) {
@@ -352,7 +363,8 @@ static void set_mode(nc_smooth *s, const nc_block *row) {
 
 static bool ends_section(const nc_block *row) {
     if (row->flags & NC_STANDSTILL) return true;
-    return row->type == NC_DWELL || row->type == NC_FLUSH || row->type == NC_DISTANCE_RESET || row->type == NC_EVENT ||
+    if (row->type == NC_EVENT) return row->code != NC_EVENT_COMMAND;
+    return row->type == NC_DWELL || row->type == NC_FLUSH || row->type == NC_DISTANCE_RESET ||
            row->type == NC_RT_LOOP_BEGIN || row->type == NC_RT_LOOP_END || row->type == NC_COMPENSATION;
 }
 

@@ -159,7 +159,7 @@ class Program:
         self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
-        self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
+        self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance, described=programmed)
         self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
         self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
         contour: list[Stage] = [

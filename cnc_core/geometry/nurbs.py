@@ -145,16 +145,16 @@ class SplineFilter(RunFilter):
             points = np.vstack([points, self._points[-1]])
             sources = np.append(sources, len(self._rows) - 1)
         driven = np.vstack([self._last_out, points])
-        out = self._made(points, sources)
+        out = self._made(points, sources, final)
         self._measure(driven, (self._span, until), degree, final)
         self._out_span = int(at[-1]) if len(at) else self._out_span
         self._span = until
         return out
 
-    def _made(self, points: FloatArray, sources: Any) -> Rows:
-        """Rows to the points; ``sources``: whose feed and place in the text they have."""
+    def _made(self, points: FloatArray, sources: Any, final: bool) -> Rows:
+        """Rows to the points; ``sources``: their feed and place.  Only a run's end may be a stop."""
         rows = self._rows[sources].copy()
-        rows["flags"][:-1] &= ~np.uint16(EXACT_STOP)
+        rows["flags"][: -1 if final else None] &= ~np.uint16(EXACT_STOP)
         rows["end"][:, : self.count] = points
         before, self._last_out = self._last_out, points[-1].copy() if len(points) else self._last_out
         return self.with_lengths(rows, before)

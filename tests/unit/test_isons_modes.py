@@ -28,7 +28,7 @@ def filtered(folder, head, points=N):
     """Vertices behind the rapid, and the program's reports."""
     path_text = path(points, head)
     file = folder / "program.isons"
-    out = run(folder, path_text)
+    out = run(folder, path_text, programmed=True)
     assert file.is_file()
     return out.xy
 
