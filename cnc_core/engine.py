@@ -212,6 +212,11 @@ class Engine:
         if lib.engine_write_external(self._handle, area, offset, data, len(data)) != 1:
             raise CncError(904005)
 
+    def show_commands(self, offset: int, slots: int) -> None:
+        """Commands on the path appear in the global external variables from byte ``offset`` on: count, ``slots`` numbers."""
+        if lib.engine_show_commands(self._handle, offset, slots):
+            raise ValueError("no such place for commands")
+
     def set_program_name(self, name: str) -> None:
         """``prog_name_r``, from the next cycle on."""
         lib.engine_set_program_name(self._handle, name.encode("latin-1", "replace")[:259])

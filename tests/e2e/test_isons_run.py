@@ -164,3 +164,20 @@ def test_pause_modes(cli: Cli, program: Write, mode: int, parked: bool, states: 
     assert result["states"][: len(states)] == states
     assert result["errors"] == ([270061] if mode == 4 else [])
     assert (np.load(recorded)["pos"][:, 2].max() > 0) == parked
+
+
+def test_t27_events_reach_the_plc_where_the_path_passes_them(cli: Cli, program: Write) -> None:
+    """T-27: number 1 at (130, 110), 0 at (210, 180), in the order of the path, without a stop."""
+    text = (
+        "G60 G63 F3\nG1X100Y100\nX120Y110\nX130\nG100X1\nX200Y160\nX210Y180\nG100X0\nX300Y200\nG62\n"
+        'ADD_VAR $_K0\nADD_VAR $_K1\nADD_VAR $_K2\nADD_VAR $_K3\nSAVE_VAR "seen.txt"\n'
+    )
+    part = program(text, "part.isons")
+    plc = Path(__file__).with_name("plc_isons_event.py")
+    run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
+    assert run["end"] == "completed", run["errors"]
+    seen = [float(line) for line in (part.parent / "out" / "seen.txt").read_text().split()]
+    first = 100 * 2**0.5 + np.hypot(20, 10) + 10
+    second = first + np.hypot(70, 50) + np.hypot(10, 20)
+    assert seen[::2] == [1.0, 0.0]
+    assert seen[1::2] == pytest.approx([1000 * first, 1000 * second], abs=200.0)
