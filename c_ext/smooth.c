@@ -184,7 +184,7 @@ static bool merge(nc_smooth *s, const node *n) {
     node *at = last_node(s);
     double allowed = fmin(MERGE * s->tol, MERGE_MAX);
     if (s->n_nodes < 2 || at->mark || at->kind != NODE_VERTEX || at->slack > allowed || n->slack > allowed || s->merged_n >= 32) return false;
-    if (at[-1].kind == NODE_TAIL || at->feed != n->feed || at->t <= s->out_t) return false;
+    if (at[-1].kind == NODE_TAIL || at->feed != n->feed || at->flags != n->flags || at->t <= s->out_t) return false;
     if (s->keep.valid && at[-1].t < s->keep.tau[s->keep.spans + 5]) return false;
     const node *from = at - 1;
     double length = distance(s, from->q, n->q), u[NC_AXES], d_at = 0.0;
@@ -217,6 +217,7 @@ static void add_point(nc_smooth *s, const nc_block *row, double slack) {
     node n = {.t = at->t + length, .d = s->d, .kind = NODE_VERTEX, .slack = fmax(slack, s->skipped), .len = length, .size = 1e9};
     memcpy(n.q, s->last, sizeof n.q);
     n.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
+    n.flags = row->flags & NC_NO_OVERRIDE;
     n.n = row->n;
     n.line = row->line;
     n.count = row->count;
@@ -336,7 +337,8 @@ static void take_motion(nc_smooth *s, const nc_block *row, const double *pool) {
         exact_motion(s, row, pool);
         return;
     }
-    if (last_node(s)->feed >= 0.0 && last_node(s)->feed != row->feed) node_here(s)->mark = true;
+    bool same = last_node(s)->feed == row->feed && last_node(s)->flags == (row->flags & NC_NO_OVERRIDE);
+    if (last_node(s)->feed >= 0.0 && !same) node_here(s)->mark = true;
     if (row->type == NC_CIRCULAR) node_here(s);
     bool function = s->has_function && row->count == s->function_count;
     emit_hold(s, row, last_node(s)->t, true);

@@ -62,7 +62,7 @@ static void place(nc_block *row, const node *at) {
     row->count = at->count;
     row->file = at->file;
     row->feed = at->feed;
-    row->flags = NC_PIECE | (at->feed > 0 ? 0 : NC_RAPID);
+    row->flags = (uint16_t)(NC_PIECE | at->flags | (at->feed > 0 ? 0 : NC_RAPID));
 }
 
 /* A line that is driven as it was programmed stays one row, element and piece. */

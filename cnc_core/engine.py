@@ -213,7 +213,7 @@ class Engine:
             raise CncError(904005)
 
     def show_commands(self, offset: int, slots: int) -> None:
-        """Commands on the path appear in the global external variables from byte ``offset`` on: count, ``slots`` numbers."""
+        """Commands on the path appear in the global external variables from ``offset`` (bytes) on: count, numbers."""
         if lib.engine_show_commands(self._handle, offset, slots):
             raise ValueError("no such place for commands")
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import BlockBatch, M, S, T
+from cnc_core.blocks import POLYNOMIAL, BlockBatch, M, S, T
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level, Mark
@@ -19,6 +19,7 @@ from cnc_core.frontend.base.lexer import TokenStream, fail
 from cnc_core.frontend.base.reader import WAIT_BLOCKS, BlockReader, Prepared, located
 from cnc_core.frontend.base.scanner import (
     CENTRE_DISTANCE,
+    FEED_POSITIVE,
     KEEP_CENTRE,
     NO_BRACKETS,
     NO_EQUALS,
@@ -35,6 +36,7 @@ from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
 from cnc_core.frontend.isons.direct import way
+from cnc_core.frontend.isons.endless import PASSES_CHECKED, Endless
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
@@ -53,7 +55,9 @@ from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
 RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
+RULE_BITS |= FEED_POSITIVE
 LEVELS_MAX = 101
+IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
 NORMAL, GO_BLOCK = 0, 2  # $_X7
 M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
@@ -116,8 +120,10 @@ class IsonsFrontEnd(BlockReader):
         self._queue.extend(self.executor.mode_rows(0))
         self.control = Control(
             self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
-            self.forms.poll,
+            self._jumped_back,
         )
+        self.idle_blocks_max = IDLE_BLOCKS
+        self._endless = Endless(self)
         self._ticks = 0  # waits so far: time has passed between them
         self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
         self.found = True  # no place is searched for
@@ -140,6 +146,16 @@ class IsonsFrontEnd(BlockReader):
     @property
     def answers(self) -> bool:
         return self._port.answers
+
+    @property
+    def waits_passed(self) -> int:
+        return self._ticks
+
+    @property
+    def asks(self) -> bool:
+        """An operator may change what the program sees."""
+        operator = getattr(self.port, "operator", None)
+        return self.forms.shown or bool(operator and operator.waiting)
 
     @property
     def compensated(self) -> bool:
@@ -194,6 +210,9 @@ class IsonsFrontEnd(BlockReader):
         if "T" in block.values:
             self._tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
         items = self.executor.execute(block)
+        rows = [item for item in items if not isinstance(item, Wait)]
+        self._endless.rows += len(rows)
+        self._endless.motions += sum(int(row["type"][0]) <= POLYNOMIAL for row in rows)
         failure, self.executor.failure = self.executor.failure, None
         if failure is not None:
             self._queue.extend(items)
@@ -273,6 +292,8 @@ class IsonsFrontEnd(BlockReader):
         rows = super()._advance(out)
         if not rows:
             return 0
+        self._endless.rows += rows
+        self._endless.motions += rows
         wrong = bounds.check(out[:rows], output.names, start, output.main)
         if wrong is None:
             return rows
@@ -345,6 +366,31 @@ class IsonsFrontEnd(BlockReader):
         except CncError as error:
             error.place.column = error.place.column or offset
             raise
+
+    def _jumped_back(self, offset: int) -> bool:
+        """The program goes back: False if it does not get anywhere so."""
+        self.forms.poll(offset)
+        endless, checked = self._endless, self._collect
+        again = endless.came_back()
+        if not again and not (checked and endless.passes > PASSES_CHECKED):
+            return True
+        what = "comes back with everything as it was" if again else f"has come back {PASSES_CHECKED} times"
+        if not (checked and endless.moved):
+            raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
+        self.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
+        self._leave_out()
+        return False
+
+    def _does_not_end(self, error: CncError) -> CncError:
+        if self._collect:
+            self._leave_out()
+        return error
+
+    def _leave_out(self) -> None:
+        """The rest of the file is compiled, the program ends."""
+        source = self.flow.file.source
+        self._visit(Mark(source.position, self.modal.line), Mark(self.flow.file.path.stat().st_size, 0))
+        self._finish()
 
     def call_subroutine(self, name: str, offset: int) -> None:
         """GOSUB."""
