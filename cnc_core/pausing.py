@@ -10,14 +10,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from .blocks import CIRCULAR, ELEMENT, EXACT_STOP, LINEAR, NC_BLOCK, PATH_FEED, PIECE, POLYNOMIAL, RAPID, BlockBatch
+from .blocks import CIRCULAR, ELEMENT, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
 from .geometry.polynomial import joined
+from .restart import SAME_MM, way_to
 
 if TYPE_CHECKING:
     from .engine import Engine
     from .program import Program
-
-SAME_MM = 1e-9
 
 
 class PushedRows:
@@ -58,21 +57,6 @@ def _cut(rows: npt.NDArray[Any], driven: float, whole: float) -> None:
     share = max(0.0, 1.0 - driven / whole)
     for name in ("length", "length_min", *(("angle",) if rows["type"][0] == CIRCULAR else ())):
         rows[name][0] *= share
-
-
-def way_to(place: npt.NDArray[np.float64], here: npt.NDArray[np.float64], speed: float, like: Any) -> BlockBatch:
-    """A straight way back at ``speed`` mm/s (0: rapid), told as the row ``like``; empty if the axes stand there."""
-    delta = place - here
-    length = float(np.linalg.norm(delta))
-    if length < SAME_MM:
-        return BlockBatch.empty()
-    row = np.zeros(1, NC_BLOCK)
-    for name in ("n", "line", "count", "file"):
-        row[name] = like[name]
-    row["type"], row["end"][0, : len(place)] = LINEAR, place
-    row["length"] = row["length_min"] = length
-    row["feed"], row["flags"] = speed, EXACT_STOP | PATH_FEED | (0 if speed > 0.0 else RAPID)
-    return BlockBatch(row)
 
 
 class Host(Protocol):

@@ -335,6 +335,26 @@ class IsonsFrontEnd(BlockReader):
             if row["type"] != M or group is not None:
                 self._last[(100 + group) if row["type"] == M and group is not None else int(row["type"])] = row.copy()
 
+    @property
+    def path_reaches_back(self) -> bool:
+        """What is driven next depends on the blocks before: compensation, RTCP, corners, filters."""
+        executor = self.executor
+        if self.compensated or executor.tip.on:
+            return True
+        return not self.has_go_block and (executor.output.corners.active or executor.modes.filtering)
+
+    @property
+    def has_go_block(self) -> bool:
+        """There is a macro M_GOBLOCK."""
+        number = self.macros.event("M_GOBLOCK")
+        return number is not None and self.macros.find("M", number) is not None
+
+    def go_on(self) -> BlockBatch:
+        """The place has been found and the path is not left: functions again."""
+        self.system.run_type, self.store.watched, self._scan = NORMAL, None, True
+        kinds = sorted(self._last, key=lambda k: (k != T, k != S, k))
+        return BlockBatch(np.array([self._last[kind] for kind in kinds])) if kinds else BlockBatch.empty()
+
     def take_up(self, start: npt.NDArray[np.float64]) -> None:
         """The place has been found: functions again, the macro M_GOBLOCK, then the way from ``start`` to it."""
         place = self.modal.position
@@ -417,6 +437,7 @@ class IsonsFrontEnd(BlockReader):
 
     def call_import(self, name: str, offset: int) -> None:
         path = self.macros.imported(name, self.flow.file.path, offset)
+        self.port.message(f"StartImport {name}")
         self._call(IMPORTED, path, START, LevelData(IMPORTED, self.store.scope), offset)
 
     def end_import(self, offset: int) -> None:
