@@ -100,48 +100,29 @@ def way_to(place: npt.NDArray[np.float64], here: npt.NDArray[np.float64], speed:
     return BlockBatch(row)
 
 
-class Passed:
-    """Rows of the stretch that is searched are left out; what begins behind ``count`` goes on from where they end.
+class Uncovered:
+    """Elements that the pieces so far do not cover to their ends, as rows of what is left of them."""
 
-    ``place``: (axes,) end of what has been left out.
-    """
+    def __init__(self) -> None:
+        self._elements: deque[npt.NDArray[Any]] = deque()
 
-    def __init__(self, place: npt.NDArray[np.float64]) -> None:
-        self.place, self.count = place.copy(), -1
-        self._elements: deque[npt.NDArray[Any]] = deque()  # left out, not driven to their ends
-
-    def rest(self, batch: BlockBatch) -> BlockBatch:
-        """What stands behind the place; empty while nothing does."""
-        behind = np.flatnonzero(batch.rows["count"] > self.count) if self.count >= 0 else np.empty(0, np.int64)
-        first = int(behind[0]) if len(behind) else len(batch)
-        self._leave_out(batch.rows[:first])
-        if not len(behind):
-            return BlockBatch.empty()
-        rows = np.concatenate([*self._elements, batch.rows[first:]])
-        self._elements.clear()
-        return BlockBatch(rows, batch.pool)
-
-    def _leave_out(self, rows: npt.NDArray[Any]) -> None:
-        moving = rows[rows["type"] <= POLYNOMIAL]
-        if not len(moving):
-            return
-        driven = moving[(moving["flags"] & ELEMENT) == 0]
-        if len(driven):
-            self.place = driven["end"][-1, : len(self.place)].copy()
+    def take(self, moving: npt.NDArray[Any]) -> None:
+        """Motions in order."""
         if not (moving["flags"] & (ELEMENT | PIECE)).any():
-            self._elements.clear()
+            if len(moving):
+                self._elements.clear()
             return
         for i in range(len(moving)):
             row = moving[i : i + 1]
             if row["flags"][0] & ELEMENT:
                 self._elements.append(row.copy())
             elif row["flags"][0] & PIECE:
-                self._drive(float(row["value"][0]))
+                self.drive(float(row["value"][0]))
             else:
                 self._elements.clear()
 
-    def _drive(self, way: float) -> None:
-        """A piece covers so much of the elements."""
+    def drive(self, way: float) -> None:
+        """A piece covers so much of the elements, mm."""
         while self._elements:
             row = self._elements[0]
             rest = float(row["length"][0]) - way
@@ -154,3 +135,38 @@ class Passed:
             way = -rest
             if way <= SAME_MM:
                 return
+
+    def rows(self) -> npt.NDArray[Any]:
+        """All of them; forgotten then."""
+        found = np.concatenate([*self._elements, np.empty(0, NC_BLOCK)])
+        self._elements.clear()
+        return found
+
+
+class Passed:
+    """Rows of the stretch that is searched are left out; what begins behind ``count`` goes on from where they end.
+
+    ``place``: (axes,) end of what has been left out.
+    """
+
+    def __init__(self, place: npt.NDArray[np.float64]) -> None:
+        self.place, self.count = place.copy(), -1
+        self._uncovered = Uncovered()
+
+    def rest(self, batch: BlockBatch) -> BlockBatch:
+        """What stands behind the place; empty while nothing does."""
+        behind = np.flatnonzero(batch.rows["count"] > self.count) if self.count >= 0 else np.empty(0, np.int64)
+        first = int(behind[0]) if len(behind) else len(batch)
+        self._leave_out(batch.rows[:first])
+        if not len(behind):
+            return BlockBatch.empty()
+        return BlockBatch(np.concatenate([self._uncovered.rows(), batch.rows[first:]]), batch.pool)
+
+    def _leave_out(self, rows: npt.NDArray[Any]) -> None:
+        moving = rows[rows["type"] <= POLYNOMIAL]
+        if not len(moving):
+            return
+        driven = moving[(moving["flags"] & ELEMENT) == 0]
+        if len(driven):
+            self.place = driven["end"][-1, : len(self.place)].copy()
+        self._uncovered.take(moving)

@@ -129,7 +129,12 @@ MACROS = {
 }
 
 
-@pytest.mark.parametrize("path", ["G1X40\nG2X60Y20R20\nG1Y50\n", "G2X40Y0R20\nG1Y9\n", "G61\nG1X30\nG62\nG1Y20\n"])
+WAVE = "G1\n" + "".join(f"X{x:.2f}Y{3 - 3 * np.cos(x / 4):.3f}\n" for x in np.arange(0.4, 40, 0.4))
+PATHS = ["G1X40\nG2X60Y20R20\nG1Y50\n", "G2X40Y0R20\nG1Y9\n", "G61\nG1X30\nG62\nG1Y20\n"]
+PATHS += ["G69X200\nG72X1Y1Z4A0.3\n" + WAVE, '$M=300\nWRITE_PARMAC "MILD_X" $M\nG63\nG49X\n' + WAVE]
+
+
+@pytest.mark.parametrize("path", PATHS)
 def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
     """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of the path, cut where it was left."""
     part = program("OPT M_PAUSE 30\nOPT M_GOPAUSE 31\nG60 F6\n" + path, "part.isons")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from isons_programs import CELL
 
-from cnc_core.blocks import ELEMENT, LINEAR, PIECE, POLYNOMIAL, M, S, T
+from cnc_core.blocks import ELEMENT, EVENT, EVENT_OVERRIDE, LINEAR, PIECE, POLYNOMIAL, M, S, T
 from cnc_core.config import load_config, parse_config
 from cnc_core.errors import CncError
 from cnc_core.port import OfflinePort
@@ -228,3 +228,19 @@ def test_restart_under_rtcp(tmp_path):
         behind = next(i for i, row in enumerate(whole) if row["count"] >= line)
         assert again[0]["end"][:5] == pytest.approx(whole[behind - 1]["end"][:5], abs=1e-6)
         assert [told(row) for row in again[1:]] == [told(row) for row in whole[behind:]]
+
+
+def test_functions_of_the_stretch_before(tmp_path):
+    """The last T, S, spindle and coolant function, and G11, are put out again; events on the path are not."""
+    path = tmp_path / "part.isons"
+    for text in ("", "G41\n"):
+        path.write_text(f"T1 S100\nM3\nG1X1\nG11\nM8\nG100X5\n{text}X20\nS200\nX30\n")
+        line = len(path.read_text().splitlines())
+        rows = rows_of(path, Restart(line))[0]
+        told_again = [
+            (int(row["type"]), int(row["code"]), float(row["value"])) for row in rows if row["type"] > POLYNOMIAL
+        ]
+        assert (T, 1, 0.0) in told_again
+        assert (S, 0, 200.0) in told_again
+        assert {(M, 3, 0.0), (M, 8, 0.0)} <= set(told_again)
+        assert [code for kind, code, _ in told_again if kind == EVENT] == [EVENT_OVERRIDE]

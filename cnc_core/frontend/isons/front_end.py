@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import POLYNOMIAL, BlockBatch, M, S, T
+from cnc_core.blocks import EVENT, EVENT_OVERRIDE, POLYNOMIAL, BlockBatch, M, S, T
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level, Mark
@@ -330,7 +330,8 @@ class IsonsFrontEnd(BlockReader):
 
     def note(self, rows: BlockBatch) -> None:
         """Functions that the search has passed: the last ones of each kind are put out again."""
-        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T))]:
+        override = (rows.rows["type"] == EVENT) & (rows.rows["code"] == EVENT_OVERRIDE)
+        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T)) | override]:
             group = next((i for i, codes in enumerate(M_GROUPS) if int(row["code"]) in codes), None)
             if row["type"] != M or group is not None:
                 self._last[(100 + group) if row["type"] == M and group is not None else int(row["type"])] = row.copy()
