@@ -57,6 +57,7 @@ typedef struct engine_config {
     uint32_t service;              /* HLI_SERVICE_... */
     uint32_t clock;                /* HLI_CLOCK_... */
     uint32_t rapid_override_mode;  /* P-CHAN-00181 */
+    double retrace_feed;           /* of backward motion, mm/s; 0: as programmed */
     uint32_t axis_id[NC_AXES];     /* logical axis numbers */
     uint32_t spindle_count;        /* their axis areas follow those of the channel's axes */
     uint32_t spindle_id[ENGINE_SPINDLES];
