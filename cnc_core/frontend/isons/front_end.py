@@ -32,6 +32,7 @@ from cnc_core.frontend.base.scanner import (
     Row,
     Rules,
 )
+from cnc_core.frontend.isons import codes
 from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
@@ -48,7 +49,7 @@ from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.retained import take_over
 from cnc_core.frontend.isons.store import Store, UserScope
 from cnc_core.frontend.isons.system import System
-from cnc_core.frontend.isons.text import PATTERN, label_of, strip_remark
+from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
 from cnc_core.frontend.isons.words import WordBlock, WordParser
 from cnc_core.frontend.isons_cell import IsonsCell
 from cnc_core.frontend.machine import ProgramMachine
@@ -58,6 +59,7 @@ RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CE
 RULE_BITS |= FEED_POSITIVE
 LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
+SHARED_WORDS = (900005, 900011, 908005)  # words of several functions in one block
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
 NORMAL, GO_BLOCK = 0, 2  # $_X7
 M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
@@ -199,8 +201,25 @@ class IsonsFrontEnd(BlockReader):
         run = instructions.parse()
         if run is not None:
             return run, formulas.drain or instructions.drain, formulas.live | instructions.live
-        block = parser.parse()
+        try:
+            block = parser.parse()
+        except CncError as error:
+            parts = parts_of(text, codes.TAKERS, codes.MOTIONS) if error.code in SHARED_WORDS else [text]
+            if len(parts) < 2:
+                raise
+            return self._parts([self._compile(part) for part in parts])
         return (lambda: self._words(block)), formulas.drain, formulas.live
+
+    def _parts(self, parts: list[tuple[Run, bool, int]]) -> tuple[Run, bool, int]:
+        """Functions one behind the other in a block, each with its own words."""
+
+        def run() -> Items:
+            return [item for part, _, _ in parts for item in part()]
+
+        live = 0
+        for _, _, reads in parts:
+            live |= reads
+        return run, any(drain for _, drain, _ in parts), live
 
     def _words(self, block: WordBlock) -> Items:
         for target, value in block.assignments:
