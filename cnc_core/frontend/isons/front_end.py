@@ -42,6 +42,7 @@ from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
 from cnc_core.frontend.isons.instructions import Instructions
+from cnc_core.frontend.isons.lookahead import look_ahead_command
 from cnc_core.frontend.isons.macros import Macros
 from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.parameters import Parameters
@@ -197,6 +198,9 @@ class IsonsFrontEnd(BlockReader):
         formulas = Formulas(stream, self.store, self.system)
         parser = WordParser(stream, formulas, self.executor.axes)
         parser.n_number()
+        command = look_ahead_command(stream, formulas, self.executor, parser.block.n)
+        if command is not None:
+            return command, formulas.drain, formulas.live
         instructions = Instructions(self, stream, formulas)
         run = instructions.parse()
         if run is not None:
