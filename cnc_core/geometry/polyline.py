@@ -1,9 +1,10 @@
 """Filters of runs of straight feed motions: what they have in common.
 
 A ``FILTER`` row (``code``: which filter) switches and sets one from there on: ``flags`` ``HAS_VALUE`` on; ``degree``,
-``fill_1``, ``plane``: channel indices of the plane's two axes and of the depth axis (255: none); the meaning of
-``value``, ``length``, ``radius``, ``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with
-anything but a straight feed motion of these axes.  FILTER rows pass on to ``PathMode``, which takes them out.
+``fill_1``, ``plane``: channel indices of the plane's two axes and of the depth axis (255: none); ``center``: first
+number 1 + the index of a tangential axis, which follows (0: none); the meaning of ``value``, ``length``, ``radius``,
+``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with anything but a straight feed motion
+of these axes.  FILTER rows pass on to ``PathMode``, which takes them out.
 
 Memory is bounded by a filter's reach, whatever the length of the run.
 """
@@ -111,7 +112,7 @@ class RunFilter(ABC):
     def __init__(self, start: FloatArray, main: tuple[int, int, int]) -> None:
         self.main, self.count = main, len(start)
         self.on = False
-        self.axes, self.depth = (0, 1), NO_AXIS
+        self.axes, self.depth, self.tangential = (0, 1), NO_AXIS, NO_AXIS
         self.report = FilterReport(self.name)
         self._last = start.copy()
 
@@ -165,6 +166,7 @@ class RunFilter(ABC):
     def _set(self, row: Any) -> None:
         self.on = bool(row["flags"] & HAS_VALUE)
         self.axes, self.depth = (int(row["degree"]), int(row["fill_1"])), int(row["plane"])
+        self.tangential = int(row["center"][0]) - 1 if row["center"][0] > 0 else NO_AXIS
         self.settings(row)
 
     def _follow(self, rows: Rows) -> None:
@@ -198,7 +200,8 @@ class RunFilter(ABC):
         before = np.concatenate([[-1], np.maximum.accumulate(places)[:-1]])
         ends = rows["end"][:, : self.count]
         start = np.where((before >= 0)[:, None], ends[np.maximum(before, 0)], self._last)
-        others = [i for i in range(self.count) if i not in (*self.axes, self.depth)]
+        mine = (*self.axes, self.depth, self.tangential)
+        others = [i for i in range(self.count) if i not in mine]
         rests = (np.abs(ends - start)[:, others] < SAME_MM).all(axis=1)
         plain = (rows["type"] == LINEAR) & ((rows["flags"] & (RAPID | ELEMENT | PIECE)) == 0)
         return plain & rests, start

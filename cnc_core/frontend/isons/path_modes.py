@@ -137,6 +137,8 @@ class PathModes:
             row = self._modal.row(FILTER, n, code=code, flags=HAS_VALUE if on and wanted else 0)
             if on and wanted:
                 row["degree"], row["fill_1"], row["plane"] = *plane, depth
+                if self.tangential is not None and self.tangential not in (*plane, depth):
+                    row["center"][0, 0] = self.tangential + 1
                 for name, value in values.items():
                     row[name] = value
             rows.append(row)
