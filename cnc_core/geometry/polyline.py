@@ -3,8 +3,8 @@
 A ``FILTER`` row (``code``: which filter) switches and sets one from there on: ``flags`` ``HAS_VALUE`` on; ``degree``,
 ``fill_1``, ``plane``: channel indices of the plane's two axes and of the depth axis (255: none); ``center``: first
 number 1 + the index of a tangential axis, which follows (0: none); the meaning of ``value``, ``length``, ``radius``,
-``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with anything but a straight feed motion
-of these axes.  FILTER rows pass on to ``PathMode``, which takes them out.
+``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with anything but a straight feed
+motion of these axes.  FILTER rows pass on to ``PathMode``, which takes them out.
 
 Memory is bounded by a filter's reach, whatever the length of the run.
 """
