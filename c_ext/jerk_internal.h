@@ -95,6 +95,9 @@ typedef struct problem {
     double x0, u0;
     double terminal;                      /* 1.5 h of the last interval */
     int iterations;
+    double pause;                         /* the solver stops once at this gap; 0: it does not */
+    bool paused;                          /* it has, and goes on from there */
+    double missed, dual;                  /* shares of the first residuals that are left */
     bool solved;
     double gap;
 } problem;
@@ -167,6 +170,7 @@ void knot_caps(const jerk_planner *p, grid *g);
 /* jerk_rows.c */
 void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0);
 void bound_rows(jerk_planner *p, const grid *g);
+void tighten_rows(problem *b, int k, double by);
 
 /* jerk_guess.c */
 bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink);
@@ -188,6 +192,7 @@ bool ipm_solve(problem *b, int max_iterations);
 
 /* jerk_check.c */
 double plan_check(const jerk_planner *p, grid *g, problem *b);
+double bend_inside(const jerk_planner *p, const segment *s, double x, double u, double c, double *ends);
 
 /* jerk_plan.c */
 void plan_accept(jerk_planner *p, const grid *g, bool final);
