@@ -106,3 +106,23 @@ def test_only_the_end_of_a_filtered_run_is_an_exact_stop(tmp_path, batch):
         rows += [row for row in getattr(item, "rows", ()) if row["type"] <= POLYNOMIAL]
     stops = [i for i, row in enumerate(rows) if row["flags"] & 2]
     assert stops == [0, len(rows) - 1]
+
+
+@pytest.mark.parametrize(("length", "step", "order"), [(30.0, 0.02, 4), (0.1, 0.25, 5), (5.0, 0.5, 3), (3.0, 9.0, 2)])
+def test_reported_deviations_are_those_of_the_rows(tmp_path, length, step, order):
+    """Segments much shorter and much longer than the program's: both distances as recomputed from the rows."""
+    rng = np.random.default_rng(5)
+    points = np.column_stack([np.arange(25) * length, rng.uniform(-length, length, 25)]).round(4)
+    points[0] = 0.0
+    path = tmp_path / "part.isons"
+    body = "".join(f"X{x}Y{y}\n" for x, y in points[1:])
+    path.write_text(f"G60G63F3\nG69X200\nG72X1Y{5 * length}A{step}Z{order}\nG1\n{body}")
+    program = Program(path, parse_config(CELL), "isons", programmed=True)
+    rows = np.concatenate([batch.rows for batch in program.batches()])
+    out = np.vstack([points[:1], rows[rows["type"] <= POLYNOMIAL]["end"][:, :2]])
+    report = program.filter_reports[0]
+    assert report.cut_mm == pytest.approx(float(distances(points, out).max()), abs=1e-9)
+    share = np.linspace(0.0, 1.0, 41)[:, None]
+    dense = np.vstack([a + share * (b - a) for a, b in zip(out, out[1:], strict=False)])
+    largest = float(distances(dense[:: max(1, len(dense) // 20000)], points).max())
+    assert largest - 1e-9 <= report.deviation_mm <= largest + 0.05 * length
