@@ -1,5 +1,7 @@
 """Filters make micro-segment programs faster on a jerk-limited machine; what is driven stays where they say."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -123,6 +125,6 @@ def test_reported_deviations_are_those_of_the_rows(tmp_path, length, step, order
     report = program.filter_reports[0]
     assert report.cut_mm == pytest.approx(float(distances(points, out).max()), abs=1e-9)
     share = np.linspace(0.0, 1.0, 41)[:, None]
-    dense = np.vstack([a + share * (b - a) for a, b in zip(out, out[1:], strict=False)])
+    dense = np.vstack([a + share * (b - a) for a, b in itertools.pairwise(out)])
     largest = float(distances(dense[:: max(1, len(dense) // 20000)], points).max())
     assert largest - 1e-9 <= report.deviation_mm <= largest + 0.05 * length
