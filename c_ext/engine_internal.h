@@ -465,6 +465,7 @@ void feed_begin_program(engine *e);
 
 /* external.c */
 void external_cycle(engine *e);
+void external_command(engine *e, double value);
 void external_free(engine *e);
 
 /* mode.c */
