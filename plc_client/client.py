@@ -27,6 +27,7 @@ MAX_STEP = 1 << 30  # cycles of one step(); the turn counter has 32 bits
 SLICE_NS = 100_000_000
 FREE_RUN = 0x3FFFFFFF  # turns ahead: more than any CNC runs before it looks again
 _RETRY_S = 0.02
+_OK: int = lib.HS_OK
 
 Role = Literal["plc", "reader"]
 
@@ -153,6 +154,10 @@ class Hli(Areas):
     def wait_cycle(self, cycle: int, timeout_ns: int = SLICE_NS) -> bool:
         """Wait until the CNC completed `cycle` cycles; False after the time or when a signal came."""
         return bool(lib.hs_word_wait(self._cnc_turn, cycle & 0xFFFFFFFF, SPIN_NS, timeout_ns) == lib.HS_OK)
+
+    def turn(self, cycle: int) -> bool:
+        """``release_until`` and ``wait_cycle`` in one call into C: what a scan runtime does once a scan."""
+        return bool(lib.hs_word_turn(self._plc_turn, self._cnc_turn, cycle & 0xFFFFFFFF, SPIN_NS, SLICE_NS) == _OK)
 
     def step(self, cycles: int = 1, timeout_s: float = 5.0) -> int:
         """Lockstep: let the CNC run `cycles` cycles and wait for them; returns the completed cycles.

@@ -92,6 +92,7 @@ class Watch:
         self._time: array[float] = array("d")
         self._rows = rows
         self._every = 1
+        self.any = False  # whether something is watched
         self._scan = 0
 
     def add(self, path: str, symbol: Symbol) -> None:
@@ -99,6 +100,7 @@ class Watch:
         if not isinstance(symbol, TaskSymbol) and not _is_number(symbol.value):
             raise SymbolError(f"symbol {path!r}: only single numbers and BOOLs can be watched; name a member")
         self._symbols[path] = symbol
+        self.any = True
         self._values.setdefault(path, array("d", [float("nan")] * len(self._time)))
 
     def rebind(self, table: SymbolTable) -> None:
@@ -160,11 +162,13 @@ class Forces:
 
     def __init__(self) -> None:
         self._forced: dict[str, tuple[Symbol, Any]] = {}
+        self.any = False  # whether something is forced
 
     def force(self, path: str, symbol: Symbol, value: Any) -> None:
         """Hold a symbol at a value; a value that does not fit raises at once (TypeError, OverflowError)."""
         symbol.value = value
         self._forced[path] = (symbol, value)
+        self.any = True
 
     def unforce(self, path: str | None = None) -> None:
         """Let one symbol go (all without a path); it keeps its value until somebody writes it."""
@@ -172,6 +176,7 @@ class Forces:
             self._forced.clear()
         else:
             del self._forced[path]
+        self.any = bool(self._forced)
 
     def rebind(self, table: SymbolTable) -> None:
         """After a restart."""

@@ -21,12 +21,13 @@ from .client import Hli
 from .guard import Guard, TaskOverrun
 from .image import InputImage
 from .online import Forces, SymbolTable, Watch
-from .pace import Pacer, pacer_of
+from .pace import CyclePacer, Pacer, pacer_of
 from .program import Program, task_statistics
 from .task import PlcError
 
 SCANS_AFTER_END = 10
 _FLAG_CHECK_NS = 100_000_000
+_ENDED = layout.HLI_PHASE_ENDED
 
 __all__ = ["SCANS_AFTER_END", "Ending", "Program", "Scanner", "report"]
 
@@ -57,6 +58,7 @@ class Scanner:
         self._may_finish = may_finish
         self.programs = sorted(programs, key=lambda p: p.spec.priority)
         self._pacer = pacer or pacer_of(hli)
+        self._in_cycles = isinstance(self._pacer, CyclePacer)
         self._on_wall = hli.cnc.clock == layout.HLI_CLOCK_REALTIME
         self.watch = watch if watch is not None else Watch()
         self.forces = forces if forces is not None else Forces()
@@ -71,7 +73,8 @@ class Scanner:
         self._counters: Any = hli.plc._c  # the structure itself: twice a scan, nothing to check
         self._plc = hli.plc
         self._image = InputImage(hli)
-        self._bahn_state = hli.gpCh[0].bahn_state
+        self._now = self._image.now  # cycle, cell time and phase as they were latched
+        self._bahn_state = hli.gpCh[0].bahn_state._c
         self.symbols = SymbolTable(hli, self.programs)
 
     def stop(self) -> None:
@@ -107,10 +110,7 @@ class Scanner:
         """Latch, ``setup()`` of all tasks, ``plc_present_w``; the first scan is due now."""
         self._latch()
         for program in self.programs:
-            program.guard = self._guard
-            program.interval_ticks = self._pacer.ticks(program.spec.interval)
-            program.scans_after_end = 0
-            program.started_ns = -1
+            program.start(self._pacer.ticks(program.spec.interval), self._guard)
             if program.has("setup"):
                 program.call("setup", self._hli)
         self.watch.rebind(self.symbols)
@@ -130,44 +130,43 @@ class Scanner:
 
     def next_due(self) -> int:
         """Tick of the next scan."""
+        if len(self.programs) == 1:
+            return self.programs[0].due
         return min(p.due for p in self.programs)
 
     def scan(self) -> None:
         """Inputs, logic of all tasks that are due, outputs."""
         if self._restart:
             self.restart()
-        now = self._pacer.now()
         self._latch()
-        if self.forces:
+        if self.forces.any:
             self.forces.apply()
-        for program in self.programs:
-            if program.due <= now:
-                self._cyclic(program)
-                program.schedule(now)
-        if self.forces:
+        self._logic(self._now.cycle if self._in_cycles else self._pacer.now())
+        if self.forces.any:
             self.forces.apply()
-        if self.watch:
+        if self.watch.any:
             self.watch.record(self._latched_ns / 1e9)
-        self._counters.scans += 1
-        self._counters.heartbeat += 1
-        self._tell_finished()
+        counters = self._counters
+        counters.scans = counters.heartbeat = counters.scans + 1
+        if self._end_seen or self._bahn_state.program_end_r or self._now.phase == _ENDED:
+            self._tell_finished()
 
     # -- steps of one scan
     def _latch(self) -> None:
-        self._latched_ns = self._hli.cell_time_ns
-        clock.set_source(self._live_ns)
         self._image.latch()
+        self._latched_ns = self._now.cell_time_ns
+        clock.set_source(self._live_ns)
 
-    def _cyclic(self, program: Program) -> None:
-        begin = lib.hs_monotonic_ns()
-        program.begins(begin if self._on_wall else self._latched_ns, round(program.spec.interval * 1e9))
-        program.call("cyclic")
-        program.times.add(lib.hs_monotonic_ns() - begin)
-        program.scans_after_end += self._end_seen
+    def _logic(self, now: int) -> None:
+        """The tasks that are due, in order of priority."""
+        at_ns = None if self._on_wall else self._latched_ns
+        for program in self.programs:
+            if program.due <= now:
+                program.scan(now, at_ns, self._end_seen)
 
     def _tell_finished(self) -> None:
         """The PLC's wish to end: the program has ended, each task had its scans since and says it is finished."""
-        ended = self._bahn_state._c.program_end_r or self._hli.phase == layout.HLI_PHASE_ENDED
+        ended = bool(self._bahn_state.program_end_r) or self._now.phase == _ENDED
         if ended != self._end_seen:
             self._end_seen = ended
             for program in self.programs:
@@ -188,7 +187,7 @@ class Scanner:
             if self._hli.phase == layout.HLI_PHASE_SHUTDOWN:
                 return Ending.SHUTDOWN
             reached = self._pacer.wait(due)
-            if (not reached or self._check_is_due()) and not self._hli.alive():
+            if (not reached or (self._on_wall and self._check_is_due())) and not self._hli.alive():
                 return Ending.SHUTDOWN if self._hli.phase == layout.HLI_PHASE_SHUTDOWN else Ending.CNC_GONE
             if reached:
                 return None
