@@ -21,6 +21,7 @@ from hli.symbol import Symbol
 from .client import Hli, connect
 from .guard import Guard
 from .mock import MockCnc, Step
+from .online import check
 from .pace import CyclePacer
 from .program import Program, task_statistics
 from .scan import Scanner
@@ -194,17 +195,21 @@ class PlcRunner:
         return self._scanner.symbols[path]
 
     def force(self, path: str, value: Any) -> None:
-        """Hold a symbol at a value, twice a scan, until ``unforce``."""
-        self._scanner.forces.force(path, self.symbol(path), value)
+        """Hold a symbol at a value, twice a scan, until ``unforce``.  SymbolError: there is no such variable."""
+        symbol = self.symbol(path)
+        check(symbol)
+        self._scanner.forces.force(symbol.path, symbol, value)
 
     def unforce(self, path: str | None = None) -> None:
         """Let one symbol go, or all."""
-        self._scanner.forces.unforce(path)
+        self._scanner.forces.unforce(None if path is None else self.symbol(path).path)
 
     def watch(self, *paths: str) -> None:
         """Record these symbols at the end of every scan from now on."""
         for path in paths:
-            self._scanner.watch.add(path, self.symbol(path))
+            symbol = self.symbol(path)
+            check(symbol)
+            self._scanner.watch.add(path, symbol)
 
     def trace(self) -> dict[str, np.ndarray[Any, Any]]:
         """What was watched: ``t`` (s) and one array per path."""

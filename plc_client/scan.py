@@ -8,10 +8,12 @@ record the watch list; then the CNC runs on and sees all that was written.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import Any
 
+import numpy as np
 from hli._sync import lib
 
 from hli import layout
@@ -20,7 +22,8 @@ from . import clock
 from .client import Hli
 from .guard import Guard, TaskOverrun
 from .image import InputImage
-from .online import Forces, SymbolTable, Watch
+from .online import Forces, Online, SymbolTable, Watch
+from .orders import Orders
 from .pace import CyclePacer, Pacer, pacer_of
 from .program import Program, task_statistics
 from .task import PlcError
@@ -76,6 +79,8 @@ class Scanner:
         self._now = self._image.now  # cycle, cell time and phase as they were latched
         self._bahn_state = hli.gpCh[0].bahn_state._c
         self.symbols = SymbolTable(hli, self.programs)
+        self.orders = Orders()  # of other processes; a PLC process puts its own here
+        self._online = Online(self.symbols, self.forces)
 
     def stop(self) -> None:
         """End after the current scan; may be called from a signal handler."""
@@ -138,6 +143,8 @@ class Scanner:
         """Inputs, logic of all tasks that are due, outputs."""
         if self._restart:
             self.restart()
+        if self.orders.waiting:
+            self.orders.serve(self._online)
         self._latch()
         if self.forces.any:
             self.forces.apply()
@@ -191,6 +198,8 @@ class Scanner:
                 return Ending.SHUTDOWN if self._hli.phase == layout.HLI_PHASE_SHUTDOWN else Ending.CNC_GONE
             if reached:
                 return None
+            if self.orders.waiting:  # while the CNC stands
+                self.orders.serve(self._online)
 
     def _check_is_due(self) -> bool:
         """Whether it is time to look after the CNC although scans go on (realtime: nothing else would tell)."""
@@ -204,8 +213,11 @@ class Scanner:
 def report(
     programs: Sequence[Program], requests: int, handshake_ns: dict[str, int], watch: Watch | None = None
 ) -> dict[str, Any]:
-    """The JSON report of a PLC process: statistics, what the tasks' ``result()`` give, the watch list."""
-    results = {p.name: p.call("result") for p in programs if p.has("result")}
+    """The JSON report of a PLC process: statistics, what the tasks' ``result()`` give, the watch list.
+
+    Raises PlcError, which names the task, if ``result()`` fails or gives what JSON cannot hold.
+    """
+    results = {p.name: _result(p) for p in programs if p.has("result")}
     return {
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),
@@ -215,3 +227,31 @@ def report(
         "result": next(iter(results.values())) if len(results) == 1 else results or None,
         **({"watch": watch.report()} if watch else {}),
     }
+
+
+def _result(program: Program) -> Any:
+    try:
+        return plain(program.call("result"))
+    except TypeError as error:
+        raise PlcError(f"result() of task {program.name} gives no JSON value: {error}") from None
+
+
+def plain(value: Any, place: str = "result") -> Any:
+    """The value as JSON holds it: numpy's numbers and arrays too, what is not finite as None.
+
+    Raises TypeError that names the place inside the value.
+    """
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.tolist()
+    if value is None or isinstance(value, (str, int)):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        for key in value:
+            if not isinstance(key, (str, int)):
+                raise TypeError(f"{place} has the key {key!r} ({type(key).__name__})")
+        return {key: plain(item, f"{place}[{key!r}]") for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item, f"{place}[{i}]") for i, item in enumerate(value)]
+    raise TypeError(f"{place} is a {type(value).__name__}")
