@@ -20,12 +20,13 @@ import functools
 import math
 import operator
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from . import layout
 from ._sync import ffi, lib
+from .errors import HliNotConfigured
 from .segment import Segment
 
 if TYPE_CHECKING:
@@ -321,8 +322,37 @@ def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
     return view_class(structure)(structure.from_buffer(array._a))
 
 
+class Pointers(tuple[Any, ...]):
+    """``gpCh``, ``gpAx``, ``gpVECh``: a view for each area the CNC has; the others are NULL.
+
+    Iteration and slices give None for those; an index that names one raises HliNotConfigured instead of handing out
+    a None that fails somewhere else.
+    """
+
+    name: str
+    configured: int
+
+    def __new__(cls, name: str, views: ViewArray, count: int) -> Self:
+        pointers = super().__new__(cls, (*views[:count], *([None] * (len(views) - count))))
+        pointers.name, pointers.configured = name, count
+        return pointers
+
+    def __getitem__(self, index: Any) -> Any:
+        return super().__getitem__(index) if isinstance(index, slice) else self._area(operator.index(index))
+
+    def _area(self, index: int) -> Any:
+        if 0 <= index < self.configured:
+            return super().__getitem__(index)
+        there = f"{self.name}[0..{self.configured - 1}]" if self.configured else "none"
+        if 0 <= index < len(self):
+            what = "axis" if self.name == "gpAx" else "channel"
+            problem = f"{what} {index} is not configured: {self.name}[{index}] is NULL"
+            raise HliNotConfigured(f"{problem}; the CNC has {there}")
+        raise IndexError(f"{self.name}[{index}]: the index runs 0..{len(self) - 1}")
+
+
 class Areas:
-    """The global pointers of the HLI over one segment; areas that are not configured are None."""
+    """The global pointers of the HLI over one segment; areas that are not configured are NULL (``Pointers``)."""
 
     def __init__(self, segment: Segment) -> None:
         root: Any = view_class(layout.HLI_SEGMENT)(segment.root)
@@ -331,9 +361,9 @@ class Areas:
         self.gNrCh: int = root.segment_head.channel_count
         self.gNrAx: int = root.segment_head.axis_count
         self.gpPform: Any = root.platform
-        self.gpCh = _configured(root.channel, self.gNrCh)
-        self.gpAx = _configured(root.axis, self.gNrAx)
-        self.gpVECh = _configured(root.ext_var_channel, self.gNrCh)
+        self.gpCh = Pointers("gpCh", root.channel, self.gNrCh)
+        self.gpAx = Pointers("gpAx", root.axis, self.gNrAx)
+        self.gpVECh = Pointers("gpVECh", root.ext_var_channel, self.gNrCh)
         self.gpVEGlobal: Any = root.ext_var_global
         self.sidecar: Any = root.sidecar
 
@@ -345,7 +375,3 @@ class Areas:
         from .symbol import resolve  # noqa: PLC0415 (symbols are built on views)
 
         return resolve(self, path)
-
-
-def _configured(views: ViewArray, count: int) -> tuple[Any, ...]:
-    return (*views[:count], *([None] * (len(views) - count)))

@@ -209,7 +209,7 @@ def _write_report(path: Path | None, process: Process, error: str) -> str:
         content = {**report(process.programs, *counts, process.watch), "error": error or None}
     except PlcError as problem:
         error = error or str(problem)
-        content = {**report([], *counts), "error": error}
+        content = {**report(process.programs, *counts, process.watch, results=False), "error": error}
     _store(path, content)
     return error
 

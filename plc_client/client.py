@@ -138,13 +138,7 @@ class Hli(Areas):
 
     def snapshot(self, channel: int = 0) -> Any:
         """A consistent private copy of ``gpCh[channel].bahn_state`` (channel 0 has the seqlock)."""
-        return snapshot(self._channel(channel).bahn_state)
-
-    def _channel(self, index: int) -> Any:
-        channel = self.gpCh[index]
-        if channel is None:
-            raise ValueError(f"channel {index} is not configured; the CNC has {self.gNrCh}")
-        return channel
+        return snapshot(self.gpCh[channel].bahn_state)
 
     # -- lockstep by hand
     def release_until(self, cycle: int) -> None:
@@ -189,7 +183,7 @@ class Hli(Areas):
 
         In lockstep with a cyclic service the CNC is stepped until it has answered.  Raises HliTimeout.
         """
-        unit = ContourUnit(self._channel(channel).contour_lookahead)
+        unit = ContourUnit(self.gpCh[channel].contour_lookahead)
         by_itself = self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP or self.cnc.service == layout.HLI_SERVICE_IMMEDIATE
         if self.role != "plc" or by_itself:
             return unit.exchange(start_position, length, timeout_s).copy()

@@ -211,20 +211,24 @@ class Scanner:
 
 
 def report(
-    programs: Sequence[Program], requests: int, handshake_ns: dict[str, int], watch: Watch | None = None
+    programs: Sequence[Program],
+    requests: int,
+    handshake_ns: dict[str, int],
+    watch: Watch | None = None,
+    results: bool = True,
 ) -> dict[str, Any]:
     """The JSON report of a PLC process: statistics, what the tasks' ``result()`` give, the watch list.
 
     Raises PlcError, which names the task, if ``result()`` fails or gives what JSON cannot hold.
     """
-    results = {p.name: _result(p) for p in programs if p.has("result")}
+    found = {p.name: _result(p) for p in programs if results and p.has("result")}
     return {
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),
         "tasks": task_statistics(programs),
         "requests": requests,
         "handshake_ns": handshake_ns,
-        "result": next(iter(results.values())) if len(results) == 1 else results or None,
+        "result": next(iter(found.values())) if len(found) == 1 else found or None,
         **({"watch": watch.report()} if watch else {}),
     }
 
