@@ -567,13 +567,14 @@ def plc(
 
 
 PlcName = Annotated[str, typer.Option("--name", help="segment of the running PLC")]
+PlcWait = Annotated[float, typer.Option("--wait", min=0.0, help="seconds to wait for a PLC that is just starting")]
 
 
-def _order(name: str, do: str, symbols: list[Any], as_json: bool) -> None:
+def _order(name: str, wait: float, do: str, symbols: list[Any], as_json: bool) -> None:
     """One order to a running PLC; prints what it reads and what is forced then."""
     from plc_client import orders  # noqa: PLC0415
 
-    answer = orders.send(name, {"do": do, "symbols": symbols})
+    answer = orders.send(name, {"do": do, "symbols": symbols}, wait)
     if as_json:
         emit(answer)
         return
@@ -589,6 +590,7 @@ def _order(name: str, do: str, symbols: list[Any], as_json: bool) -> None:
 def force(
     symbols: Annotated[list[str] | None, typer.Argument(metavar="[SYMBOL=VALUE]...", help="none: list")] = None,
     name: PlcName = "hli-cosim",
+    wait: PlcWait = 0.0,
     as_json: Json = False,
 ) -> None:
     """Hold symbols of a running PLC at a value, from another terminal; without symbols, list what is forced.
@@ -598,7 +600,7 @@ def force(
     from plc_client.online import parse_force  # noqa: PLC0415
 
     given = [list(parse_force(text)) for text in symbols or []]
-    _order(name, "force" if given else "list", given, as_json)
+    _order(name, wait, "force" if given else "list", given, as_json)
 
 
 @app.command()
@@ -606,6 +608,7 @@ def unforce(
     symbols: Annotated[list[str] | None, typer.Argument(metavar="[SYMBOL]...", help="what to let go")] = None,
     everything: Annotated[bool, typer.Option("--all", help="let all symbols go")] = False,
     name: PlcName = "hli-cosim",
+    wait: PlcWait = 0.0,
     as_json: Json = False,
 ) -> None:
     """Let forced symbols of a running PLC go; each keeps its value until somebody writes it.
@@ -614,20 +617,21 @@ def unforce(
     """
     if bool(symbols) == everything:
         raise typer.BadParameter("name symbols, or give --all")
-    _order(name, "unforce", list(symbols or []), as_json)
+    _order(name, wait, "unforce", list(symbols or []), as_json)
 
 
 @app.command()
 def read(
     symbols: Annotated[list[str], typer.Argument(metavar="SYMBOL...", help="variables of the HLI or of a task")],
     name: PlcName = "hli-cosim",
+    wait: PlcWait = 0.0,
     as_json: Json = False,
 ) -> None:
     """Read variables of a running PLC, HLI and tasks, as they are between two scans.
 
     Example: hli-cosim read --name my-cell 'gpCh[0]^.bahn_state.dist_prog_start' Slow.gain
     """
-    _order(name, "read", list(symbols), as_json)
+    _order(name, wait, "read", list(symbols), as_json)
 
 
 # ------------------------------------------------------------------------------------------------ tools

@@ -21,6 +21,7 @@ from collections.abc import Callable
 from typing import Any
 
 from hli.errors import HliAccessError, HliError, HliNotFound, HliTimeout
+from hli.segment import check_name
 
 ANSWER_S = 5.0
 """How long an order waits for a scan."""
@@ -106,16 +107,22 @@ class Orders:
         return answer[0]
 
 
-def send(name: str, order: Order) -> Order:
-    """Give an order to the PLC on this segment and wait for its answer.
+def send(name: str, order: Order, wait_s: float = 0.0) -> Order:
+    """Give an order to the PLC on this segment, waiting ``wait_s`` seconds for it to be there, and wait for its answer.
 
     Raises HliNotFound (no PLC process there), HliTimeout, HliAccessError; ValueError with the PLC's words: it refuses.
     """
+    end = time.monotonic() + wait_s
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
-        try:
-            connection.connect(address(name))
-        except OSError:
-            raise HliNotFound(f"no PLC process listens on segment {name!r}; is hli-cosim plc running?") from None
+        while True:
+            try:
+                connection.connect(address(check_name(name)))
+                break
+            except OSError:
+                if time.monotonic() >= end:
+                    problem = f"no PLC process listens on segment {name!r}; is hli-cosim plc running?"
+                    raise HliNotFound(problem) from None
+                time.sleep(_BIND_PAUSE_S)
         _check_user(connection)
         connection.settimeout(2.0 * ANSWER_S)
         try:
