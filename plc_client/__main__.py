@@ -113,13 +113,23 @@ class Process:
             self._scanner.stop()
         return self._scanner.run()
 
-    def _read_anew(self) -> None:
-        """The classes of the file as it is now; a task whose class is gone keeps its old one."""
+    def _read_anew(self) -> Sequence[Program] | None:
+        """The tasks of the file as it is now; None, and the old ones run on, if it cannot be loaded.
+
+        A task keeps its statistics by the name of its class, and takes interval and priority of the new text; one whose
+        class is gone runs no longer and stays in the report.
+        """
         if self._args.builtin:
-            return
-        classes = {c.__qualname__: c for c in load_tasks(self._args.file, self._args.qualname)}
-        for program in self.programs:
-            program.factory = classes.get(program.name, program.factory)
+            return self.programs
+        old = {p.name: p for p in self.programs}
+        try:
+            found = [(c, Program.of(c)) for c in load_tasks(self._args.file, self._args.qualname)]
+        except PlcError as error:
+            print(f"restart refused, the old program runs on: {error}", file=sys.stderr, flush=True)
+            return None
+        now = [old[fresh.name].become(cls) if fresh.name in old else fresh for cls, fresh in found]
+        self.programs = [*now, *(p for p in self.programs if p not in now)]
+        return now
 
     def _add_symbols(self, scanner: Scanner) -> None:
         table = scanner.symbols

@@ -115,6 +115,10 @@ class SymbolTable:
 
     def __init__(self, hli: Any, programs: Sequence[Any]) -> None:
         self._hli = hli
+        self.update(programs)
+
+    def update(self, programs: Sequence[Any]) -> None:
+        """These tasks from now on."""
         self._programs = {p.name.upper(): p for p in programs}
 
     def __getitem__(self, path: str) -> Symbol:

@@ -14,7 +14,7 @@ from .task import PlcError, TaskSpec, describe, spec_of
 SETUP_WATCHDOG = 6.0  # setup(), finished() and result() may take so many times a scan's watchdog
 
 
-@dataclass
+@dataclass(eq=False)
 class Program:
     """One task of the user with its statistics, which outlive re-attachments and restarts."""
 
@@ -46,6 +46,11 @@ class Program:
             return self.factory(*self.arguments)
         except (Exception, SystemExit) as error:
             raise PlcError(describe(error)) from error
+
+    def become(self, task_class: type) -> Program:
+        """The same task from the next restart on, of a class that was read anew."""
+        self.factory, self.spec = task_class, spec_of(task_class)
+        return self
 
     def restart(self) -> None:
         """A new instance of the class; the statistics go on."""

@@ -68,7 +68,7 @@ class Scanner:
         self._guard = guard or Guard()
         self._own_guard = guard is None
         self._stop = self._restart = False
-        self.before_restart: Callable[[], None] = lambda: None
+        self.before_restart: Callable[[], Sequence[Program] | None] = lambda: self.programs
         self._end_seen = False
         self._next_check_ns = 0
         self._latched_ns = 0
@@ -128,7 +128,11 @@ class Scanner:
     def restart(self) -> None:
         """PLC restart beside a CNC that runs on: new instances, ``setup()`` again (it must rewrite all ``_w`` data)."""
         self._restart = False
-        self.before_restart()
+        programs = self.before_restart()
+        if programs is None:  # nothing to restart with: told already
+            return
+        self.programs = sorted(programs, key=lambda p: p.spec.priority)
+        self.symbols.update(self.programs)
         for program in self.programs:
             program.restart()
         self.start()

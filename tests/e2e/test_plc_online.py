@@ -194,6 +194,47 @@ def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> No
     hli.sweep()
 
 
+@pytest.mark.usefixtures("leftovers")
+def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(tmp_path: Path) -> None:
+    """The old tasks run on; then interval, a new task and a task that is gone are taken from the text."""
+    code = """
+        from plc_client import task
+        @task(interval={interval})
+        class {one}:
+            def cyclic(self): pass
+            def finished(self): return False
+        @task
+        class Stays:
+            def setup(self, hli): self.shared = hli.gpVECh[0]
+            def cyclic(self): self.shared[0] = {version}
+        """
+    name, file, report = unique_name(), tmp_path / "p.py", tmp_path / "report.json"
+    file.write_text(textwrap.dedent(code.format(one="First", interval=0.001, version=1)))
+    cnc = start_cnc(name, lengths=[1e9])
+    process = start_plc(name, "--file", str(file), "--report", str(report))
+    with connect(name, role="reader", wait_s=10.0) as reader:
+        wait_for(lambda: reader.gpVECh[0][0] == 1)
+        file.write_text("class Broken(:\n")
+        process.send_signal(signal.SIGUSR1)
+        time.sleep(0.2)
+        scans = reader.plc.scans
+        wait_for(lambda: reader.plc.scans > scans + 5)
+        file.write_text(textwrap.dedent(code.format(one="Second", interval=0.002, version=2)))
+        process.send_signal(signal.SIGUSR1)
+        wait_for(lambda: reader.gpVECh[0][0] == 2)
+        scans = reader.plc.scans
+        wait_for(lambda: reader.plc.scans > scans + 5)
+    process.send_signal(signal.SIGTERM)
+    said = process.communicate(timeout=60)[1]
+    assert "restart refused, the old program runs on" in said
+    assert "p.py:1: SyntaxError" in said
+    tasks = json.loads(report.read_text())["tasks"]
+    assert set(tasks) == {"First", "Stays", "Second"}
+    assert (tasks["Second"]["interval_s"], tasks["Stays"]["restarts"], tasks["First"]["restarts"]) == (0.002, 1, 0)
+    end(cnc)
+    hli.sweep()
+
+
 def test_run_without_any_plc(program: Write) -> None:
     """No second process: same path, functions count as acknowledged."""
     path = program(PART)
