@@ -49,12 +49,22 @@ Tasks = Sequence[type | str | Path] | type | str | Path
 
 
 def task_classes(tasks: Tasks) -> list[type]:
-    """Task classes from classes and files of classes."""
+    """Task classes from classes and files of classes.  PlcError: none, or something that is no task."""
     given = tasks if isinstance(tasks, (list, tuple)) else [tasks]
-    found: list[type] = []
-    for item in given:
-        found += [item] if isinstance(item, type) else load_tasks(str(item))
+    found = [cls for item in given for cls in _classes_of(item)]
+    if not found:
+        raise PlcError("no task given: a class with a method cyclic(), or a file of such classes")
     return found
+
+
+def _classes_of(item: Any) -> list[type]:
+    if isinstance(item, (str, Path)):
+        return load_tasks(str(item))
+    if not isinstance(item, type):
+        raise PlcError(f"task {item!r}: the class itself is needed, or a file")
+    if not callable(getattr(item, "cyclic", None)):
+        raise PlcError(f"task {item.__name__} has no method cyclic()")
+    return [item]
 
 
 class PlcRunner:
@@ -111,7 +121,9 @@ class PlcRunner:
 
     # -- what there is
     def __getitem__(self, name: str) -> Any:
-        """The instance of a task by its class's name; after a restart the new one."""
+        """The instance of a task by its class's name; after a restart the new one.  KeyError names what there is."""
+        if name not in self.tasks:
+            raise KeyError(f"no task {name}; tasks: {', '.join(self.tasks)}")
         return self.tasks[name].instance
 
     @property
@@ -150,7 +162,9 @@ class PlcRunner:
 
     # -- running
     def step(self, scans: int = 1) -> None:
-        """So many scans: scan, then the CNC's cycles up to the next one."""
+        """So many scans: scan, then the CNC's cycles up to the next one.  ValueError: below 0."""
+        if scans < 0:
+            raise ValueError(f"step of {scans} scans: 0 or more")
         for _ in range(scans):
             self._scanner.scan()
             self._wait(self._scanner.next_due())

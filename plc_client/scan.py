@@ -118,6 +118,7 @@ class Scanner:
             program.start(self._pacer.ticks(program.spec.interval), self._guard)
             if program.has("setup"):
                 program.call("setup", self._hli)
+            program.ready = True
         self.watch.rebind(self.symbols)
         self.forces.rebind(self.symbols)
         self._hli.set_present()
@@ -225,7 +226,7 @@ def report(
 
     Raises PlcError, which names the task, if ``result()`` fails or gives what JSON cannot hold.
     """
-    found = {p.name: _result(p) for p in programs if results and p.has("result")}
+    found = {p.name: _result(p) for p in programs if results and p.ready and p.has("result")}
     return {
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),

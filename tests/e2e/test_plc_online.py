@@ -16,7 +16,7 @@ from plc_same import SameEverywhere
 from processes import end, leftovers, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
 
 import hli
-from cnc_core import Cell
+from cnc_core import Cell, CncError
 from plc_client import connect
 from plc_client.golden import GoldenMismatchError, check, compare
 from plc_client.mock import arc, line
@@ -250,3 +250,30 @@ def test_stop_that_nobody_continues_ends_a_run_without_plc(program: Write) -> No
         result = cell.run(program("N10 G01 X1 F6000\nM0\nN20 X2\nM30\n"), "none")
     assert result.end == "error"
     assert result.errors[0]["code"] == 905024
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ({"clock": "slow"}, "clock 'slow': lockstep, freerun, realtime"),
+        ({"force": {"SameEverywhere.slow": [1]}}, r"force SameEverywhere.slow=\[1\]: a number"),
+        ({"plc": 5}, "PLC 5: a file, a class of a file"),
+        ({"plc": type("Nowhere", (), {"cyclic": print, "__module__": "builtins"})}, "start_plc runs any class in this process"),
+    ],
+)
+def test_wrong_arguments_of_a_run_are_refused_before_anything_starts(
+    program: Write, wrong: dict[str, Any], text: str
+) -> None:
+    """By name."""
+    with Cell() as cell, pytest.raises(CncError, match=text):
+        cell.run(program(PART), **{"plc": SameEverywhere, **wrong})
+
+
+def test_one_symbol_is_a_watch_list_and_a_misspelt_one_ends_the_run(program: Write) -> None:
+    """With the nearest name, before the program begins; results of a task without setup() are not asked for."""
+    with Cell() as cell:
+        result = cell.run(program(PART), SameEverywhere, watch="SameEverywhere.percnt")
+        assert "SameEverywhere has no variable 'percnt'; did you mean percent?" in json.dumps(result.errors)
+        assert (result.end, result.cycles) == ("error", 0)
+        result = cell.run(program(PART), SameEverywhere, watch="SameEverywhere.percent")
+    assert set(result.plc["watch"]) == {"t", "SameEverywhere.percent"}
