@@ -120,6 +120,9 @@ class View:
             raise AttributeError(self._unknown(name))
         write(self, value)
 
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{type(self).__name__}.{name}: what lies in the memory cannot be deleted")
+
     def _assign(self, name: str, value: Any) -> None:
         """A part as a whole: the bytes of another one of its type."""
         target, source = getattr(self._c, name), getattr(value, "_c", value)
@@ -142,7 +145,7 @@ class View:
         return f"{type(self).__name__} has no member {name!r}{hint}"
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._names]
+        return sorted({*super().__dir__(), *self._names})
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} at {self._address:#x}>"

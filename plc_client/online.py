@@ -246,12 +246,18 @@ class Forces:
         self._forced[path] = (symbol, value)
         self.any = True
 
-    def unforce(self, path: str | None = None) -> None:
-        """Let one symbol go (all without a path); it keeps its value until somebody writes it."""
-        if path is None:
-            self._forced.clear()
-        else:
-            del self._forced[path]
+    def unforce(self) -> None:
+        """Let all symbols go; they keep their values until somebody writes them."""
+        self._forced.clear()
+        self.any = False
+
+    def let_go(self, named: Sequence[tuple[str, str]]) -> None:
+        """``unforce`` of these (as somebody spelled them, their paths), all or none.  SymbolError: one is not forced."""
+        for spelled, path in named:
+            if path not in self._forced:
+                raise SymbolError(f"symbol {spelled!r} is not forced; forced: {', '.join(self._forced) or 'nothing'}")
+        for _, path in named:
+            self._forced.pop(path, None)
         self.any = bool(self._forced)
 
     def rebind(self, table: SymbolTable) -> None:
@@ -273,9 +279,6 @@ class Forces:
 
     def __bool__(self) -> bool:
         return bool(self._forced)
-
-    def __contains__(self, path: str) -> bool:
-        return path in self._forced
 
     def items(self) -> Iterable[tuple[str, Any]]:
         """Path and value of every force."""
@@ -322,15 +325,9 @@ class Online:
 
     def _unforce(self, paths: list[str]) -> None:
         """These, or all without one."""
-        found = [self._symbol(path).path for path in paths]
-        for path, symbol in zip(paths, found, strict=True):
-            if symbol not in self._forces:
-                forced = ", ".join(p for p, _ in self._forces.items())
-                raise SymbolError(f"symbol {path!r} is not forced; forced: {forced or 'nothing'}")
-        if not found:
+        if not paths:
             self._forces.unforce()
-        for symbol in found:
-            self._forces.unforce(symbol)
+        self._forces.let_go([(path, self._symbol(path).path) for path in paths])
 
     def _read(self, path: str) -> Any:
         value = self._symbol(path).value

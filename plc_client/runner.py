@@ -215,8 +215,12 @@ class PlcRunner:
         self._scanner.forces.force(symbol.path, symbol, value)
 
     def unforce(self, path: str | None = None) -> None:
-        """Let one symbol go, or all."""
-        self._scanner.forces.unforce(None if path is None else self.symbol(path).path)
+        """Let one symbol go, or all.  SymbolError: it is not forced."""
+        forces = self._scanner.forces
+        if path is None:
+            forces.unforce()
+        else:
+            forces.let_go([(path, self.symbol(path).path)])
 
     def watch(self, *paths: str) -> None:
         """Record these symbols at the end of every scan from now on."""

@@ -193,3 +193,12 @@ def test_every_member_of_every_structure_has_its_property(areas: Areas) -> None:
     for cls in seen:
         assert set(cls._names) >= {n for n, _ in getattr(layout, cls.__name__)._fields_ if not n.startswith("fill_")}
     assert len(seen) > 40
+
+
+def test_parts_and_members_cannot_be_deleted(areas: Areas) -> None:
+    """A ``del`` would only lose the view."""
+    for name in ("bahn_state", "contour_lookahead"):
+        with pytest.raises(AttributeError, match=f"{name}: what lies in the memory cannot be deleted"):
+            delattr(areas.gpCh[0], name)
+    with pytest.raises(AttributeError, match="cannot be deleted"):
+        del areas.gpCh[0].bahn_mc_control.override.command_w

@@ -152,6 +152,8 @@ def test_force_holds_inputs_outputs_and_variables() -> None:
             plc.force(OVERRIDE, 70_000)
         with pytest.raises(SymbolError, match="tasks: Fast"):
             plc.force("Nobody.x", 1)
+        with pytest.raises(SymbolError, match=r"'fast\.gain' is not forced; forced: nothing"):
+            plc.unforce("fast.gain")
 
 
 class Forced:
