@@ -342,6 +342,7 @@ class Cell:
         ):
             if key in cnc:
                 setattr(result, key, cnc[key])
+        result.warnings = [*result.warnings, *plc.get("warnings", [])]
         result.overruns = int(cnc.get("overruns", 0)) + int(plc.get("overruns", 0))
         result.handshake_us = _handshake_us(plc)
         _judge(result, job, cnc)

@@ -107,11 +107,17 @@ class Process:
         self._scanner = Scanner(hli, self.programs, watch=self.watch, forces=self._forces, guard=self._guard)
         self._scanner.before_restart = self._read_anew
         self._scanner.orders = self._orders
+        self._scanner.on_start = self._tell_warnings
         if first:
             self._add_symbols(self._scanner)
         if self.signal:
             self._scanner.stop()
         return self._scanner.run()
+
+    def _tell_warnings(self) -> None:
+        """On standard error, unless a launcher reads the report."""
+        for text in () if self._once else [text for p in self.programs for text in p.warnings]:
+            print(f"warning: {text}", file=sys.stderr, flush=True)
 
     def _read_anew(self) -> Sequence[Program] | None:
         """The tasks of the file as it is now; None, and the old ones run on, if it cannot be loaded.

@@ -252,7 +252,7 @@ class Forces:
         self.any = False
 
     def let_go(self, named: Sequence[tuple[str, str]]) -> None:
-        """``unforce`` of these (as somebody spelled them, their paths), all or none.  SymbolError: one is not forced."""
+        """``unforce`` of these (as they were spelled, their paths), all or none.  SymbolError: one is not forced."""
         for spelled, path in named:
             if path not in self._forced:
                 raise SymbolError(f"symbol {spelled!r} is not forced; forced: {', '.join(self._forced) or 'nothing'}")

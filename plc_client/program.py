@@ -32,6 +32,7 @@ class Program:
     arguments: tuple[Any, ...] = ()
     guard: Guard = field(default_factory=Guard)  # the scanner's, from its start on
     started_ns: int = -1
+    warnings: list[str] = field(default_factory=list)
     ready: bool = False  # setup() has returned, once at least
     _interval_ns: int = 0
 

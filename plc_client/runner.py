@@ -156,6 +156,11 @@ class PlcRunner:
         """Whether the program has ended."""
         return bool(self.ch._c.bahn_state.program_end_r)
 
+    @property
+    def warnings(self) -> list[str]:
+        """What the tasks should know: intervals that are no multiple of the cell's cycle."""
+        return [text for program in self._scanner.programs for text in program.warnings]
+
     def statistics(self) -> dict[str, dict[str, Any]]:
         """Scans, times, jitter, overruns of every task."""
         return task_statistics(self._scanner.programs)

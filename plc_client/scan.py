@@ -69,6 +69,7 @@ class Scanner:
         self._own_guard = guard is None
         self._stop = self._restart = False
         self.before_restart: Callable[[], Sequence[Program] | None] = lambda: self.programs
+        self.on_start: Callable[[], None] = lambda: None
         self._end_seen = False
         self._next_check_ns = 0
         self._latched_ns = 0
@@ -115,16 +116,28 @@ class Scanner:
         """Latch, ``setup()`` of all tasks, ``plc_present_w``; the first scan is due now."""
         self._latch()
         for program in self.programs:
-            program.start(self._pacer.ticks(program.spec.interval), self._guard)
+            program.start(self._ticks(program), self._guard)
             if program.has("setup"):
                 program.call("setup", self._hli)
             program.ready = True
         self.watch.rebind(self.symbols)
         self.forces.rebind(self.symbols)
         self._hli.set_present()
+        self.on_start()
         now = self._pacer.now()
         for program in self.programs:
             program.due = now
+
+    def _ticks(self, program: Program) -> int:
+        """The interval on the pacer's clock; what the cell's cycle makes of it is told where it differs."""
+        interval = program.spec.interval
+        ticks = self._pacer.ticks(interval)
+        real = ticks * self._hli.cycle_s
+        program.warnings = []
+        if self._in_cycles and abs(real - interval) > 1e-6 * interval:
+            problem = f"{interval * 1e3:g} ms is no multiple of the cell's cycle of {self._hli.cycle_s * 1e3:g} ms"
+            program.warnings.append(f"task {program.name}: {problem}; it runs every {real * 1e3:g} ms")
+        return ticks
 
     def restart(self) -> None:
         """PLC restart beside a CNC that runs on: new instances, ``setup()`` again (it must rewrite all ``_w`` data)."""
@@ -231,6 +244,7 @@ def report(
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),
         "tasks": task_statistics(programs),
+        "warnings": [text for p in programs for text in p.warnings],
         "requests": requests,
         "handshake_ns": handshake_ns,
         "result": next(iter(found.values())) if len(found) == 1 else found or None,

@@ -259,3 +259,19 @@ def test_a_task_needs_no_brackets() -> None:
     with PlcRunner.on_mock(Plain) as plc:
         plc.step(3)
         assert plc.statistics()["test_a_task_needs_no_brackets.<locals>.Plain"]["interval_s"] == 0.001
+
+
+def test_an_interval_that_is_no_multiple_of_the_cycle_is_told() -> None:
+    """It runs at the next whole number of cycles, and says so."""
+
+    @task(interval=0.0025)
+    class Odd:
+        def cyclic(self) -> None:
+            """Nothing to do."""
+
+    with PlcRunner.on_mock([Odd, Fast], [line(1)], cycle_s=0.002) as plc:
+        texts = [text.split(": ", 1)[1] for text in plc.warnings]
+    end = "ms is no multiple of the cell's cycle of 2 ms; it runs every 2 ms"
+    assert texts == [f"2.5 {end}", f"1 {end}"]
+    with PlcRunner.on_mock([Slow, Fast], [line(1)]) as plc:
+        assert plc.warnings == []
