@@ -20,7 +20,7 @@ static bool allocate(engine *e) {
     e->store_mask = stored - 1;
     e->store = calloc(stored, sizeof(piece));
     e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
-    if (!drive_new(e) || !foresight_new(e)) return false;
+    if (!drive_new(e) || !foresight_new(e) || !spans_new(e)) return false;
     e->elements = calloc(elements, sizeof(element));
     e->pieces = calloc(PIECE_RING, sizeof(piece));
     e->curves = calloc(stored, sizeof(curve));
@@ -72,6 +72,7 @@ void engine_free(engine *e) {
     external_free(e);
     drive_free(e);
     foresight_free(e);
+    spans_free(e);
     free(e->store);
     free(e->pieces);
     free(e->curves);
