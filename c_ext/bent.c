@@ -9,6 +9,7 @@
 #include "engine_internal.h"
 
 #define SPEED_FLOOR 1e-12
+#define ROW SPAN_ROW
 #define STANDS 1e-12       /* speeds squared */
 #define SHORTEST_MM 1e-12
 #define INSIDE 0.004       /* of the limits: what the chord of a row over a part of a stretch may miss */
@@ -16,25 +17,34 @@
 #define ROUNDING 1.0000001 /* speeds squared may miss by rounding */
 
 /* ------------------------------------------------------------------------------------------------ rows of a stretch */
-/* `room`: acceleration of every axis that is left. Returns the number of doubles written. */
-int bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows) {
-    int n = 0;
-    const knot *ends[2] = {a, b};
+/* Of a row |cu u + cx x| <= 1: middle and half of the range of u, which is slope x +- half. */
+static void set_bound(double cu, double cx, double *bound) {
+    bool free = fabs(cu) < 1e-12; /* then it is a bound of x: knot_cap2 */
+    bound[0] = free ? NEVER : 1.0 / fabs(cu);
+    bound[1] = free ? 0.0 : -cx / cu;
+}
+
+/* `room`: acceleration of every axis that is left. Per axis: the rows at both knots, then their bounds. */
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows) {
+    uint32_t n = 0;
     out->rows = rows;
     out->accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
     out->length = b->s - a->s;
-    for (int k = 0; k < 2; k++) out->cap2[k] = knot_cap2(e, p, ends[k], room);
-    out->v_hard = sqrt(lesser(out->cap2[0], out->cap2[1]));
+    out->cap2[0] = knot_cap2(e, p, a, room);
+    out->cap2[1] = knot_cap2(e, p, b, room);
+    out->v_hard = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
-        double inv = 1.0 / room[i], *r = rows + 4 * n++;
+        double inv = 1.0 / room[i], *r = rows + ROW * n++;
         r[0] = a->d1[i] * inv;
         r[1] = a->d2[i] * inv;
         r[2] = b->d1[i] * inv;
         r[3] = b->d2[i] * inv;
+        set_bound(r[0], r[1], r + 4);
+        set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6); /* in terms of x at the start */
     }
     out->n_rows = (uint8_t)n;
-    return 4 * n;
+    return ROW * n;
 }
 
 /* Largest x at a knot: axis speeds, acceleration at constant speed, limits of the path. */
@@ -54,27 +64,39 @@ double knot_cap2(const engine *e, const piece *p, const knot *k, const double *r
     return x;
 }
 
-/* The stretch from s (mm behind its start) on, as rows over x at s: cu u + cx x. */
+/* The stretch from s (mm behind its start) on: bounds of u over x at s. */
 typedef struct part {
     double h, cap2, end_cap2, accel;
-    int n;
-    double cu[2 * NC_AXES], cx[2 * NC_AXES];
+    const span *span;
+    const double *bounds; /* two per axis, four numbers, `step` apart */
+    int n, step;
+    double t, local[4 * NC_AXES];
 } part;
 
+static double between(double a, double b, double t) { return a + t * (b - a); }
+
 static void part_from(const span *sp, double s, part *o) {
-    double t = s > 0.0 ? s / sp->length : 0.0;
-    o->h = greater(sp->length - s, SHORTEST_MM);
-    o->cap2 = sp->cap2[0] + t * (sp->cap2[1] - sp->cap2[0]);
-    if (sp->cap2[0] >= NEVER || sp->cap2[1] >= NEVER) o->cap2 = lesser(sp->cap2[0], sp->cap2[1]);
+    o->span = sp;
     o->end_cap2 = sp->cap2[1];
     o->accel = sp->accel;
-    o->n = 2 * sp->n_rows;
-    for (int i = 0; i < sp->n_rows; i++) {
-        const double *r = sp->rows + 4 * i;
-        o->cu[2 * i] = r[0] + t * (r[2] - r[0]);
-        o->cx[2 * i] = r[1] + t * (r[3] - r[1]);
-        o->cu[2 * i + 1] = r[2] + 2.0 * o->h * r[3];
-        o->cx[2 * i + 1] = r[3];
+    o->n = sp->n_rows;
+    if (s <= 0.0) {
+        o->h = sp->length;
+        o->cap2 = sp->cap2[0];
+        o->bounds = sp->rows + 4;
+        o->step = ROW;
+        o->t = 0.0;
+        return;
+    }
+    o->t = lesser(1.0, s / sp->length);
+    o->h = greater(sp->length - s, SHORTEST_MM);
+    o->cap2 = greater(sp->cap2[0], sp->cap2[1]) < NEVER ? between(sp->cap2[0], sp->cap2[1], o->t) : lesser(sp->cap2[0], sp->cap2[1]);
+    o->bounds = o->local;
+    o->step = 4;
+    for (int i = 0; i < o->n; i++) {
+        const double *r = sp->rows + ROW * (uint32_t)i;
+        set_bound(between(r[0], r[2], o->t), between(r[1], r[3], o->t), o->local + 4 * i);
+        set_bound(r[2] + 2.0 * o->h * r[3], r[3], o->local + 4 * i + 2);
     }
 }
 
@@ -88,13 +110,13 @@ static range range_at(const part *o, double x, double low, double high) {
     range r = {(low - x) * inv_h, (high - x) * inv_h, -inv_h, -inv_h};
     if (o->accel < r.high) r.high = o->accel, r.high_slope = 0.0;
     if (-o->accel > r.low) r.low = -o->accel, r.low_slope = 0.0;
-    for (int k = 0; k < o->n; k++) {
-        double cu = o->cu[k], cx = o->cx[k];
-        if (fabs(cu) < 1e-12) continue;
-        double inv = 1.0 / cu, slope = -cx * inv, middle = slope * x, half = fabs(inv);
-        if (middle + half < r.high) r.high = middle + half, r.high_slope = slope;
-        if (middle - half > r.low) r.low = middle - half, r.low_slope = slope;
-    }
+    const double *b = o->bounds;
+    for (int i = 0; i < o->n; i++, b += o->step)
+        for (int k = 0; k < 4; k += 2) {
+            double middle = b[k + 1] * x, upper = middle + b[k], lower = middle - b[k];
+            if (upper < r.high) r.high = upper, r.high_slope = b[k + 1];
+            if (lower > r.low) r.low = lower, r.low_slope = b[k + 1];
+        }
     return r;
 }
 
@@ -120,9 +142,9 @@ double bent_need(const span *sp, double s, double soft2, double next) {
 /* Path acceleration that all rows allow at a standstill. */
 static double standing(const part *o) {
     double most = 1.0 / o->accel;
-    for (int k = 0; k < o->n; k++) {
-        double cu = k & 1 ? o->cu[k] - 2.0 * o->h * o->cx[k] : o->cu[k];
-        most = greater(most, fabs(cu));
+    for (int i = 0; i < o->n; i++) {
+        const double *r = o->span->rows + ROW * (uint32_t)i;
+        most = greater(most, greater(fabs(between(r[0], r[2], o->t)), fabs(r[2])));
     }
     return 1.0 / greater(most, 1e-30);
 }
@@ -143,7 +165,7 @@ static bent_step brake_over(const part *o, double x) {
 /* From rest to rest: up over the first half, down over the second; the way up. */
 static bent_step hop(const part *o, double soft2) {
     double half = 0.5 * o->h, bend = 0.0, u = HOP * standing(o);
-    for (int k = 0; k < o->n; k++) bend = greater(bend, fabs(o->cx[k]));
+    for (int i = 0; i < o->n; i++) bend = greater(bend, greater(fabs(o->span->rows[ROW * (uint32_t)i + 1]), fabs(o->span->rows[ROW * (uint32_t)i + 3])));
     double peak2 = lesser(2.0 * half * u, lesser(soft2, lesser(o->cap2, o->end_cap2)));
     if (bend * peak2 > HOP) peak2 = HOP / bend;
     return (bent_step){peak2 / (2.0 * half), half, peak2};

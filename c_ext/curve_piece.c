@@ -182,11 +182,18 @@ void curve_knot(const engine *e, const piece *p, double s, knot *k) {
     curve_knot_at(e, p, w, s, k);
 }
 
-/* A knot between two of the same cell; returns its place. */
-double curve_between(const engine *e, const piece *p, const knot *a, const knot *b, knot *middle) {
+/* Place of the parameter w between two knots of the same cell. */
+double curve_between(const engine *e, const piece *p, const knot *a, const knot *b, double w) {
     const curve *c = curve_of(e, p);
-    double w = 0.5 * (a->w + b->w), first = curve_length_between(c, a->w, w), second = curve_length_between(c, w, b->w);
-    double s = a->s + (b->s - a->s) * (first / (first + second));
-    curve_knot_at(e, p, w, s, middle);
-    return s;
+    double first = curve_length_between(c, a->w, w), second = curve_length_between(c, w, b->w);
+    return a->s + (b->s - a->s) * (first / (first + second));
+}
+
+/* Parameter where the cell ends that curve_piece_cell_end has found at s; elsewhere searched for. */
+double curve_cell_parameter(const engine *e, const piece *p, double s) {
+    const curve *c = curve_of(e, p);
+    double u = (p->from + p->dir * s) * (curve_length(c) / p->whole);
+    for (int k = 0; k <= c->cells; k++)
+        if (fabs(c->s[k] - u) <= CELL_LEAST * 1e-3) return c->w[k];
+    return curve_parameter(c, u);
 }

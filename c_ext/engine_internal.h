@@ -72,6 +72,7 @@ typedef struct synch_table {
 typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piece_kind;
 
 #define SPANS_MAX 64u     /* stretches of a piece */
+#define SPAN_ROW 8u       /* numbers an axis has in a curved one */
 
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <= accel, v <= v_hard. Curved (rows; bent.c):
  * per axis |r0 u + r1 x| <= 1 at its start, |r2 u + r3 x| <= 1 at its end, x <= cap2 at both. */
@@ -79,7 +80,7 @@ typedef struct span {
     double length, accel, v_hard;
     double need2;          /* largest speed squared at the start from which everything ahead can be met */
     double cap2[2];
-    const double *rows;    /* NULL: straight */
+    const double *rows;    /* NULL: straight; r0 to r3 of each axis, and what they bound (bent.c) */
     uint8_t n_rows;
 } span;
 
@@ -202,7 +203,7 @@ typedef struct planner {
     uint32_t tail_max;
     uint64_t written;    /* phases written, published by the commit word */
     double target_s;     /* commit until this much motion is ahead */
-    double cpu_s;
+    double cpu_s, clock_s; /* clock_s: what reading the clock takes */
     uint64_t pumps, chance; /* which of them are timed */
     uint64_t phases, infeasible;
     techno_counts done, done_again; /* as the caps were computed with, like the two below */
@@ -259,6 +260,7 @@ typedef struct feeder {
     uint64_t loop_begin;
     techno_counts gate, pushed; /* functions on stretches driven before */
     uint64_t program_first;
+    uint32_t reach;      /* pieces fed beyond the window */
     bool final;          /* nothing can come behind the run ring's head */
     /* jobs that need standstill */
     uint32_t shortcuts;  /* requests that have been done */
@@ -465,7 +467,8 @@ void curve_piece_tangent(const engine *e, const piece *p, double s, double *u);
 void curve_add_curvature(const engine *e, const piece *p, double *curvature);
 void curve_knot(const engine *e, const piece *p, double s, knot *k);
 void curve_knot_at(const engine *e, const piece *p, double w, double s, knot *k);
-double curve_between(const engine *e, const piece *p, const knot *a, const knot *b, knot *middle);
+double curve_between(const engine *e, const piece *p, const knot *a, const knot *b, double w);
+double curve_cell_parameter(const engine *e, const piece *p, double s);
 
 /* mapping.c */
 void map_behind_element(engine *e);
@@ -480,6 +483,7 @@ double angle_between(const double *a, const double *b);
 
 /* feed.c */
 void feed(engine *e);
+bool feed_further(engine *e);
 void feed_store_floor(engine *e);
 bool feed_job_pending(engine *e);
 void feed_do_jobs(engine *e);
@@ -504,7 +508,7 @@ const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
 bool log_available(const engine *e);
 
 /* bent.c */
-int bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows);
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows);
 double knot_cap2(const engine *e, const piece *p, const knot *k, const double *room);
 double bent_need(const span *sp, double s, double soft2, double next);
 bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool brake);

@@ -267,6 +267,7 @@ static uint64_t kept_needs(const planner *p) {
 void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
     uint64_t kept = kept_needs(&e->plan);
+    if (kept == end && end > e->plan.piece && spans_known(e, end - 1)) return;
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);
         bool known = spans_known(e, i), same = i < kept && is_motion(p) && known;

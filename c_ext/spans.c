@@ -14,7 +14,7 @@
 #define HALVINGS 4
 #define SHORTEST_MM 1e-4
 #define TINY_MM 1e-9
-#define SLOTS 4u           /* pieces, events among them, over motions of a window */
+#define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
 bool spans_new(engine *e) {
     uint64_t slots = 1;
@@ -22,7 +22,7 @@ bool spans_new(engine *e) {
     size_t stretches = (size_t)(slots * SPANS_MAX);
     e->plan.span_mask = slots - 1;
     e->plan.spans = calloc(stretches, sizeof(span));
-    e->plan.rows = calloc(stretches * 4 * (size_t)e->cfg.axis_count, sizeof(double));
+    e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
     e->plan.span_owner = calloc((size_t)slots, sizeof(uint64_t));
     return e->plan.spans && e->plan.rows && e->plan.span_owner;
 }
@@ -105,8 +105,9 @@ static double misses(const builder *b, const knot *a, const knot *m, const knot 
 static void refine(builder *b, const knot *from, const knot *to, int halvings) {
     knot m;
     if (halvings > 0 && b->spare > 0 && to->s - from->s > SHORTEST_MM) {
-        m.s = curve_between(b->e, b->p, from, to, &m);
+        curve_knot_at(b->e, b->p, 0.5 * (from->w + to->w), 0.0, &m);
         if (misses(b, from, &m, to) > 1.0) {
+            m.s = curve_between(b->e, b->p, from, to, m.w);
             b->spare--;
             refine(b, from, &m, halvings - 1);
             refine(b, &m, to, halvings - 1);
@@ -117,13 +118,23 @@ static void refine(builder *b, const knot *from, const knot *to, int halvings) {
 }
 
 /* ------------------------------------------------------------------------------------------------ strips */
+static void turn_by(double *d, const piece *p, double c, double z) {
+    double d1 = d[p->axis1], d2 = d[p->axis2];
+    d[p->axis1] = c * d1 - z * d2;
+    d[p->axis2] = z * d1 + c * d2;
+}
+
 static void arc_strip(builder *b, double from, double to, int least) {
     double turn = fabs(b->p->sweep) / b->p->whole * (to - from);
     int n = (int)greater(ceil(turn / TURN_STEP - 1e-9), least);
     knot last, next;
     arc_knot(b->e, b->p, from, &last);
+    double step = b->p->dir * b->p->sweep / b->p->whole * (to - from) / n, c = cos(step), z = sin(step);
+    next = last;
     for (int k = 1; k <= n; k++) {
-        arc_knot(b->e, b->p, k == n ? to : from + (to - from) * k / n, &next);
+        next.s = k == n ? to : from + (to - from) * k / n;
+        turn_by(next.d1, b->p, c, z);
+        turn_by(next.d2, b->p, c, z);
         add_bent(b, &last, &next);
         last = next;
     }
@@ -134,12 +145,12 @@ static void curve_strip(builder *b, double from, double to, int least) {
     const engine *e = b->e;
     double s = from, part = (to - from) / least;
     knot last, next;
-    curve_knot(e, b->p, from, &last);
+    curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, from), from, &last);
     while (s < to) {
         double end = lesser(curve_piece_cell_end(e, b->p, s), to);
         if (least > 1) end = lesser(end, s + part);
         if (to - end < TINY_MM) end = to;
-        curve_knot(e, b->p, end, &next);
+        curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, end), end, &next);
         refine(b, &last, &next, HALVINGS);
         last = next;
         s = end;
@@ -190,7 +201,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
     uint64_t slot = i & e->plan.span_mask;
-    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * SPANS_MAX * 4 * (uint64_t)e->cfg.axis_count};
+    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * SPANS_MAX * SPAN_ROW * (uint64_t)e->cfg.axis_count};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
