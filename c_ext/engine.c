@@ -22,7 +22,9 @@ static bool allocate(engine *e) {
     e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
     if (!drive_new(e) || !foresight_new(e) || !spans_new(e)) return false;
     e->elements = calloc(elements, sizeof(element));
-    e->pieces = calloc(PIECE_RING, sizeof(piece));
+    uint64_t run = power_of_two(e->cfg.window + RUN_MORE);
+    e->piece_mask = (run < PIECE_RING ? run : PIECE_RING) - 1;
+    e->pieces = calloc(e->piece_mask + 1, sizeof(piece));
     e->curves = calloc(stored, sizeof(curve));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));

@@ -10,7 +10,8 @@
 #include "jerk_planner.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
-#define PIECE_RING 16384u
+#define PIECE_RING 16384u /* pieces of the run ring at the most; fewer where the window is small */
+#define RUN_MORE (1064u + KEPT_BEHIND + PHASE_RING + 64u) /* beyond the window: fed ahead, kept, committed */
 #define KEPT_BEHIND 1024u /* executed pieces that stay readable, more than the planner looks back */
 #define STORE_AHEAD 16384u /* pieces prepared ahead of those the path has reached */
 #define STORE_KEPT_MAX (1u << 20)
@@ -337,6 +338,7 @@ struct engine {
     /* The run ring: pieces in the order in which they are driven. */
     feeder feed;
     piece *pieces;
+    uint64_t piece_mask;
     curve *curves;        /* of the store's pieces that are polynomials */
     curve next_curve;     /* checked, for the row that is pushed next */
     double next_tangents[6];        /* of an element whose geometry lies in other coordinates */
@@ -432,7 +434,7 @@ struct engine {
     struct foresight *foresight; /* NULL: none of its functions is configured */
 };
 
-static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & (PIECE_RING - 1)]; }
+static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & e->piece_mask]; }
 static inline piece *store_at(engine *e, uint64_t i) { return &e->store[i & e->store_mask]; }
 static inline element *element_at(engine *e, uint64_t i) { return &e->elements[i & e->element_mask]; }
 static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }

@@ -22,7 +22,7 @@ void feed_store_floor(engine *e) {
     if (floor > e->store_floor) ATOMIC_SET(e->store_floor, floor);
 }
 
-static bool run_has_room(engine *e) { return e->piece_head - ATOMIC_GET(e->piece_done) < PIECE_RING - KEPT_BEHIND - 8; }
+static bool run_has_room(engine *e) { return e->piece_head - ATOMIC_GET(e->piece_done) < e->piece_mask + 1 - KEPT_BEHIND - 8; }
 
 /* Change of direction per axis between the piece before and this one. */
 static void set_jump(engine *e, piece *p) {
@@ -343,9 +343,13 @@ static bool can_feed(engine *e, uint64_t head) {
     return e->feed.next < head;
 }
 
-/* The copy is written whole: its place in the ring has not been touched for a long time. */
-static void prefetch_piece(const piece *p) {
-    for (size_t at = 0; at < sizeof *p; at += 64) __builtin_prefetch((const char *)p + at, 1);
+/* Neither the piece that is copied next nor its place in the ring has been touched for a long time. */
+static void prefetch_next(engine *e) {
+    const char *from = (const char *)store_at(e, e->feed.next + (uint64_t)(2 * e->feed.dir)), *to = (const char *)piece_at(e, e->piece_head + 1);
+    for (size_t at = 0; at < sizeof(piece); at += 64) {
+        __builtin_prefetch(from + at, 0);
+        __builtin_prefetch(to + at, 1);
+    }
 }
 
 static void feed_next(engine *e) {
@@ -439,7 +443,7 @@ void feed(engine *e) {
     if (e->feed.in_loop) reconsider_loop(e);
     take_insert(e);
     while (can_feed(e, head) && wants_more(e)) {
-        prefetch_piece(piece_at(e, e->piece_head + 1));
+        prefetch_next(e);
         feed_next(e);
     }
     e->feed.final = e->feed.dir < 0 ? !can_feed(e, head) : finished && e->feed.next >= head;

@@ -35,7 +35,7 @@ void spans_free(engine *e) {
 
 /* The stretches of piece i are those in the room it shares with others. */
 bool spans_known(const engine *e, uint64_t i) {
-    return e->pieces[i & (PIECE_RING - 1)].spanned && e->plan.span_owner[i & e->plan.span_mask] == i;
+    return e->pieces[i & e->piece_mask].spanned && e->plan.span_owner[i & e->plan.span_mask] == i;
 }
 
 /* A stretch of a piece with the acceleration that jumps use up on it. */
