@@ -8,7 +8,7 @@
 #define MERGE 0.01        /* share of the tolerance (1e-4 mm at most): collinear points are left out */
 #define MERGE_MAX 1e-4
 #define SAGITTA 0.05      /* share of the tolerance that the chords of an arc use up */
-#define TURN_PER_SPAN 0.12
+#define TURN_PER_SPAN 0.18
 #define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle */
 #define HELD_MAX 8192     /* rows held back; then the section is ended */
 

@@ -12,6 +12,7 @@
 #define WEIGHT_SPREAD 1e7 /* a weight's largest factor over its first */
 #define OVER 2.0         /* power of a residual above its target in its point's next weight */
 #define RHO_MIN 1e-5
+#define HEAD_KNOTS 10 /* what is written, and the control points it shares with what follows, feel no later knot */
 
 /* ---- knots ---------------------------------------------------------------------------------------------------- */
 
@@ -101,7 +102,7 @@ static int lay_out(nc_smooth *s, int end, bool final) {
     window *w = &s->w;
     int n; /* knots up to and with the last one, once */
     if (s->keep.valid) {
-        n = s->keep.spans + 6;
+        n = s->keep.spans + 6 < HEAD_KNOTS ? s->keep.spans + 6 : HEAD_KNOTS;
         memcpy(w->tau, s->keep.tau, sizeof(double) * (size_t)n);
         memcpy(w->c, s->keep.c, sizeof(w->c[0]) * 5);
         w->fixed_head = 5;
