@@ -1,4 +1,4 @@
-"""Smoothing: what the path is worth - curvature against the curve behind the data, motion times, robustness of windows."""
+"""Smoothing: what the path is worth - curvature against the curve behind the data, motion times, windows that fail."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def contour_points(first: int, n: int) -> tuple[FloatArray, FloatArray]:
 
 @pytest.mark.parametrize("tolerance", [0.005, 0.01, 0.05])
 def test_windows_do_not_show_in_the_curve(tolerance: float) -> None:
-    """The curvature of the contour comes back everywhere, also where knots were first laid before what follows was known."""
+    """The curvature of the contour comes back, also where knots were first laid without knowing what follows."""
     points, bend = contour_points(0, 2000)
     rows = line_rows(points, 100.0)
     batch, report = smooth(rows, points[0], tolerance, machine=FAST)
