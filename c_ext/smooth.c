@@ -151,11 +151,10 @@ static void work(nc_smooth *s, int known) {
         known -= before - s->n_nodes;
         s->measure = 0.0;
     }
-    while (known > 4 && (s->measure >= SPANS_FULL || s->n_nodes > NODES - 8)) {
+    while (known > 4 && (s->measure >= SPANS_FULL || s->n_nodes > NODES_FULL)) {
         int before = s->n_nodes;
         window_advance(s, known - 1, false);
         known -= before - s->n_nodes;
-        s->measure = fmin(s->measure - COMMIT_SPANS, (double)SPANS_FULL - 20.0);
     }
 }
 

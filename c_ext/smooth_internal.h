@@ -10,9 +10,11 @@
 #define ORDER 6
 #define SIZE_GROWTH 0.7  /* of the wanted span length per distance from a kink */
 #define SPANS_FULL 60    /* spans that make a window worth solving */
+#define SPANS_LEAST 50   /* fewer are not: nodes are waited for */
 #define SPANS_ROOM 160   /* spans a window can hold at the most */
 #define COMMIT_SPANS 30  /* committed of a full window */
 #define NODES 2048       /* nodes of the section in work */
+#define NODES_FULL (NODES - 8)
 #define SITES (NODES + SPANS_ROOM)
 #define CONTROLS (SPANS_ROOM + 5)
 #define KNOTS (CONTROLS + 6)
@@ -52,6 +54,7 @@ typedef struct site {
     int span;
     double miss;  /* residual over target */
     double allowed;
+    bool wish;    /* the target is closer than the tolerance asks for */
 } site;
 
 typedef struct window {

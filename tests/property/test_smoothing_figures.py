@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drive import FloatArray, line_rows
-from test_smoothing import derivatives, executed, smooth
+from test_smoothing import derivatives, executed, judge, smooth
 
 from cnc_core.geometry.smoothing import SmoothingMachine
 from cnc_core.jerk_paths import contour
@@ -33,3 +33,31 @@ def test_windows_do_not_show_in_the_curve(tolerance: float) -> None:
     covered = np.cumsum(executed(batch)["value"])
     there = np.interp(covered, np.concatenate([[0.0], np.cumsum(rows["length"])]), bend)
     assert np.abs(found - there)[5:-5].max() < 0.15 * np.abs(bend).max()
+
+
+@pytest.mark.parametrize("tolerance", [0.005, 0.01])
+def test_noise_of_the_data_is_not_followed(tolerance: float) -> None:
+    """Points of an arc that scatter by 2 um: the path is the arc within the tolerance, not the scatter."""
+    angle = np.cumsum(np.random.default_rng(5).uniform(0.004, 0.012, 500))
+    points = 20 * np.column_stack([np.cos(angle) - 1, np.sin(angle), 0 * angle])
+    points = (points + np.random.default_rng(6).normal(size=points.shape) * 0.002).round(4)
+    rows = line_rows(points, 100.0)
+    batch, report = smooth(rows, points[0], tolerance, machine=FAST)
+    judge(rows, points[0], tolerance, batch)
+    assert report.fallbacks == 0
+    bend = np.linalg.norm(derivatives(batch)[5:-5, 0, 1], axis=1) * 20
+    assert np.abs(bend - 1).max() < (3.0 if tolerance < 0.01 else 0.5)
+
+
+def test_a_surface_with_kinks_needs_no_fallback() -> None:
+    """Raster over a surface with an edge in it, rounded to a micrometre: every window finds its curve."""
+    x = np.concatenate([np.arange(0, 22, 0.9), np.arange(22, 40, 0.35), np.arange(40, 90, 1.3)])
+    height = 8 * np.exp(-((x - 30) ** 2) / 60) + np.where(x > 60, np.minimum(x - 60, 4.0), 0.0)
+    there = [np.column_stack([x, np.full(len(x), y), height]) for y in (0.0, 0.4, 0.8)]
+    lines = [there[0], there[1][::-1], there[2]]
+    points = np.vstack(lines).round(3)
+    for tolerance in (0.005, 0.01, 0.02):
+        rows = line_rows(points, 100.0)
+        batch, report = smooth(rows, points[0], tolerance, machine=FAST)
+        judge(rows, points[0], tolerance, batch)
+        assert report.fallbacks == 0
