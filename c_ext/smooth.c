@@ -9,7 +9,10 @@
 #define MERGE_MAX 1e-4
 #define SAGITTA 0.05      /* share of the tolerance that the chords of an arc use up */
 #define TURN_PER_SPAN 0.18
-#define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle */
+#define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle; at corners 1 */
+#define KINK 40.0         /* tolerances over the turn: run-out of a curve */
+#define SHARP_FROM 1.2    /* rad: turns are blended by curves below, */
+#define SHARP_TO 1.6      /* ... and as corners above */
 #define HELD_MAX 8192     /* rows held back; then the section is ended */
 
 void nc_smooth_free(nc_smooth *s) {
@@ -70,12 +73,16 @@ static double turn_at(const nc_smooth *s, const node *a, const node *b, const no
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }
 
+/* How much a turn is a corner, 0..1: where lines meet at a large angle a short blend is faster than a long curve, which is slow
+ * over all of its way. */
+static double sharpness(double turn) { return fmin(1.0, fmax(0.0, (turn - SHARP_FROM) / (SHARP_TO - SHARP_FROM))); }
+
 /* How far along a long line the curve may begin before a node with this turn, next to a chord of this length. */
 static double run_out(const nc_smooth *s, const node *n, double beside) {
     if (n->kind == NODE_BREAK) return 0.0;
-    double turn = fmax(n->turn, 1e-9);
-    double smooth = 3.0 * sqrt(8.0 * s->tol * beside / turn), kink = 16.0 * s->tol / turn;
-    return fmax(10.0 * s->tol, fmin(smooth, kink));
+    double turn = fmax(n->turn, 1e-9), corner = corner_distance(s, turn);
+    double smooth = 3.0 * sqrt(8.0 * s->tol * beside / turn), curve = fmax(fmin(smooth, KINK * s->tol / turn), 10.0 * s->tol);
+    return fmax(corner, curve + sharpness(turn) * (corner - curve));
 }
 
 static node between(const nc_smooth *s, const node *a, const node *b, double r, uint8_t kind, double size) {
@@ -96,7 +103,8 @@ static void split_long(nc_smooth *s, int i, double beside_next) {
     double own = b.t - a.t;
     if (a.kind == NODE_HEAD || a.kind == NODE_TAIL) return;
     double left = run_out(s, &a, a.len), right = run_out(s, &b, beside_next);
-    if (own < LONG_LINE * (left + right) || s->n_nodes + 2 > NODES) return;
+    double least = left * (LONG_LINE - (LONG_LINE - 1.0) * sharpness(a.turn)) + right * (LONG_LINE - (LONG_LINE - 1.0) * sharpness(b.turn));
+    if (own < least || s->n_nodes + 2 > NODES) return;
     if (left + right <= 0.0) return;
     node add[2];
     int n = 0;

@@ -144,6 +144,7 @@ void drop_nodes(nc_smooth *s, int n);
 /* smooth_corner.c */
 /* The exact chords from nodes[0] (from contour parameter out_t on) to nodes[end] with blends at the corners between. */
 void corner_path(nc_smooth *s, int end);
+double corner_distance(const nc_smooth *s, double turn);
 
 /* smooth_emit.c */
 void emit_hold(nc_smooth *s, const nc_block *row, double t, bool motion);

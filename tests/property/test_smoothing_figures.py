@@ -61,3 +61,16 @@ def test_a_surface_with_kinks_needs_no_fallback() -> None:
         batch, report = smooth(rows, points[0], tolerance, machine=FAST)
         judge(rows, points[0], tolerance, batch)
         assert report.fallbacks == 0
+
+
+def test_corners_close_to_each_other_stay_corners() -> None:
+    """A raster with right angles 0.5 mm apart: blends at every corner, exact lines between, whatever the tolerance."""
+    x = np.array([0.0, 60.0, 60.0, 0.0] * 5)
+    points = np.column_stack([x, np.arange(20) // 2 * 0.5, 0 * x])
+    rows = line_rows(points, 200.0)
+    for tolerance in (0.005, 0.01, 0.02):
+        batch, report = smooth(rows, points[0], tolerance, machine=FAST)
+        judge(rows, points[0], tolerance, batch)
+        assert report.curves == report.corners == len(rows) - 1
+        longest = executed(batch)["length"].max()
+        assert longest > 60 - 20 * tolerance
