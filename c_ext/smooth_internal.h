@@ -86,8 +86,8 @@ struct nc_smooth {
     bool has_function;       /* rows that are not motion came with this block_count last */
     uint32_t function_count;
     double skipped;          /* farthest point left out behind the last node */
-    double merged[32][NC_AXES]; /* points left out on the last chord, collinear */
-    int merged_n;
+    int merged_n;            /* points left out on the last chord, collinear */
+    double toward[NC_AXES], spread; /* directions of that chord that pass them */
     double measure;          /* knot spans that the settled nodes ask for */
     node nodes[NODES];
     int n_nodes;            /* node 0 is where what is written so far ends */

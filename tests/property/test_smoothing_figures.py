@@ -7,6 +7,7 @@ import pytest
 from drive import FloatArray, line_rows
 from test_smoothing import derivatives, executed, judge, smooth
 
+from cnc_core.blocks import POLYNOMIAL
 from cnc_core.geometry.smoothing import SmoothingMachine
 from cnc_core.jerk_paths import contour
 
@@ -74,3 +75,29 @@ def test_corners_close_to_each_other_stay_corners() -> None:
         assert report.curves == report.corners == len(rows) - 1
         longest = executed(batch)["length"].max()
         assert longest > 60 - 20 * tolerance
+
+
+def test_lines_in_short_blocks_are_lines() -> None:
+    """A scan with vertical steps, 0.25 mm a block: what is straight is driven exactly, curves are at the edges only."""
+    x = np.arange(0, 60, 0.25)
+    height = np.where((x > 15) & (x < 30), 5.0, 0.0) + np.where(x > 40, (x - 40) * 0.5, 0.0)
+    points = np.column_stack([x, 0 * x, height])
+    rows = line_rows(points, 150.0)
+    for tolerance in (0.005, 0.02):
+        batch, report = smooth(rows, points[0], tolerance, machine=FAST)
+        judge(rows, points[0], tolerance, batch)
+        pieces = executed(batch)
+        curved = pieces["length"][pieces["type"] == POLYNOMIAL].sum()
+        assert curved < 5 * 80 * tolerance
+        assert report.pieces < 30
+
+
+def test_points_left_out_on_a_line_stay_beside_it() -> None:
+    """Thousands of nearly collinear points that wander by more than may be left out: never more than the tolerance off."""
+    rng = np.random.default_rng(3)
+    wander = np.cumsum(rng.normal(size=(3000, 2)) * 4e-6, axis=0)
+    points = np.column_stack([np.arange(3000) * 0.01, wander - wander[0]])
+    rows = line_rows(points, 100.0)
+    batch, report = smooth(rows, points[0], 0.002, machine=FAST)
+    judge(rows, points[0], 0.002, batch)
+    assert report.pieces < 300
