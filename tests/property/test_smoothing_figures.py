@@ -93,7 +93,7 @@ def test_lines_in_short_blocks_are_lines() -> None:
 
 
 def test_points_left_out_on_a_line_stay_beside_it() -> None:
-    """Thousands of nearly collinear points that wander by more than may be left out: never more than the tolerance off."""
+    """Thousands of nearly collinear points that wander by more than may be left out: the tolerance holds."""
     rng = np.random.default_rng(3)
     wander = np.cumsum(rng.normal(size=(3000, 2)) * 4e-6, axis=0)
     points = np.column_stack([np.arange(3000) * 0.01, wander - wander[0]])
