@@ -214,7 +214,7 @@ static void publish_bahn(engine *e) {
     show_u32(&b->block_number_r, g->n);
     show_u32(&b->command_feed_r, (uint32_t)dint(g->feed * 1000.0));
     bool external = e->ext_speed < NEVER && motion && p->dir < 0;
-    show_u32(&b->active_feed_r, (uint32_t)dint((external ? -g->v : g->v) * 1000.0));
+    show_u32(&b->active_feed_r, (uint32_t)dint((external ? -geo_path_speed(e) : geo_path_speed(e)) * 1000.0));
     show_u32(&b->stop_condition_r, stop_conditions(e));
     show_u32(&b->tool_nr_r, (uint32_t)g->tool);
     show_u16(&b->override_r, (uint16_t)lrint(e->override_now * OVERRIDE_FULL));
