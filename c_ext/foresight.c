@@ -77,65 +77,11 @@ static void rest_of_plan(engine *e, forecast *to) {
         if (!append(e->foresight, to, t->phases[i])) return;
 }
 
-typedef struct runner {
-    struct foresight *f;
-    forecast *to;
-    uint64_t piece;
-    double s, v;
-} runner;
-
-static bool run_to(runner *r, double a, double s1, double v1, bool last) {
-    double sum = r->v + v1, d = s1 - r->s;
-    if (d > 0.0 && sum > 1e-9 && !append(r->f, r->to, (phase){.piece = r->piece, .s0 = r->s, .v0 = r->v, .a = a, .time = 2.0 * d / sum, .last = last}))
-        return false;
-    r->s = s1;
-    r->v = v1;
-    return true;
-}
-
-/* Over a stretch with constant limits: up to the cap, along it, down to what must be met at its end. */
-static bool run_stretch(runner *r, double to, double a, double cap, double end2, bool last) {
-    double room = to - r->s, v2 = r->v * r->v;
-    end2 = fmin(end2, cap * cap);
-    if (v2 >= end2 + 2.0 * a * room) return run_to(r, -a, to, sqrt(fmax(0.0, v2 - 2.0 * a * room)), last);
-    if (r->v > cap) {
-        double down = (v2 - cap * cap) / (2.0 * a);
-        if (!run_to(r, -a, r->s + down, cap, false)) return false;
-        room -= down;
-        v2 = cap * cap;
-    }
-    double out2 = fmin(end2, v2 + 2.0 * a * room), peak = fmin(cap, sqrt(0.5 * (2.0 * a * room + v2 + out2)));
-    double up = (peak * peak - v2) / (2.0 * a), down = (peak * peak - out2) / (2.0 * a);
-    return run_to(r, a, r->s + up, peak, false) && run_to(r, 0.0, to - down, peak, false) && run_to(r, -a, to, sqrt(out2), last);
-}
-
-static bool run_piece(engine *e, runner *r, uint64_t end) {
-    const piece *p = piece_at(e, r->piece);
-    double soft = soft_cap(e, p), from = 0.0, need[SPANS_MAX];
-    double behind = p->stop_after || r->piece + 1 >= end ? 0.0 : piece_at(e, r->piece + 1)->need2;
-    for (uint32_t k = p->span_count; k-- > 0;) {
-        double cap = fmin(soft, p->spans[k].v_hard);
-        need[k] = behind;
-        behind = fmin(cap * cap, fmin(behind, cap * cap) + 2.0 * p->spans[k].accel * p->spans[k].length);
-    }
-    for (uint32_t k = 0; k < p->span_count; k++) {
-        double to = k + 1 == p->span_count ? p->length : from + p->spans[k].length, cap = fmin(soft, p->spans[k].v_hard);
-        if (to > r->s && (cap <= 0.0 || !run_stretch(r, to, p->spans[k].accel, cap, need[k], k + 1 == p->span_count))) return false;
-        from = to;
-    }
-    return true;
-}
-
-/* The acceleration-limited planner stores no plan: the same rules once more through its window. */
+/* The acceleration-limited planner stores no plan: its window once more, to the end. */
 static void run_window(engine *e, forecast *to) {
-    runner r = {e->foresight, to, e->plan.piece, e->plan.s, e->plan.v};
-    uint64_t end = window_end(e);
-    for (; r.piece < end; r.piece++, r.s = 0.0) {
-        const piece *p = piece_at(e, r.piece);
-        if (is_motion(p) ? !run_piece(e, &r, end)
-                         : !append(r.f, to, (phase){.piece = r.piece, .v0 = r.v, .time = p->type == NC_DWELL ? p->value : 0.0, .last = true}))
-            return;
-    }
+    writer w = {.e = e, .out = to->phases, .max = e->foresight->max, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = NEVER};
+    drive_window(&w, window_end(e));
+    to->count = w.count;
 }
 
 /* ------------------------------------------------------------------------------------------------ feed blocks */
