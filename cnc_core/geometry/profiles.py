@@ -39,7 +39,7 @@ SPEED_GRID = np.linspace(0.0, 1.0, 25)
 SLOWDOWN = 0.03  # of the largest speed over the parameter
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
-CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
+CHAIN, VERSOR, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909250, 909253, 909260, 909261, 909262
 
 
 @dataclass
@@ -265,7 +265,7 @@ class Profiles:
         try:
             return open_.carry(intervals)
         except NotCarried as reason:
-            number = {"direction": UNREACHABLE, "rough": ROUGH, "normal": NORMAL}[reason.reason]
+            number = {"direction": UNREACHABLE, "rough": ROUGH, "versor": VERSOR}[reason.reason]
             line = int(intervals.line[reason.interval])
         except NoNormal:
             number, line = NORMAL, int(intervals.line[0])
@@ -365,8 +365,8 @@ class Profiles:
         one.line = chunk.line[:1]
         try:
             return np.asarray(open_.carry.carried(coef, np.zeros(1), np.ones(1, np.bool_))[0, 0])
-        except NotCarried:
-            number = UNREACHABLE
+        except NotCarried as reason:
+            number = VERSOR if reason.reason == "versor" else UNREACHABLE
         except NoNormal:
             number = NORMAL
         place = self._place(open_.spec.file, int(chunk.line[0]))
