@@ -30,7 +30,7 @@ TOGETHER = 1e-6  # relative difference of first derivatives that are the same
 
 
 class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
-    """``reason``: "direction" cannot be reached, "rough" (no smooth motion), "versor" without length.  ``interval``: where."""
+    """``reason``: "direction" not reached, "rough" (not smooth), "versor" without length.  ``interval``: where."""
 
     def __init__(self, reason: str, interval: int) -> None:
         super().__init__(reason)
