@@ -50,7 +50,7 @@ jerk_planner *drive_spare(const engine *e) {
 bool drive_new(engine *e) {
     if (!jerk_limited(&e->cfg)) return true;
     jerk_config c = config_of(&e->cfg);
-    e->drive.laws_max = c.window_knots + 128;
+    e->drive.laws_max = c.window_knots + 128 + jerk_laws_kept();
     if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;
     e->drive.planner = jerk_new(&c, 2 * c.window_knots);
     e->drive.laws = calloc((size_t)e->drive.laws_max, sizeof(jerk_law));
@@ -450,6 +450,13 @@ bool drive_shorten_tail(engine *e) {
         __atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return true;
     e->drive.restart = true;
     return false;
+}
+
+/* The last `seconds` that were committed are the beginning of the plan again. */
+bool drive_take_back(engine *e, double seconds) {
+    if (!jerk_take_back(e->drive.planner, seconds)) return false;
+    update_stands(e);
+    return true;
 }
 
 /* Commit motion until COMMIT_HIGH_S of it are ahead of GEO. */

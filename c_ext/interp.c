@@ -79,6 +79,7 @@ static void run_reset(geo *g, const piece *p) {
 /* The cell takes commands out of a small ring; what it cannot hold is counted. */
 static void tell_command(engine *e, const piece *p) {
     uint64_t head = e->command_head;
+    external_command(e, p->value);
     if (head - ATOMIC_GET(e->command_tail) >= COMMANDS_MAX) {
         e->commands_lost++;
         return;

@@ -206,6 +206,8 @@ class Block:
             out["param"] = float(row["value"]) if row["flags"] & HAS_PARAM else None
         elif kind == S:
             out["value"] = float(row["value"])
+        elif kind == EVENT and row["code"] == EVENT_COMMAND:
+            out["code"] = out["value"] = int(row["value"])
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
