@@ -27,7 +27,7 @@ from .geometry.profile_blend import evaluated
 from .geometry.profile_curves import Intervals, steps_of
 from .geometry.profile_points import PointFilter, Points, automatic_codes
 from .geometry.profile_tool import NoNormal, Versors
-from .geometry.profiles import machine_of
+from .geometry.profiles import machine_of, tool_directions
 from .kinematics.machine import Kinematics
 from .port import OfflinePort, Wait
 from .profile import BLEND, PASS, POINTS, SMOOTH, STOP, TANGENT, ProfileSpec
@@ -222,8 +222,8 @@ class Optimizer:
         kinds = ["linear"] * len(points)
         if len(points) < 3:
             return kinds
-        versor = spec.versor_columns("ijk")
-        versors = None if versor is None else points.values[:, versor]
+        directions = tool_directions(spec, self._kinematics(spec))
+        versors = None if directions is None else directions(points.values)
         linear, marks = points.values[:, list(spec.linear)], spec.marks
         found = automatic_codes(linear, versors, marks)
         edges = automatic_codes(linear, versors, replace(marks, ratio=0.0)) != SMOOTH
@@ -338,13 +338,14 @@ class Optimizer:
         others = [i for i, axis in enumerate(spec.axes) if not axis.linear and not axis.kinematic]
         return [*spec.linear, *others]
 
+    def _kinematics(self, spec: ProfileSpec) -> Kinematics | None:
+        limits = self.cell.axis_values("min_mm"), self.cell.axis_values("max_mm")
+        return machine_of(spec, 1, limits) if spec.five_axes else None
+
     def _columns(self, spec: ProfileSpec, points: Points) -> FloatArray:
         """(n, columns) what the output programs: axes, then ijk, then mno and pqd of contact points."""
         values = points.values
-        kinematics: Kinematics | None = None
-        if spec.five_axes:
-            low, high = self.cell.axis_values("min_mm"), self.cell.axis_values("max_mm")
-            kinematics = machine_of(spec, 1, (low, high))
+        kinematics = self._kinematics(spec)
         parts = [values[:, self._axes_out(spec)].copy()]
         if kinematics is not None and (spec.point == "AXI" or spec.versor_columns("ijk") is None):
             q = np.tile(spec.start, (len(values), 1))

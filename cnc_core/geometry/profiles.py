@@ -66,7 +66,7 @@ class _Open:
         limits: ProfileLimits,
     ) -> None:
         self.spec, self.kinematics, self.number, self.limits = spec, kinematics, number, limits
-        self.curves = Curves(spec) if spec.kind == POINTS else None
+        self.curves = Curves(spec, tool_directions(spec, kinematics)) if spec.kind == POINTS else None
         self.blends = Blends(spec, partial(edge_speed, spec))
         self.first: ProfileChunk | None = None
         self.approach: ProfileChunk | None = None  # the same until the machine stands where the profile begins
@@ -404,6 +404,23 @@ def machine_of(spec: ProfileSpec, number: int, limits: tuple[FloatArray, FloatAr
     chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
     x, y, z = (spec.axes[i].channel for i in spec.linear)
     return Kinematics(chain, (x, y, z), low, high, number)
+
+
+def tool_directions(spec: ProfileSpec, kinematics: Kinematics | None) -> Callable[[FloatArray], FloatArray] | None:
+    """Tool directions of points (n, columns): as programmed, or as the rotary axes point; None on three axes."""
+    part = spec.versor_columns("ijk")
+    if part is not None:
+        return lambda values: values[:, part]
+    if kinematics is None:
+        return None
+
+    def pointed(values: FloatArray) -> FloatArray:
+        q = np.tile(spec.start, (len(values), 1))
+        for i, axis in enumerate(spec.axes):
+            q[:, axis.channel] = values[:, i]
+        return kinematics.directions(q)
+
+    return pointed
 
 
 def _slows_down(made: Carried, main: list[int]) -> npt.NDArray[np.bool_]:

@@ -559,3 +559,14 @@ def test_versors_that_vanish(shop, form):
         body = "\n".join([*points, "K5\nK5\nK5\nK5"])
     found = refusal(shop.profile(body, setup, cell=CELL_5, head="G61" if form == "POL" else "G61 P3"))
     assert found[0] == 909250
+
+
+@pytest.mark.parametrize("kind", ["CLP", "AXI"])
+def test_edges_of_rotary_positions(shop, kind):
+    """EDG VAngle looks at the tool direction, programmed as ijk or as rotary positions."""
+    setup = changed(SETUP_5, PNT=f"(PNT,{kind},{kind},QUI)", EDG="(EDG,30,5,G66,1)", CRV=None, TOL="(TOL,100,0,0,-90,)")
+    body = "X0Y0Z0A0B0F1000\nX5B1\nX10B2\nX15B20\nX20B21\nX25B22"
+    rows = rows_of(shop.profile(body, setup, cell=CELL_5))
+    rows = rows[rows["type"] == 3]
+    stops = rows["end"][(rows["flags"] & 2) != 0][:, 0]
+    assert stops == pytest.approx([10.0, 25.0])
