@@ -24,7 +24,7 @@ from .frontend.osai.setup import VARIABLE, Record, Records, SetupFile, SetupLine
 from .geometry import profile_jets as jets
 from .geometry.optimizer import Fit, FitReport, SectionFitter, Tolerances, join_sections
 from .geometry.profile_blend import evaluated
-from .geometry.profile_curves import Intervals, steps_of
+from .geometry.profile_curves import Intervals
 from .geometry.profile_points import PointFilter, Points, automatic_codes
 from .geometry.profile_tool import NoNormal, Versors
 from .geometry.profiles import machine_of, tool_directions
@@ -289,6 +289,14 @@ class Optimizer:
         self.result.polynomials += 1
         return Fit(coef, np.array([far]), one, np.array([STOP]), feed=feed), ends, False
 
+    def _slopes(self, spec: ProfileSpec, points: Points, begin: FloatArray | None) -> FloatArray:
+        """(n, 3) direction of the smoothed path at each point: chords of noisy points tell little of it."""
+        fitter = SectionFitter(points.values[:, list(spec.linear)], [0, 1, 2], [], self.tolerances)
+        coef, span, _ = fitter.fit(FitReport(), lambda n: None, None if begin is None else begin[:, :3])
+        breaks = np.concatenate([[0.0], np.cumsum(span)])
+        k = np.clip(np.searchsorted(breaks, fitter.u, side="right") - 1, 0, len(span) - 1)
+        return jets.of_columns(coef[k], fitter.u - breaks[k], 1)[:, 0]
+
     # the tangential axis
 
     def _followed(self, spec: ProfileSpec, points: Points, begin: FloatArray | None) -> Points:
@@ -296,11 +304,7 @@ class Optimizer:
         column = spec.tangential
         if column is None:
             return points
-        fitter = SectionFitter(points.values[:, list(spec.linear)], [0, 1, 2], [], self.tolerances)
-        coef, span, _ = fitter.fit(FitReport(), lambda n: None, None if begin is None else begin[:, :3])
-        breaks = np.concatenate([[0.0], np.cumsum(span)])
-        k = np.clip(np.searchsorted(breaks, fitter.u, side="right") - 1, 0, len(span) - 1)
-        slope = jets.of_columns(coef[k], fitter.u - breaks[k], 1)[:, 0]
+        slope = self._slopes(spec, points, begin)
         heading = np.degrees(np.arctan2(slope[:, 1], slope[:, 0]))
         stands = np.hypot(slope[:, 0], slope[:, 1]) < 1e-6
         last = 0.0 if self._angle is None else self._angle
@@ -369,11 +373,11 @@ class Optimizer:
     def _contact(
         self, spec: ProfileSpec, points: Points, kinematics: Kinematics | None, d: FloatArray | None
     ) -> list[FloatArray]:
-        """n and q of every point, programmed or automatic (tangents from the neighbouring points)."""
+        """n and q of every point, programmed or automatic (tangents of the smoothed path)."""
         versors, n = Versors(spec, kinematics), len(points)
-        slope = np.gradient(
-            points.values, np.concatenate([[0.0], np.cumsum(steps_of(points.values, list(spec.linear)))]), axis=0
-        )
+        slope = np.zeros_like(points.values)
+        if spec.versor_columns("mno") is None:
+            slope[:, list(spec.linear)] = self._slopes(spec, points, None)
         coef = np.stack([points.values, slope], axis=2)
         u = np.zeros(n)
         direction = jets.still(np.array(spec.tool.direction), n)
