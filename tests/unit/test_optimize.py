@@ -355,7 +355,7 @@ def test_a_single_point_is_not_lost(bench):
 
 def test_automatic_normals_are_those_of_the_smoothed_path(bench):
     """Noise of some micrometres turns chords by degrees; mno of the output follow the path that is driven."""
-    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,REL,REL)", TOL="(TOL,0,5,5,0,)", CRV=None)
+    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,REL,REL)", TOL="(TOL,0,5,1,-90,)", CRV=None)
     points = surface(passes=1)
     result = bench.run(words(points), setup + SMT.format("G66"))
     assert result.polynomials < len(points) / 5
