@@ -24,10 +24,10 @@ from .frontend.osai.setup import VARIABLE, Record, Records, SetupFile, SetupLine
 from .geometry import profile_jets as jets
 from .geometry.optimizer import Fit, FitReport, SectionFitter, Tolerances, join_sections
 from .geometry.profile_blend import evaluated
-from .geometry.profile_curves import Intervals, steps_of
+from .geometry.profile_curves import Intervals
 from .geometry.profile_points import PointFilter, Points, automatic_codes
 from .geometry.profile_tool import NoNormal, Versors
-from .geometry.profiles import machine_of
+from .geometry.profiles import machine_of, tool_directions
 from .kinematics.machine import Kinematics
 from .port import OfflinePort, Wait
 from .profile import BLEND, PASS, POINTS, SMOOTH, STOP, TANGENT, ProfileSpec
@@ -222,8 +222,8 @@ class Optimizer:
         kinds = ["linear"] * len(points)
         if len(points) < 3:
             return kinds
-        versor = spec.versor_columns("ijk")
-        versors = None if versor is None else points.values[:, versor]
+        directions = tool_directions(spec, self._kinematics(spec))
+        versors = None if directions is None else directions(points.values)
         linear, marks = points.values[:, list(spec.linear)], spec.marks
         found = automatic_codes(linear, versors, marks)
         edges = automatic_codes(linear, versors, replace(marks, ratio=0.0)) != SMOOTH
@@ -289,6 +289,14 @@ class Optimizer:
         self.result.polynomials += 1
         return Fit(coef, np.array([far]), one, np.array([STOP]), feed=feed), ends, False
 
+    def _slopes(self, spec: ProfileSpec, points: Points, begin: FloatArray | None) -> FloatArray:
+        """(n, 3) direction of the smoothed path at each point: chords of noisy points tell little of it."""
+        fitter = SectionFitter(points.values[:, list(spec.linear)], [0, 1, 2], [], self.tolerances)
+        coef, span, _ = fitter.fit(FitReport(), lambda n: None, None if begin is None else begin[:, :3])
+        breaks = np.concatenate([[0.0], np.cumsum(span)])
+        k = np.clip(np.searchsorted(breaks, fitter.u, side="right") - 1, 0, len(span) - 1)
+        return jets.of_columns(coef[k], fitter.u - breaks[k], 1)[:, 0]
+
     # the tangential axis
 
     def _followed(self, spec: ProfileSpec, points: Points, begin: FloatArray | None) -> Points:
@@ -296,11 +304,7 @@ class Optimizer:
         column = spec.tangential
         if column is None:
             return points
-        fitter = SectionFitter(points.values[:, list(spec.linear)], [0, 1, 2], [], self.tolerances)
-        coef, span, _ = fitter.fit(FitReport(), lambda n: None, None if begin is None else begin[:, :3])
-        breaks = np.concatenate([[0.0], np.cumsum(span)])
-        k = np.clip(np.searchsorted(breaks, fitter.u, side="right") - 1, 0, len(span) - 1)
-        slope = jets.of_columns(coef[k], fitter.u - breaks[k], 1)[:, 0]
+        slope = self._slopes(spec, points, begin)
         heading = np.degrees(np.arctan2(slope[:, 1], slope[:, 0]))
         stands = np.hypot(slope[:, 0], slope[:, 1]) < 1e-6
         last = 0.0 if self._angle is None else self._angle
@@ -338,13 +342,14 @@ class Optimizer:
         others = [i for i, axis in enumerate(spec.axes) if not axis.linear and not axis.kinematic]
         return [*spec.linear, *others]
 
+    def _kinematics(self, spec: ProfileSpec) -> Kinematics | None:
+        limits = self.cell.axis_values("min_mm"), self.cell.axis_values("max_mm")
+        return machine_of(spec, 1, limits) if spec.five_axes else None
+
     def _columns(self, spec: ProfileSpec, points: Points) -> FloatArray:
         """(n, columns) what the output programs: axes, then ijk, then mno and pqd of contact points."""
         values = points.values
-        kinematics: Kinematics | None = None
-        if spec.five_axes:
-            low, high = self.cell.axis_values("min_mm"), self.cell.axis_values("max_mm")
-            kinematics = machine_of(spec, 1, (low, high))
+        kinematics = self._kinematics(spec)
         parts = [values[:, self._axes_out(spec)].copy()]
         if kinematics is not None and (spec.point == "AXI" or spec.versor_columns("ijk") is None):
             q = np.tile(spec.start, (len(values), 1))
@@ -368,11 +373,11 @@ class Optimizer:
     def _contact(
         self, spec: ProfileSpec, points: Points, kinematics: Kinematics | None, d: FloatArray | None
     ) -> list[FloatArray]:
-        """n and q of every point, programmed or automatic (tangents from the neighbouring points)."""
+        """n and q of every point, programmed or automatic (tangents of the smoothed path)."""
         versors, n = Versors(spec, kinematics), len(points)
-        slope = np.gradient(
-            points.values, np.concatenate([[0.0], np.cumsum(steps_of(points.values, list(spec.linear)))]), axis=0
-        )
+        slope = np.zeros_like(points.values)
+        if spec.versor_columns("mno") is None:
+            slope[:, list(spec.linear)] = self._slopes(spec, points, None)
         coef = np.stack([points.values, slope], axis=2)
         u = np.zeros(n)
         direction = jets.still(np.array(spec.tool.direction), n)

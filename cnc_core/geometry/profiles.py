@@ -39,7 +39,7 @@ SPEED_GRID = np.linspace(0.0, 1.0, 25)
 SLOWDOWN = 0.03  # of the largest speed over the parameter
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
-CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
+CHAIN, VERSOR, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909250, 909253, 909260, 909261, 909262
 
 
 @dataclass
@@ -66,7 +66,7 @@ class _Open:
         limits: ProfileLimits,
     ) -> None:
         self.spec, self.kinematics, self.number, self.limits = spec, kinematics, number, limits
-        self.curves = Curves(spec) if spec.kind == POINTS else None
+        self.curves = Curves(spec, tool_directions(spec, kinematics)) if spec.kind == POINTS else None
         self.blends = Blends(spec, partial(edge_speed, spec))
         self.first: ProfileChunk | None = None
         self.approach: ProfileChunk | None = None  # the same until the machine stands where the profile begins
@@ -265,7 +265,7 @@ class Profiles:
         try:
             return open_.carry(intervals)
         except NotCarried as reason:
-            number = {"direction": UNREACHABLE, "rough": ROUGH, "normal": NORMAL}[reason.reason]
+            number = {"direction": UNREACHABLE, "rough": ROUGH, "versor": VERSOR}[reason.reason]
             line = int(intervals.line[reason.interval])
         except NoNormal:
             number, line = NORMAL, int(intervals.line[0])
@@ -365,8 +365,8 @@ class Profiles:
         one.line = chunk.line[:1]
         try:
             return np.asarray(open_.carry.carried(coef, np.zeros(1), np.ones(1, np.bool_))[0, 0])
-        except NotCarried:
-            number = UNREACHABLE
+        except NotCarried as reason:
+            number = VERSOR if reason.reason == "versor" else UNREACHABLE
         except NoNormal:
             number = NORMAL
         place = self._place(open_.spec.file, int(chunk.line[0]))
@@ -404,6 +404,23 @@ def machine_of(spec: ProfileSpec, number: int, limits: tuple[FloatArray, FloatAr
     chain = machine_chain(spec.chain.kind, spec.chain.bed, elements, steps["w"], steps["t"])
     x, y, z = (spec.axes[i].channel for i in spec.linear)
     return Kinematics(chain, (x, y, z), low, high, number)
+
+
+def tool_directions(spec: ProfileSpec, kinematics: Kinematics | None) -> Callable[[FloatArray], FloatArray] | None:
+    """Tool directions of points (n, columns): as programmed, or as the rotary axes point; None on three axes."""
+    part = spec.versor_columns("ijk")
+    if part is not None:
+        return lambda values: values[:, part]
+    if kinematics is None:
+        return None
+
+    def pointed(values: FloatArray) -> FloatArray:
+        q = np.tile(spec.start, (len(values), 1))
+        for i, axis in enumerate(spec.axes):
+            q[:, axis.channel] = values[:, i]
+        return kinematics.directions(q)
+
+    return pointed
 
 
 def _slows_down(made: Carried, main: list[int]) -> npt.NDArray[np.bool_]:

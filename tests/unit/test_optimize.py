@@ -351,3 +351,25 @@ def test_a_single_point_is_not_lost(bench):
     """A profile of one point is a line to it."""
     bench.run("X5Y6Z7F600")
     assert (bench.folder / "out.osai").read_text().splitlines()[1] == "G1 X5 Y6 Z7 F600"
+
+
+def test_automatic_normals_are_those_of_the_smoothed_path(bench):
+    """Noise of some micrometres turns chords by degrees; mno of the output follow the path that is driven."""
+    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,REL,REL)", TOL="(TOL,0,5,1,-90,)", CRV=None)
+    points = surface(passes=1)
+    result = bench.run(words(points), setup + SMT.format("G66"))
+    assert result.polynomials < len(points) / 5
+    assert far(points[:, [0, 1, 2]], contact_curve(bench)).max() <= 0.02
+
+
+def contact_curve(bench):
+    """The polynomials of X, Y, Z as they are written: of the contact points, not of the tool."""
+    out, group = [], {}
+    for line in (bench.folder / "out.osai").read_text().splitlines():
+        if line.startswith("<*"):
+            group = {"span": float(line.split(",")[1])}
+        elif line[:2] in ("<X", "<Y", "<Z"):
+            group[line[1]] = [float(c) for c in line.split(",")[1:]]
+            if line[1] == "Z":
+                out.append((np.array([group[a] for a in "XYZ"]), group["span"], None))
+    return out

@@ -546,3 +546,27 @@ def test_rollover(shop, pitch, ends):
 def test_pitch_of_the_chain(shop):
     """A rotary axis of the chain comes round every 360 degrees."""
     assert refusal(shop.profile(CUBE, changed(SETUP_5, AXP_A="(AXP,A,0,100,,)"), cell=CELL_5))[0] == 909205
+
+
+@pytest.mark.parametrize("form", ["POL", "BSP"])
+def test_versors_that_vanish(shop, form):
+    """A tool direction of length zero somewhere on a polynomial or spline is refused with its line."""
+    setup = changed(SETUP_5, PNT=f"(PNT,CLP,CLP,QUI,{form})", TOL="(TOL,100,0,0,-90,)")
+    rest = "\n".join(f"<{name},0,0,0,0,0,0" for name in "YZij")
+    body = f"<*,10,1,600,0\n<X,0,1,0,0,0,0\n{rest}\n<k,1,-0.1,0,0,0,0"
+    if form == "BSP":
+        points = [f"X{x}Y0Z0i0j0k{k}K0" + "F600" * (not x) for x, k in ((0, 1), (1, 0), (2, 0), (3, 0))]
+        body = "\n".join([*points, "K5\nK5\nK5\nK5"])
+    found = refusal(shop.profile(body, setup, cell=CELL_5, head="G61" if form == "POL" else "G61 P3"))
+    assert found[0] == 909250
+
+
+@pytest.mark.parametrize("kind", ["CLP", "AXI"])
+def test_edges_of_rotary_positions(shop, kind):
+    """EDG VAngle looks at the tool direction, programmed as ijk or as rotary positions."""
+    setup = changed(SETUP_5, PNT=f"(PNT,{kind},{kind},QUI)", EDG="(EDG,30,5,G66,1)", CRV=None, TOL="(TOL,100,0,0,-90,)")
+    body = "X0Y0Z0A0B0F1000\nX5B1\nX10B2\nX15B20\nX20B21\nX25B22"
+    rows = rows_of(shop.profile(body, setup, cell=CELL_5))
+    rows = rows[rows["type"] == 3]
+    stops = rows["end"][(rows["flags"] & 2) != 0][:, 0]
+    assert stops == pytest.approx([10.0, 25.0])

@@ -58,6 +58,8 @@ class BsplineProfile(Profile):
         if code is not None:
             self._close(code, words.g[code])
             return
+        if self._left_out:
+            return
         self.ignore(words)
         self.take_feed(words)
         if "K" in words.values:
