@@ -11,6 +11,7 @@
 typedef double vec __attribute__((vector_size(32)));
 typedef long long ivec __attribute__((vector_size(32)));
 
+#define HANDED_MAX 512        /* laws that can be taken back */
 #define GRADED_EXTRA 96       /* room beyond window_knots for the finer grid near rests */
 #define ACC_USABLE 0.998      /* share of the limits that is planned with */
 #define JERK_USABLE 0.998
@@ -118,6 +119,16 @@ typedef struct plan {
     double lasts;                         /* mm: with more than that left it need not be planned again */
 } plan;
 
+/* A law that was handed out, and the state ahead of it. */
+typedef struct handed {
+    jerk_interval interval;               /* at the head of the ring */
+    uint64_t head, tag;
+    double x, u, c, length, time, jerk, offset;
+    double at_x, at_u, behind_mm, behind_share;
+    bool at_rest, rest_start;
+    uint8_t last;
+} handed;
+
 struct jerk_planner {
     jerk_config cfg;
     double scale;                         /* F */
@@ -139,6 +150,8 @@ struct jerk_planner {
     double reach;                         /* mm: windows this long are solved; longer ones have failed */
     int wait;                             /* segments to hand out before the next plan is tried */
     jerk_stats stats;
+    handed *handed;                       /* ring of the last HANDED_MAX laws */
+    uint64_t handed_count;
     void *arena;
 };
 
@@ -202,7 +215,12 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 /* jerk_straight.c */
 bool plan_straight(jerk_planner *p);
 
+/* jerk_recall.c */
+void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole);
+void forget_laws(jerk_planner *p);
+
 /* jerk_planner.c */
+void hand_out_again(jerk_planner *p, double seconds);
 void planner_copy(jerk_planner *to, const jerk_planner *from);
 
 /* jerk_hold.c */

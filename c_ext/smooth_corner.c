@@ -8,6 +8,9 @@
 #define REACH (7.0 / 64.0)
 #define STRAIGHT 1e-7 /* rad */
 
+/* Distance from the corner at which a blend begins that uses up the tolerance. */
+double corner_distance(const nc_smooth *s, double turn) { return s->tol / (REACH * 2.0 * sin(0.5 * turn)); }
+
 static void direction(const node *a, const node *b, int axes, double *u) {
     for (int k = 0; k < axes; k++) u[k] = (b->q[k] - a->q[k]) / (b->t - a->t);
 }

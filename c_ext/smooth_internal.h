@@ -10,9 +10,11 @@
 #define ORDER 6
 #define SIZE_GROWTH 0.7  /* of the wanted span length per distance from a kink */
 #define SPANS_FULL 60    /* spans that make a window worth solving */
+#define SPANS_LEAST 50   /* fewer are not: nodes are waited for */
 #define SPANS_ROOM 160   /* spans a window can hold at the most */
 #define COMMIT_SPANS 30  /* committed of a full window */
 #define NODES 2048       /* nodes of the section in work */
+#define NODES_FULL (NODES - 8)
 #define SITES (NODES + SPANS_ROOM)
 #define CONTROLS (SPANS_ROOM + 5)
 #define KNOTS (CONTROLS + 6)
@@ -54,6 +56,7 @@ typedef struct site {
     int span;
     double miss;  /* residual over target */
     double allowed;
+    bool wish;    /* the target is closer than the tolerance asks for */
 } site;
 
 typedef struct window {
@@ -85,8 +88,8 @@ struct nc_smooth {
     bool has_function;       /* rows that are not motion came with this block_count last */
     uint32_t function_count;
     double skipped;          /* farthest point left out behind the last node */
-    double merged[32][NC_AXES]; /* points left out on the last chord, collinear */
-    int merged_n;
+    int merged_n;            /* points left out on the last chord, collinear */
+    double toward[NC_AXES], spread; /* directions of that chord that pass them */
     double measure;          /* knot spans that the settled nodes ask for */
     node nodes[NODES];
     int n_nodes;            /* node 0 is where what is written so far ends */
@@ -143,6 +146,7 @@ void drop_nodes(nc_smooth *s, int n);
 /* smooth_corner.c */
 /* The exact chords from nodes[0] (from contour parameter out_t on) to nodes[end] with blends at the corners between. */
 void corner_path(nc_smooth *s, int end);
+double corner_distance(const nc_smooth *s, double turn);
 
 /* smooth_emit.c */
 void emit_hold(nc_smooth *s, const nc_block *row, double t, bool motion);

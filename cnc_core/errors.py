@@ -307,6 +307,7 @@ ERRORS: dict[int, str] = {
     905013: "segment not accessible",
     905014: "no answer in time",
     905015: "wrong segment name",
+    905016: "channel or axis not configured",
     905020: "mode command: no program is selected and none is named",
     905021: "execution mode not supported",
     905022: "error record of the PLC",

@@ -154,7 +154,8 @@ class Curves:
         """A G00 line."""
         buffer, one = self._buffer, slice(1, 2)
         a, b = buffer.values[0], buffer.values[1]
-        far = float(np.linalg.norm((b - a)[self._linear])) or float(np.linalg.norm(b - a))
+        far = float(np.linalg.norm((b - a)[self._linear]))
+        far = far if far >= STANDS else float(np.linalg.norm(b - a))
         coef = np.zeros((1, self._columns, 6))
         coef[0, :, 0], coef[0, :, 1] = a, (b - a) / far
         self._state = None

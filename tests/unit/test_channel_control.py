@@ -499,3 +499,23 @@ def test_every_level_unit_shows_its_state(tmp_path: Path) -> None:
             unit.enable_w = False
             cnc.run(1)
             assert not unit.state_r, name
+
+
+def test_what_the_cnc_shows_is_shown_again_whoever_overwrites_it(tmp_path: Path) -> None:
+    """Status members hold the CNC's values behind every cycle, also those that did not change in it."""
+    with Inside(tmp_path, L_SHAPE) as first, Inside(tmp_path, L_SHAPE) as second:
+        for cnc in (first, second):
+            cnc.run(40)
+        for member in ("dist_prog_start", "command_feed_r", "block_number_r", "stop_condition_r", "override_r"):
+            setattr(second.state, member, 7)
+        for member in ("feedhold_active_r", "program_end_r", "dwell_time_active_r", "wait_continue_r"):
+            setattr(second.state, member, True)
+        second.bahn.override.state_r, second.bahn.feedhold.state_r = 3, True
+        second.channel.contour_lookahead.state.max_dist_prog_start = -1.0
+        second.channel.channel_mc_control.mode_and_state.state_r.mode = 99
+        for cnc in (first, second):
+            cnc.run(1)
+        second.state.prog_name_r = first.state.prog_name_r
+        for part in ("bahn_state", "bahn_mc_control", "decoder_state", "channel_mc_control"):
+            assert bytes(getattr(first.channel, part)) == bytes(getattr(second.channel, part)), part
+        assert bytes(first.channel.contour_lookahead.state) == bytes(second.channel.contour_lookahead.state)

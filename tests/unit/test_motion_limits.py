@@ -24,7 +24,7 @@ v_max_mm_s = 300.0
 a_max_mm_s2 = 3000.0
 j_max_mm_s3 = 0.0
 """
-USABLE = 0.98  # share of the acceleration that the planner plans with
+USABLE = 0.999  # share of the acceleration that the planner plans with
 
 
 def program_of(tmp_path, text, **options):
