@@ -80,6 +80,7 @@ struct nc_smooth {
     double scale[NC_AXES];  /* scaled = scale * axis value */
     uint16_t main_mask;
     double tol;             /* of all groups, in scaled coordinates; 0: off */
+    double degrees;         /* of the rotary axes for 1 in scaled coordinates; 0: there are none */
     /* intake */
     double last[NC_AXES];   /* programmed position, scaled */
     double t, d;

@@ -354,7 +354,7 @@ static void write_spans(nc_smooth *s, double pieces[][NC_AXES][ORDER], const dou
 static void note_deviation(nc_smooth *s, const double *deviation, int n) {
     for (int k = 0; k < n; k++) {
         s->stats.deviation = fmax(s->stats.deviation, deviation[k] * s->tol);
-        if (s->cfg.rotary) s->stats.rotary_deviation = s->stats.deviation;
+        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, deviation[k] * s->tol * s->degrees);
     }
 }
 
