@@ -11,7 +11,7 @@
 #define SAGITTA 0.05      /* share of the tolerance that the chords of an arc use up */
 #define TURN_PER_SPAN 0.18
 #define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle; at corners 1 */
-#define KINK 40.0         /* tolerances over the turn: run-out of a curve */
+#define KINK 24.0         /* tolerances over the turn: run-out of a curve */
 #define FAST_LEAST 0.5    /* mm: run-out of a curve that hardly bends */
 #define SHARP_FROM 1.2    /* rad: turns are blended by curves below, */
 #define SHARP_TO 1.6      /* ... and as corners above */
