@@ -452,11 +452,11 @@ bool drive_shorten_tail(engine *e) {
     return false;
 }
 
-/* The last `seconds` that were committed are the beginning of the plan again. */
-bool drive_take_back(engine *e, double seconds) {
-    if (!jerk_take_back(e->drive.planner, seconds)) return false;
-    update_stands(e);
-    return true;
+/* The last `seconds` that were committed, or a little less, are the beginning of the plan again. */
+double drive_take_back(engine *e, double seconds) {
+    double back = jerk_take_back(e->drive.planner, seconds);
+    if (back > 0.0) update_stands(e);
+    return back;
 }
 
 /* Commit motion until COMMIT_HIGH_S of it are ahead of GEO. */

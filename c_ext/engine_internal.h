@@ -580,7 +580,7 @@ int planner_pump(engine *e);
 
 /* recall.c */
 void recall_commit(engine *e);
-bool drive_take_back(engine *e, double seconds);
+double drive_take_back(engine *e, double seconds);
 
 /* interp.c */
 void geo_cycle(engine *e);

@@ -220,7 +220,7 @@ void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole);
 void forget_laws(jerk_planner *p);
 
 /* jerk_planner.c */
-void hand_out_again(jerk_planner *p, double seconds);
+double hand_out_again(jerk_planner *p, double seconds);
 void planner_copy(jerk_planner *to, const jerk_planner *from);
 
 /* jerk_hold.c */

@@ -269,11 +269,12 @@ static void split(jerk_planner *p, jerk_law *law, double seconds) {
     *law = part;
 }
 
-/* The beginning of what was taken back is handed out all the same. */
-void hand_out_again(jerk_planner *p, double seconds) {
+/* The beginning of what was taken back is handed out all the same; returns its time. */
+double hand_out_again(jerk_planner *p, double seconds) {
     jerk_law law;
     law_of(p, p->plan.next, &law);
     split(p, &law, seconds);
+    return law.time;
 }
 
 int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds) {

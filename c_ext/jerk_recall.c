@@ -72,21 +72,20 @@ static void put_back(jerk_planner *p, const handed *h) {
 
 int64_t jerk_laws_kept(void) { return HANDED_MAX; }
 
-int jerk_take_back(jerk_planner *p, double seconds) {
+double jerk_take_back(jerk_planner *p, double seconds) {
     plan *pl = &p->plan;
     double t = 0.0;
     uint64_t n = 0;
     for (; t < seconds - LEAST_TIME; n++) {
-        if (n >= p->handed_count || n >= HANDED_MAX) return 0;
+        if (n >= p->handed_count || n >= HANDED_MAX) return 0.0;
         t += handed_at(p, p->handed_count - 1 - n)->time;
     }
     if ((uint64_t)pl->next < n) {
         int by = (int)n - pl->next;
-        if (pl->n + by > p->capacity + HANDED_MAX) return 0;
+        if (pl->n + by > p->capacity + HANDED_MAX) return 0.0;
         shift_plan(pl, by);
     }
     for (uint64_t i = 0; i < n; i++) put_back(p, handed_at(p, --p->handed_count));
     pl->since = pl->since > (int)n ? pl->since - (int)n : 0;
-    if (t - seconds > LEAST_TIME) hand_out_again(p, t - seconds);
-    return 1;
+    return t - seconds > LEAST_TIME ? t - hand_out_again(p, t - seconds) : t;
 }

@@ -63,18 +63,38 @@ static void go_back(engine *e, const cut *c) {
 /* GEO has come too near to the cut: it may be about to read the next phase, so that one is not written any more. */
 static bool too_late(engine *e, const cut *c) { return e->threads_started && consumed_s(e) > c->at_s - e->cfg.cycle_s; }
 
+/* Forward to where the last `seconds` of motion begin. */
+static void cut_later(engine *e, cut *c, double seconds) {
+    while (c->motion_s > seconds + SAME_TIME) {
+        const phase *ph = phase_at(e, c->phase++);
+        c->at_s += ph->time;
+        if (is_motion(piece_at(e, ph->piece))) c->motion_s -= ph->time;
+    }
+}
+
+/* The commit ends at the cut from now on; the motion behind it is the beginning of the stored tail. */
+static bool publish_cut(engine *e, uint64_t word, const cut *c) {
+    uint32_t old = (word >> 1) & 1, next = old ^ 1;
+    if (c->phase >= e->plan.written || !longer_tail(e, c, &e->plan.tails[old], &e->plan.tails[next])) return false;
+    if (!__atomic_compare_exchange_n(&e->commit, &word, c->phase << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return false;
+    go_back(e, c);
+    e->plan.late = too_late(e, c);
+    return !e->plan.late;
+}
+
 void recall_commit(engine *e) {
     uint64_t word = ATOMIC_GET(e->commit);
     cut c;
     if ((word & 1) || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE || e->drive.restart) return;
     if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) return; /* the place of rest has been told the PLC */
     if (!find_cut(e, e->threads_started ? THREAD_MARGIN_S : 0.0, &c)) return;
-    uint32_t next = ((word >> 1) & 1) ^ 1;
-    if (!longer_tail(e, &c, &e->plan.tails[next ^ 1], &e->plan.tails[next])) return;
-    if (e->drive.planner && !drive_take_back(e, c.motion_s)) return;
-    bool published = __atomic_compare_exchange_n(&e->commit, &word, c.phase << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE);
-    if (published) go_back(e, &c);
-    if (published && e->drive.planner) e->plan.v = jerk_speed(e->drive.planner);
-    e->plan.late = published && too_late(e, &c);
-    if (!published || e->plan.late) e->drive.restart = e->drive.planner != NULL; /* from where the tail ends */
+    if (!e->drive.planner) {
+        publish_cut(e, word, &c);
+        return;
+    }
+    double seconds = drive_take_back(e, c.motion_s);
+    if (seconds <= 0.0) return;
+    cut_later(e, &c, seconds);
+    if (publish_cut(e, word, &c)) e->plan.v = jerk_speed(e->drive.planner);
+    else e->drive.restart = true; /* from where the tail ends */
 }

@@ -11,10 +11,11 @@
 #define SAGITTA 0.05      /* share of the tolerance that the chords of an arc use up */
 #define TURN_PER_SPAN 0.18
 #define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle; at corners 1 */
-#define KINK 40.0         /* tolerances over the turn: run-out of a curve */
+#define KINK 24.0         /* tolerances over the turn: run-out of a curve */
 #define FAST_LEAST 0.5    /* mm: run-out of a curve that hardly bends */
 #define SHARP_FROM 1.2    /* rad: turns are blended by curves below, */
 #define SHARP_TO 1.6      /* ... and as corners above */
+#define MAIN_LEAST 0.02   /* share of the main axes in a chord: below it, the path is too short for the turns of the others */
 #define HELD_MAX 8192     /* rows held back; then the section is ended */
 
 void nc_smooth_free(nc_smooth *s) {
@@ -25,10 +26,7 @@ void nc_smooth_free(nc_smooth *s) {
     free(s);
 }
 
-void nc_smooth_get_stats(const nc_smooth *s, nc_smooth_stats *out) {
-    *out = s->stats;
-    if (s->tol > 0 && s->cfg.tolerance > 0) out->rotary_deviation *= s->cfg.rotary_tolerance / s->cfg.tolerance;
-}
+void nc_smooth_get_stats(const nc_smooth *s, nc_smooth_stats *out) { *out = s->stats; }
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------ */
 
@@ -358,10 +356,13 @@ static bool smoothable(const nc_smooth *s, const nc_block *row) {
     if (!(s->tol > 0.0) || (row->flags & NC_RAPID) || row->type == NC_POLYNOMIAL || !(row->feed > 0.0)) return false;
     if (s->longest > 0.0 && row->length > s->longest) return false;
     if (row->type == NC_CIRCULAR) return true;
-    double main = 0.0;
-    for (int a = 0; a < s->cfg.axes; a++)
-        if (in_main(s, a)) main += pow(row->end[a] * s->scale[a] - s->last[a], 2);
-    return main > 1e-12;
+    double main = 0.0, all = 0.0;
+    for (int a = 0; a < s->cfg.axes; a++) {
+        double d = row->end[a] * s->scale[a] - s->last[a];
+        all += d * d;
+        if (in_main(s, a)) main += d * d;
+    }
+    return main > 1e-12 && main >= MAIN_LEAST * MAIN_LEAST * all;
 }
 
 static void take_motion(nc_smooth *s, const nc_block *row, const double *pool) {
@@ -389,6 +390,7 @@ static void set_mode(nc_smooth *s, const nc_block *row) {
     double tol = row->value > 0.0 ? row->value : s->cfg.tolerance;
     double rotary = row->radius > 0.0 ? row->radius : s->cfg.rotary_tolerance;
     s->tol = row->code ? tol : 0.0;
+    s->degrees = s->cfg.rotary ? rotary / tol : 0.0;
     s->cfg.turn_max = row->angle > 0.0 ? row->angle : s->turn_configured;
     s->longest = row->length;
     for (int a = 0; a < s->cfg.axes; a++) s->scale[a] = s->tol > 0.0 && s->cfg.rotary >> a & 1 ? tol / rotary : 1.0;

@@ -58,7 +58,7 @@ void corner_path(nc_smooth *s, int end) {
         if (n[i].t - d > from + 1e-12) emit_line(s, &n[i - 1], &n[i], from, n[i].t - d);
         blend(s, &n[i], u, v, d);
         s->stats.deviation = fmax(s->stats.deviation, REACH * d * linear + n[i].slack);
-        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, REACH * d * rotary + n[i].slack);
+        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, (REACH * d * rotary + n[i].slack) * s->degrees);
         from = n[i].t + d;
     }
     if (from < n[end].t) emit_line(s, &n[end - 1], &n[end], from, n[end].t);

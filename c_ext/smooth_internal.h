@@ -12,7 +12,7 @@
 #define SPANS_FULL 60    /* spans that make a window worth solving */
 #define SPANS_LEAST 50   /* fewer are not: nodes are waited for */
 #define SPANS_ROOM 160   /* spans a window can hold at the most */
-#define COMMIT_SPANS 30  /* committed of a full window */
+#define COMMIT_SPANS 40  /* committed of a full window */
 #define NODES 2048       /* nodes of the section in work */
 #define NODES_FULL (NODES - 8)
 #define SITES (NODES + SPANS_ROOM)
@@ -63,6 +63,7 @@ typedef struct window {
     double tau[KNOTS];              /* knots */
     double c[CONTROLS][NC_AXES];    /* control points */
     double m[SPANS_ROOM][ORDER][ORDER]; /* basis functions of each span as polynomials of x = 0..1 */
+    double fair[SPANS_ROOM][ORDER * (ORDER + 1) / 2]; /* fairness of each span, upper triangle */
     double rho[SPANS_ROOM], raise[SPANS_ROOM];
     site sites[SITES];
     double band[CONTROLS][ORDER];
@@ -82,6 +83,7 @@ struct nc_smooth {
     double scale[NC_AXES];  /* scaled = scale * axis value */
     uint16_t main_mask;
     double tol;             /* of all groups, in scaled coordinates; 0: off */
+    double degrees;         /* of the rotary axes for 1 in scaled coordinates; 0: there are none */
     /* intake */
     double last[NC_AXES];   /* programmed position, scaled */
     double t, d;
@@ -123,6 +125,7 @@ static inline double dot(const double *a, const double *b, int n) {
 
 /* smooth_spline.c */
 void spline_span_basis(const double *tau, int span, double m[ORDER][ORDER]);
+void spline_fairness(window *w, int span);
 void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]);
 void spline_solve(window *w, int axes);
 void spline_piece(const window *w, int span, int axes, double out[][ORDER]);

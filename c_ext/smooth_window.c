@@ -16,7 +16,7 @@
 #define RELEASE 1.0       /* least factor on a weight once the window settles */
 #define WISH_LEAST 0.9    /* what is only wished lets go at any time, ... */
 #define WISH_SPREAD 1e4   /* ... and never pulls more than this */
-#define OVER 2.0         /* power of a residual above its target in its point's next weight */
+#define NEAR 1.5          /* of what is allowed: more at a point, and the spans need not be looked at */
 #define RHO_MIN 1e-5
 #define HEAD_KNOTS 10 /* what is written, and the control points it shares with what follows, feel no later knot */
 
@@ -128,7 +128,10 @@ static int lay_out(nc_smooth *s, int end, bool final) {
     if (w->fixed_head == 1) memcpy(w->c[0], s->nodes[0].q, sizeof w->c[0]);
     if (w->fixed_tail == 3) clamp(s, end - 1, w->spans + 2);
     memcpy(w->c[w->spans + 4], s->nodes[end].q, sizeof w->c[0]);
-    for (int k = 0; k < w->spans; k++) spline_span_basis(w->tau, k, w->m[k]);
+    for (int k = 0; k < w->spans; k++) {
+        spline_span_basis(w->tau, k, w->m[k]);
+        spline_fairness(w, k);
+    }
     return end;
 }
 
@@ -234,7 +237,10 @@ static void weigh_by_speed(nc_smooth *s, const double pieces[][NC_AXES][ORDER]) 
     }
     for (int k = 1; k < w->spans; k++) v2[k] = fmin(v2[k], v2[k - 1] + 2.0 * s->cfg.accel * (w->tau[k + 6] - w->tau[k + 5]));
     for (int k = w->spans - 1; k-- > 0;) v2[k] = fmin(v2[k], v2[k + 1] + 2.0 * s->cfg.accel * (w->tau[k + 7] - w->tau[k + 6]));
-    for (int k = 0; k < w->spans; k++) w->rho[k] = fmax(RHO_MIN, pow(v2[k] / top, 3.0));
+    for (int k = 0; k < w->spans; k++) {
+        double share = v2[k] / top;
+        w->rho[k] = fmax(RHO_MIN, share * share * share);
+    }
 }
 
 /* Residual of every point over its target; returns the largest over what is allowed. */
@@ -264,7 +270,7 @@ static void reweigh(window *w, double least, bool relax) {
             p->miss *= p->target / target;
             p->target = target;
         }
-        double factor = p->miss > 1.0 ? fmin(pow(p->miss, OVER), 100.0) : fmax(p->miss, p->wish ? fmin(least, WISH_LEAST) : least);
+        double factor = p->miss > 1.0 ? fmin(p->miss * p->miss, 100.0) : fmax(p->miss, p->wish ? fmin(least, WISH_LEAST) : least);
         double h = w->tau[p->span + 6] - w->tau[p->span + 5], first = STIFF * w->rho[p->span] / (h * h * h * h * h);
         p->weight = fmin(p->weight * factor * w->raise[p->span], (p->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
     }
@@ -316,13 +322,14 @@ static bool iterate(nc_smooth *s, int end, double pieces[][NC_AXES][ORDER], doub
     for (int i = 0; i < ITERATIONS; i++) {
         spline_solve(w, s->cfg.axes);
         s->stats.solves++;
-        for (int k = 0; k < w->spans; k++) {
-            spline_piece(w, k, s->cfg.axes, pieces[k]);
-            w->raise[k] = 1.0;
-        }
         double most = residuals(s);
         if (!isfinite(most)) return false;
-        if (i >= SETTLE && (most < 1.0 || failed)) {
+        bool near = i >= SETTLE && (most < 1.0 || (failed && most < NEAR));
+        for (int k = 0; k < w->spans; k++) {
+            if (i < SETTLE || near) spline_piece(w, k, s->cfg.axes, pieces[k]);
+            w->raise[k] = 1.0;
+        }
+        if (near) {
             if (certify_window(s, pieces, end, deviation) <= 1.0) return true;
             failed = true;
         }
@@ -354,7 +361,7 @@ static void write_spans(nc_smooth *s, double pieces[][NC_AXES][ORDER], const dou
 static void note_deviation(nc_smooth *s, const double *deviation, int n) {
     for (int k = 0; k < n; k++) {
         s->stats.deviation = fmax(s->stats.deviation, deviation[k] * s->tol);
-        if (s->cfg.rotary) s->stats.rotary_deviation = s->stats.deviation;
+        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, deviation[k] * s->tol * s->degrees);
     }
 }
 

@@ -172,6 +172,7 @@ class Program:
             Orbit(machine.start, machine.main, self._place),
             Spline(machine.start, machine.main, self._place),
             *self.filters,
+            DropZeroLength(),
             PathMode(machine.start, machine.main),
             self.contouring,
             self.smoothing,
@@ -232,6 +233,9 @@ class Program:
         self._restart = None
         try:
             self._search(restart, self.reader)
+        except RefusedRow as refused:
+            self.reader.flow.close()  # type: ignore[attr-defined]
+            raise refused.error from None
         except CncError:
             self.reader.flow.close()  # type: ignore[attr-defined]
             raise

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .blocks import ELEMENT, EXACT_STOP, LINEAR, NC_BLOCK, PATH_FEED, PIECE, POLYNOMIAL, RAPID, BlockBatch
 from .errors import CncError
 from .frontend.machine import External
+from .operator_answers import Answer, Question
 from .port import ChannelPort, ExternalValue
 
 SAME_MM = 1e-9
@@ -70,6 +71,11 @@ class SearchingPort:
         if (variable, element) in self._written:
             return self._written[variable, element]
         return self._port.read_external(variable, element)
+
+    def ask(self, question: Question) -> Answer | None:
+        """While the place is searched for, a dialog that nobody answers counts as acknowledged."""
+        answer = self._port.ask(question)
+        return Answer(given=False) if answer is None and self.searching else answer
 
     def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
         if self.searching:

@@ -27,6 +27,8 @@ class ElementTable:
 
     def __init__(self, cell: CellConfig) -> None:
         self.axes, self.main = len(cell.axes), cell.main_axes
+        linear = [i for i, axis in enumerate(cell.axes.values()) if axis.kind == "linear"]
+        self.measured = linear or list(range(self.axes))  # mm and degrees make no distance
         self.first = 0
         self.rows: npt.NDArray[Any] | None = None
         self.starts: FloatArray = np.empty((0, self.axes))
@@ -111,7 +113,7 @@ class ElementTable:
         return np.asarray(np.where(rows["flags"] & RAPID, np.inf, rows["feed"]))
 
     def distance(self, element: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
-        """Distance of each position from the geometry of its element, over all axes, mm."""
+        """Distance of each position from the geometry of its element, over the linear axes, mm."""
         if self.rows is None:
             return np.zeros(len(element))
         index = element - self.first
@@ -134,14 +136,15 @@ class ElementTable:
         assert self.rows is not None
         rows, starts = self.rows[index], self.starts[index]
         ends = rows["end"][:, : self.axes]
-        out = _line_distance(starts, ends, pos)
+        here = self.measured
+        out = _line_distance(starts[:, here], ends[:, here], pos[:, here])
         for plane in (17, 18, 19):
             arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
             if arcs.any():
                 out[arcs] = self._arc_distance(rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane)
         curves = self.curve_of[index] >= 0
         if curves.any():
-            out[curves] = distance(self.curves[self.curve_of[index[curves]]], pos[curves])
+            out[curves] = distance(self.curves[self.curve_of[index[curves]]][:, here], pos[curves][:, here])
         return out
 
     def _arc_distance(
@@ -157,7 +160,7 @@ class ElementTable:
             turn_angle > 2 * np.pi - 1e-6, turn_angle - 2 * np.pi, turn_angle
         )  # rounding at the start
         share = turn_angle / np.abs(rows["angle"])
-        others = [i for i in range(self.axes) if i not in columns]
+        others = [i for i in self.measured if i not in columns]
         # a helix of several turns: of all turns the one that fits the other axes best
         best = np.full(len(pos), np.inf)
         for turn in range(int(np.ceil(np.abs(rows["angle"]).max() / (2 * np.pi))) + 1):

@@ -341,17 +341,20 @@ class Pointers(tuple[Any, ...]):
         return pointers
 
     def __getitem__(self, index: Any) -> Any:
-        return super().__getitem__(index) if isinstance(index, slice) else self._area(operator.index(index))
+        try:
+            area = super().__getitem__(index)
+        except IndexError:
+            raise self._wrong(index) from None
+        if area is None or (isinstance(area, View) and index < 0):
+            raise self._wrong(index)
+        return area
 
-    def _area(self, index: int) -> Any:
-        if 0 <= index < self.configured:
-            return super().__getitem__(index)
+    def _wrong(self, index: int) -> IndexError:
+        if not 0 <= index < len(self):
+            return IndexError(f"{self.name}[{index}]: the index runs 0..{len(self) - 1}")
+        what = "axis" if self.name == "gpAx" else "channel"
         there = f"{self.name}[0..{self.configured - 1}]" if self.configured else "none"
-        if 0 <= index < len(self):
-            what = "axis" if self.name == "gpAx" else "channel"
-            problem = f"{what} {index} is not configured: {self.name}[{index}] is NULL"
-            raise HliNotConfigured(f"{problem}; the CNC has {there}")
-        raise IndexError(f"{self.name}[{index}]: the index runs 0..{len(self) - 1}")
+        return HliNotConfigured(f"{what} {index} is not configured: {self.name}[{index}] is NULL; the CNC has {there}")
 
 
 class Areas:

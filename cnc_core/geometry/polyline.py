@@ -4,7 +4,7 @@ A ``FILTER`` row (``code``: which filter) switches and sets one from there on: `
 ``fill_1``, ``plane``: channel indices of the plane's two axes and of the depth axis (255: none); ``center``: first
 number 1 + the index of a tangential axis, which follows (0: none); the meaning of ``value``, ``length``, ``radius``,
 ``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with anything but a straight feed
-motion of these axes.  FILTER rows pass on to ``PathMode``, which takes them out.
+motion of these axes along the programmed path.  FILTER rows pass on to ``PathMode``, which takes them out.
 
 Memory is bounded by a filter's reach, whatever the length of the run.
 """
@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import ELEMENT, FILTER, HAS_VALUE, LINEAR, PIECE, POLYNOMIAL, RAPID, BlockBatch
+from ..blocks import ELEMENT, FILTER, HAS_VALUE, LINEAR, PATH_FEED, PIECE, POLYNOMIAL, RAPID, BlockBatch
 from .polynomial import joined
 
 FloatArray = npt.NDArray[np.float64]
@@ -227,7 +227,7 @@ class RunFilter(ABC):
         mine = (*self.axes, self.depth, self.tangential)
         others = [i for i in range(self.count) if i not in mine]
         rests = (np.abs(ends - start)[:, others] < SAME_MM).all(axis=1)
-        plain = (rows["type"] == LINEAR) & ((rows["flags"] & (RAPID | ELEMENT | PIECE)) == 0)
+        plain = (rows["type"] == LINEAR) & ((rows["flags"] & (RAPID | ELEMENT | PIECE | PATH_FEED)) == 0)
         return plain & rests, start
 
     # for the filters

@@ -112,6 +112,10 @@ def test_places_that_are_not_reached(tmp_path):
     with pytest.raises(CncError) as caught:
         rows_of(path, Restart(6))
     assert caught.value.code == 909171
+    path.write_text("D4\nG1X1\nG41\nG2X5R9\nG1X9\n")  # what is wrong in the stretch before
+    with pytest.raises(CncError) as caught:
+        rows_of(path, Restart(5))
+    assert caught.value.code == 90008
     assert Restart.of(None, 1, "$K = 3") == Restart(marker="K", value=3.0)
     for wrong in ((3, 1, "K=1"), (0, 1, None), (None, 1, "K")):
         with pytest.raises(CncError):

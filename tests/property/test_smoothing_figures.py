@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from drive import FloatArray, line_rows
-from test_smoothing import derivatives, executed, judge, smooth
+from test_smoothing import derivatives, distance, executed, judge, sampled, smooth
 
-from cnc_core.blocks import POLYNOMIAL
+from cnc_core.blocks import NC_BLOCK, POLYNOMIAL, SMOOTHING
 from cnc_core.geometry.smoothing import SmoothingMachine
 from cnc_core.jerk_paths import contour
 
@@ -101,3 +101,32 @@ def test_points_left_out_on_a_line_stay_beside_it() -> None:
     batch, report = smooth(rows, points[0], 0.002, machine=FAST)
     judge(rows, points[0], 0.002, batch)
     assert report.pieces < 300
+
+
+def test_turns_of_rotary_axes_over_microns_are_not_blended() -> None:
+    """Degrees of a rotary axis over 3 um: driven as programmed, from rest to rest; what lies between is smoothed."""
+    points = np.zeros((41, 5))
+    points[1::2, 0] = points[2::2, 0] = np.arange(1, 21) * 2.0
+    points[:, 1] = np.arange(41) // 2 * 0.003
+    points[:, 3] = np.arange(41) // 2 * 5.0
+    rows = line_rows(points, 100.0)
+    rows["length"] = rows["length_min"] = np.linalg.norm(np.diff(points[:, :3], axis=0), axis=1)
+    machine = SmoothingMachine((0, 1, 2), 0b11000, 3000.0, 300.0)
+    batch, report = smooth(rows, points[0], 0.01, machine=machine)
+    assert batch.rows.tobytes() == rows.tobytes()
+    assert report.rotary_deviation == 0.0
+
+
+def test_deviation_of_rotary_axes_is_told_in_degrees() -> None:
+    """Also where a row sets both tolerances: measured below certified below allowed."""
+    t = np.arange(200) * 0.02
+    points = np.column_stack([30 * np.sin(t), 30 * t, 0 * t, 20 * np.sin(5 * t), 0 * t]).round(3)
+    rows = line_rows(points, 100.0)
+    switch = np.zeros(1, NC_BLOCK)
+    switch["type"], switch["code"], switch["value"], switch["radius"] = SMOOTHING, 1, 0.02, 0.2
+    machine = SmoothingMachine((0, 1, 2), 0b11000, 3000.0, 300.0)
+    batch, report = smooth(np.concatenate([switch, rows]), points[0], 0.0, machine=machine)
+    path = sampled(batch, points[0]).reshape(-1, 5)
+    assert distance(points[:, 3:], path[:, 3:]) <= report.rotary_deviation * (1 + 1e-9)
+    assert 0.01 < report.rotary_deviation <= 0.2 * (1 + 1e-9)
+    assert distance(points[:, :3], path[:, :3]) <= report.deviation * (1 + 1e-9)

@@ -138,7 +138,7 @@ def test_laws_that_are_taken_back_come_again(seed: int) -> None:
         if not len(laws):
             break
         back = float(rng.uniform(0.0, 0.02))
-        if rng.random() < 0.5 and back < laws["time"].sum() and again.take_back(back):
+        if rng.random() < 0.5 and back < laws["time"].sum() and (back := again.take_back(back)):
             keep = np.cumsum(laws["time"]) <= laws["time"].sum() - back
             cut = laws[: keep.sum() + 1].copy()
             cut["time"][-1] -= cut["time"].sum() - (laws["time"].sum() - back)

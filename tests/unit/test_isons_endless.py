@@ -4,7 +4,7 @@ import pytest
 from isons_programs import run
 
 from cnc_core.errors import CncError
-from cnc_core.frontend.isons import front_end
+from cnc_core.frontend.isons import endless, front_end
 
 STILL = [
     "@A\nGOTO A\n",
@@ -48,7 +48,7 @@ def test_endless_motion_ends_the_check_with_a_warning(tmp_path):
 
 def test_a_counted_endless_program_is_not_followed_for_ever(tmp_path, monkeypatch):
     """Every pass differs: after a number of jumps the check gives up with a warning."""
-    monkeypatch.setattr(front_end, "PASSES_CHECKED", 50)
+    monkeypatch.setattr(endless, "PASSES_CHECKED", 50)
     out = run(tmp_path, "@A\nG91\nG1X1\nGOTO A\n", collect=True)
     assert (out.errors, [warning.code for warning in out.reader.warnings]) == ([], [909173])
 
@@ -71,3 +71,10 @@ def test_a_counted_endless_program_is_not_followed_for_ever(tmp_path, monkeypatc
 def test_programs_that_change_something_are_left_alone(tmp_path, text):
     """Variables, position, timers, arrays, the list, origins, generic variables, feed, tables, positioners."""
     assert run(tmp_path, text, "[isons]\npositioners = 2\n", collect=True).errors == []
+
+
+def test_long_loops_are_followed_to_their_end(tmp_path, monkeypatch):
+    """LOOP ends by itself, however often it comes back."""
+    monkeypatch.setattr(endless, "PASSES_CHECKED", 50)
+    out = run(tmp_path, "LOOP 300\nG1DX1\nEND_LOOP\nG1X5 Q\n", collect=True)
+    assert ([error.code for error in out.errors], out.reader.warnings, len(out.moves)) == ([900001], [], 300)

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
-from cnc_core.blocks import ELEMENT, PIECE, POLYNOMIAL
+from cnc_core.blocks import ELEMENT, NO_OVERRIDE, PIECE, POLYNOMIAL
 from cnc_core.config import parse_config
 from cnc_core.geometry.polyline import distances
 from cnc_core.planning import plan_program
@@ -128,3 +128,16 @@ def test_reported_deviations_are_those_of_the_rows(tmp_path, length, step, order
     dense = np.vstack([a + share * (b - a) for a, b in itertools.pairwise(out)])
     largest = float(distances(dense[:: max(1, len(dense) // 20000)], points).max())
     assert largest - 1e-9 <= report.deviation_mm <= largest + 0.05 * length
+
+
+def test_the_override_has_no_effect_behind_g74(tmp_path):
+    """RLS: its motions, as segments and as curves, keep the programmed feed; others do not."""
+    _, text = micro("G69X200\nG74X1Y0.3")
+    path = tmp_path / "part.isons"
+    path.write_text(text + "G74X0\nG1DX1\n")
+    for listed in (True, False):
+        rows = [row for b in Program(path, parse_config(CELL), "isons", programmed=listed).batches() for row in b.rows]
+        driven = [row for row in rows if row["type"] <= POLYNOMIAL and not row["flags"] & ELEMENT]
+        fixed = [bool(row["flags"] & NO_OVERRIDE) for row in driven]
+        assert fixed == [False, *[True] * (len(fixed) - 2), False]
+        assert listed or any(row["type"] == POLYNOMIAL for row in driven)

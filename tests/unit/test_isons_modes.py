@@ -221,3 +221,12 @@ def test_the_tangential_axis_follows_the_filtered_path(tmp_path):
     assert out.ends[-1] == pytest.approx([*points[-1], 0, angle[-1]], abs=1e-3)
     heading = np.degrees(np.arctan2(out.ends[:, 0], 8 - out.ends[:, 1]))
     assert out.ends[:, 3] == pytest.approx(heading, abs=0.05)
+
+
+def test_filters_leave_no_motion_without_length(tmp_path):
+    """A run that comes back to the vertex kept last has no row for that; homing and probing are no run."""
+    out = run(tmp_path, "G60\nG69X200\nG74X1Y1\nG1X5\nX5.2\nX5\nM8\nG1X9\n", programmed=True)
+    assert out.xy[:, 0].tolist() == [5, 9]
+    config = "[probe]\nX = 9.5\n"
+    out = run(tmp_path, "G60\nG69X200\nG74X1Y3\nG1X9\nX9.1\nG102X20\nG1X20\n", config, programmed=True)
+    assert out.xy[:, 0].tolist() == [9, 9.1, 9.5, 20]

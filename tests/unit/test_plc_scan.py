@@ -264,6 +264,21 @@ def test_reservoir_is_bounded_and_exact_in_count_and_extremes() -> None:
     assert Reservoir().quantiles() == {"p50": 0, "p99": 0, "p999": 0, "max": 0, "n": 0}
 
 
+def test_reservoir_keeps_every_value_equally_often() -> None:
+    """Each tenth of the values in turn, over 300 seeds, within five standard deviations."""
+    from plc_client.stats import Reservoir  # noqa: PLC0415
+
+    hits = [0] * 10
+    for seed in range(300):
+        reservoir = Reservoir(size=20)
+        reservoir._random.seed(seed)
+        for value in range(500):
+            reservoir.add(value)
+        for value in reservoir._kept:
+            hits[value // 50] += 1
+    assert all(abs(n - 600) < 5 * (600 * 0.9) ** 0.5 for n in hits)
+
+
 def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None:
     """The first one waits for the end of the scan, the second one does not; the report is written."""
     code = """

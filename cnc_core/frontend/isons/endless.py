@@ -16,7 +16,8 @@ if TYPE_CHECKING:
     from cnc_core.frontend.isons.front_end import IsonsFrontEnd
 
 FIRST_KEPT = 2
-PASSES_CHECKED = 20_000  # jumps back of GOTO that ``check`` follows
+PASSES_CHECKED, BLOCKS_CHECKED = 20_000, 200_000  # jumps back of GOTO that ``check`` follows, blocks if they are many
+MANY = 1000
 DEPTH = 4
 PACKAGE = "cnc_core.frontend.isons"
 
@@ -55,6 +56,10 @@ class Endless:
     @property
     def passes(self) -> int:
         return self._jumps
+
+    def tired(self, blocks: int) -> bool:
+        """A check has seen enough; ``blocks`` have been executed."""
+        return self._jumps > PASSES_CHECKED or (self._jumps > MANY and blocks > BLOCKS_CHECKED)
 
     def came_back(self) -> bool:
         self._jumps += 1

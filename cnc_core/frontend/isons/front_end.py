@@ -37,7 +37,7 @@ from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
 from cnc_core.frontend.isons.direct import way
-from cnc_core.frontend.isons.endless import PASSES_CHECKED, Endless
+from cnc_core.frontend.isons.endless import Endless
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
@@ -411,14 +411,16 @@ class IsonsFrontEnd(BlockReader):
             error.place.column = error.place.column or offset
             raise
 
-    def _jumped_back(self, offset: int) -> bool:
+    def _jumped_back(self, offset: int, jump: bool) -> bool:
         """The program goes back: False if it does not get anywhere so."""
         self.forms.poll(offset)
+        if not jump:
+            return True
         endless, checked = self._endless, self._collect
         again = endless.came_back()
-        if not again and not (checked and endless.passes > PASSES_CHECKED):
+        if not again and not (checked and endless.tired(self._steps)):
             return True
-        what = "comes back with everything as it was" if again else f"has come back {PASSES_CHECKED} times"
+        what = "comes back with everything as it was" if again else f"has come back {endless.passes} times"
         if not (checked and endless.moved):
             raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
         self.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
