@@ -14,6 +14,7 @@
 #define HALVINGS 4
 #define SHORTEST_MM 1e-4
 #define TINY_MM 1e-9
+#define EVEN 1e-6          /* by which the direction of a line, and its bend's share of the limits, may vary */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
 bool spans_new(engine *e) {
@@ -140,11 +141,35 @@ static void arc_strip(builder *b, double from, double to, int least) {
     }
 }
 
+static bool same_line(const builder *b, const knot *k, const knot *first, double fast2) {
+    for (int a = 0; a < b->e->cfg.axis_count; a++)
+        if (fabs(k->d1[a] - first->d1[a]) > EVEN || fabs(k->d2[a]) * fast2 > EVEN * b->room[a]) return false;
+    return true;
+}
+
+/* A polynomial that is a line there, driven evenly: accelerate, cruise and brake within one stretch. */
+static bool even_line(builder *b, double from, double to) {
+    knot first, k;
+    double fast = reachable(b->p, b->e->plan.reserve_override), accel = NEVER;
+    for (int i = 0; i < 3; i++) {
+        double s = from + 0.5 * i * (to - from);
+        curve_knot_at(b->e, b->p, curve_cell_parameter(b->e, b->p, s), s, &k);
+        if (i == 0) first = k;
+        if (!same_line(b, &k, &first, fast * fast)) return false;
+    }
+    for (int a = 0; a < b->e->cfg.axis_count; a++)
+        if (fabs(first.d1[a]) > 1e-12) accel = lesser(accel, b->room[a] / fabs(first.d1[a]));
+    if (b->p->limits.path_acceleration > 0) accel = lesser(accel, (double)b->p->limits.path_acceleration);
+    b->spans[b->p->span_count++] = (span){.length = to - from, .accel = accel, .v_hard = sqrt(knot_cap2(b->e, b->p, &first, b->room))};
+    return true;
+}
+
 /* Cells of a polynomial end where their limits change much: knots at least there. */
 static void curve_strip(builder *b, double from, double to, int least) {
     const engine *e = b->e;
     double s = from, part = (to - from) / least;
     knot last, next;
+    if (even_line(b, from, to)) return;
     curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, from), from, &last);
     while (s < to) {
         double end = lesser(curve_piece_cell_end(e, b->p, s), to);

@@ -215,3 +215,12 @@ def test_the_last_polynomial_ends_the_profile(shop, rows):
         if hasattr(batch, "rows"):
             ends += batch.rows["end"][batch.rows["type"] <= 3][:, :2].tolist()
     assert ends == [[10, 0], [10, 10], [11, 10]]
+
+
+def test_straight_curves_without_a_jerk_limit(shop):
+    """The acceleration-limited planner ramps as hard on polynomials that are lines as on lines."""
+    setup = changed(SETUP_3, JRK="(JRK,ENA)", CRV=None, EDG=None)
+    program = shop.profile("X0Y0Z0F1000\nX10\nX20\nX30", setup, programmed=False)
+    result = plan_program(program, jerk=False)
+    assert result.motion_time_s == pytest.approx(1.8 + 1000.0 / 60.0 / 3000.0, abs=2e-3)
+    assert result.max_ratio["acceleration"] <= 1.0
