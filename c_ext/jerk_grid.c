@@ -80,15 +80,22 @@ static double jump_cap(const jerk_planner *p, const jerk_interval *left, const j
     return cap;
 }
 
-/* A jump shows in samples up to one and a half cycles away. */
-static double jump_reach(const jerk_planner *p, double x) { return 1.5 * p->cfg.cycle_s * sqrt(x) * p->scale + 1e-9; }
+/* A jump shows in samples up to one and a half cycles away; the speed may rise from x as fast as the path allows. */
+static double jump_reach(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double x) {
+    double jerk = 1e30, t = 1.5 * p->cfg.cycle_s;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double along = fmax(fabs(left->d1[1][a]), fabs(right->d1[0][a]));
+        jerk = fmin(jerk, fmax(jerk_max(p, left, a), jerk_max(p, right, a)) / fmax(1e-9, along));
+    }
+    return t * (sqrt(x) * p->scale + jerk * t * t / 6.0) + 1e-9;
+}
 
 /* The jump between two intervals that is passed at the head: it still shows in what comes next. */
 void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right) {
     double used = jump_used(p, left, right, p->x);
     if (used < SMALL_JUMP) return;
     p->behind_share = fmax(1.0 - used, LEAST_SHARE);
-    p->behind_mm = jump_reach(p, p->x);
+    p->behind_mm = jump_reach(p, left, right, p->x);
 }
 
 /* Jumps within reach of each other add up in the samples. */
@@ -101,7 +108,7 @@ static void knot_jump(const jerk_planner *p, grid *g, int k) {
     g->knot_cap[k] = jump_cap(p, left, right, g->knot_cap[k]);
     double used = jump_used(p, left, right, g->knot_cap[k]);
     if (used < SMALL_JUMP) return;
-    double reach = jump_reach(p, g->knot_cap[k]);
+    double reach = jump_reach(p, left, right, g->knot_cap[k]);
     for (int i = k - 1; i >= 0 && g->from_start[k] - g->from_start[i + 1] < reach; i--) take_share(&g->seg[i], used);
     for (int i = k; i < g->n && g->from_start[i] - g->from_start[k] < reach; i++) take_share(&g->seg[i], used);
 }
