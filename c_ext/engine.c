@@ -20,9 +20,11 @@ static bool allocate(engine *e) {
     e->store_mask = stored - 1;
     e->store = calloc(stored, sizeof(piece));
     e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
-    if (!drive_new(e) || !foresight_new(e)) return false;
+    if (!drive_new(e) || !foresight_new(e) || !spans_new(e)) return false;
     e->elements = calloc(elements, sizeof(element));
-    e->pieces = calloc(PIECE_RING, sizeof(piece));
+    uint64_t run = power_of_two(e->cfg.window + RUN_MORE);
+    e->piece_mask = (run < PIECE_RING ? run : PIECE_RING) - 1;
+    e->pieces = calloc(e->piece_mask + 1, sizeof(piece));
     e->curves = calloc(stored, sizeof(curve));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
@@ -72,6 +74,7 @@ void engine_free(engine *e) {
     external_free(e);
     drive_free(e);
     foresight_free(e);
+    spans_free(e);
     free(e->store);
     free(e->pieces);
     free(e->curves);
@@ -206,7 +209,7 @@ void engine_get_state(engine *e, engine_state *out) {
     memset(out, 0, sizeof *out);
     memcpy(out->position, e->geo.position, sizeof out->position);
     out->path = e->geo.path;
-    out->speed = e->geo.v;
+    out->speed = geo_path_speed(e);
     out->cycle = e->geo.cycle;
     out->element = e->geo.active;
     out->elements = e->element_head;

@@ -10,7 +10,8 @@
 #include "jerk_planner.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
-#define PIECE_RING 16384u
+#define PIECE_RING 16384u /* pieces of the run ring at the most; fewer where the window is small */
+#define RUN_MORE (1064u + KEPT_BEHIND + PHASE_RING + 64u) /* beyond the window: fed ahead, kept, committed */
 #define KEPT_BEHIND 1024u /* executed pieces that stay readable, more than the planner looks back */
 #define STORE_AHEAD 16384u /* pieces prepared ahead of those the path has reached */
 #define STORE_KEPT_MAX (1u << 20)
@@ -71,15 +72,31 @@ typedef struct synch_table {
 
 typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piece_kind;
 
-#define SPANS_MAX (CURVE_CELLS + 3)
+#define SPANS_MAX 64u     /* stretches of a piece */
+#define SPAN_ROW 8u       /* numbers an axis has in a curved one */
 
-/* Constant limits over a stretch of a piece. */
+/* A stretch of a piece for the acceleration-limited planner. Straight: |u| <= accel, v <= v_hard. Curved (rows; bent.c):
+ * per axis |r0 u + r1 x| <= 1 at its start, |r2 u + r3 x| <= 1 at its end, x <= cap2 at both. */
 typedef struct span {
     double length, accel, v_hard;
+    double need2;          /* largest speed squared at the start from which everything ahead can be met */
+    double cap2[2];
+    const double *rows;    /* NULL: straight; r0 to r3 of each axis, and what they bound (bent.c) */
+    uint8_t n_rows;
 } span;
 
+/* One place of a curved piece, mm of the piece as it is driven; w: parameter of a polynomial. */
+typedef struct knot {
+    double s, w, bend;
+    double d1[NC_AXES], d2[NC_AXES];
+} knot;
+
+typedef struct bent_step {
+    double u, h, x1; /* path acceleration, over how many mm, speed squared behind them */
+} bent_step;
+
 /* What a program asks of its motions beyond the machine's own limits (NC_DYNAMICS). Shares of the axes' limits are above 0
- * and at most 1; limits of the path are 0 where there is none, mm and s. */
+ * and at most 1 (jerk: at most 1e4); limits of the path are 0 where there is none, mm and s. */
 typedef struct motion_limits {
     float velocity[NC_AXES], acceleration[NC_AXES], jerk[NC_AXES];
     float path_velocity, path_acceleration, radial_acceleration, transition_acceleration, path_jerk, radial_jerk;
@@ -134,7 +151,6 @@ typedef struct piece {
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
-    span spans[SPANS_MAX];
     double need2;            /* largest speed squared at the start from which everything ahead can be met */
 } piece;
 
@@ -174,16 +190,23 @@ typedef struct planner {
     double s, v;
     uint64_t capped;     /* pieces below this index have final corner limits */
     uint64_t need_end;   /* end of the last pass over need2, 0: none that is still true */
+    uint64_t window_from, window_to; /* the window as counted last ... */
+    uint32_t window_motions;         /* ... and the motions in it */
+    span *spans;         /* room for the stretches of the pieces in the window ... */
+    double *rows;        /* ... and for their rows */
+    uint64_t *span_owner, span_mask;
     need_key need_key;
     double reserve_override;
     double override, committed_s;
     bool hold;
+    bool late;           /* GEO will take the tail: nothing is committed until then (recall.c) */
     int stalled;
     tail tails[2];
     uint32_t tail_max;
     uint64_t written;    /* phases written, published by the commit word */
     double target_s;     /* commit until this much motion is ahead */
-    double cpu_s;
+    double cpu_s, clock_s; /* clock_s: what reading the clock takes */
+    uint64_t pumps, chance; /* which of them are timed */
     uint64_t phases, infeasible;
     techno_counts done, done_again; /* as the caps were computed with, like the two below */
     bool single, m01;
@@ -239,6 +262,7 @@ typedef struct feeder {
     uint64_t loop_begin;
     techno_counts gate, pushed; /* functions on stretches driven before */
     uint64_t program_first;
+    uint32_t reach;      /* pieces fed beyond the window */
     bool final;          /* nothing can come behind the run ring's head */
     /* jobs that need standstill */
     uint32_t shortcuts;  /* requests that have been done */
@@ -315,6 +339,7 @@ struct engine {
     /* The run ring: pieces in the order in which they are driven. */
     feeder feed;
     piece *pieces;
+    uint64_t piece_mask;
     curve *curves;        /* of the store's pieces that are polynomials */
     curve next_curve;     /* checked, for the row that is pushed next */
     double next_tangents[6];        /* of an element whose geometry lies in other coordinates */
@@ -410,10 +435,16 @@ struct engine {
     struct foresight *foresight; /* NULL: none of its functions is configured */
 };
 
-static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & (PIECE_RING - 1)]; }
+static inline piece *piece_at(engine *e, uint64_t i) { return &e->pieces[i & e->piece_mask]; }
 static inline piece *store_at(engine *e, uint64_t i) { return &e->store[i & e->store_mask]; }
 static inline element *element_at(engine *e, uint64_t i) { return &e->elements[i & e->element_mask]; }
 static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
+
+/* Of two numbers; without fmin's care for NaN, which the checks at the entry keep away. */
+static inline double lesser(double a, double b) { return a < b ? a : b; }
+static inline double greater(double a, double b) { return a > b ? a : b; }
+
+static inline span *spans_of(const engine *e, uint64_t i) { return &e->plan.spans[(i & e->plan.span_mask) * SPANS_MAX]; }
 
 static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
 
@@ -437,12 +468,10 @@ void curve_piece_build(engine *e, piece *p);
 void curve_piece_position(const engine *e, const piece *p, double s, double *q);
 void curve_piece_tangent(const engine *e, const piece *p, double s, double *u);
 void curve_add_curvature(const engine *e, const piece *p, double *curvature);
-/* A stretch of a piece with the acceleration that jumps use up on it. */
-typedef struct strip {
-    double length;
-    const double *reserve;
-} strip;
-void curve_piece_spans(engine *e, piece *p, const strip *strips, int n);
+void curve_knot(const engine *e, const piece *p, double s, knot *k);
+void curve_knot_at(const engine *e, const piece *p, double w, double s, knot *k);
+double curve_between(const engine *e, const piece *p, const knot *a, const knot *b, double w);
+double curve_cell_parameter(const engine *e, const piece *p, double s);
 
 /* mapping.c */
 void map_behind_element(engine *e);
@@ -457,6 +486,7 @@ double angle_between(const double *a, const double *b);
 
 /* feed.c */
 void feed(engine *e);
+bool feed_further(engine *e);
 void feed_store_floor(engine *e);
 bool feed_job_pending(engine *e);
 void feed_do_jobs(engine *e);
@@ -464,6 +494,7 @@ void feed_begin_program(engine *e);
 
 /* external.c */
 void external_cycle(engine *e);
+void external_command(engine *e, double value);
 void external_free(engine *e);
 
 /* mode.c */
@@ -480,13 +511,24 @@ void log_loop_end(engine *e, double length);
 const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
 bool log_available(const engine *e);
 
+/* bent.c */
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows);
+double knot_cap2(const engine *e, const piece *p, const knot *k, const double *room);
+double bent_need(const span *sp, double s, double soft2, double next);
+bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool brake);
+
+/* spans.c */
+bool spans_new(engine *e);
+void spans_free(engine *e);
+bool spans_known(const engine *e, uint64_t i);
+void piece_knot(const engine *e, const piece *p, double s, knot *k);
+void piece_spans(engine *e, uint64_t i, const piece *next);
+
 /* lookahead.c */
 void corner_caps(engine *e);
-void piece_spans(engine *e, uint64_t i);
 double reachable(const piece *p, double override);
 uint64_t window_end(engine *e);
 void backward_pass(engine *e, uint64_t end);
-bool feasible_with(engine *e, double reserve_override);
 
 /* techno.c */
 bool techno_has_room(const engine *e);
@@ -506,6 +548,7 @@ static inline bool stands_before(const engine *e, const piece *p) {
     return p->stop_before || (p->gated && !gate_open(p->replay ? &e->plan.done_again : &e->plan.done, &p->need));
 }
 
+double curve_piece_main_rate(const engine *e, const piece *p, double s);
 void curve_piece_derivatives(const engine *e, const piece *p, double s, double *d1, double *d2, double *d3);
 double curve_piece_cell_end(const engine *e, const piece *p, double s);
 
@@ -530,12 +573,18 @@ typedef struct writer {
 void write_phase(writer *w, const phase *ph);
 bool writer_full(const writer *w);
 void pass_event(writer *w);
+void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
 
+/* recall.c */
+void recall_commit(engine *e);
+double drive_take_back(engine *e, double seconds);
+
 /* interp.c */
 void geo_cycle(engine *e);
+double geo_path_speed(const engine *e);
 bool geo_drained(engine *e);
 void geo_begin_distance(engine *e);
 

@@ -105,7 +105,7 @@ int engine_bare_loop(int64_t period_ns, int64_t *late_ns, int64_t rows, int use_
 static void lock_memory(engine *e) {
     (void)!mlock(e, sizeof *e);
     (void)!mlock(e->store, (e->store_mask + 1) * sizeof(piece));
-    (void)!mlock(e->pieces, PIECE_RING * sizeof(piece));
+    (void)!mlock(e->pieces, (e->piece_mask + 1) * sizeof(piece));
     (void)!mlock(e->curves, (e->store_mask + 1) * sizeof(curve));
     (void)!mlock(e->phase_ring, PHASE_RING * sizeof(phase));
     (void)!mlock(e->elements, (e->element_mask + 1) * sizeof(element));

@@ -9,7 +9,8 @@
 #include <stddef.h>
 #include "engine_internal.h"
 
-#define FED_AHEAD 1064u /* pieces fed beyond the window: what corner limits may have to look at */
+#define FED_NEAR 64u    /* pieces fed beyond the window: what corner limits mostly have to look at ... */
+#define FED_AHEAD 1064u /* ... and at the most */
 #define LOOP_AHEAD 8u   /* the same inside a real-time loop, whose end is decided as late as possible */
 
 /* Lowest piece of the store that is still needed: the backward store, or the beginning of the loop being driven. */
@@ -21,7 +22,7 @@ void feed_store_floor(engine *e) {
     if (floor > e->store_floor) ATOMIC_SET(e->store_floor, floor);
 }
 
-static bool run_has_room(engine *e) { return e->piece_head - ATOMIC_GET(e->piece_done) < PIECE_RING - KEPT_BEHIND - 8; }
+static bool run_has_room(engine *e) { return e->piece_head - ATOMIC_GET(e->piece_done) < e->piece_mask + 1 - KEPT_BEHIND - 8; }
 
 /* Change of direction per axis between the piece before and this one. */
 static void set_jump(engine *e, piece *p) {
@@ -262,6 +263,7 @@ static void feed_part(engine *e, piece *p, const piece *from, double begin) {
     piece_cut(e, p, begin, piece_end(e, from));
     p->stop_before = p->m01 = p->gated = false;
     if (e->feed.dir < 0) p->stop_after = false;
+    if (e->feed.dir < 0 && e->cfg.retrace_feed > 0.0) p->feed = e->cfg.retrace_feed;
     p->new_block = e->feed.has_motion && piece_at(e, e->feed.last_motion)->count != p->count;
 }
 
@@ -342,6 +344,15 @@ static bool can_feed(engine *e, uint64_t head) {
     return e->feed.next < head;
 }
 
+/* Neither the piece that is copied next nor its place in the ring has been touched for a long time. */
+static void prefetch_next(engine *e) {
+    const char *from = (const char *)store_at(e, e->feed.next + (uint64_t)(2 * e->feed.dir)), *to = (const char *)piece_at(e, e->piece_head + 1);
+    for (size_t at = 0; at < sizeof(piece); at += 64) {
+        __builtin_prefetch(from + at, 0);
+        __builtin_prefetch(to + at, 1);
+    }
+}
+
 static void feed_next(engine *e) {
     const piece *from = store_at(e, e->feed.next);
     if (is_motion(from)) feed_motion(e, from);
@@ -349,7 +360,7 @@ static void feed_next(engine *e) {
 }
 
 static bool wants_more(engine *e) {
-    uint64_t ahead = e->cfg.window + (e->feed.in_loop ? LOOP_AHEAD : FED_AHEAD);
+    uint64_t ahead = e->cfg.window + (e->feed.in_loop ? LOOP_AHEAD : e->drive.planner ? FED_AHEAD : FED_NEAR + e->feed.reach);
     return e->piece_head - e->plan.piece < ahead && run_has_room(e) && e->stops_fed - ATOMIC_GET(e->stops_done) < STOPS_MAX;
 }
 
@@ -432,10 +443,22 @@ void feed(engine *e) {
     uint64_t head = ATOMIC_GET(e->store_head);
     if (e->feed.in_loop) reconsider_loop(e);
     take_insert(e);
-    while (can_feed(e, head) && wants_more(e)) feed_next(e);
+    while (can_feed(e, head) && wants_more(e)) {
+        prefetch_next(e);
+        feed_next(e);
+    }
     e->feed.final = e->feed.dir < 0 ? !can_feed(e, head) : finished && e->feed.next >= head;
     stop_at_end(e);
     feed_store_floor(e);
+}
+
+/* Corner limits look further than what is fed: feed more from now on. */
+bool feed_further(engine *e) {
+    if (e->feed.reach || e->feed.in_loop) return false;
+    uint64_t head = e->piece_head;
+    e->feed.reach = FED_AHEAD - FED_NEAR;
+    feed(e);
+    return e->piece_head > head;
 }
 
 /* ------------------------------------------------------------------------------------------------ jobs at standstill */

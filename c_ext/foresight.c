@@ -77,65 +77,11 @@ static void rest_of_plan(engine *e, forecast *to) {
         if (!append(e->foresight, to, t->phases[i])) return;
 }
 
-typedef struct runner {
-    struct foresight *f;
-    forecast *to;
-    uint64_t piece;
-    double s, v;
-} runner;
-
-static bool run_to(runner *r, double a, double s1, double v1, bool last) {
-    double sum = r->v + v1, d = s1 - r->s;
-    if (d > 0.0 && sum > 1e-9 && !append(r->f, r->to, (phase){.piece = r->piece, .s0 = r->s, .v0 = r->v, .a = a, .time = 2.0 * d / sum, .last = last}))
-        return false;
-    r->s = s1;
-    r->v = v1;
-    return true;
-}
-
-/* Over a stretch with constant limits: up to the cap, along it, down to what must be met at its end. */
-static bool run_stretch(runner *r, double to, double a, double cap, double end2, bool last) {
-    double room = to - r->s, v2 = r->v * r->v;
-    end2 = fmin(end2, cap * cap);
-    if (v2 >= end2 + 2.0 * a * room) return run_to(r, -a, to, sqrt(fmax(0.0, v2 - 2.0 * a * room)), last);
-    if (r->v > cap) {
-        double down = (v2 - cap * cap) / (2.0 * a);
-        if (!run_to(r, -a, r->s + down, cap, false)) return false;
-        room -= down;
-        v2 = cap * cap;
-    }
-    double out2 = fmin(end2, v2 + 2.0 * a * room), peak = fmin(cap, sqrt(0.5 * (2.0 * a * room + v2 + out2)));
-    double up = (peak * peak - v2) / (2.0 * a), down = (peak * peak - out2) / (2.0 * a);
-    return run_to(r, a, r->s + up, peak, false) && run_to(r, 0.0, to - down, peak, false) && run_to(r, -a, to, sqrt(out2), last);
-}
-
-static bool run_piece(engine *e, runner *r, uint64_t end) {
-    const piece *p = piece_at(e, r->piece);
-    double soft = soft_cap(e, p), from = 0.0, need[SPANS_MAX];
-    double behind = p->stop_after || r->piece + 1 >= end ? 0.0 : piece_at(e, r->piece + 1)->need2;
-    for (uint32_t k = p->span_count; k-- > 0;) {
-        double cap = fmin(soft, p->spans[k].v_hard);
-        need[k] = behind;
-        behind = fmin(cap * cap, fmin(behind, cap * cap) + 2.0 * p->spans[k].accel * p->spans[k].length);
-    }
-    for (uint32_t k = 0; k < p->span_count; k++) {
-        double to = k + 1 == p->span_count ? p->length : from + p->spans[k].length, cap = fmin(soft, p->spans[k].v_hard);
-        if (to > r->s && (cap <= 0.0 || !run_stretch(r, to, p->spans[k].accel, cap, need[k], k + 1 == p->span_count))) return false;
-        from = to;
-    }
-    return true;
-}
-
-/* The acceleration-limited planner stores no plan: the same rules once more through its window. */
+/* The acceleration-limited planner stores no plan: its window once more, to the end. */
 static void run_window(engine *e, forecast *to) {
-    runner r = {e->foresight, to, e->plan.piece, e->plan.s, e->plan.v};
-    uint64_t end = window_end(e);
-    for (; r.piece < end; r.piece++, r.s = 0.0) {
-        const piece *p = piece_at(e, r.piece);
-        if (is_motion(p) ? !run_piece(e, &r, end)
-                         : !append(r.f, to, (phase){.piece = r.piece, .v0 = r.v, .time = p->type == NC_DWELL ? p->value : 0.0, .last = true}))
-            return;
-    }
+    writer w = {.e = e, .out = to->phases, .max = e->foresight->max, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = NEVER};
+    drive_window(&w, window_end(e));
+    to->count = w.count;
 }
 
 /* ------------------------------------------------------------------------------------------------ feed blocks */
@@ -295,8 +241,8 @@ static void publish_feed_block(engine *e, HLI_BAHN_STATE *b, const forecast *f) 
     for (uint32_t i = 0; f && i < f->mark_count; i++)
         if (f->marks[i] > now) at = fmin(at, f->marks[i]);
     bool known = at < NEVER && !e->program_end;
-    store_f64_relaxed(&b->eta_time_r, known ? (at - now) * SECOND_US : 0.0);
-    store_u8_release(&b->eta_valid_r, known);
+    show_f64(&b->eta_time_r, known ? (at - now) * SECOND_US : 0.0);
+    show_u8(&b->eta_valid_r, known);
 }
 
 /* Way from where GEO is to the commit's end, mm. */
@@ -313,13 +259,13 @@ static void publish_rest(engine *e, HLI_BAHN_STATE *b, const forecast *f) {
     const geo *g = &e->geo;
     bool stands = g->v <= 0.0 && !g->has_phase;
     bool known = f && f->moving && !stands;
-    store_f64_relaxed(&b->dist_v_0_r, known ? (committed_way(e, f) + f->way) * TENTH_UM : 0.0);
+    show_f64(&b->dist_v_0_r, known ? (committed_way(e, f) + f->way) * TENTH_UM : 0.0);
     for (int i = 0; i < e->cfg.axis_count; i++) {
         uint32_t at = (uint32_t)(int32_t)llrint(fmax(-2147483648.0, fmin(2147483647.0, (known ? f->rest[i] : g->position[i]) * TENTH_UM)));
-        store_u32_relaxed((uint32_t *)&b->pos_v_0_pcs_r[i], at);
-        store_u32_relaxed((uint32_t *)&b->pos_v_0_acs_r[i], at);
+        show_u32((uint32_t *)&b->pos_v_0_pcs_r[i], at);
+        show_u32((uint32_t *)&b->pos_v_0_acs_r[i], at);
     }
-    store_u8_release(&b->pos_v_0_valid_r, known || stands);
+    show_u8(&b->pos_v_0_valid_r, known || stands);
 }
 
 static double speed_in(const phase *ph, double t) {
@@ -354,8 +300,8 @@ static double speed_at(engine *e, const forecast *f, double ahead) {
 static void publish_speeds(engine *e, HLI_BAHN_STATE *b, const forecast *f) {
     for (int i = 0; i < ENGINE_ESA_TIMES; i++) {
         double ahead = e->foresight->times[i], v = ahead > 0.0 && !e->program_end ? speed_at(e, f, ahead) : -1.0;
-        store_f64_relaxed(&b->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);
-        store_u8_release(&b->esa_data_valid[i], v >= 0.0);
+        show_f64(&b->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);
+        show_u8(&b->esa_data_valid[i], v >= 0.0);
     }
 }
 

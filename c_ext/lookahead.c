@@ -4,23 +4,21 @@
  * it is what the cycle samples show: a jump dv at a time t adds dv/dt * w(t) to the acceleration measured around a
  * sample, where w is the triangle of half-width one cycle (second difference). The sum over all jumps is largest
  * exactly at the corners, so it is enough to bound, per axis and at every corner,
- *     F(v) = (1/dt) * sum_j max(0, v - d_j/dt) * jump_j + v^2 * curvature  <=  CORNER * a_max
+ *     F(v) = (1/dt) * sum_j max(0, v - d_j/dt) * jump_j + CORNER * v^2 * curvature  <=  CORNER * a_max
  * with d_j the path distance to corner j. Speeds differ a little inside the window of two cycles, so v is taken SLACK
  * times one cycle of acceleration larger than the speed that is allowed. F is increasing in v; the neighbours are taken in by increasing distance
- * until the speed found does not reach the next one within one cycle. What F uses up at the speed that can occur is the
- * `reserve`; in a zone of one cycle around the corner only the rest is left for tangential acceleration.
+ * until the speed found does not reach the next one within one cycle. What the
+ * jumps in F use up at the speed that can occur is the
+ * `reserve`; in a zone of one cycle around the corner only the rest is left for everything else (spans.c).
  */
 #include <float.h>
 #include <math.h>
 #include "engine_internal.h"
 
 #define CORNER 0.7         /* share of the acceleration limit that jumps may use */
-#define USABLE 0.98        /* share of the acceleration limit that is planned with */
-#define ARC_TANGENT 0.6    /* sqrt(1 - ARC_NORMAL^2) */
-#define ARC_NORMAL 0.8
 #define SLACK 0.3
 #define NEIGHBOURS 1000    /* pieces looked at on each side of a corner */
-#define NEGLIGIBLE 0.02    /* reserves below this share need no zone */
+#define NEGLIGIBLE 0.01    /* reserves below this share need no zone */
 
 typedef struct walk {
     uint64_t i;     /* piece whose start is the next corner on this side */
@@ -58,13 +56,13 @@ static bool next_motion(engine *e, uint64_t *i, uint64_t head) {
 }
 
 static void add_curvature(const engine *e, const piece *p, load *l) {
-    for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = fmin(l->most[a], piece_a_max(e, p, a));
+    for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = lesser(l->most[a], piece_a_max(e, p, a));
     if (p->limits.transition_acceleration > 0)
-        for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = fmin(l->most[a], (double)p->limits.transition_acceleration / CORNER);
+        for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = lesser(l->most[a], (double)p->limits.transition_acceleration / CORNER);
     if (p->kind == PIECE_CURVE) curve_add_curvature(e, p, l->curvature);
     if (p->kind != PIECE_ARC) return;
-    l->curvature[p->axis1] = fmax(l->curvature[p->axis1], p->curvature);
-    l->curvature[p->axis2] = fmax(l->curvature[p->axis2], p->curvature);
+    l->curvature[p->axis1] = greater(l->curvature[p->axis1], p->curvature);
+    l->curvature[p->axis2] = greater(l->curvature[p->axis2], p->curvature);
 }
 
 /* Step to the next corner on the left; pieces passed add their curvature. */
@@ -102,27 +100,31 @@ static void add_corner(const engine *e, const piece *p, double d, load *l) {
     }
 }
 
-/* Largest v with (sum v - moment)/dt + curvature v^2 <= CORNER a on every axis. */
+/* Largest v with (sum v - moment)/dt <= CORNER (a - curvature v^2) on every axis. */
 static double load_speed(const engine *e, const load *l) {
     double v = NEVER, dt = e->cfg.cycle_s;
     for (int a = 0; a < e->cfg.axis_count; a++) {
         if (l->sum[a] < 1e-13) continue;
-        double c = CORNER * l->most[a] + l->moment[a] / dt, b = l->sum[a] / dt;
-        v = fmin(v, 2.0 * c / (b + sqrt(b * b + 4.0 * l->curvature[a] * c)));
+        double c = CORNER * l->most[a] + l->moment[a] / dt, b = l->sum[a] / dt, bend = CORNER * l->curvature[a];
+        v = lesser(v, 2.0 * c / (b + sqrt(b * b + 4.0 * bend * c)));
     }
     return v;
 }
 
 /* Fastest that p is driven at an override. */
 double reachable(const piece *p, double override) {
-    return p->feed > 0 ? fmin(p->v_hard, p->feed * override) : p->v_hard;
+    return p->feed > 0 ? lesser(p->v_hard, p->feed * override) : p->v_hard;
 }
 
+static double jumps_at(const engine *e, const load *l, int axis, double v) {
+    return l->sum[axis] < 1e-13 ? 0.0 : (l->sum[axis] * v - l->moment[axis]) / e->cfg.cycle_s;
+}
+
+/* The curvature is in the rows of curved stretches. */
 static void set_reserve(engine *e, piece *p, const load *l, double v) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
-        double jumps = (l->sum[a] * v - l->moment[a]) / e->cfg.cycle_s;
-        bool negligible = l->sum[a] < 1e-13 || jumps < NEGLIGIBLE * l->most[a];
-        p->reserve[a] = negligible ? 0.0 : jumps + l->curvature[a] * v * v;
+        double jumps = jumps_at(e, l, a, v);
+        p->reserve[a] = jumps < NEGLIGIBLE * l->most[a] ? 0.0 : jumps;
     }
 }
 
@@ -139,7 +141,7 @@ static bool gather(engine *e, uint64_t i, bool solve, double *v, load *l) {
     step_left(e, &left, l);
     step_right(e, &right, l, head, finished);
     for (;;) {
-        if (solve) *v = fmin(limit, load_speed(e, l));
+        if (solve) *v = lesser(limit, load_speed(e, l));
         walk *next = left.d <= right.d ? &left : &right;
         if (*v * dt <= next->d) break;
         add_corner(e, piece_at(e, next->i), next->d, l);
@@ -153,9 +155,15 @@ static bool gather(engine *e, uint64_t i, bool solve, double *v, load *l) {
     return true;
 }
 
+static bool jumps_are_negligible(const engine *e, const load *l, double v) {
+    for (int a = 0; a < e->cfg.axis_count; a++)
+        if (jumps_at(e, l, a, v) >= NEGLIGIBLE * l->most[a]) return false;
+    return true;
+}
+
 static double speed_slack(const engine *e) {
     double a = 0.0;
-    for (int i = 0; i < e->cfg.axis_count; i++) a = fmax(a, e->cfg.a_max[i]);
+    for (int i = 0; i < e->cfg.axis_count; i++) a = greater(a, e->cfg.a_max[i]);
     return SLACK * a * e->cfg.cycle_s;
 }
 
@@ -169,10 +177,17 @@ static bool cap_corner(engine *e, uint64_t i) {
     if (!previous_motion(e, &b)) return true;
     const piece *before = piece_at(e, b);
     load l;
-    double slack = speed_slack(e), hard = fmin(p->entry_speed, fmin(before->v_hard, p->v_hard)), v = hard + slack;
+    double slack = speed_slack(e), hard = lesser(p->entry_speed, lesser(before->v_hard, p->v_hard)), v = hard + slack;
+    double occurs = slack + greater(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
+    if (before->kind != PIECE_LINE || p->kind != PIECE_LINE) { /* next to no corner: curvature alone is no reason to be slower */
+        v = lesser(v, occurs);
+        p->corner_v = v - slack;
+        if (!gather(e, i, false, &v, &l)) return false;
+        if (v >= p->corner_v + slack && jumps_are_negligible(e, &l, v)) return true;
+        v = hard + slack;
+    }
     if (!gather(e, i, true, &v, &l)) return false;
-    p->corner_v = fmin(hard, fmax(0.0, v - slack));
-    double occurs = slack + fmax(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
+    p->corner_v = lesser(hard, greater(0.0, v - slack));
     if (occurs < v) {
         v = occurs;
         if (!gather(e, i, false, &v, &l)) return false;
@@ -186,6 +201,7 @@ void corner_caps(engine *e) {
     uint64_t head = e->piece_head;
     if (e->plan.capped < e->plan.piece) e->plan.capped = e->plan.piece;
     if (e->plan.capped < e->plan.need_end) e->plan.need_end = 0; /* pieces are capped anew */
+    if (e->plan.capped < e->plan.window_to) e->plan.window_to = e->plan.window_from = 0;
     while (e->plan.capped < head) {
         piece *p = piece_at(e, e->plan.capped);
         if (is_motion(p) && !cap_corner(e, e->plan.capped)) return;
@@ -195,86 +211,51 @@ void corner_caps(engine *e) {
     }
 }
 
-static bool has_reserve(const engine *e, const double *r) {
-    for (int a = 0; a < e->cfg.axis_count; a++)
-        if (r[a] > 0) return true;
-    return false;
-}
-
-static void limit_span(const engine *e, const piece *p, const double *reserve, span *s) {
-    s->accel = NEVER;
-    s->v_hard = p->v_hard;
-    bool arc = p->kind == PIECE_ARC;
-    for (int a = 0; a < e->cfg.axis_count; a++) {
-        if (arc && (a == p->axis1 || a == p->axis2)) continue;
-        double share = fabs(p->slope[a]);
-        if (share > 1e-12) s->accel = fmin(s->accel, (USABLE * piece_a_max(e, p, a) - reserve[a]) / share);
-    }
-    if (p->limits.path_acceleration > 0) s->accel = fmin(s->accel, (double)p->limits.path_acceleration);
-    if (!arc) return;
-    double room = fmin(USABLE * piece_a_max(e, p, p->axis1) - reserve[p->axis1], USABLE * piece_a_max(e, p, p->axis2) - reserve[p->axis2]);
-    s->accel = fmin(s->accel, ARC_TANGENT * room / p->plane_speed);
-    s->v_hard = fmin(s->v_hard, sqrt(ARC_NORMAL * room / p->curvature));
-}
-
-static bool moves(const engine *e, const piece *p, int i) {
-    if (p->kind == PIECE_CURVE) return curve_of(e, p)->moving >> i & 1;
-    return p->kind == PIECE_ARC || fabs(p->slope[i]) > 1e-12;
-}
-
-static double zone(const engine *e, const piece *corner, const piece *p) {
-    if (!has_reserve(e, corner->reserve)) return 0.0;
-    double dt = e->cfg.cycle_s, a = NEVER;
-    for (int i = 0; i < e->cfg.axis_count; i++)
-        if (moves(e, p, i)) a = fmin(a, e->cfg.a_max[i]);
-    return (corner->corner_v + 2.0 * a * dt) * dt;
-}
-
-/* Stretches of piece i with constant limits: a zone at either end where jumps use up acceleration, and the rest. */
-void piece_spans(engine *e, uint64_t i) {
-    piece *p = piece_at(e, i);
-    static const double none[NC_AXES] = {0};
+/* The motion behind piece i, if it is known and the axes do not stand between. */
+static const piece *next_of(engine *e, uint64_t i) {
     uint64_t n = i;
-    const piece *next = p->stop_after || !next_motion(e, &n, e->plan.capped) ? NULL : piece_at(e, n);
-    double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0;
-    double both[NC_AXES];
-    for (int a = 0; a < NC_AXES; a++) both[a] = fmax(p->reserve[a], next ? next->reserve[a] : 0.0);
-    const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
-    const strip whole = {p->length, both};
-    bool apart = first + last <= 0.9 * p->length;
-    const strip *strips = apart ? parts : &whole;
-    int n_strips = apart ? 3 : 1;
-    p->span_count = 0;
-    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, strips, n_strips);
-    for (int k = 0; k < n_strips && p->kind != PIECE_CURVE; k++) {
-        if (strips[k].length <= 0) continue;
-        p->spans[p->span_count].length = strips[k].length;
-        limit_span(e, p, strips[k].reserve, &p->spans[p->span_count++]);
-    }
+    return piece_at(e, i)->stop_after || !next_motion(e, &n, e->plan.capped) ? NULL : piece_at(e, n);
+}
+
+static void make_spans(engine *e, uint64_t i) {
+    const piece *next = next_of(e, i);
+    piece *p = piece_at(e, i);
+    piece_spans(e, i, next);
     p->spanned = next != NULL || p->stop_after;
 }
 
-/* First piece behind the window: N motion pieces after the one where committed motion ends, or what is known. */
+/* First piece behind the window: N motion pieces after the one where committed motion ends, or what is known. Counted on from
+ * where it was counted to. */
 uint64_t window_end(engine *e) {
-    uint64_t i = e->plan.piece, end = e->plan.capped;
-    uint32_t motions = 0;
-    while (i < end && motions <= e->cfg.window) motions += is_motion(piece_at(e, i++));
-    return i;
+    planner *w = &e->plan;
+    if (w->piece < w->window_from || w->piece > w->window_to || w->window_from == w->window_to) {
+        w->window_from = w->window_to = w->piece;
+        w->window_motions = 0;
+    }
+    for (; w->window_from < w->piece; w->window_from++) w->window_motions -= is_motion(piece_at(e, w->window_from));
+    while (w->window_to < w->capped && w->window_motions <= e->cfg.window && w->window_to - w->piece <= w->span_mask)
+        w->window_motions += is_motion(piece_at(e, w->window_to++));
+    return w->window_to;
 }
 
-static double back_over(const engine *e, const piece *p, double need2) {
-    double cap = soft_cap(e, p);
-    for (uint32_t k = p->span_count; k-- > 0;) {
-        double c = fmin(cap, p->spans[k].v_hard);
-        need2 = fmin(c * c, fmin(need2, c * c) + 2.0 * p->spans[k].accel * p->spans[k].length);
-    }
+/* Largest speed squared at the start of the stretch from which `next` can be met at its end. */
+static double back_over_span(const span *sp, double soft, double next) {
+    if (sp->rows) return bent_need(sp, 0.0, soft * soft, next);
+    double c = lesser(soft, sp->v_hard), c2 = c * c;
+    return lesser(c2, lesser(next, c2) + 2.0 * sp->accel * sp->length);
+}
+
+static double back_over(engine *e, uint64_t i, double need2) {
+    const piece *p = piece_at(e, i);
+    double soft = soft_cap(e, p);
+    span *spans = spans_of(e, i);
+    for (uint32_t k = p->span_count; k-- > 0;) need2 = spans[k].need2 = back_over_span(&spans[k], soft, need2);
     return need2;
 }
 
-/* What need2 depends on besides the pieces themselves. */
 static need_key key_of(const planner *p) { return (need_key){p->override, p->rapid, p->ext_speed, p->hold}; }
 
-/* Pieces below this index still have the values of the last pass. */
+/* Needs below this piece are those of the last pass: nothing that they depend on has changed but the window's end. */
 static uint64_t kept_needs(const planner *p) {
     need_key now = key_of(p), then = p->need_key;
     bool same = now.override == then.override && now.rapid == then.rapid && now.ext_speed == then.ext_speed && now.hold == then.hold;
@@ -286,13 +267,14 @@ static uint64_t kept_needs(const planner *p) {
 void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
     uint64_t kept = kept_needs(&e->plan);
+    if (kept == end && end > e->plan.piece && spans_known(e, end - 1)) return;
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);
-        bool same = i < kept && is_motion(p) && p->spanned;
+        bool known = spans_known(e, i), same = i < kept && is_motion(p) && known;
         if (is_motion(p)) {
-            if (!p->spanned) piece_spans(e, i);
+            if (!known) make_spans(e, i);
             if (p->stop_after) need2 = 0.0;
-            need2 = fmin(back_over(e, p, need2), p->corner_v * p->corner_v);
+            need2 = lesser(back_over(e, i, need2), p->corner_v * p->corner_v);
         }
         if (stands_before(e, p)) need2 = 0.0;
         if (same && need2 == p->need2) break;

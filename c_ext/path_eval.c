@@ -27,9 +27,11 @@ static void build_arc(engine *e, piece *p, const nc_block *row) {
 static double axis_speed_limit(const engine *e, const piece *p) {
     double v = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double share = p->kind == PIECE_ARC && (i == p->axis1 || i == p->axis2) ? p->plane_speed : fabs(p->slope[i]);
+        bool in_plane = p->kind == PIECE_ARC && (i == p->axis1 || i == p->axis2);
+        double share = in_plane ? e->drive.planner ? p->plane_speed : 0.0 : fabs(p->slope[i]);
         if (share > 1e-12) v = fmin(v, piece_v_max(e, p, i) / share);
     }
+    if (p->kind == PIECE_ARC && !e->drive.planner) v = fmin(v, hypot(piece_v_max(e, p, p->axis1), piece_v_max(e, p, p->axis2)) / p->plane_speed);
     return v;
 }
 
@@ -37,7 +39,8 @@ static double speed_limit(const engine *e, const piece *p) {
     double v = axis_speed_limit(e, p);
     if (p->limits.path_velocity > 0) v = fmin(v, (double)p->limits.path_velocity);
     if (p->kind == PIECE_ARC) {
-        double a = ARC_NORMAL * fmin(piece_a_max(e, p, p->axis1), piece_a_max(e, p, p->axis2));
+        double a1 = piece_a_max(e, p, p->axis1), a2 = piece_a_max(e, p, p->axis2);
+        double a = e->drive.planner ? ARC_NORMAL * fmin(a1, a2) : hypot(a1, a2); /* nowhere on it is more possible; bent.c */
         if (p->limits.radial_acceleration > 0) a = fmin(a, (double)p->limits.radial_acceleration);
         v = fmin(v, sqrt(a / p->curvature));
     }

@@ -7,20 +7,27 @@
 #include <time.h>
 #include "engine_internal.h"
 
+#define PARTS_MAX 64       /* of a phase */
+#define SHORT_PART 0.05    /* of a cycle: no part is shorter */
 #define TINY_MM 1e-12
-#define FEASIBLE 1.0000001 /* speeds squared may miss by rounding */
+#define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
+#define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
+#define EXACT_PUMPS 64     /* of the acceleration-limited planner are timed each, later ones ... */
+#define TIMED_SHARE 16     /* ... at random: reading the clock takes as long as such a pump */
 
 /* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
 double soft_cap(const engine *e, const piece *p) {
     if (e->plan.hold) return 0.0;
-    if (e->plan.ext_speed < NEVER) return fmin(p->v_hard, e->plan.ext_speed);
-    if (p->feed > 0) return fmin(p->v_hard, p->feed * (p->flags & NC_NO_OVERRIDE ? 1.0 : e->plan.override));
-    return p->v_hard * fmin(1.0, e->plan.rapid);
+    if (e->plan.ext_speed < NEVER) return lesser(p->v_hard, e->plan.ext_speed);
+    if (p->feed > 0) return lesser(p->v_hard, p->feed * (p->flags & NC_NO_OVERRIDE ? 1.0 : e->plan.override));
+    return p->v_hard * lesser(1.0, e->plan.rapid);
 }
 
 typedef struct stretch {
+    const span *span;
     double from, to;   /* path length in the piece */
-    double accel, cap; /* cap: hard and soft */
+    double soft, cap;  /* feed and override; straight: with the hard limit */
+    double accel;      /* straight */
     double end2;       /* speed squared that must be met at `to` */
 } stretch;
 
@@ -30,36 +37,69 @@ static double need_behind(engine *e, uint64_t i, uint64_t end) {
     return p->stop_after || i + 1 >= end ? 0.0 : piece_at(e, i + 1)->need2;
 }
 
-/* The stretch of piece i that holds s, s < length. */
+/* The stretch of piece i that holds s, s < length; its needs are those of the last backward pass. */
 static stretch stretch_at(engine *e, uint64_t i, uint64_t end, double s) {
     const piece *p = piece_at(e, i);
-    double soft = soft_cap(e, p), to = p->length, need = need_behind(e, i, end);
-    stretch out = {0};
-    for (uint32_t k = p->span_count; k-- > 0;) {
-        double from = k ? to - p->spans[k].length : 0.0, cap = fmin(soft, p->spans[k].v_hard);
-        out = (stretch){from, to, p->spans[k].accel, cap, need};
-        if (s >= from) return out;
-        need = fmin(cap * cap, fmin(need, cap * cap) + 2.0 * p->spans[k].accel * (to - from));
-        to = from;
-    }
-    return out;
+    const span *spans = spans_of(e, i);
+    uint32_t k = 0, last = p->span_count - 1;
+    double from = 0.0;
+    while (k < last && s >= from + spans[k].length) from += spans[k++].length;
+    double soft = soft_cap(e, p), need = k < last ? spans[k + 1].need2 : need_behind(e, i, end);
+    return (stretch){&spans[k], from, k < last ? from + spans[k].length : p->length, soft, lesser(soft, spans[k].v_hard), spans[k].accel, need};
 }
 
-/* Largest speed squared at s of piece i from which everything ahead can be met. */
-static double need_at(engine *e, uint64_t i, uint64_t end, double s) {
+/* Whether everything ahead can be met from v at s of piece i. */
+static bool meets_all(engine *e, uint64_t i, uint64_t end, double s, double v) {
     stretch st = stretch_at(e, i, end, s);
-    return fmin(st.cap * st.cap, fmin(st.end2, st.cap * st.cap) + 2.0 * st.accel * (st.to - s));
+    if (st.span->rows) return v * v <= bent_need(st.span, s - st.from, st.soft * st.soft, st.end2) * FEASIBLE_BENT + 1e-12;
+    return v * v <= lesser(st.cap * st.cap, lesser(st.end2, st.cap * st.cap) + 2.0 * st.accel * (st.to - s)) * FEASIBLE + 1e-12;
 }
 
 bool writer_full(const writer *w) {
     if (w->seconds >= w->budget) return true;
     if (w->out) return w->count + 4 >= w->max;
-    return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed) >= PHASE_RING - 4;
+    return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed) >= PHASE_RING - 4 - PARTS_MAX;
+}
+
+/* State at t of a phase. */
+static void state_in(const phase *ph, double t, double *s, double *v, double *a) {
+    const jerk_law law = {.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .c = ph->c, .jerk = ph->jerk};
+    jerk_state at;
+    jerk_at(&law, t, &at);
+    *s = at.s;
+    *v = at.v;
+    *a = at.a;
+}
+
+/* From `at` (committed motion, s) to the end of the cycle of GEO in which it is driven. */
+static double rest_of_cycle(engine *e, double at) {
+    double now, dt = e->cfg.cycle_s;
+    __atomic_load(&e->geo.consumed_s, &now, __ATOMIC_ACQUIRE);
+    double cycles = (at - now) / dt, rest = (floor(cycles) + 1.0 - cycles) * dt;
+    return rest < SHORT_PART * dt ? rest + dt : rest;
+}
+
+/* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). */
+static void commit_phase(writer *w, const phase *ph) {
+    engine *e = w->e;
+    bool motion = is_motion(piece_at(e, ph->piece));
+    double from = 0.0, to = motion ? rest_of_cycle(e, e->plan.committed_s + w->seconds) : ph->time;
+    for (int i = 1;; i++) {
+        phase *out = &e->phase_ring[e->plan.written++ & (PHASE_RING - 1)];
+        bool end = i >= PARTS_MAX || to >= ph->time - SHORT_PART * e->cfg.cycle_s;
+        *out = *ph;
+        if (from > 0.0) state_in(ph, from, &out->s0, &out->v0, &out->a);
+        out->time = (end ? ph->time : to) - from;
+        out->last = ph->last && end;
+        if (end) return;
+        from = to;
+        to += e->cfg.cycle_s;
+    }
 }
 
 void write_phase(writer *w, const phase *ph) {
     if (w->out) w->out[w->count++] = *ph;
-    else w->e->phase_ring[w->e->plan.written++ & (PHASE_RING - 1)] = *ph;
+    else commit_phase(w, ph);
     w->seconds += ph->time;
 }
 
@@ -79,7 +119,7 @@ static void run(writer *w, double a, double time, double s1, double v1, bool las
     }
     emit(w, a, room, false);
     w->s += w->v * room + 0.5 * a * room * room;
-    w->v = fmax(0.0, w->v + a * room);
+    w->v = greater(0.0, w->v + a * room);
 }
 
 static void brake_to(writer *w, const stretch *st, double v1, bool ends) {
@@ -88,7 +128,7 @@ static void brake_to(writer *w, const stretch *st, double v1, bool ends) {
         run(w, -st->accel, (w->v - v1) / st->accel, w->s + d, v1, false);
         return;
     }
-    double end = sqrt(fmax(0.0, w->v * w->v - 2.0 * st->accel * room));
+    double end = sqrt(greater(0.0, w->v * w->v - 2.0 * st->accel * room));
     if (end + w->v > 0) run(w, -st->accel, 2.0 * room / (end + w->v), st->to, end, ends);
 }
 
@@ -113,9 +153,28 @@ static void brake(writer *w, const stretch *st, double end2, bool ends) {
     else brake_to(w, st, 0.0, ends);
 }
 
+/* One step over a curved stretch with constant acceleration along the path, cut at the budget. */
+static void drive_bent(writer *w, const stretch *st, bool ends, bool brake) {
+    double at = w->s - st->from, room = st->to - w->s;
+    bent_step step = bent_forward(st->span, at, w->v * w->v, st->soft * st->soft, st->end2, brake);
+    bool whole = step.h >= room - TINY_MM;
+    double v1 = sqrt(step.x1), time = 2.0 * (whole ? room : step.h) / greater(w->v + v1, 1e-30);
+    if (whole && w->v + v1 <= 1e-9) { /* what is left is rounding */
+        emit(w, 0.0, 0.0, ends);
+        w->s = st->to;
+        w->v = 0.0;
+        return;
+    }
+    run(w, (v1 - w->v) / time, time, whole ? st->to : w->s + step.h, v1, whole && ends);
+}
+
 /* One step over the stretch: accelerate, cruise or brake, each cut at the budget. */
 static void drive_stretch(writer *w, const stretch *st, bool ends) {
-    double room = st->to - w->s, v = w->v, a = st->accel, end2 = fmin(st->end2, st->cap * st->cap);
+    if (st->span->rows) {
+        drive_bent(w, st, ends, false);
+        return;
+    }
+    double room = st->to - w->s, v = w->v, a = st->accel, end2 = lesser(st->end2, st->cap * st->cap);
     if (v * v >= end2 + 2.0 * a * room) {
         brake(w, st, end2, ends);
         return;
@@ -124,8 +183,8 @@ static void drive_stretch(writer *w, const stretch *st, bool ends) {
         brake_to(w, st, st->cap, ends);
         return;
     }
-    double out2 = fmin(end2, v * v + 2.0 * a * room), peak2 = 0.5 * (2.0 * a * room + v * v + out2);
-    double peak = fmin(st->cap, sqrt(peak2)), out = sqrt(out2);
+    double out2 = lesser(end2, v * v + 2.0 * a * room), peak2 = 0.5 * (2.0 * a * room + v * v + out2);
+    double peak = lesser(st->cap, sqrt(peak2)), out = sqrt(out2);
     double up = (peak * peak - v * v) / (2.0 * a), down = (peak * peak - out2) / (2.0 * a);
     double flat = room - up - down;
     if (up > TINY_MM) {
@@ -159,7 +218,7 @@ static void note_infeasible(writer *w, const piece *p, uint64_t end) {
 }
 
 /* Forward until the budget is used up, the window ends or the path stands (hold, override 0). */
-static void drive_window(writer *w, uint64_t end) {
+void drive_window(writer *w, uint64_t end) {
     engine *e = w->e;
     while (w->piece < end && !writer_full(w)) {
         const piece *p = piece_at(e, w->piece);
@@ -168,10 +227,10 @@ static void drive_window(writer *w, uint64_t end) {
             continue;
         }
         stretch st = stretch_at(e, w->piece, end, w->s);
-        if (w->v <= 0.0 && st.cap <= 0.0) return;
+        if (w->v <= 0.0 && st.soft <= 0.0) return;
         drive_stretch(w, &st, st.to >= p->length);
         if (w->s >= p->length) {
-            note_infeasible(w, p, end);
+            if (!w->out) note_infeasible(w, p, end);
             w->piece++;
             w->s = 0.0;
         }
@@ -188,7 +247,8 @@ static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
         }
         stretch st = stretch_at(e, w.piece, end, w.s);
         bool ends = st.to >= piece_at(e, w.piece)->length;
-        brake_to(&w, &st, 0.0, ends);
+        if (st.span->rows) drive_bent(&w, &st, ends, true);
+        else brake_to(&w, &st, 0.0, ends);
         if (w.s >= piece_at(e, w.piece)->length) {
             w.piece++;
             w.s = 0.0;
@@ -214,6 +274,7 @@ static bool resume_after_tail(engine *e) {
     e->plan.written = word >> 2;
     e->plan.tails[((word >> 1) & 1) ^ 1].count = 0;
     e->drive.restart = true;
+    e->plan.late = false;
     e->tail_done = 0;
     ATOMIC_SET(e->commit, word ^ 3u);
     return true;
@@ -222,7 +283,7 @@ static bool resume_after_tail(engine *e) {
 static bool state_feasible(engine *e, uint64_t end) {
     if (e->plan.v <= 0.0) return true;
     if (e->plan.piece >= end) return false;
-    return e->plan.v * e->plan.v <= need_at(e, e->plan.piece, end, e->plan.s) * FEASIBLE + 1e-12;
+    return !is_motion(piece_at(e, e->plan.piece)) || meets_all(e, e->plan.piece, end, e->plan.s, e->plan.v);
 }
 
 /* What the corner limits depend on besides the path: the override that zones are sized for, and which gates are open. */
@@ -266,10 +327,17 @@ static uint64_t choose_conditions(engine *e) {
     }
     uint64_t end = plan_under(e, &want);
     if (state_feasible(e, end)) return end;
-    if (want.reserve_override > old.reserve_override) e->plan.override = fmin(e->plan.override, old.reserve_override);
+    if (want.reserve_override > old.reserve_override) e->plan.override = lesser(e->plan.override, old.reserve_override);
     want.reserve_override = old.reserve_override;
     end = plan_under(e, &want);
     return state_feasible(e, end) ? end : plan_under(e, &old);
+}
+
+/* The window's end; where corner limits need more of the path than is fed, more is fed. */
+static uint64_t choose_window(engine *e) {
+    uint64_t end = choose_conditions(e);
+    bool wants = e->plan.window_motions <= e->cfg.window && e->plan.capped < e->piece_head && !e->feed.final;
+    return wants && feed_further(e) ? choose_conditions(e) : end;
 }
 
 double ahead_s(engine *e) {
@@ -301,6 +369,25 @@ static double thread_cpu_s(void) {
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
+/* What one reading of the clock adds to the time between two: some 500 ns on virtual machines, more than such a pump. */
+static double clock_cost_s(void) {
+    double least = 1.0;
+    for (int i = 0; i < 32; i++) {
+        double t = thread_cpu_s();
+        least = lesser(least, thread_cpu_s() - t);
+    }
+    return least;
+}
+
+/* How many pumps this one stands for in the CPU time of the plan; 0: it is not timed. */
+static double timing_weight(engine *e) {
+    planner *p = &e->plan;
+    if (!p->clock_s) p->clock_s = clock_cost_s();
+    if (e->drive.planner || p->pumps++ < EXACT_PUMPS) return 1.0;
+    p->chance = p->chance * 6364136223846793005u + 1442695040888963407u;
+    return p->chance >> 33 & (TIMED_SHARE - 1) ? 0.0 : TIMED_SHARE;
+}
+
 /* The path stands where GEO says; what was committed behind that place is taken back. */
 static bool withdraw(engine *e) {
     if (ATOMIC_GET(e->withdraw) == WITHDRAW_NONE) ATOMIC_SET(e->withdraw, WITHDRAW_ASKED);
@@ -327,20 +414,28 @@ static bool jobs_allow(engine *e) {
     return true;
 }
 
+static bool wants_hold(engine *e) {
+    double override;
+    __atomic_load(&e->override_now, &override, __ATOMIC_ACQUIRE);
+    return ATOMIC_GET(e->hold_now) || override <= 0.0 || feed_job_pending(e);
+}
+
 /* Commit more motion if less than COMMIT_LOW_S is ahead; returns 1 if phases were added. */
 int planner_pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start)) return 0;
-    if (!resume_after_tail(e) || !jobs_allow(e) || ahead_s(e) >= COMMIT_LOW_S) return 0;
-    double t0 = thread_cpu_s();
+    if (!resume_after_tail(e) || !jobs_allow(e)) return 0;
+    if (wants_hold(e) && !e->plan.hold) recall_commit(e);
+    if (e->plan.late || ahead_s(e) >= COMMIT_LOW_S) return 0;
+    double weight = timing_weight(e), t0 = weight > 0.0 ? thread_cpu_s() : 0.0;
     feed(e);
     if (e->plan.piece >= e->piece_head) return 0;
     uint64_t before = e->plan.written;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
     __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
-    e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0 || feed_job_pending(e);
+    e->plan.hold = wants_hold(e);
     if (e->drive.planner) drive_commit(e);
-    else commit(e, choose_conditions(e));
-    e->plan.cpu_s += thread_cpu_s() - t0;
+    else commit(e, choose_window(e));
+    if (weight > 0.0) e->plan.cpu_s += weight * greater(0.0, thread_cpu_s() - t0 - e->plan.clock_s);
     return e->plan.written != before;
 }

@@ -101,6 +101,7 @@ static node between(const nc_smooth *s, const node *a, const node *b, double r, 
     n.turn = 0.0;
     n.size = size;
     n.mark = false;
+    n.end_speed = 0.0f;
     for (int i = 0; i < s->cfg.axes; i++) n.q[i] = a->q[i] + r * (b->q[i] - a->q[i]);
     return n;
 }
@@ -219,7 +220,7 @@ static bool merge(nc_smooth *s, const node *n) {
     node *at = last_node(s);
     double allowed = fmin(MERGE * s->tol, MERGE_MAX);
     if (s->n_nodes < 2 || at->mark || at->kind != NODE_VERTEX || at->slack > allowed || n->slack > allowed || s->merged_n >= MERGED) return false;
-    if (at[-1].kind == NODE_TAIL || at->feed != n->feed || at->t <= s->out_t) return false;
+    if (at[-1].kind == NODE_TAIL || at->feed != n->feed || at->flags != n->flags || at->t <= s->out_t) return false;
     if (s->keep.valid && at[-1].t < s->keep.tau[s->keep.spans + 5]) return false;
     const node *from = at - 1;
     double u[NC_AXES], v[NC_AXES], before = direction_to(s, from->q, at->q, u), length = direction_to(s, from->q, n->q, v);
@@ -248,6 +249,7 @@ static void add_point(nc_smooth *s, const nc_block *row, double slack) {
     node n = {.t = at->t + length, .d = s->d, .kind = NODE_VERTEX, .slack = fmax(slack, s->skipped), .len = length, .size = 1e9};
     memcpy(n.q, s->last, sizeof n.q);
     n.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
+    n.flags = row->flags & NC_NO_OVERRIDE;
     n.n = row->n;
     n.line = row->line;
     n.count = row->count;
@@ -315,12 +317,21 @@ static void stop_here(nc_smooth *s) {
         }
 }
 
+/* The node here, or the last one if this is next to it, is passed no faster. */
+static void slow_point(nc_smooth *s, float speed) {
+    node *n = last_node(s);
+    if (s->n_nodes < 2) return;
+    n->mark = true;
+    n->end_speed = n->end_speed > 0.0f ? fminf(n->end_speed, speed) : speed;
+}
+
 static void line_point(nc_smooth *s, const nc_block *row) {
     for (int a = 0; a < s->cfg.axes; a++) s->last[a] = row->end[a] * s->scale[a];
     s->d += row->length;
     double length = distance(s, last_node(s)->q, s->last);
     if (length < LEAVE_OUT * s->tol && !last_node(s)->mark) s->skipped = fmax(s->skipped, length);
     else if (length > ZERO) add_point(s, row, 0.0);
+    if (row->end_speed > 0.0f) slow_point(s, row->end_speed);
 }
 
 static void arc_points(nc_smooth *s, const nc_block *row) {
@@ -340,6 +351,7 @@ static void arc_points(nc_smooth *s, const nc_block *row) {
         s->d = d0 + r * row->length;
         if (distance(s, last_node(s)->q, s->last) > ZERO) add_point(s, row, sagitta);
     }
+    if (row->end_speed > 0.0f) slow_point(s, row->end_speed);
 }
 
 static bool smoothable(const nc_smooth *s, const nc_block *row) {
@@ -360,7 +372,8 @@ static void take_motion(nc_smooth *s, const nc_block *row, const double *pool) {
         exact_motion(s, row, pool);
         return;
     }
-    if (last_node(s)->feed >= 0.0 && last_node(s)->feed != row->feed) node_here(s)->mark = true;
+    bool same = last_node(s)->feed == row->feed && last_node(s)->flags == (row->flags & NC_NO_OVERRIDE);
+    if (last_node(s)->feed >= 0.0 && !same) node_here(s)->mark = true;
     if (row->type == NC_CIRCULAR) node_here(s);
     bool function = s->has_function && row->count == s->function_count;
     emit_hold(s, row, last_node(s)->t, true);
@@ -388,7 +401,8 @@ static void set_mode(nc_smooth *s, const nc_block *row) {
 
 static bool ends_section(const nc_block *row) {
     if (row->flags & NC_STANDSTILL) return true;
-    return row->type == NC_DWELL || row->type == NC_FLUSH || row->type == NC_DISTANCE_RESET || row->type == NC_EVENT ||
+    if (row->type == NC_EVENT) return row->code != NC_EVENT_COMMAND;
+    return row->type == NC_DWELL || row->type == NC_FLUSH || row->type == NC_DISTANCE_RESET ||
            row->type == NC_RT_LOOP_BEGIN || row->type == NC_RT_LOOP_END || row->type == NC_COMPENSATION;
 }
 

@@ -36,7 +36,9 @@ typedef struct node {
     double slack;  /* deviation used up by the chord that ends here (points left out, arcs) */
     double feed;   /* of the chord that ends here; 0 rapid */
     double len;    /* of that chord as programmed, scaled */
+    float end_speed; /* largest speed at it, mm/s; 0: none */
     uint8_t kind;
+    uint16_t flags; /* of the row: NC_NO_OVERRIDE */
     bool mark;     /* a piece must end here: feed changes, or a row that is not motion takes effect */
     uint32_t n, line, count;
     uint16_t file;

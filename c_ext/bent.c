@@ -1,0 +1,189 @@
+/* Curved stretches for the acceleration-limited planner: limits as rows over (x, u), x = v^2, u = dv/dt along the path.
+ *
+ * A stretch between two knots has a constant u, so x is linear in the path, and every axis meets
+ *     |q' u + q'' x| <= its acceleration
+ * at both knots. That is TOPP2 (Bobrow; Pham and Stonyakin's reachability form): backwards the largest x from which the
+ * next knot can be met, forwards the largest u. Straight stretches are the special case of a constant |u|, in closed form.
+ */
+#include <math.h>
+#include "engine_internal.h"
+
+#define SPEED_FLOOR 1e-12
+#define ROW SPAN_ROW
+#define STANDS 1e-12       /* speeds squared */
+#define SHORTEST_MM 1e-12
+#define INSIDE 0.004       /* of the limits: what the chord of a row over a part of a stretch may miss */
+#define HOP 0.5            /* share of the limits used between two standstills without a knot between */
+#define ROUNDING 1.0000001 /* speeds squared may miss by rounding */
+
+/* ------------------------------------------------------------------------------------------------ rows of a stretch */
+/* Of a row |cu u + cx x| <= 1: middle and half of the range of u, which is slope x +- half. */
+static void set_bound(double cu, double cx, double *bound) {
+    bool free = fabs(cu) < 1e-12; /* then it is a bound of x: knot_cap2 */
+    bound[0] = free ? NEVER : 1.0 / fabs(cu);
+    bound[1] = free ? 0.0 : -cx / cu;
+}
+
+/* `room`: acceleration of every axis that is left. Per axis: the rows at both knots, then their bounds. */
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows) {
+    uint32_t n = 0;
+    out->rows = rows;
+    out->accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
+    out->length = b->s - a->s;
+    out->cap2[0] = knot_cap2(e, p, a, room);
+    out->cap2[1] = knot_cap2(e, p, b, room);
+    out->v_hard = NEVER;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
+        double inv = 1.0 / room[i], *r = rows + ROW * n++;
+        r[0] = a->d1[i] * inv;
+        r[1] = a->d2[i] * inv;
+        r[2] = b->d1[i] * inv;
+        r[3] = b->d2[i] * inv;
+        set_bound(r[0], r[1], r + 4);
+        set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6); /* in terms of x at the start */
+    }
+    out->n_rows = (uint8_t)n;
+    return ROW * n;
+}
+
+/* Largest x at a knot: axis speeds, acceleration at constant speed, limits of the path. */
+double knot_cap2(const engine *e, const piece *p, const knot *k, const double *room) {
+    double x = NEVER, path = p->limits.path_velocity, radial = p->limits.radial_acceleration;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double d1 = fabs(k->d1[i]), d2 = fabs(k->d2[i]);
+        if (d1 > SPEED_FLOOR) {
+            double v = piece_v_max(e, p, i) / d1;
+            x = lesser(x, v * v);
+        }
+        /* |q' u + q'' x| <= A can be met at a larger x where the path acceleration helps, but only while x changes */
+        if (d2 * x > room[i] && d1 < 1e-6) x = room[i] / d2;
+    }
+    if (path > 0) x = lesser(x, path * path);
+    if (radial > 0 && k->bend > 1e-12) x = lesser(x, radial / k->bend);
+    return x;
+}
+
+/* The stretch from s (mm behind its start) on: bounds of u over x at s. */
+typedef struct part {
+    double h, cap2, end_cap2, accel;
+    const span *span;
+    const double *bounds; /* two per axis, four numbers, `step` apart */
+    int n, step;
+    double t, local[4 * NC_AXES];
+} part;
+
+static double between(double a, double b, double t) { return a + t * (b - a); }
+
+static void part_from(const span *sp, double s, part *o) {
+    o->span = sp;
+    o->end_cap2 = sp->cap2[1];
+    o->accel = sp->accel;
+    o->n = sp->n_rows;
+    if (s <= 0.0) {
+        o->h = sp->length;
+        o->cap2 = sp->cap2[0];
+        o->bounds = sp->rows + 4;
+        o->step = ROW;
+        o->t = 0.0;
+        return;
+    }
+    o->t = lesser(1.0, s / sp->length);
+    o->h = greater(sp->length - s, SHORTEST_MM);
+    o->cap2 = greater(sp->cap2[0], sp->cap2[1]) < NEVER ? between(sp->cap2[0], sp->cap2[1], o->t) : lesser(sp->cap2[0], sp->cap2[1]);
+    o->bounds = o->local;
+    o->step = 4;
+    for (int i = 0; i < o->n; i++) {
+        const double *r = sp->rows + ROW * (uint32_t)i;
+        set_bound(between(r[0], r[2], o->t), between(r[1], r[3], o->t), o->local + 4 * i);
+        set_bound(r[2] + 2.0 * o->h * r[3], r[3], o->local + 4 * i + 2);
+    }
+}
+
+/* Range of u at x, with the slope by x of what bounds it. */
+typedef struct range {
+    double low, high, low_slope, high_slope;
+} range;
+
+static range range_at(const part *o, double x, double low, double high) {
+    double inv_h = 0.5 / o->h;
+    range r = {(low - x) * inv_h, (high - x) * inv_h, -inv_h, -inv_h};
+    if (o->accel < r.high) r.high = o->accel, r.high_slope = 0.0;
+    if (-o->accel > r.low) r.low = -o->accel, r.low_slope = 0.0;
+    const double *b = o->bounds;
+    for (int i = 0; i < o->n; i++, b += o->step)
+        for (int k = 0; k < 4; k += 2) {
+            double middle = b[k + 1] * x, upper = middle + b[k], lower = middle - b[k];
+            if (upper < r.high) r.high = upper, r.high_slope = b[k + 1];
+            if (lower > r.low) r.low = lower, r.low_slope = b[k + 1];
+        }
+    return r;
+}
+
+static double controllable(const part *o, double soft2, double next) {
+    double x = lesser(soft2, o->cap2), end = lesser(lesser(next, soft2), o->end_cap2);
+    for (int k = 0; k < 8 * NC_AXES; k++) {
+        range r = range_at(o, x, 0.0, end);
+        double gap = r.low - r.high, slope = r.low_slope - r.high_slope;
+        if (gap <= 1e-13 * (fabs(r.low) + 1.0)) return x;
+        if (!(slope > 0.0)) return 0.0;
+        x = greater(0.0, x - gap / slope);
+    }
+    return x;
+}
+
+/* Largest x at s of the stretch from which `next` can be met at its end. */
+double bent_need(const span *sp, double s, double soft2, double next) {
+    part o;
+    part_from(sp, s, &o);
+    return controllable(&o, soft2, next);
+}
+
+/* Path acceleration that all rows allow at a standstill. */
+static double standing(const part *o) {
+    double most = 1.0 / o->accel;
+    for (int i = 0; i < o->n; i++) {
+        const double *r = o->span->rows + ROW * (uint32_t)i;
+        most = greater(most, greater(fabs(between(r[0], r[2], o->t)), fabs(r[2])));
+    }
+    return 1.0 / greater(most, 1e-30);
+}
+
+/* As hard as the limits allow: to rest inside, or over the whole stretch. */
+static bent_step brake_over(const part *o, double x) {
+    range r = range_at(o, x, -NEVER, NEVER);
+    double u = lesser(r.low, r.high);
+    if (x + 2.0 * o->h * u <= 0.0) u = lesser(greater(u, -standing(o)), r.high);
+    if (u < 0.0 && x + 2.0 * o->h * u <= 0.0) {
+        double h = -x / (2.0 * u);
+        if (h < o->h) return (bent_step){u, h, 0.0};
+        return (bent_step){-x / (2.0 * o->h), o->h, 0.0};
+    }
+    return (bent_step){u, o->h, x + 2.0 * o->h * u};
+}
+
+/* From rest to rest: up over the first half, down over the second; the way up. */
+static bent_step hop(const part *o, double soft2) {
+    double half = 0.5 * o->h, bend = 0.0, u = HOP * standing(o);
+    for (int i = 0; i < o->n; i++) bend = greater(bend, greater(fabs(o->span->rows[ROW * (uint32_t)i + 1]), fabs(o->span->rows[ROW * (uint32_t)i + 3])));
+    double peak2 = lesser(2.0 * half * u, lesser(soft2, lesser(o->cap2, o->end_cap2)));
+    if (bend * peak2 > HOP) peak2 = HOP / bend;
+    return (bent_step){peak2 / (2.0 * half), half, peak2};
+}
+
+/* From x at s of the stretch: as fast as `next` allows at its end, or as hard down as the limits allow. */
+bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool brake) {
+    part o;
+    part_from(sp, s, &o);
+    if (brake || soft2 <= 0.0) return brake_over(&o, x);
+    double end = lesser(lesser(next, soft2), o.end_cap2), inv_h = 0.5 / o.h;
+    if (x + end <= STANDS) return hop(&o, soft2);
+    range r = range_at(&o, x, -NEVER, NEVER);
+    double meets = (end - x) * inv_h, u = r.high < r.low ? 0.5 * (r.high + r.low) : r.high;
+    if (meets <= u) {
+        bool near = meets >= r.low - INSIDE * (fabs(r.low) + fabs(meets)) || x + 2.0 * o.h * r.low <= end * ROUNDING + 1e-9;
+        return near ? (bent_step){meets, o.h, end} : brake_over(&o, x);
+    }
+    if (x + 2.0 * o.h * u <= 0.0) return (bent_step){-x * inv_h, o.h, 0.0};
+    return (bent_step){u, o.h, x + 2.0 * o.h * u};
+}

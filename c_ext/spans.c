@@ -1,0 +1,225 @@
+/* Stretches of a piece for the acceleration-limited planner: lines whole, arcs and polynomials between knots (bent.c);
+ * cut where the zones begin in which the jumps of a corner use up acceleration (lookahead.c).
+ */
+#include <math.h>
+#include <stdlib.h>
+#include "engine_internal.h"
+
+#define USABLE 0.999       /* share of the acceleration limit that is planned with */
+#define TURN_STEP 0.15     /* rad of an arc between knots */
+#define STOP_PARTS 8       /* stretches at least between two standstills */
+#define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
+#define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
+#define MISS 0.01          /* of the limits: what a row may miss in the middle between two knots */
+#define HALVINGS 4
+#define SHORTEST_MM 1e-4
+#define TINY_MM 1e-9
+#define SLOTS 2u           /* pieces, events among them, over motions of a window */
+
+bool spans_new(engine *e) {
+    uint64_t slots = 1;
+    while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
+    size_t stretches = (size_t)(slots * SPANS_MAX);
+    e->plan.span_mask = slots - 1;
+    e->plan.spans = calloc(stretches, sizeof(span));
+    e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
+    e->plan.span_owner = calloc((size_t)slots, sizeof(uint64_t));
+    return e->plan.spans && e->plan.rows && e->plan.span_owner;
+}
+
+void spans_free(engine *e) {
+    free(e->plan.spans);
+    free(e->plan.rows);
+    free(e->plan.span_owner);
+}
+
+/* The stretches of piece i are those in the room it shares with others. */
+bool spans_known(const engine *e, uint64_t i) {
+    return e->pieces[i & e->piece_mask].spanned && e->plan.span_owner[i & e->plan.span_mask] == i;
+}
+
+/* A stretch of a piece with the acceleration that jumps use up on it. */
+typedef struct strip {
+    double length;
+    const double *reserve;
+} strip;
+
+typedef struct builder {
+    engine *e;
+    piece *p;
+    span *spans;
+    double *rows, room[NC_AXES];
+    uint32_t spare; /* stretches that may be cut beyond those that have to be */
+} builder;
+
+static double room_of(const engine *e, const piece *p, const double *reserve, int axis) {
+    return USABLE * piece_a_max(e, p, axis) - reserve[axis];
+}
+
+static void add_bent(builder *b, const knot *from, const knot *to) {
+    if (to->s - from->s < TINY_MM) return;
+    b->rows += bent_rows(b->e, b->p, from, to, b->room, &b->spans[b->p->span_count++], b->rows);
+}
+
+/* ------------------------------------------------------------------------------------------------ knots */
+static void arc_knot(const engine *e, const piece *p, double s, knot *k) {
+    double w = p->sweep / p->whole, angle = p->angle0 + w * (p->from + p->dir * s), c = cos(angle), n = sin(angle);
+    double speed = p->sweep * p->dir > 0 ? p->plane_speed : -p->plane_speed, bend = p->radius * w * w;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        k->d1[i] = p->dir * p->slope[i];
+        k->d2[i] = 0.0;
+    }
+    k->d1[p->axis1] = -speed * n;
+    k->d1[p->axis2] = speed * c;
+    k->d2[p->axis1] = -bend * c;
+    k->d2[p->axis2] = -bend * n;
+    k->bend = bend;
+    k->s = s;
+}
+
+/* Derivatives by length of a piece that is no line. */
+void piece_knot(const engine *e, const piece *p, double s, knot *k) {
+    if (p->kind == PIECE_ARC) arc_knot(e, p, s, k);
+    else curve_knot(e, p, s, k);
+}
+
+/* What the rows between a and b miss in the middle, over what they may. The largest x and u that can occur are bounded by the
+ * rows themselves. */
+static double misses(const builder *b, const knot *a, const knot *m, const knot *c) {
+    double x = greater(knot_cap2(b->e, b->p, a, b->room), knot_cap2(b->e, b->p, c, b->room)), u = NEVER, worst = 0.0;
+    double soft = reachable(b->p, b->e->plan.reserve_override);
+    x = lesser(x, soft * soft);
+    for (int i = 0; i < b->e->cfg.axis_count; i++) {
+        double d1 = greater(fabs(a->d1[i]), fabs(c->d1[i])), d2 = greater(fabs(a->d2[i]), fabs(c->d2[i]));
+        if (d1 > 1e-12) u = lesser(u, 2.0 * b->room[i] / d1);
+        if (d2 > 1e-12 && d2 * x > 2.0 * b->room[i]) x = 2.0 * b->room[i] / d2;
+    }
+    for (int i = 0; i < b->e->cfg.axis_count; i++) {
+        double e1 = fabs(m->d1[i] - 0.5 * (a->d1[i] + c->d1[i])), e2 = fabs(m->d2[i] - 0.5 * (a->d2[i] + c->d2[i]));
+        double steps = 0.25 * fabs(c->d2[i] - a->d2[i]) * lesser(x, 2.0 * (c->s - a->s) * u);
+        worst = greater(worst, (0.5 * e1 * u + e2 * x + 0.25 * steps) / b->room[i]);
+    }
+    return worst / MISS;
+}
+
+static void refine(builder *b, const knot *from, const knot *to, int halvings) {
+    knot m;
+    if (halvings > 0 && b->spare > 0 && to->s - from->s > SHORTEST_MM) {
+        curve_knot_at(b->e, b->p, 0.5 * (from->w + to->w), 0.0, &m);
+        if (misses(b, from, &m, to) > 1.0) {
+            m.s = curve_between(b->e, b->p, from, to, m.w);
+            b->spare--;
+            refine(b, from, &m, halvings - 1);
+            refine(b, &m, to, halvings - 1);
+            return;
+        }
+    }
+    add_bent(b, from, to);
+}
+
+/* ------------------------------------------------------------------------------------------------ strips */
+static void turn_by(double *d, const piece *p, double c, double z) {
+    double d1 = d[p->axis1], d2 = d[p->axis2];
+    d[p->axis1] = c * d1 - z * d2;
+    d[p->axis2] = z * d1 + c * d2;
+}
+
+static void arc_strip(builder *b, double from, double to, int least) {
+    double turn = fabs(b->p->sweep) / b->p->whole * (to - from);
+    int n = (int)greater(ceil(turn / TURN_STEP - 1e-9), least);
+    knot last, next;
+    arc_knot(b->e, b->p, from, &last);
+    double step = b->p->dir * b->p->sweep / b->p->whole * (to - from) / n, c = cos(step), z = sin(step);
+    next = last;
+    for (int k = 1; k <= n; k++) {
+        next.s = k == n ? to : from + (to - from) * k / n;
+        turn_by(next.d1, b->p, c, z);
+        turn_by(next.d2, b->p, c, z);
+        add_bent(b, &last, &next);
+        last = next;
+    }
+}
+
+/* Cells of a polynomial end where their limits change much: knots at least there. */
+static void curve_strip(builder *b, double from, double to, int least) {
+    const engine *e = b->e;
+    double s = from, part = (to - from) / least;
+    knot last, next;
+    curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, from), from, &last);
+    while (s < to) {
+        double end = lesser(curve_piece_cell_end(e, b->p, s), to);
+        if (least > 1) end = lesser(end, s + part);
+        if (to - end < TINY_MM) end = to;
+        curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, end), end, &next);
+        refine(b, &last, &next, HALVINGS);
+        last = next;
+        s = end;
+    }
+}
+
+static void straight_strip(builder *b, double length) {
+    const piece *p = b->p;
+    span *s = &b->spans[b->p->span_count++];
+    bool arc = p->kind == PIECE_ARC;
+    *s = (span){.length = length, .accel = NEVER, .v_hard = p->v_hard};
+    for (int a = 0; a < b->e->cfg.axis_count; a++) {
+        if (arc && (a == p->axis1 || a == p->axis2)) continue;
+        double share = fabs(p->slope[a]);
+        if (share > 1e-12) s->accel = lesser(s->accel, b->room[a] / share);
+    }
+    if (p->limits.path_acceleration > 0) s->accel = lesser(s->accel, (double)p->limits.path_acceleration);
+    if (!arc) return;
+    double room = lesser(b->room[p->axis1], b->room[p->axis2]);
+    s->accel = lesser(s->accel, ARC_TANGENT * room / p->plane_speed);
+    s->v_hard = lesser(s->v_hard, sqrt(ARC_NORMAL * room / p->curvature));
+    for (int a = 0; a < 2; a++) s->v_hard = lesser(s->v_hard, piece_v_max(b->e, p, a ? p->axis2 : p->axis1) / p->plane_speed);
+}
+
+static bool has_reserve(const engine *e, const double *r) {
+    for (int a = 0; a < e->cfg.axis_count; a++)
+        if (r[a] > 0) return true;
+    return false;
+}
+
+static bool moves(const piece *p, int axis) { return p->moving >> axis & 1; }
+
+static double zone(const engine *e, const piece *corner, const piece *p) {
+    if (!has_reserve(e, corner->reserve)) return 0.0;
+    double dt = e->cfg.cycle_s, a = NEVER;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (moves(p, i)) a = lesser(a, e->cfg.a_max[i]);
+    return (corner->corner_v + 2.0 * a * dt) * dt;
+}
+
+static bool too_many_turns(const piece *p) {
+    return fabs(p->sweep) / p->whole * p->length > (SPANS_MAX - 3) * TURN_STEP;
+}
+
+/* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
+ * NULL where it ends in a standstill or is not known. */
+void piece_spans(engine *e, uint64_t i, const piece *next) {
+    piece *p = piece_at(e, i);
+    static const double none[NC_AXES] = {0};
+    uint64_t slot = i & e->plan.span_mask;
+    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * SPANS_MAX * SPAN_ROW * (uint64_t)e->cfg.axis_count};
+    double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
+    for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
+    const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
+    const strip whole = {p->length, both};
+    bool apart = first + last <= 0.9 * p->length;
+    const strip *strips = apart ? parts : &whole;
+    int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
+    double at = 0.0;
+    b.spare = SPANS_MAX - CURVE_CELLS - STOP_PARTS - 3;
+    p->span_count = 0;
+    for (int k = 0; k < n; k++) {
+        if (strips[k].length <= 0) continue;
+        double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
+        for (int a = 0; a < e->cfg.axis_count; a++) b.room[a] = room_of(e, p, strips[k].reserve, a);
+        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && too_many_turns(p))) straight_strip(&b, to - at);
+        else if (p->kind == PIECE_ARC) arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
+        else curve_strip(&b, at, to, apart && k != 1 ? 1 : least);
+        at = to;
+    }
+    e->plan.span_owner[slot] = i;
+}
