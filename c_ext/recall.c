@@ -35,7 +35,8 @@ static bool find_cut(engine *e, double margin, cut *c) {
         c->at_s -= ph->time;
         if (is_motion(piece_at(e, ph->piece))) c->motion_s += ph->time;
     }
-    return c->phase < e->plan.written && c->motion_s > 0.0;
+    if (c->phase >= e->plan.written || !(c->motion_s > 0.0)) return false;
+    return !e->threads_started || phase_at(e, c->phase)->v0 > 0.0; /* at a standstill GEO would not take the tail */
 }
 
 /* The motion that is taken back, and the stored tail behind it. */

@@ -361,11 +361,12 @@ class IsonsFrontEnd(BlockReader):
 
     @property
     def path_reaches_back(self) -> bool:
-        """What is driven next depends on the blocks before: compensation, RTCP, corners, filters."""
+        """What is driven next depends on the blocks before: compensation, RTCP, corners, filters, MILD."""
         executor = self.executor
         if self.compensated or executor.tip.on:
             return True
-        return not self.has_go_block and (executor.output.corners.active or executor.modes.filtering)
+        held = executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
+        return held and not self.has_go_block
 
     @property
     def has_go_block(self) -> bool:
