@@ -12,6 +12,7 @@
 #define TURN_PER_SPAN 0.18
 #define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle; at corners 1 */
 #define KINK 24.0         /* tolerances over the turn: run-out of a curve */
+#define CROWDED 0.7       /* of the way that two corner blends want: with less, a curve takes both corners */
 #define FAST_LEAST 0.5    /* mm: run-out of a curve that hardly bends */
 #define SHARP_FROM 1.2    /* rad: turns are blended by curves below, */
 #define SHARP_TO 1.6      /* ... and as corners above */
@@ -88,8 +89,8 @@ static double run_out(const nc_smooth *s, const node *n, double beside) {
     if (n->kind == NODE_BREAK) return 0.0;
     double turn = fmax(n->turn, 1e-9), corner = corner_distance(s, turn);
     double smooth = fmin(3.0 * sqrt(8.0 * s->tol * beside / turn), fast_length(s, turn));
-    double curve = fmax(fmin(smooth, KINK * s->tol / turn), 10.0 * s->tol);
-    return fmax(corner, curve + sharpness(turn) * (corner - curve));
+    double bend = fmax(fmin(smooth, KINK * s->tol / turn), 10.0 * s->tol);
+    return fmax(corner, bend + sharpness(turn) * (corner - bend));
 }
 
 static node between(const nc_smooth *s, const node *a, const node *b, double r, uint8_t kind, double size) {
@@ -110,8 +111,9 @@ static void split_long(nc_smooth *s, int i, double beside_next) {
     node a = s->nodes[i - 1], b = s->nodes[i];
     double own = b.t - a.t;
     if (a.kind == NODE_HEAD || a.kind == NODE_TAIL) return;
-    double left = run_out(s, &a, a.len), right = run_out(s, &b, beside_next);
-    double least = left * (LONG_LINE - (LONG_LINE - 1.0) * sharpness(a.turn)) + right * (LONG_LINE - (LONG_LINE - 1.0) * sharpness(b.turn));
+    double left = run_out(s, &a, a.len), right = run_out(s, &b, beside_next), corner_a = sharpness(a.turn), corner_b = sharpness(b.turn);
+    if (fmin(corner_a, corner_b) > 0.9 && own < left + right && own > CROWDED * (left + right)) left = right = 0.45 * own; /* smaller blends */
+    double least = left * (LONG_LINE - (LONG_LINE - 1.0) * corner_a) + right * (LONG_LINE - (LONG_LINE - 1.0) * corner_b);
     if (own < least || s->n_nodes + 2 > NODES) return;
     if (left + right <= 0.0) return;
     node add[2];
