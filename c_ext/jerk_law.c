@@ -38,9 +38,9 @@ static double duration(const jerk_law *law, double h, double v1) {
     for (int i = 0; i < 60; i++) {
         jerk_state at;
         jerk_at(&at_zero, t, &at);
-        if (at.s >= h) high = t;
+        if (at.s >= h || at.v <= 0.0) high = t; /* behind the turning point s comes back to h */
         else low = t;
-        double next = t + (h - at.s) / at.v;
+        double next = at.v > 0.0 ? t + (h - at.s) / at.v : -1.0; /* else halved */
         if (!(next > low && next < high)) next = isfinite(high) ? 0.5 * (low + high) : 2.0 * t;
         if (fabs(next - t) <= 1e-14 * t) return next;
         t = next;
