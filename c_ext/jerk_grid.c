@@ -191,24 +191,6 @@ static double knot_step(const jerk_planner *p, const jerk_interval *left, const 
     return slow_length(p, right, p->scale * sqrt(cap), finest);
 }
 
-/* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
-static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands) {
-    double *step = g->step;
-    double finest = g->finest;
-    step[0] = p->at_rest ? finest : slow_length(p, ring_at(p, p->head), p->scale * sqrt(p->x), finest);
-    const jerk_interval *q = ring_at(p, p->head + (uint64_t)n - 1);
-    step[n] = stands ? finest : slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_TAIL, finest);
-    for (int i = 1; i < n; i++) step[i] = knot_step(p, ring_at(p, p->head + i - 1), ring_at(p, p->head + i), finest);
-    for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, p->head + i - 1)->length);
-    for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, p->head + i)->length);
-}
-
-/* Length of the next planner interval, `d0` behind a knot with the step s0 and `d1` ahead of one with s1. */
-static double step_at(const jerk_planner *p, double d0, double s0, double d1, double s1) {
-    double behind = s0 + GRADING * d0, ahead = fmax(s1, (s1 + GRADING * d1) / (1.0 + GRADING));
-    return fmin(p->spacing, fmin(behind, ahead));
-}
-
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
  * count by the relative change of their rate. */
 static double turn_length(const jerk_planner *p, const jerk_interval *q) {
@@ -219,6 +201,27 @@ static double turn_length(const jerk_planner *p, const jerk_interval *q) {
         end += d1 * d1;
     }
     return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
+}
+
+/* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
+static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands) {
+    double *step = g->step;
+    double finest = g->finest;
+    step[0] = p->at_rest ? finest : slow_length(p, ring_at(p, p->head), p->scale * sqrt(p->x), finest);
+    const jerk_interval *q = ring_at(p, p->head + (uint64_t)n - 1);
+    step[n] = stands ? finest : slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_TAIL, finest);
+    for (int i = 1; i < n; i++) {
+        const jerk_interval *left = ring_at(p, p->head + i - 1), *right = ring_at(p, p->head + i);
+        step[i] = fmin(knot_step(p, left, right, finest), 2.0 * fmin(turn_length(p, left), turn_length(p, right)));
+    }
+    for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, p->head + i - 1)->length);
+    for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, p->head + i)->length);
+}
+
+/* Length of the next planner interval, `d0` behind a knot with the step s0 and `d1` ahead of one with s1. */
+static double step_at(const jerk_planner *p, double d0, double s0, double d1, double s1) {
+    double behind = s0 + GRADING * d0, ahead = fmax(s1, (s1 + GRADING * d1) / (1.0 + GRADING));
+    return fmin(p->spacing, fmin(behind, ahead));
 }
 
 static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, double to) {
