@@ -148,6 +148,22 @@ static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, doubl
     return fmax(limits, feed);
 }
 
+/* Where the direction jumps, an acceleration u along the path jumps with it: that shows beside what the intervals around knot k
+ * are planned with. Larger than the bound: they must leave more. */
+static double kink_ratio(const jerk_planner *p, grid *g, int k, double x, double u) {
+    const jerk_interval *l = g->seg[k - 1].q, *r = g->seg[k].q;
+    double dt = p->cfg.cycle_s, most = 0.0, share = fmax(g->seg[k - 1].share, g->seg[k].share);
+    if (!g->seg[k - 1].last) return 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double turn = fabs(r->d1[0][a] - l->d1[1][a]), bend = 0.75 * fabs(r->d2[0][a] - l->d2[1][a]) * x / dt;
+        double kink = 0.75 * turn * fabs(u) / dt;
+        if (kink > 0.0) most = fmax(most, (bend + turn * sqrt(x) / (dt * dt) + kink) / fmin(jerk_max(p, l, a), jerk_max(p, r, a)));
+    }
+    if (most + share <= CHECK_SLACK) return most + share;
+    for (int i = k - 1; i <= k; i++) g->seg[i].leave = fmax(g->seg[i].leave, most);
+    return most + share;
+}
+
 /* Jumps of q' and q'' at knot k, as samples show them, against the share that the intervals around it leave. */
 static bool jump_fits(const jerk_planner *p, const grid *g, int k, double x) {
     const jerk_interval *l = g->seg[k - 1].q, *r = g->seg[k].q;
@@ -184,6 +200,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
         b->x[k] = x / f2;
         b->u[k] = u / f2;
         if (k > 0 && !jump_fits(p, g, k, x)) return INFINITY;
+        if (k > 0) worst = fmax(worst, kink_ratio(p, g, k, x, u));
         if (k == last - 1) b->c[k] = last_input(g, x, u) / f2;
         double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
         if (!(ratio <= worst)) worst = ratio;
@@ -192,6 +209,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
     double meet = 1.5 * g->seg[last].h * -u;
     if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) return INFINITY;
     if (!jump_fits(p, g, last, x)) return INFINITY;
+    worst = fmax(worst, kink_ratio(p, g, last, x, u));
     b->x[last] = x / f2;
     b->u[last] = u / f2;
     b->x[g->n] = b->u[g->n] = b->c[last] = 0.0;

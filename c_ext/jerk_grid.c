@@ -49,7 +49,7 @@ void segment_limits(const jerk_planner *p, segment *s) {
     double feed = fmin(1e15, asked_speed(p, q) * VEL_USABLE / p->scale);
     s->h = q->length;
     s->jump = s->share = 1.0;
-    s->excess = s->fast = 0.0;
+    s->excess = s->fast = s->leave = 0.0;
     s->cap = velocity_cap(p, q);
     s->soft = fmin(s->cap, feed * feed);
 }

@@ -27,6 +27,7 @@ typedef struct segment {
     double soft;              /* cap by feed and override; may lie below the present speed */
     double *tight;            /* the ring interval's share of the jerk limit, lowered where a check failed */
     double excess, fast;      /* ratios of the last check (limits; feed) where they were too large, else 0 */
+    double leave;             /* of the jerk limit, that the last check has asked it to leave to kinks; else 0 */
     double jump;              /* share of the jerk limit that jumps of derivatives nearby leave */
     double share;             /* share that is planned with: jump * tight */
     double jerk_up, jerk_down; /* path jerk (scaled) allowed when it starts, ends at rest */

@@ -8,8 +8,8 @@
 #define CREEPS 0.1       /* share of the guess below which an unfinished solution creeps */
 #define TIGHTENINGS 3
 #define SLOWER_BY 0.99  /* of the cap on x where the feed was exceeded inside an interval */
-#define TIGHTEN_UP_TO 1.3
-#define TIGHTEST 0.5
+#define TIGHTEN_UP_TO 1.6
+#define TIGHTEST 0.3
 #define PAUSE 0.03       /* gap at which the solver looks inside the intervals */
 #define MISSED_SO 0.03   /* rows that were lowered meanwhile, over START_SLACK */
 #define FORESEEN 0.9     /* of the limit: jerks below it do not matter there */
@@ -140,6 +140,8 @@ static bool tighten(jerk_planner *p, grid *g, double worst) {
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
         if (s->fast > 0.0) s->soft *= SLOWER_BY;
+        if (s->leave > 0.0) *s->tight = fmin(*s->tight, fmax(TIGHTEST, (1.0 - s->leave) / s->jump));
+        s->leave = 0.0;
         if (s->excess <= 0.0) continue;
         double share = s->share / s->jump * AIM / s->excess;
         *s->tight = fmin(*s->tight, fmax(TIGHTEST, share));
