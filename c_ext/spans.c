@@ -11,7 +11,8 @@
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
 #define MISS 0.01          /* of the limits: what a row may miss in the middle between two knots */
-#define HALVINGS 4
+#define STEPS_SHARE 0.25   /* the change of x and that of q'' seldom meet */
+#define HALVINGS 5
 #define SHORTEST_MM 1e-4
 #define TINY_MM 1e-9
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
@@ -49,7 +50,7 @@ typedef struct builder {
     piece *p;
     span *spans;
     double *rows, room[NC_AXES];
-    uint32_t spare; /* stretches that may be cut beyond those that have to be */
+    uint32_t left; /* of a polynomial: stretches that are still to come at the most, if none is cut further */
 } builder;
 
 static double room_of(const engine *e, const piece *p, const double *reserve, int axis) {
@@ -83,38 +84,40 @@ void piece_knot(const engine *e, const piece *p, double s, knot *k) {
     else curve_knot(e, p, s, k);
 }
 
-/* What the rows between a and b miss in the middle, over what they may. The largest x and u that can occur are bounded by the
- * rows themselves. */
+/* What the rows between a and c miss in the middle, over what they may. How large u and x can become is bounded by the rows
+ * at the three knots: x by the least of what bends allow at one of them, and what u can add on the way from there. */
 static double misses(const builder *b, const knot *a, const knot *m, const knot *c) {
-    double x = greater(knot_cap2(b->e, b->p, a, b->room), knot_cap2(b->e, b->p, c, b->room)), u = NEVER, worst = 0.0;
-    double soft = reachable(b->p, b->e->plan.reserve_override);
-    x = lesser(x, soft * soft);
+    const knot *at[3] = {a, m, c};
+    double soft = reachable(b->p, b->e->plan.reserve_override), x = soft * soft, u = NEVER, worst = 0.0;
     for (int i = 0; i < b->e->cfg.axis_count; i++) {
-        double d1 = greater(fabs(a->d1[i]), fabs(c->d1[i])), d2 = greater(fabs(a->d2[i]), fabs(c->d2[i]));
+        double d1 = greater(fabs(a->d1[i]), fabs(c->d1[i]));
         if (d1 > 1e-12) u = lesser(u, 2.0 * b->room[i] / d1);
-        if (d2 > 1e-12 && d2 * x > 2.0 * b->room[i]) x = 2.0 * b->room[i] / d2;
     }
+    double added = 2.0 * (c->s - a->s) * u;
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < b->e->cfg.axis_count; i++)
+            if (fabs(at[k]->d2[i]) * x > 2.0 * b->room[i] + fabs(at[k]->d2[i]) * added) x = 2.0 * b->room[i] / fabs(at[k]->d2[i]) + added;
     for (int i = 0; i < b->e->cfg.axis_count; i++) {
         double e1 = fabs(m->d1[i] - 0.5 * (a->d1[i] + c->d1[i])), e2 = fabs(m->d2[i] - 0.5 * (a->d2[i] + c->d2[i]));
-        double steps = 0.25 * fabs(c->d2[i] - a->d2[i]) * lesser(x, 2.0 * (c->s - a->s) * u);
-        worst = greater(worst, (0.5 * e1 * u + e2 * x + 0.25 * steps) / b->room[i]);
+        double steps = 0.25 * fabs(c->d2[i] - a->d2[i]) * lesser(x, added);
+        worst = greater(worst, (0.5 * e1 * u + e2 * x + STEPS_SHARE * steps) / b->room[i]);
     }
     return worst / MISS;
 }
 
-static void refine(builder *b, const knot *from, const knot *to, int halvings) {
+/* Stretches from one knot to the other, `most` at the most; returns how many. */
+static uint32_t refine(builder *b, const knot *from, const knot *to, uint32_t most, int halvings) {
     knot m;
-    if (halvings > 0 && b->spare > 0 && to->s - from->s > SHORTEST_MM) {
+    if (halvings > 0 && most > 1 && to->s - from->s > SHORTEST_MM) {
         curve_knot_at(b->e, b->p, 0.5 * (from->w + to->w), 0.0, &m);
         if (misses(b, from, &m, to) > 1.0) {
             m.s = curve_between(b->e, b->p, from, to, m.w);
-            b->spare--;
-            refine(b, from, &m, halvings - 1);
-            refine(b, &m, to, halvings - 1);
-            return;
+            uint32_t n = refine(b, from, &m, most / 2, halvings - 1);
+            return n + refine(b, &m, to, most - n, halvings - 1);
         }
     }
     add_bent(b, from, to);
+    return 1;
 }
 
 /* ------------------------------------------------------------------------------------------------ strips */
@@ -151,7 +154,8 @@ static void curve_strip(builder *b, double from, double to, int least) {
         if (least > 1) end = lesser(end, s + part);
         if (to - end < TINY_MM) end = to;
         curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, end), end, &next);
-        refine(b, &last, &next, HALVINGS);
+        b->left -= b->left > 1;
+        refine(b, &last, &next, 1 + (SPANS_MAX - b->p->span_count - b->left) / b->left, HALVINGS);
         last = next;
         s = end;
     }
@@ -210,7 +214,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     const strip *strips = apart ? parts : &whole;
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
-    b.spare = SPANS_MAX - CURVE_CELLS - STOP_PARTS - 3;
+    b.left = p->kind == PIECE_CURVE ? (uint32_t)curve_of(e, p)->cells + (uint32_t)least + 4 : 0;
     p->span_count = 0;
     for (int k = 0; k < n; k++) {
         if (strips[k].length <= 0) continue;
