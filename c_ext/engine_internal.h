@@ -511,9 +511,8 @@ bool log_available(const engine *e);
 
 /* bent.c */
 uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows);
-double knot_cap2(const engine *e, const piece *p, const knot *k, const double *room);
 double bent_need(const span *sp, double s, double soft2, double next);
-bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool brake);
+bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool braking);
 
 /* spans.c */
 bool spans_new(engine *e);
