@@ -164,7 +164,7 @@ static double standing(const part *o) {
 /* As hard as the limits allow: to rest inside, or over the whole stretch. */
 static bent_step brake_over(const part *o, double x) {
     range r = range_at(o, x, -NEVER, NEVER);
-    double u = lesser(r.low, r.high);
+    double u = r.low <= r.high ? r.low : 0.5 * (r.low + r.high);
     if (x + 2.0 * o->h * u <= 0.0) u = lesser(greater(u, -standing(o)), r.high);
     if (u < 0.0 && x + 2.0 * o->h * u <= 0.0) {
         double h = -x / (2.0 * u);
@@ -216,12 +216,12 @@ static range range_here(const part *o, double x) {
     return r;
 }
 
-/* Whether u leads from x to x1 within the rows at s. */
+/* Whether the rows at s allow u at x. */
 static bool rows_allow(const span *sp, double s, double x, double u) {
     double t = s / sp->length;
     for (uint32_t i = 0; i < sp->n_rows; i++) {
         const double *r = sp->rows + ROW * i;
-        if (fabs(between(r[0], r[2], t) * u + between(r[1], r[3], t) * x) > 1.0) return false;
+        if (fabs(between(r[0], r[2], t) * u + between(r[1], r[3], t) * x) > 1.0 + INSIDE) return false;
     }
     return true;
 }
