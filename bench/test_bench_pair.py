@@ -15,9 +15,26 @@ from cnc_core import Cell
 from plc_client.mock import line
 from plc_client.runner import PlcRunner
 
+README = Path(__file__).parents[1] / "README.md"
+HEAD = "from plc_client import ContourAhead, Override, task\n@task(interval=0.001)\n"
 PLC = {
-    "empty": "class Task:\n    def cyclic(self): pass\n",
-    "look_ahead": (
+    "empty": HEAD + "class Task:\n    def cyclic(self): pass\n",
+    "readme": README.read_text().split("```python\n")[1].split("```")[0],  # mode 2 and override in every scan
+    "contract": (  # mode 2 in every scan, the radii looked at
+        "from plc_client import ContourLookahead, task\n"
+        "@task(interval=0.001)\n"
+        "class OverrideFromContour:\n"
+        "    def setup(self, hli):\n"
+        "        self.ch = hli.gpCh[0]\n"
+        "        self.clah = ContourLookahead(self.ch.contour_lookahead)\n"
+        "    def cyclic(self):\n"
+        "        self.clah(start_position=self.ch.bahn_state.dist_prog_start, length=50_000.0)\n"
+        "        if self.clah.done:\n"
+        "            radius = self.clah.blocks['compensated_radius']\n"
+        "            self.ch.bahn_mc_control.override.command_w = 600 if (radius > 0).any() else 1000\n"
+    ),
+    "look_ahead": HEAD
+    + (
         "class Task:\n"
         "    def setup(self, hli):\n"
         "        self.ahead, self.override = ContourAhead(hli.gpCh[0]), Override(hli.gpCh[0])\n"
@@ -42,7 +59,7 @@ def test_pair(benchmark: Any, tmp_path: Path, name: str) -> None:
     program = part(tmp_path, 1.0 if name != "none" else 20.0)
     plc: Any = name if name == "none" else None if name == "acknowledge" else tmp_path / "plc.py"
     if name in PLC:
-        plc.write_text(f"from plc_client import ContourAhead, Override, task\n@task(interval=0.001)\n{PLC[name]}")
+        plc.write_text(PLC[name])
 
     def run() -> Any:
         with Cell() as cell:

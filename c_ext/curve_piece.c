@@ -145,6 +145,18 @@ void curve_piece_derivatives(const engine *e, const piece *p, double s, double *
     }
 }
 
+/* Speed of the main axes (of all others where those rest) over that of the parameter. */
+double curve_piece_main_rate(const engine *e, const piece *p, double s) {
+    double d1[NC_AXES] = {0}, d2[NC_AXES], d3[NC_AXES], main2 = 0.0, all2 = 0.0;
+    curve_piece_derivatives(e, p, s, d1, d2, d3);
+    uint16_t main = main_mask(e) & p->moving;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        if (main >> i & 1) main2 += d1[i] * d1[i];
+        all2 += d1[i] * d1[i];
+    }
+    return sqrt(main ? main2 : all2);
+}
+
 /* Next end of a cell behind s, mm of the piece as it is driven. */
 double curve_piece_cell_end(const engine *e, const piece *p, double s) {
     const curve *c = curve_of(e, p);

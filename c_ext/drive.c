@@ -50,7 +50,7 @@ jerk_planner *drive_spare(const engine *e) {
 bool drive_new(engine *e) {
     if (!jerk_limited(&e->cfg)) return true;
     jerk_config c = config_of(&e->cfg);
-    e->drive.laws_max = c.window_knots + 128;
+    e->drive.laws_max = c.window_knots + 128 + jerk_laws_kept();
     if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;
     e->drive.planner = jerk_new(&c, 2 * c.window_knots);
     e->drive.laws = calloc((size_t)e->drive.laws_max, sizeof(jerk_law));
@@ -212,6 +212,7 @@ static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, 
 static bool sharp(const engine *e, const piece *p) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
         double j = e->cfg.j_max[a] > 0 ? e->cfg.j_max[a] : e->cfg.a_max[a] / e->cfg.cycle_s;
+        j *= fmax(1.0, (double)p->limits.jerk[a]);
         double room = fmin(CORNER_SHARE * j * e->cfg.cycle_s, CORNER_ACC_SHARE * e->cfg.a_max[a]) * e->cfg.cycle_s;
         if (p->jump[a] * STAND_SPEED > room) return true;
     }
@@ -256,8 +257,8 @@ static bool push_interval(engine *e) {
         if (taken < 0) ATOMIC_SET(e->fault, ENGINE_BAD_PATH); /* it stands ahead of it */
         if (taken != 1) return false;
         d->last = d->next;
-        d->has_last = d->open = true;
-        whole = q.blocks;
+        d->has_last = true;
+        d->open = whole = q.blocks; /* inside a piece there is nothing to stand for */
         d->at += q.length;
     }
     if (whole) {
@@ -449,6 +450,13 @@ bool drive_shorten_tail(engine *e) {
         __atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return true;
     e->drive.restart = true;
     return false;
+}
+
+/* The last `seconds` that were committed, or a little less, are the beginning of the plan again. */
+double drive_take_back(engine *e, double seconds) {
+    double back = jerk_take_back(e->drive.planner, seconds);
+    if (back > 0.0) update_stands(e);
+    return back;
 }
 
 /* Commit motion until COMMIT_HIGH_S of it are ahead of GEO. */

@@ -209,7 +209,7 @@ void engine_get_state(engine *e, engine_state *out) {
     memset(out, 0, sizeof *out);
     memcpy(out->position, e->geo.position, sizeof out->position);
     out->path = e->geo.path;
-    out->speed = e->geo.v;
+    out->speed = geo_path_speed(e);
     out->cycle = e->geo.cycle;
     out->element = e->geo.active;
     out->elements = e->element_head;

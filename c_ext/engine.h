@@ -57,6 +57,7 @@ typedef struct engine_config {
     uint32_t service;              /* HLI_SERVICE_... */
     uint32_t clock;                /* HLI_CLOCK_... */
     uint32_t rapid_override_mode;  /* P-CHAN-00181 */
+    double retrace_feed;           /* of backward motion, mm/s; 0: as programmed */
     uint32_t axis_id[NC_AXES];     /* logical axis numbers */
     uint32_t spindle_count;        /* their axis areas follow those of the channel's axes */
     uint32_t spindle_id[ENGINE_SPINDLES];
@@ -152,6 +153,9 @@ int engine_take_plc_error(engine *e, uint32_t *id, uint32_t *reaction_class);
  * NULL on no memory; and a write that the next cycle puts out: 1, 0 if the queue is full, -1 if it is no place. */
 uint8_t *engine_external(engine *e, uint32_t area, uint32_t bytes);
 int engine_write_external(engine *e, uint32_t area, uint32_t offset, const uint8_t *data, uint32_t length);
+/* Commands on the path (NC_EVENT_COMMAND) shown in the global area: at `offset` a block with how many have been passed, then
+ * `slots` blocks, number k (from 0) in block k % slots. After engine_external; 0, or -1: no such place. */
+int engine_show_commands(engine *e, uint32_t offset, uint32_t slots);
 
 /* Take rows in order; returns how many were taken (fewer when the ring is full), or a negative error for the first row. */
 int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *pool, int64_t pool_n);

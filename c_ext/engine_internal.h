@@ -96,7 +96,7 @@ typedef struct bent_step {
 } bent_step;
 
 /* What a program asks of its motions beyond the machine's own limits (NC_DYNAMICS). Shares of the axes' limits are above 0
- * and at most 1; limits of the path are 0 where there is none, mm and s. */
+ * and at most 1 (jerk: at most 1e4); limits of the path are 0 where there is none, mm and s. */
 typedef struct motion_limits {
     float velocity[NC_AXES], acceleration[NC_AXES], jerk[NC_AXES];
     float path_velocity, path_acceleration, radial_acceleration, transition_acceleration, path_jerk, radial_jerk;
@@ -199,6 +199,7 @@ typedef struct planner {
     double reserve_override;
     double override, committed_s;
     bool hold;
+    bool late;           /* GEO will take the tail: nothing is committed until then (recall.c) */
     int stalled;
     tail tails[2];
     uint32_t tail_max;
@@ -493,6 +494,7 @@ void feed_begin_program(engine *e);
 
 /* external.c */
 void external_cycle(engine *e);
+void external_command(engine *e, double value);
 void external_free(engine *e);
 
 /* mode.c */
@@ -545,6 +547,7 @@ static inline bool stands_before(const engine *e, const piece *p) {
     return p->stop_before || (p->gated && !gate_open(p->replay ? &e->plan.done_again : &e->plan.done, &p->need));
 }
 
+double curve_piece_main_rate(const engine *e, const piece *p, double s);
 void curve_piece_derivatives(const engine *e, const piece *p, double s, double *d1, double *d2, double *d3);
 double curve_piece_cell_end(const engine *e, const piece *p, double s);
 
@@ -574,8 +577,13 @@ double ahead_s(engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
 
+/* recall.c */
+void recall_commit(engine *e);
+double drive_take_back(engine *e, double seconds);
+
 /* interp.c */
 void geo_cycle(engine *e);
+double geo_path_speed(const engine *e);
 bool geo_drained(engine *e);
 void geo_begin_distance(engine *e);
 

@@ -8,6 +8,7 @@
 
 #define EXTERNAL_WRITES 4096u
 #define WRITE_BYTES 160u
+#define EXTERNAL_BLOCK 24u
 
 typedef struct external_write {
     uint32_t area, offset, length;
@@ -19,6 +20,7 @@ struct external_vars {
     uint32_t bytes[2]; /* latched from each area */
     external_write writes[EXTERNAL_WRITES];
     uint64_t head, done;
+    uint32_t commands_at, command_slots, commands; /* of the global area: bytes, blocks; how many so far */
 };
 
 static uint8_t *shared(engine *e, uint32_t area) {
@@ -46,6 +48,24 @@ int engine_write_external(engine *e, uint32_t area, uint32_t offset, const uint8
     memcpy(w->data, data, length);
     ATOMIC_SET(v->head, head + 1);
     return 1;
+}
+
+int engine_show_commands(engine *e, uint32_t offset, uint32_t slots) {
+    struct external_vars *v = e->external;
+    if (!v || !slots || offset % EXTERNAL_BLOCK || offset + (uint64_t)(slots + 1) * EXTERNAL_BLOCK > sizeof(HLI_EXT_VAR)) return -1;
+    v->commands_at = offset;
+    v->command_slots = slots;
+    return 0;
+}
+
+/* The path has passed a command: its number, then the count. */
+void external_command(engine *e, double value) {
+    struct external_vars *v = e->external;
+    if (!v || !e->segment || !v->command_slots) return;
+    uint8_t *counter = shared(e, 1) + v->commands_at, *slot = counter + EXTERNAL_BLOCK * (1 + v->commands % v->command_slots);
+    uint64_t number = (uint32_t)(int32_t)value, count = ++v->commands & INT32_MAX;
+    store_u64_relaxed(slot, number);
+    store_u64_release(counter, count);
 }
 
 void external_free(engine *e) { free(e->external); }

@@ -263,6 +263,7 @@ static void feed_part(engine *e, piece *p, const piece *from, double begin) {
     piece_cut(e, p, begin, piece_end(e, from));
     p->stop_before = p->m01 = p->gated = false;
     if (e->feed.dir < 0) p->stop_after = false;
+    if (e->feed.dir < 0 && e->cfg.retrace_feed > 0.0) p->feed = e->cfg.retrace_feed;
     p->new_block = e->feed.has_motion && piece_at(e, e->feed.last_motion)->count != p->count;
 }
 

@@ -241,8 +241,8 @@ static void publish_feed_block(engine *e, HLI_BAHN_STATE *b, const forecast *f) 
     for (uint32_t i = 0; f && i < f->mark_count; i++)
         if (f->marks[i] > now) at = fmin(at, f->marks[i]);
     bool known = at < NEVER && !e->program_end;
-    store_f64_relaxed(&b->eta_time_r, known ? (at - now) * SECOND_US : 0.0);
-    store_u8_release(&b->eta_valid_r, known);
+    show_f64(&b->eta_time_r, known ? (at - now) * SECOND_US : 0.0);
+    show_u8(&b->eta_valid_r, known);
 }
 
 /* Way from where GEO is to the commit's end, mm. */
@@ -259,13 +259,13 @@ static void publish_rest(engine *e, HLI_BAHN_STATE *b, const forecast *f) {
     const geo *g = &e->geo;
     bool stands = g->v <= 0.0 && !g->has_phase;
     bool known = f && f->moving && !stands;
-    store_f64_relaxed(&b->dist_v_0_r, known ? (committed_way(e, f) + f->way) * TENTH_UM : 0.0);
+    show_f64(&b->dist_v_0_r, known ? (committed_way(e, f) + f->way) * TENTH_UM : 0.0);
     for (int i = 0; i < e->cfg.axis_count; i++) {
         uint32_t at = (uint32_t)(int32_t)llrint(fmax(-2147483648.0, fmin(2147483647.0, (known ? f->rest[i] : g->position[i]) * TENTH_UM)));
-        store_u32_relaxed((uint32_t *)&b->pos_v_0_pcs_r[i], at);
-        store_u32_relaxed((uint32_t *)&b->pos_v_0_acs_r[i], at);
+        show_u32((uint32_t *)&b->pos_v_0_pcs_r[i], at);
+        show_u32((uint32_t *)&b->pos_v_0_acs_r[i], at);
     }
-    store_u8_release(&b->pos_v_0_valid_r, known || stands);
+    show_u8(&b->pos_v_0_valid_r, known || stands);
 }
 
 static double speed_in(const phase *ph, double t) {
@@ -300,8 +300,8 @@ static double speed_at(engine *e, const forecast *f, double ahead) {
 static void publish_speeds(engine *e, HLI_BAHN_STATE *b, const forecast *f) {
     for (int i = 0; i < ENGINE_ESA_TIMES; i++) {
         double ahead = e->foresight->times[i], v = ahead > 0.0 && !e->program_end ? speed_at(e, f, ahead) : -1.0;
-        store_f64_relaxed(&b->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);
-        store_u8_release(&b->esa_data_valid[i], v >= 0.0);
+        show_f64(&b->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);
+        show_u8(&b->esa_data_valid[i], v >= 0.0);
     }
 }
 

@@ -7,6 +7,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <linux/futex.h>
+#include <math.h>
 #include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,7 +19,8 @@
 #include "hli_layout.h"
 
 #define NS_PER_S 1000000000LL
-#define PURE_SPIN_NS 10000LL       /* before a spin gives its core away in between */
+#define PURE_SPIN_NS 10000LL      /* before a spin gives its core away in between */
+#define TURN_SPIN_NS 1000LL        /* the same where a turn lasts as long as a scan: the partner may need this very core */
 #define SPIN_NS 50000LL            /* before a wait goes to sleep */
 #define SLICE_NS 100000000LL       /* longest sleep without looking at the memory */
 #define POLL_NS 1000000LL          /* a server looks this often at a semaphore nobody rang for */
@@ -117,6 +119,13 @@ static void copy_relaxed(void *dst, const void *src, size_t n) {
         ((uint8_t *)dst)[i] = __atomic_load_n((const uint8_t *)src + i, __ATOMIC_RELAXED);
 }
 
+static void give_way(uint32_t turn) {
+    if (turn % 64 == 63)
+        sched_yield(); /* the writer may have lost its core in the middle of a write */
+    else
+        cpu_pause();
+}
+
 int hs_snapshot(const void *gen, const void *src, void *dst, size_t n, uint32_t tries) {
     for (uint32_t i = 0; i < tries; i++) {
         uint32_t before = load_u32_acquire(gen);
@@ -126,12 +135,34 @@ int hs_snapshot(const void *gen, const void *src, void *dst, size_t n, uint32_t 
             if (load_u32_relaxed(gen) == before)
                 return HS_OK;
         }
-        if (i % 64 == 63)
-            sched_yield(); /* the writer may have lost its core in the middle of a write */
-        else
-            cpu_pause();
+        give_way(i);
     }
     return HS_TIMEOUT;
+}
+
+/* One try at the stretches of an image that belong to one cycle. */
+static int copy_together(const hs_image *image) {
+    uint32_t before = load_u32_acquire(image->seq);
+    if (before & 1u)
+        return HS_BUSY;
+    for (uint32_t i = 0; i < image->together_count; i++)
+        copy_relaxed(image->together[i].target, image->together[i].source, image->together[i].size);
+    __atomic_thread_fence(__ATOMIC_ACQUIRE);
+    return load_u32_relaxed(image->seq) == before ? HS_OK : HS_BUSY;
+}
+
+int hs_image_latch(hs_image *image, uint32_t tries) {
+    image->cell_time_ns = load_u64_acquire(image->cell_time_at);
+    image->cycle = load_u64_acquire(image->cycle_at);
+    image->phase = load_u32_acquire(image->phase_at);
+    for (uint32_t i = 0; copy_together(image) != HS_OK; i++) {
+        if (i >= tries)
+            return HS_TIMEOUT;
+        give_way(i);
+    }
+    for (uint32_t i = 0; i < image->single_count; i++)
+        copy_relaxed(image->single[i].target, image->single[i].source, image->single[i].size);
+    return HS_OK;
 }
 
 /* ------------------------------------------------------------------ waiting */
@@ -190,15 +221,15 @@ static int sleep_once(HLI_SIDE_WORD *side, condition met, const void *what, uint
 }
 
 /* Spin, then sleep on `side`, until the condition holds, the time is over or a signal came. */
-static int wait_until(HLI_SIDE_WORD *side, condition met, const void *what, uint32_t target, int64_t spin_ns,
-                      int64_t timeout_ns, int64_t slice_ns) {
+static int wait_until(HLI_SIDE_WORD *side, condition met, const void *what, uint32_t target, int64_t pure_ns,
+                      int64_t spin_ns, int64_t timeout_ns, int64_t slice_ns) {
     if (met(what, target))
         return HS_OK;
     if (timeout_ns <= 0)
         return HS_TIMEOUT;
     int64_t now = hs_monotonic_ns();
     int64_t end = timeout_ns > INT64_MAX - now ? INT64_MAX : now + timeout_ns;
-    if (spin_until(met, what, target, now + PURE_SPIN_NS, now + (spin_ns < timeout_ns ? spin_ns : timeout_ns)) == HS_OK)
+    if (spin_until(met, what, target, now + pure_ns, now + (spin_ns < timeout_ns ? spin_ns : timeout_ns)) == HS_OK)
         return HS_OK;
     __atomic_fetch_add(&side->waiters, 1u, __ATOMIC_SEQ_CST);
     int rc = HS_BUSY;
@@ -213,7 +244,12 @@ static int byte_equals(const void *byte, uint32_t target) { return (load_u8_acqu
 
 int hs_word_wait(void *side_word, uint32_t target, int64_t spin_ns, int64_t timeout_ns) {
     HLI_SIDE_WORD *side = side_word;
-    return wait_until(side, word_reached, &side->word, target, spin_ns, timeout_ns, SLICE_NS);
+    return wait_until(side, word_reached, &side->word, target, TURN_SPIN_NS, spin_ns, timeout_ns, SLICE_NS);
+}
+
+int hs_word_turn(void *mine, void *others, uint32_t value, int64_t spin_ns, int64_t timeout_ns) {
+    hs_word_post(mine, value);
+    return hs_word_wait(others, value, spin_ns, timeout_ns);
 }
 
 /* ------------------------------------------------------------------ contour look-ahead */
@@ -244,15 +280,24 @@ int hs_clah_take(const void *unit, void *blocks) {
     return load_u8_acquire(&u->semaphor_rw) != 0 ? HS_BUSY : copy_answer(u, blocks);
 }
 
+int hs_clah_next(void *unit, void *bell, double start_position, double length, void *blocks) {
+    if (!isfinite(start_position) || !isfinite(length))
+        return HS_REFUSED;
+    int n = hs_clah_take(unit, blocks);
+    if (n >= 0)
+        hs_clah_request(unit, bell, start_position, length);
+    return n;
+}
+
 int hs_clah_await(void *unit, void *answer, void *blocks, int64_t timeout_ns) {
     HLI_CONTOUR_LOOKAHEAD *u = unit;
-    int rc = wait_until(answer, byte_equals, &u->semaphor_rw, 0, SPIN_NS, timeout_ns, SLICE_NS);
+    int rc = wait_until(answer, byte_equals, &u->semaphor_rw, 0, PURE_SPIN_NS, SPIN_NS, timeout_ns, SLICE_NS);
     return rc == HS_OK ? copy_answer(u, blocks) : rc;
 }
 
 int hs_clah_call(void *unit, void *bell, void *answer, double start_position, double length, void *blocks, int64_t timeout_ns) {
     HLI_CONTOUR_LOOKAHEAD *u = unit;
-    if (wait_until(answer, byte_equals, &u->semaphor_rw, 0, SPIN_NS, timeout_ns, SLICE_NS) != HS_OK)
+    if (wait_until(answer, byte_equals, &u->semaphor_rw, 0, PURE_SPIN_NS, SPIN_NS, timeout_ns, SLICE_NS) != HS_OK)
         return HS_BUSY;
     hs_clah_request(unit, bell, start_position, length);
     return hs_clah_await(unit, answer, blocks, timeout_ns);
@@ -260,7 +305,7 @@ int hs_clah_call(void *unit, void *bell, void *answer, double start_position, do
 
 int hs_clah_wait_request(void *unit, void *bell, double *request, int64_t timeout_ns) {
     HLI_CONTOUR_LOOKAHEAD *u = unit;
-    int rc = wait_until(bell, byte_equals, &u->semaphor_rw, 1, SPIN_NS, timeout_ns, POLL_NS);
+    int rc = wait_until(bell, byte_equals, &u->semaphor_rw, 1, PURE_SPIN_NS, SPIN_NS, timeout_ns, POLL_NS);
     if (rc == HS_OK) {
         request[0] = load_f64_relaxed(&u->request.start_position);
         request[1] = load_f64_relaxed(&u->request.length);

@@ -43,6 +43,22 @@ static inline void store_f64_release(volatile void *p, double v) {
     memcpy(&bits, &v, sizeof bits);
     store_u64_release(p, bits);
 }
+/* What is shown every cycle mostly stays as it is: stored only where it differs, so that a cache line that did not change
+ * need not travel between the two cores. Behind it the memory holds the value in either case. */
+static inline void show_u8(volatile void *p, uint8_t v) {
+    if (__atomic_load_n((volatile uint8_t *)p, __ATOMIC_RELAXED) != v) store_u8_release(p, v);
+}
+static inline void show_u16(volatile void *p, uint16_t v) {
+    if (load_u16_relaxed(p) != v) store_u16_relaxed(p, v);
+}
+static inline void show_u32(volatile void *p, uint32_t v) {
+    if (load_u32_relaxed(p) != v) store_u32_release(p, v);
+}
+static inline void show_f64(volatile void *p, double v) {
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits); /* bits, not values: 0.0 and -0.0 differ, a NaN equals itself */
+    if (load_u64_relaxed(p) != bits) store_u64_relaxed(p, bits);
+}
 static inline void cpu_pause(void) {
 #if defined(__x86_64__) || defined(__i386__)
     __builtin_ia32_pause();
@@ -66,6 +82,7 @@ static inline void seq_end(volatile void *gen) { store_u32_release(gen, (load_u3
 #define HS_GONE -2
 #define HS_SHUTDOWN -3
 #define HS_BUSY -4
+#define HS_REFUSED -5
 
 /* Waits end early, with the result of a timeout, when a signal arrived: the caller looks at its clock and calls again.
  * No wait sleeps longer than 100 ms without looking at the memory itself, so a side that never wakes is served too. */
@@ -93,10 +110,30 @@ void hs_seq_end(void *gen);
 /* Consistent copy of n bytes under the seqlock `gen`; HS_OK, or HS_TIMEOUT after `tries` disturbed copies. */
 int hs_snapshot(const void *gen, const void *src, void *dst, size_t n, uint32_t tries);
 
+/* One stretch of the memory and where its private copy stands. */
+typedef struct hs_copy {
+    const void *source;
+    void *target;
+    size_t size;
+} hs_copy;
+/* What a PLC latches once per scan: `together` belongs to one cycle of the seqlock `seq`, `single` is copied as it is.
+ * The last three members are results: cell time and phase from before the copies, completed cycles. */
+typedef struct hs_image {
+    const void *seq, *cycle_at, *cell_time_at, *phase_at;
+    const hs_copy *together, *single;
+    uint32_t together_count, single_count;
+    uint64_t cycle, cell_time_ns;
+    uint32_t phase;
+} hs_image;
+/* Latch everything once; HS_OK, or HS_TIMEOUT after `tries` disturbed copies of what belongs together. */
+int hs_image_latch(hs_image *image, uint32_t tries);
+
 /* Side words (HLI_SIDE_WORD): store with release and wake; wait (spin, then futex) until the word has reached
  * `target` (signed 32-bit distance) or `timeout_ns` passed. */
 void hs_word_post(void *side_word, uint32_t value);
 int hs_word_wait(void *side_word, uint32_t target, int64_t spin_ns, int64_t timeout_ns);
+/* Both: post `value` on `mine`, then wait until `others` has reached it (a turn of the PLC in lockstep). */
+int hs_word_turn(void *mine, void *others, uint32_t value, int64_t spin_ns, int64_t timeout_ns);
 
 /* Contour look-ahead, PLC side: one fused exchange. Waits for semaphor_rw FALSE, writes the request, sets it TRUE, rings
  * the bell, waits for FALSE (spin, then futex on `answer`), copies the answer up to its end into `blocks` (128 rows).
@@ -108,6 +145,10 @@ int hs_clah_await(void *unit, void *answer, void *blocks, int64_t timeout_ns);
 int hs_clah_request(void *unit, void *bell, double start_position, double length);
 /* Number of elements copied, or HS_BUSY while the semaphore is TRUE. */
 int hs_clah_take(const void *unit, void *blocks);
+/* One call of a cyclic function block that owns the unit: take the answer, then place the next request. Number of
+ * elements copied; nothing is done and the result is HS_BUSY while the semaphore is TRUE, HS_REFUSED for a request
+ * that is not finite. */
+int hs_clah_next(void *unit, void *bell, double start_position, double length, void *blocks);
 /* CNC side, for servers written in Python (tests, benchmarks): wait for a request; answer it with n elements. */
 int hs_clah_wait_request(void *unit, void *bell, double *request, int64_t timeout_ns);
 void hs_clah_answer(void *unit, void *answer, const void *blocks, uint32_t n);

@@ -8,6 +8,16 @@ static void place_on_path(geo *g, const piece *p, double s) {
     g->dist = p->dist0 + p->dist_rate * s;
 }
 
+/* Speed along the path, mm/s; of a polynomial that runs with its parameter not the speed of that. */
+double geo_path_speed(const engine *e) {
+    const geo *g = &e->geo;
+    if (g->v <= 0.0 || g->piece == UINT64_MAX) return g->v;
+    const piece *p = piece_at((engine *)e, g->piece);
+    if (!is_motion(p) || !(p->flags & NC_BY_PARAMETER)) return g->v;
+    if (p->flags & NC_OF_TIP) return g->v * fabs(p->path_rate);
+    return g->v * curve_piece_main_rate(e, p, g->s);
+}
+
 static void enter_piece(engine *e, uint64_t i) {
     geo *g = &e->geo;
     const piece *p = piece_at(e, i);
@@ -18,7 +28,7 @@ static void enter_piece(engine *e, uint64_t i) {
     g->dwelling = p->type == NC_DWELL;
     if (!is_motion(p)) return;
     g->rapid = p->feed <= 0.0;
-    g->feed = p->feed;
+    g->feed = p->flags & NC_BY_PARAMETER ? p->feed * fabs(p->path_rate) : p->feed;
     place_on_path(g, p, 0.0);
     if (p->mapped) map_position(e, p);
     else ATOMIC_SET(g->active, p->element);
@@ -69,6 +79,7 @@ static void run_reset(geo *g, const piece *p) {
 /* The cell takes commands out of a small ring; what it cannot hold is counted. */
 static void tell_command(engine *e, const piece *p) {
     uint64_t head = e->command_head;
+    external_command(e, p->value);
     if (head - ATOMIC_GET(e->command_tail) >= COMMANDS_MAX) {
         e->commands_lost++;
         return;
@@ -253,7 +264,7 @@ static void record(engine *e) {
     row[0] = (double)e->geo.cycle;
     memcpy(row + 1, e->geo.position, sizeof(double) * (size_t)n);
     row[n + 1] = e->geo.path;
-    row[n + 2] = e->geo.v;
+    row[n + 2] = geo_path_speed(e);
     row[n + 3] = (double)e->geo.active;
     ATOMIC_SET(e->record_head, e->record_head + 1);
 }

@@ -105,6 +105,18 @@ static double inside_ratio(const jerk_planner *p, const segment *s, double x, do
     return worst;
 }
 
+/* For the planner, ahead of a check: largest ratio inside an interval, and at its ends. */
+double bend_inside(const jerk_planner *p, const segment *s, double x, double u, double c, double *ends) {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], h = s->h;
+    motion m[2] = {motion_of(x, u, c), motion_of(x + 2.0 * h * u + h * h * c, u + h * c, c)};
+    if (!bends(p, s->q)) return *ends = 0.0;
+    *ends = 0.0;
+    for (int e = 0; e < 2; e++) *ends = fmax(*ends, ratio_at(p, s->q, s->q->d1[e], s->q->d2[e], s->q->d3[e], m[e], s->jump));
+    derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
+    double middle = ratio_at(p, s->q, d1, d2, d3, motion_of(x + h * u + 0.25 * h * h * c, u + 0.5 * h * c, c), s->jump);
+    return fmax(middle, inside_ratio(p, s, x, u, c));
+}
+
 /* Largest speed over its cap: the feed or what was allowed on the way down to it. */
 static double feed_ratio(const jerk_planner *p, const grid *g, int k, double x0, double x1, double top_x) {
     double f2 = p->scale * p->scale, cap = fmin(g->seg[k].soft, g->seg[k].cap) * f2;

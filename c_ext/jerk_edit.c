@@ -58,6 +58,7 @@ void jerk_reset(jerk_planner *p) {
     p->x = p->u = p->behind_mm = 0.0;
     p->wait = 0;
     p->plan.n = p->plan.next = 0;
+    forget_laws(p);
 }
 
 double jerk_speed(const jerk_planner *p) { return p->at_rest ? 0.0 : p->scale * sqrt(p->x); }

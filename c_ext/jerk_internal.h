@@ -11,6 +11,7 @@
 typedef double vec __attribute__((vector_size(32)));
 typedef long long ivec __attribute__((vector_size(32)));
 
+#define HANDED_MAX 512        /* laws that can be taken back */
 #define GRADED_EXTRA 96       /* room beyond window_knots for the finer grid near rests */
 #define ACC_USABLE 0.998      /* share of the limits that is planned with */
 #define JERK_USABLE 0.998
@@ -95,6 +96,9 @@ typedef struct problem {
     double x0, u0;
     double terminal;                      /* 1.5 h of the last interval */
     int iterations;
+    double pause;                         /* the solver stops once at this gap; 0: it does not */
+    bool paused;                          /* it has, and goes on from there */
+    double missed, dual;                  /* shares of the first residuals that are left */
     bool solved;
     double gap;
 } problem;
@@ -114,6 +118,16 @@ typedef struct plan {
     double length;                        /* mm from `next` to the end */
     double lasts;                         /* mm: with more than that left it need not be planned again */
 } plan;
+
+/* A law that was handed out, and the state ahead of it. */
+typedef struct handed {
+    jerk_interval interval;               /* at the head of the ring */
+    uint64_t head, tag;
+    double x, u, c, length, time, jerk, offset;
+    double at_x, at_u, behind_mm, behind_share;
+    bool at_rest, rest_start;
+    uint8_t last;
+} handed;
 
 struct jerk_planner {
     jerk_config cfg;
@@ -136,6 +150,8 @@ struct jerk_planner {
     double reach;                         /* mm: windows this long are solved; longer ones have failed */
     int wait;                             /* segments to hand out before the next plan is tried */
     jerk_stats stats;
+    handed *handed;                       /* ring of the last HANDED_MAX laws */
+    uint64_t handed_count;
     void *arena;
 };
 
@@ -167,6 +183,7 @@ void knot_caps(const jerk_planner *p, grid *g);
 /* jerk_rows.c */
 void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0);
 void bound_rows(jerk_planner *p, const grid *g);
+void tighten_rows(problem *b, int k, double by);
 
 /* jerk_guess.c */
 bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink);
@@ -188,6 +205,7 @@ bool ipm_solve(problem *b, int max_iterations);
 
 /* jerk_check.c */
 double plan_check(const jerk_planner *p, grid *g, problem *b);
+double bend_inside(const jerk_planner *p, const segment *s, double x, double u, double c, double *ends);
 
 /* jerk_plan.c */
 void plan_accept(jerk_planner *p, const grid *g, bool final);
@@ -197,7 +215,12 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 /* jerk_straight.c */
 bool plan_straight(jerk_planner *p);
 
+/* jerk_recall.c */
+void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole);
+void forget_laws(jerk_planner *p);
+
 /* jerk_planner.c */
+double hand_out_again(jerk_planner *p, double seconds);
 void planner_copy(jerk_planner *to, const jerk_planner *from);
 
 /* jerk_hold.c */

@@ -13,6 +13,7 @@
 #define TO_BOUNDARY 0.995
 #define START_MU     1.0 /* of the objective: barrier of the first iterate, over all rows */
 #define START_SLACK  0.3 
+#define CENTRED 0.05     /* least product of slack and multiplier, over what the step aims at */
 #define GAP          3e-4 /* of the objective */
 #define HOPELESS 1e6
 #define ROWS_MET 1e-6
@@ -80,22 +81,23 @@ static inline void add_square(sums *s, vec w, const vec *b) {
 }
 
 /* Start of an iteration for one side of a row: residual, 1/slack; returns the weight, `t` gets the gradient. */
-static inline vec side(vec value, vec bound, vec s, vec l, vec *is, vec *r, vec *t) {
+static inline vec side(vec value, vec bound, vec s, vec *l, vec least, vec *is, vec *r, vec *t) {
     *r = value - bound + s;
     *is = 1.0 / s;
-    vec w = l * *is;
+    *l = vmax(*l, least * *is);
+    vec w = *l * *is;
     *t = w * *r;
     return w;
 }
 
-static void gather_jerk(const problem *b, int i, const block *k, sums *s) {
+static void gather_jerk(const problem *b, int i, const block *k, sums *s, vec least) {
     for (int e = 0; e < 2; e++) {
         two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
         vec m = k->half[e] * (e ? k->x1 : k->x), bound = k->bound[e], wm = {0}, px = {0}, pu = {0}, pc = {0}, tm = {0}, root = k->root[e];
         for (int a = 0; a < b->axes; a++, row++) {
             vec q = root * (row->b[0] * k->x + row->b[1] * k->u + row->b[2] * k->c), t1, t2;
-            vec w1 = side(m + q, bound, row->s[0], row->l[0], &row->is[0], &row->r[0], &t1);
-            vec w2 = side(m - q, bound, row->s[1], row->l[1], &row->is[1], &row->r[1], &t2);
+            vec w1 = side(m + q, bound, row->s[0], &row->l[0], least, &row->is[0], &row->r[0], &t1);
+            vec w2 = side(m - q, bound, row->s[1], &row->l[1], least, &row->is[1], &row->r[1], &t2);
             vec d = root * (w1 - w2), t = root * (t1 - t2);
             add_square(s, root * root * (w1 + w2), row->b);
             px += d * row->b[0];
@@ -125,13 +127,13 @@ static void gather_jerk(const problem *b, int i, const block *k, sums *s) {
     }
 }
 
-static void gather_acc(const problem *b, int i, const block *k, sums *s) {
+static void gather_acc(const problem *b, int i, const block *k, sums *s, vec least) {
     const vec one = set1(1.0);
     two_sided *row = &b->acc[i * b->acc_sets * b->axes];
     for (int a = 0; a < b->acc_sets * b->axes; a++, row++) {
         vec q = row->b[0] * k->x + row->b[1] * k->u, t1, t2;
-        vec w1 = side(q, one, row->s[0], row->l[0], &row->is[0], &row->r[0], &t1);
-        vec w2 = side(-q, one, row->s[1], row->l[1], &row->is[1], &row->r[1], &t2);
+        vec w1 = side(q, one, row->s[0], &row->l[0], least, &row->is[0], &row->r[0], &t1);
+        vec w2 = side(-q, one, row->s[1], &row->l[1], least, &row->is[1], &row->r[1], &t2);
         vec w = w1 + w2, t = t1 - t2;
         s->xx += w * row->b[0] * row->b[0];
         s->xu += w * row->b[0] * row->b[1];
@@ -141,11 +143,11 @@ static void gather_acc(const problem *b, int i, const block *k, sums *s) {
     }
 }
 
-static void gather_one(const problem *b, int i, const block *k, sums *s) {
+static void gather_one(const problem *b, int i, const block *k, sums *s, vec least) {
     one_sided *row = &b->one[i * ONE_SIDED_ROWS];
     for (int a = 0; a < ONE_SIDED_ROWS; a++, row++) {
         vec q = row->b[0] * k->x + row->b[1] * k->u + row->b[2] * k->c, t;
-        vec w = side(q, row->bound, row->s, row->l, &row->is, &row->r, &t);
+        vec w = side(q, row->bound, row->s, &row->l, least, &row->is, &row->r, &t);
         add_square(s, w, row->b);
         s->x += t * row->b[0];
         s->u += t * row->b[1];
@@ -154,15 +156,15 @@ static void gather_one(const problem *b, int i, const block *k, sums *s) {
 }
 
 /* Hessian and the gradient of the predictor (no centring). */
-static void gather(problem *b) {
+static void gather(problem *b, vec least) {
     for (int i = 0; i < b->blocks; i++) {
         int k = i * LANES;
         block bl = block_at(b, i);
         sums s = {0};
         b->block[i] = bl;
-        gather_jerk(b, i, &bl, &s);
-        gather_acc(b, i, &bl, &s);
-        gather_one(b, i, &bl, &s);
+        gather_jerk(b, i, &bl, &s, least);
+        gather_acc(b, i, &bl, &s, least);
+        gather_one(b, i, &bl, &s, least);
         store(b->cost.xx + k, s.xx);
         store(b->cost.xu + k, s.xu);
         store(b->cost.uu + k, s.uu);
@@ -372,21 +374,27 @@ static double step_length(vec most) {
     return m > TO_BOUNDARY ? TO_BOUNDARY / m : 1.0;
 }
 
-/* From the guess in x, u, c to the optimum. false: no convergence; the checker judges what is there all the same. */
+/* From the guess in x, u, c to the optimum, or on from where it has paused.  With b->pause it stops once at that gap, so that
+ * rows may be changed.  false: no convergence (or paused); the checker judges what is there all the same. */
 bool IPM_SOLVE(problem *b, int max_iterations) {
     int rows = b->blocks * LANES * (2 * (2 + b->acc_sets) * b->axes + ONE_SIDED_ROWS);
-    double missed = 1.0, dual = 1.0;
-    set_scale(b);
-    start(b, START_MU / rows);
-    for (b->iterations = 0; b->iterations < max_iterations; b->iterations++) {
-        gather(b);
+    double least = 0.0;
+    if (!b->paused) {
+        set_scale(b);
+        start(b, START_MU / rows);
+        b->iterations = 0;
+        b->missed = b->dual = 1.0;
+    }
+    b->paused = false;
+    for (; b->iterations < max_iterations; b->iterations++) {
+        gather(b, set1(least));
         if (!riccati_factor(b)) return false;
         riccati_solve(b, &b->grad);
         scan o = predict(b);
         double gap = sum(o.sl), mu = gap / rows;
         b->gap = gap;
         if (!(gap < HOPELESS)) return false;
-        if (gap < GAP && missed < ROWS_MET && dual < 1e-2) return true;
+        if (gap < GAP && b->missed < ROWS_MET && b->dual < 1e-2) return true;
         double ap = fmin(1.0, 1.0 / fmax(1e-9, top(o.ps))), ad = fmin(1.0, 1.0 / fmax(1e-9, top(o.pl)));
         double after = (gap + ap * sum(o.dsl) + ad * sum(o.sdl) + ap * ad * sum(o.dsdl)) / rows;
         double ratio = fmax(after, 0.0) / mu, sigma = ratio * ratio * ratio;
@@ -397,8 +405,15 @@ bool IPM_SOLVE(problem *b, int max_iterations) {
         ad = step_length(o.pl);
         if (!isfinite(ap + ad)) return false;
         move(b, ap, ad);
-        missed *= 1.0 - ap;
-        dual *= 1.0 - ad;
+        least = CENTRED * sigma * mu;
+        b->missed *= 1.0 - ap;
+        b->dual *= 1.0 - ad;
+        if (gap < b->pause) {
+            b->pause = 0.0;
+            b->paused = true;
+            b->iterations++;
+            return false;
+        }
     }
     return false;
 }

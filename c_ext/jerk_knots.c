@@ -10,12 +10,13 @@ static bool finite_interval(const jerk_interval *q, int axes) {
     return isfinite(q->length) && isfinite(q->feed) && isfinite(q->v_hard) && isfinite(q->offset);
 }
 
-int64_t jerk_room(const jerk_planner *p) { return (int64_t)(p->mask + 1 - (p->tail - p->head)); }
+/* What was consumed last stays in the ring: it may be taken back. */
+int64_t jerk_room(const jerk_planner *p) { return (int64_t)(p->mask + 1 - (p->tail - p->head)) - HANDED_MAX; }
 
 int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n) {
     for (int64_t i = 0; i < n; i++) {
         const jerk_interval *q = &intervals[i];
-        if (jerk_room(p) == 0) return i;
+        if (jerk_room(p) <= 0) return i;
         int64_t error = !finite_interval(q, p->cfg.axes) ? JERK_NOT_FINITE : !(q->length > 1e-9) ? JERK_BAD_LENGTH : 0;
         if (error) return i > 0 ? i : error;
         p->ring[p->tail & p->mask] = *q;

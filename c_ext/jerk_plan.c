@@ -10,6 +10,10 @@
 #define SLOWER_BY 0.99  /* of the cap on x where the feed was exceeded inside an interval */
 #define TIGHTEN_UP_TO 1.3
 #define TIGHTEST 0.5
+#define PAUSE 0.03       /* gap at which the solver looks inside the intervals */
+#define MISSED_SO 0.03   /* rows that were lowered meanwhile, over START_SLACK */
+#define FORESEEN 0.9     /* of the limit: jerks below it do not matter there */
+#define FORESEEN_FROM 1.008
 #define AIM 1.003        /* ratio that a tightened interval should come to */
 #define FALLBACK_SCALE 0.7
 #define FALLBACK_LENGTHS 6
@@ -20,7 +24,7 @@
 #define LONGER 1.3
 #define REACH_FORGOTTEN 1e4 /* mm */
 #define TAIL_MORE 1.15   /* a window must be so much longer than what is left of the plan */
-#define LASTS 6.0         /* a plan is not made anew while so many stopping ways are left of it */
+#define LASTS 4.0         /* a plan is not made anew while so many stopping ways are left of it */
 
 /* Way from the largest speed of the plan to rest with the smallest limits. */
 static double stopping_way(const jerk_planner *p, const grid *g) {
@@ -131,7 +135,7 @@ static bool slow_fallback(jerk_planner *p, grid *g) {
 }
 
 /* Between its ends an interval may exceed a limit by a few percent: less of the jerk is planned with there, from now on. */
-static bool tighten(grid *g, double worst) {
+static bool tighten(jerk_planner *p, grid *g, double worst) {
     if (!(worst < TIGHTEN_UP_TO)) return false;
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
@@ -141,12 +145,39 @@ static bool tighten(grid *g, double worst) {
         *s->tight = fmin(*s->tight, fmax(TIGHTEST, share));
     }
     for (int k = 0; k < g->n; k++) g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;
-    return true;
+    memcpy(p->scratch, p->prob.x, sizeof(double) * (size_t)(g->n + 1));
+    problem_from_grid(p, g, p->x, p->u);
+    return guess_from(p, g, p->scratch);
 }
 
-static bool solve_from_guess(jerk_planner *p) {
+/* On the way to the solution: where the path bends more inside an interval than at its ends, the limits there are lowered. */
+static void foresee(jerk_planner *p, grid *g) {
+    problem *b = &p->prob;
+    for (int k = b->first; k < g->n - 1; k++) {
+        segment *s = &g->seg[k];
+        double ends, f2 = p->scale * p->scale, most = bend_inside(p, s, b->x[k] * f2, b->u[k] * f2, b->c[k] * f2, &ends);
+        if (!(most > FORESEEN * *s->tight) || !isfinite(most) || !(ends > 0.0) || most < ends) continue;
+        double then = most * JERK_USABLE * *s->tight / fmax(ends, 0.8 * most);
+        if (then <= FORESEEN_FROM) continue;
+        double tight = fmax(TIGHTEST, *s->tight * AIM / then);
+        tighten_rows(b, k, tight / *s->tight);
+        b->missed = fmax(b->missed, MISSED_SO);
+        *s->tight = tight;
+        s->share = s->jump * tight;
+    }
+}
+
+static bool solve_from_guess(jerk_planner *p, grid *g) {
+    problem *b = &p->prob;
     p->stats.solves++;
-    bool solved = p->prob.solved = ipm_solve(&p->prob, MAX_ITERATIONS);
+    b->pause = PAUSE;
+    bool solved = ipm_solve(b, MAX_ITERATIONS);
+    if (b->paused) {
+        foresee(p, g);
+        solved = ipm_solve(b, MAX_ITERATIONS);
+    }
+    b->pause = 0.0;
+    b->solved = solved;
     p->stats.iterations += (uint64_t)p->prob.iterations;
     p->stats.failed += !solved;
     return solved;
@@ -157,14 +188,11 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
     problem_from_grid(p, g, p->x, p->u);
     if (!guess_window(p, g, warm, shrink)) return false;
     for (int i = 0; i < TIGHTENINGS; i++) {
-        bool solved = solve_from_guess(p);
+        bool solved = solve_from_guess(p, g);
         double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
         if (worst <= CHECK_SLACK) return true;
         p->stats.refused += solved;
-        if (!tighten(g, worst)) return false;
-        memcpy(p->scratch, p->prob.x, sizeof(double) * (size_t)(g->n + 1));
-        problem_from_grid(p, g, p->x, p->u);
-        if (!guess_from(p, g, p->scratch)) return false;
+        if (!tighten(p, g, worst)) return false;
     }
     return false;
 }

@@ -5,7 +5,7 @@
 #include <time.h>
 #include "jerk_internal.h"
 
-#define RING_MIN 1024
+#define RING_MIN (1024 + HANDED_MAX)
 #define RAMP_PARTS 6.0      /* planner intervals over the ramp from rest to full acceleration, */
 #define STOP_PARTS 80.0     /* over the way from full speed to rest, */
 #define REST_PARTS 60.0     /* parts of that ramp next to a standstill, but no more than ... */
@@ -60,9 +60,9 @@ static void lay_out(jerk_planner *p, arena *m) {
     b->acc = take(m, sizeof(two_sided) * blocks * 2 * axes);
     b->one = take(m, sizeof(one_sided) * blocks * ONE_SIDED_ROWS);
     double **kept[] = {&p->plan.h, &p->plan.x, &p->plan.u, &p->plan.c, &p->plan.jerk, &p->plan.time, &p->plan.offset, &p->scratch};
-    for (size_t i = 0; i < sizeof kept / sizeof *kept; i++) *kept[i] = doubles(m, stages);
-    p->plan.tag = take(m, sizeof(uint64_t) * n);
-    p->plan.last = take(m, n);
+    for (size_t i = 0; i < sizeof kept / sizeof *kept; i++) *kept[i] = doubles(m, stages + HANDED_MAX);
+    p->plan.tag = take(m, sizeof(uint64_t) * (n + HANDED_MAX));
+    p->plan.last = take(m, n + HANDED_MAX);
 }
 
 /* Way to rest from the speed v with constant jerk and acceleration. */
@@ -110,16 +110,19 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     p->cfg = *config;
     set_scales(p);
     p->capacity = p->grid.max = config->window_knots + GRADED_EXTRA;
-    p->mask = RING_MIN - 1;
-    while (p->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) p->mask = 2 * p->mask + 1;
+    p->mask = 1023;
+    while (p->mask + 1 < (uint64_t)(capacity > 0 ? capacity + HANDED_MAX : 0) || p->mask + 1 < RING_MIN) p->mask = 2 * p->mask + 1;
     p->at_rest = true;
     p->feed_factor = p->rapid_factor = 1.0;
     p->command_speed = -1.0;
     p->reach = 1e30;
     arena m = {0};
     lay_out(p, &m);
+    p->handed = calloc(HANDED_MAX, sizeof *p->handed);
     if (posix_memalign(&p->arena, 64, m.used)) p->arena = NULL;
-    if (!p->arena) {
+    if (!p->arena || !p->handed) {
+        free(p->arena);
+        free(p->handed);
         free(p);
         return NULL;
     }
@@ -132,8 +135,11 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
 /* `to` was made with the same configuration and capacity: it becomes the same planner with memory of its own. */
 void planner_copy(jerk_planner *to, const jerk_planner *from) {
     arena m = {to->arena, 0};
+    handed *kept = to->handed;
     *to = *from;
     to->arena = m.at;
+    to->handed = kept;
+    forget_laws(to);
     lay_out(to, &m);
     memcpy(to->arena, from->arena, m.used);
 }
@@ -141,6 +147,7 @@ void planner_copy(jerk_planner *to, const jerk_planner *from) {
 void jerk_free(jerk_planner *p) {
     if (!p) return;
     free(p->arena);
+    free(p->handed);
     free(p);
 }
 
@@ -229,6 +236,7 @@ int jerk_next(jerk_planner *p, jerk_law *law) {
     if (worth_planning(p)) plan_again(p);
     if (p->plan.next >= p->plan.n) return 0;
     law_of(p, p->plan.next, law);
+    remember_law(p, p->plan.next, law, true);
     hand_out(p);
     p->stats.laws++;
     return 1;
@@ -242,9 +250,12 @@ static void split(jerk_planner *p, jerk_law *law, double seconds) {
     jerk_at(law, seconds, &at);
     double d = at.s - law->s0, left = pl->h[k] - d;
     if (!(d > LEAST_PART) || !(left > LEAST_PART) || !(at.v > 0.0)) {
+        remember_law(p, k, law, true);
         hand_out(p);
         return;
     }
+    const jerk_law part = {.tag = law->tag, .s0 = law->s0, .v0 = law->v0, .a0 = law->a0, .c = law->c, .jerk = law->jerk, .time = seconds, .length = d};
+    remember_law(p, k, &part, false);
     pl->jerk[k] = k + 1 == pl->n ? 0.0 : law->jerk; /* towards a rest the law follows from speed and way */
     pl->time[k] = law->time - seconds;
     pl->h[k] = left;
@@ -255,15 +266,27 @@ static void split(jerk_planner *p, jerk_law *law, double seconds) {
     pl->rest_start = p->at_rest = false;
     p->behind_mm = fmax(0.0, p->behind_mm - d);
     ring_consume(p, d, false);
-    *law = (jerk_law){.tag = law->tag, .s0 = law->s0, .v0 = law->v0, .a0 = law->a0, .c = law->c, .jerk = law->jerk, .time = seconds, .length = d};
+    *law = part;
+}
+
+/* The beginning of what was taken back is handed out all the same; returns its time. */
+double hand_out_again(jerk_planner *p, double seconds) {
+    jerk_law law;
+    law_of(p, p->plan.next, &law);
+    split(p, &law, seconds);
+    return law.time;
 }
 
 int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds) {
     if (worth_planning(p)) plan_again(p);
     if (p->plan.next >= p->plan.n) return 0;
     law_of(p, p->plan.next, law);
-    if (law->time <= seconds * (1.0 + 1e-9)) hand_out(p);
-    else split(p, law, seconds);
+    if (law->time <= seconds * (1.0 + 1e-9)) {
+        remember_law(p, p->plan.next, law, true);
+        hand_out(p);
+    } else {
+        split(p, law, seconds);
+    }
     p->stats.laws++;
     return 1;
 }

@@ -99,6 +99,9 @@ int jerk_next(jerk_planner *p, jerk_law *law);      /* 1: a law was handed out; 
 int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds); /* as jerk_next, at most `seconds` of the law */
 int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds); /* `seconds` of them */
 int64_t jerk_tail(const jerk_planner *p, jerk_law *laws, int64_t max); /* from what was handed out to rest */
+int64_t jerk_laws_kept(void);                       /* laws that jerk_take_back can reach */
+/* The last `seconds` that were handed out are the plan's again; returns how many it were: less where a law could not be cut. */
+double jerk_take_back(jerk_planner *p, double seconds);
 void jerk_tail_driven(jerk_planner *p);             /* the tail was executed: go on from its end, at rest */
 void jerk_at(const jerk_law *law, double t, jerk_state *out);
 int64_t jerk_sample(const jerk_law *laws, int64_t n, double dt, double *phase, jerk_state *out, int64_t max);

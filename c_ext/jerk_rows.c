@@ -3,7 +3,11 @@
 #include <string.h>
 #include "jerk_internal.h"
 
-#define CALM 1e-3  /* cost of full path jerk over gain of speed: settles what the rows leave open */
+#define CALM 1e-2
+#define ENTRY_STAGES 8   /* stages behind the start ... */
+#define ENTRY_SLACK 0.01 /* ... and what may be added to the limits at the first of them */
+#define SLOW_GAINS 1.5   /* power of x by which a gain of it counts less: that of the time */
+#define SLOWEST 1e-4     /* share of the largest x below which it counts no more */
 #define LANDING 0.96 /* share of the cap that a ramp down must keep */
 #define FLOOR 0.2 /* share of the guess below which x may not fall */
 
@@ -30,11 +34,15 @@ static void clear_rows(problem *b) {
     }
 }
 
+/* The state that a window starts with was checked, not planned, to lie within the limits: between the knots of that plan
+ * it may lie a little above what is planned with. */
+static double entry_slack(const problem *b, int k) { return b->rest_start || k >= ENTRY_STAGES ? 1.0 : 1.0 + ENTRY_SLACK * (1.0 - (double)k / ENTRY_STAGES); }
+
 /* Axis jerk over sqrt(x), at the start and, through the dynamics, at the end of the stage. */
 static void jerk_rows(const jerk_planner *p, problem *b, const segment *s, int k) {
     double h = s->h, f3 = p->scale * p->scale * p->scale;
     for (int a = 0; a < b->axes; a++) {
-        double w = f3 / (s->share * JERK_USABLE * jerk_max(p, s->q, a));
+        double w = f3 / (s->share * JERK_USABLE * jerk_max(p, s->q, a) * entry_slack(b, k));
         const jerk_interval *q = s->q;
         two_sided *row = jerk_row(b, k, 0, a);
         *lane(&row->b[0], k) = w * q->d3[0][a];
@@ -47,9 +55,16 @@ static void jerk_rows(const jerk_planner *p, problem *b, const segment *s, int k
     }
 }
 
+/* Stage k has less of the jerk limit from now on. */
+void tighten_rows(problem *b, int k, double by) {
+    for (int end = 0; end < 2; end++)
+        for (int a = 0; a < b->axes; a++)
+            for (int i = 0; i < 3; i++) *lane(&jerk_row(b, k, end, a)->b[i], k) /= by;
+}
+
 static void acc_rows(const jerk_planner *p, problem *b, const jerk_interval *q, int end, int set, int k) {
     for (int a = 0; a < b->axes; a++) {
-        double w = p->scale * p->scale / (ACC_USABLE * acc_max(p, q, a));
+        double w = p->scale * p->scale / (ACC_USABLE * acc_max(p, q, a) * entry_slack(b, k));
         two_sided *row = acc_row(b, k, set, a);
         *lane(&row->b[0], k) = w * q->d2[end][a];
         *lane(&row->b[1], k) = w * q->d1[end][a];
@@ -112,14 +127,19 @@ void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
     }
 }
 
-/* Caps, floors and weights, from the guess at the knots. */
+/* Caps, floors and weights, from the guess at the knots.  The time over an interval h falls with x like h x^(-3/2) / 2: that is
+ * the weight of x, taken at the guess. */
 void bound_rows(jerk_planner *p, const grid *g) {
     problem *b = &p->prob;
-    double sum = 0.0;
-    for (int k = 1; k < g->n; k++) sum += 0.5 * (g->seg[k - 1].h + g->seg[k].h) * b->guess[k];
+    double sum = 0.0, top = 0.0;
+    for (int k = 1; k < g->n; k++) top = fmax(top, b->guess[k]);
+    for (int k = 1; k < g->n; k++) {
+        b->weight[k] = 0.5 * (g->seg[k - 1].h + g->seg[k].h) * pow(fmax(b->guess[k] / top, SLOWEST), -SLOW_GAINS);
+        sum += b->weight[k] * b->guess[k];
+    }
     for (int k = 1; k < g->n; k++) {
         double cap = cap_at(p, g, k), xf = b->guess[k];
-        b->weight[k] = 0.5 * (g->seg[k - 1].h + g->seg[k].h) / sum;
+        b->weight[k] /= sum;
         one_row(b, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 1.0);
         double floor = FLOOR * xf;
         if (g->from_start[k] >= g->land_from && g->from_start[k] <= g->land_to && xf > 0.5 * cap) floor = LANDING * cap;

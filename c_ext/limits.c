@@ -3,6 +3,7 @@
 
 #define PROFILES 3 /* highest number of #SLOPE */
 #define PATH_LIMITS 6
+#define JERK_SHARE_MAX 1e4 /* S ramps of a profile lift the jerk limit; nothing lifts velocity or acceleration */
 
 void limits_reset(engine *e) {
     for (int k = 0; k < 2; k++) {
@@ -17,8 +18,9 @@ bool limits_row_check(const engine *e, const nc_block *row) {
     if (row->code == NC_DYNAMICS_PROFILE) return row->value >= 0 && row->value <= PROFILES;
     if (row->code < NC_DYNAMICS_VELOCITY || row->code > NC_DYNAMICS_PROFILE) return false;
     bool path = row->code == NC_DYNAMICS_PATH;
+    double most = row->code == NC_DYNAMICS_JERK ? JERK_SHARE_MAX : 1.0;
     for (int i = 0; i < (path ? PATH_LIMITS : e->cfg.axis_count); i++)
-        if (path ? !(row->end[i] >= 0) : !(row->end[i] >= 1e-6 && row->end[i] <= 1.0)) return false;
+        if (path ? !(row->end[i] >= 0) : !(row->end[i] >= 1e-6 && row->end[i] <= most)) return false;
     return true;
 }
 

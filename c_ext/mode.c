@@ -24,8 +24,8 @@
 
 static void publish_state(engine *e) {
     HLI_IMCM_MODE_STATE *s = &e->channel->channel_mc_control.mode_and_state.state_r;
-    store_u32_relaxed(&s->mode, ATOMIC_GET(e->mode));
-    store_u32_relaxed(&s->state, ATOMIC_GET(e->mode_state));
+    show_u32(&s->mode, ATOMIC_GET(e->mode));
+    show_u32(&s->state, ATOMIC_GET(e->mode_state));
 }
 
 void engine_set_mode(engine *e, uint32_t mode, uint32_t state) {
@@ -128,7 +128,7 @@ static void watch_plc(engine *e, bool present) {
     MC_WATCHDOG_UNIT *u = &e->channel->head.mc_watchdog;
     if (!present || !load_u8_acquire(&u->enable_w)) {
         e->watch_alive = false;
-        store_u8_release(&u->alive_state_r, 0);
+        show_u8(&u->alive_state_r, 0);
         return;
     }
     uint32_t us = load_u32_relaxed(&u->cycle_time_w);
@@ -143,7 +143,7 @@ static void watch_plc(engine *e, bool present) {
         own_error(e, ERROR_WATCHDOG, 7);
         ATOMIC_SET(e->watchdog_event, 1);
     }
-    store_u8_release(&u->alive_state_r, e->watch_alive && !e->watch_missed);
+    show_u8(&u->alive_state_r, e->watch_alive && !e->watch_missed);
 }
 
 /* The other direction: the CNC shows that it lives; the PLC clears alive_rw when it has seen it. */
@@ -151,7 +151,7 @@ static void show_life(engine *e, bool present) {
     MC_WATCHDOG_UNIT *u = &e->channel->head.lc_watchdog;
     bool enabled = present && load_u8_acquire(&u->enable_w);
     if (enabled) store_u8_release(&u->alive_rw, 1);
-    store_u8_release(&u->alive_state_r, enabled);
+    show_u8(&u->alive_state_r, enabled);
 }
 
 /* ------------------------------------------------------------------------------------------------ modes */

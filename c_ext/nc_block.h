@@ -48,7 +48,8 @@
 #define NC_PIECE 512      /* motion: executed, not seen; covers `value` mm of the elements */
 #define NC_NO_OVERRIDE 32768 /* motion: the feed as programmed, whatever the override */
 #define NC_PATH_FEED 16384 /* motion: the feed counts along `length`, whatever the path mode says (geometry/path_mode.py) */
-#define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; consumed by the stage for it */
+#define NC_BY_PARAMETER 1024  /* polynomial: the feed is that of its parameter; pieces: so is their path */
+#define NC_OF_TIP 2048         /* piece with NC_BY_PARAMETER: covers a path of the tool tip, its axes say nothing about the speed there */
 #define NC_BY_LENGTH 4096     /* polynomial: its parameter runs with the path length; the length is given, not measured */
 #define NC_LENGTH_ONLY 2048     /* coordinates: the tool length is corrected, the axes are programmed */
 #define NC_PTP 8192           /* coordinates: blocks are straight lines of the machine axes */
@@ -98,7 +99,7 @@
 #define NC_CONTOUR_POST 2
 #define NC_CONTOUR_CONST_VEL 1
 /* An NC_DYNAMICS row sets one kind of limit of the motions behind it, `code` NC_DYNAMICS_...; `end`: shares of the axes' own limits,
- * above 0 and at most 1, or for NC_DYNAMICS_PATH limits of the path (0: none): velocity mm/s, acceleration, radial acceleration mm/s2,
+ * above 0 and at most 1 (jerk: at most 1e4), or for NC_DYNAMICS_PATH limits of the path (0: none): velocity mm/s, acceleration, radial acceleration mm/s2,
  * acceleration at transitions mm/s2, jerk, radial jerk mm/s3; `value` 0: of feed motions, 1: of rapid motions. */
 #define NC_DYNAMICS_VELOCITY 1
 #define NC_DYNAMICS_ACCELERATION 2

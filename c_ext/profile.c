@@ -7,6 +7,8 @@
 #include <time.h>
 #include "engine_internal.h"
 
+#define PARTS_MAX 64       /* of a phase */
+#define SHORT_PART 0.05    /* of a cycle: no part is shorter */
 #define TINY_MM 1e-12
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
 #define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
@@ -56,12 +58,48 @@ static bool meets_all(engine *e, uint64_t i, uint64_t end, double s, double v) {
 bool writer_full(const writer *w) {
     if (w->seconds >= w->budget) return true;
     if (w->out) return w->count + 4 >= w->max;
-    return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed) >= PHASE_RING - 4;
+    return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed) >= PHASE_RING - 4 - PARTS_MAX;
+}
+
+/* State at t of a phase. */
+static void state_in(const phase *ph, double t, double *s, double *v, double *a) {
+    const jerk_law law = {.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .c = ph->c, .jerk = ph->jerk};
+    jerk_state at;
+    jerk_at(&law, t, &at);
+    *s = at.s;
+    *v = at.v;
+    *a = at.a;
+}
+
+/* From `at` (committed motion, s) to the end of the cycle of GEO in which it is driven. */
+static double rest_of_cycle(engine *e, double at) {
+    double now, dt = e->cfg.cycle_s;
+    __atomic_load(&e->geo.consumed_s, &now, __ATOMIC_ACQUIRE);
+    double cycles = (at - now) / dt, rest = (floor(cycles) + 1.0 - cycles) * dt;
+    return rest < SHORT_PART * dt ? rest + dt : rest;
+}
+
+/* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). */
+static void commit_phase(writer *w, const phase *ph) {
+    engine *e = w->e;
+    bool motion = is_motion(piece_at(e, ph->piece));
+    double from = 0.0, to = motion ? rest_of_cycle(e, e->plan.committed_s + w->seconds) : ph->time;
+    for (int i = 1;; i++) {
+        phase *out = &e->phase_ring[e->plan.written++ & (PHASE_RING - 1)];
+        bool end = i >= PARTS_MAX || to >= ph->time - SHORT_PART * e->cfg.cycle_s;
+        *out = *ph;
+        if (from > 0.0) state_in(ph, from, &out->s0, &out->v0, &out->a);
+        out->time = (end ? ph->time : to) - from;
+        out->last = ph->last && end;
+        if (end) return;
+        from = to;
+        to += e->cfg.cycle_s;
+    }
 }
 
 void write_phase(writer *w, const phase *ph) {
     if (w->out) w->out[w->count++] = *ph;
-    else w->e->phase_ring[w->e->plan.written++ & (PHASE_RING - 1)] = *ph;
+    else commit_phase(w, ph);
     w->seconds += ph->time;
 }
 
@@ -236,6 +274,7 @@ static bool resume_after_tail(engine *e) {
     e->plan.written = word >> 2;
     e->plan.tails[((word >> 1) & 1) ^ 1].count = 0;
     e->drive.restart = true;
+    e->plan.late = false;
     e->tail_done = 0;
     ATOMIC_SET(e->commit, word ^ 3u);
     return true;
@@ -375,10 +414,18 @@ static bool jobs_allow(engine *e) {
     return true;
 }
 
+static bool wants_hold(engine *e) {
+    double override;
+    __atomic_load(&e->override_now, &override, __ATOMIC_ACQUIRE);
+    return ATOMIC_GET(e->hold_now) || override <= 0.0 || feed_job_pending(e);
+}
+
 /* Commit more motion if less than COMMIT_LOW_S is ahead; returns 1 if phases were added. */
 int planner_pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start)) return 0;
-    if (!resume_after_tail(e) || !jobs_allow(e) || ahead_s(e) >= COMMIT_LOW_S) return 0;
+    if (!resume_after_tail(e) || !jobs_allow(e)) return 0;
+    if (wants_hold(e) && !e->plan.hold) recall_commit(e);
+    if (e->plan.late || ahead_s(e) >= COMMIT_LOW_S) return 0;
     double weight = timing_weight(e), t0 = weight > 0.0 ? thread_cpu_s() : 0.0;
     feed(e);
     if (e->plan.piece >= e->piece_head) return 0;
@@ -386,7 +433,7 @@ int planner_pump(engine *e) {
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
     __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
-    e->plan.hold = ATOMIC_GET(e->hold_now) || e->plan.override <= 0.0 || feed_job_pending(e);
+    e->plan.hold = wants_hold(e);
     if (e->drive.planner) drive_commit(e);
     else commit(e, choose_window(e));
     if (weight > 0.0) e->plan.cpu_s += weight * greater(0.0, thread_cpu_s() - t0 - e->plan.clock_s);

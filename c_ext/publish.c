@@ -12,7 +12,7 @@ static int32_t dint(double v) { return v >= 2147483647.0 ? INT32_MAX : v <= -214
 /* Level control unit (hli_reference 2.2): the PLC's command counts while plc_present_w and enable_w. */
 static bool level_bool(MC_CONTROL_BOOL_UNIT *u, bool present, bool fallback) {
     bool value = present && flag(&u->enable_w) ? flag(&u->command_w) : fallback;
-    store_u8_release(&u->state_r, value);
+    show_u8(&u->state_r, value);
     return value;
 }
 
@@ -25,7 +25,7 @@ static uint32_t level_override(engine *e, MC_CONTROL_UNS16_UNIT *u, bool present
             e->bad_commands++;
         }
     }
-    store_u16_relaxed(&u->state_r, (uint16_t)value);
+    show_u16(&u->state_r, (uint16_t)value);
     return value;
 }
 
@@ -67,7 +67,7 @@ static bool take_external_speed(engine *e, HLI_BAHN_MC_CONTROL *c, bool present)
     bool valid = level_bool(&c->ext_command_speed_valid, present, false) && flag(&c->ext_command_speed.enable_w);
     int32_t speed = valid ? (int32_t)load_u32_relaxed((uint32_t *)&c->ext_command_speed.command_w) : 0;
     double value = valid ? fabs(speed / 1000.0) : NEVER;
-    store_u32_relaxed((uint32_t *)&c->ext_command_speed.state_r, (uint32_t)speed);
+    show_u32((uint32_t *)&c->ext_command_speed.state_r, (uint32_t)speed);
     __atomic_store(&e->ext_speed, &value, __ATOMIC_RELEASE);
     return speed < 0;
 }
@@ -84,7 +84,7 @@ static double rapid_factor(const engine *e, double feed, double rapid) {
 /* Delete distance to go: the rising edge counts; state_r says that it was seen. */
 static void take_shortcut(engine *e, HLI_BAHN_MC_CONTROL *c, bool present) {
     uint32_t mask = present && flag(&c->del_dist_to_go_end.enable_w) ? load_u32_relaxed(&c->del_dist_to_go_end.command_w) : 0;
-    store_u32_relaxed(&c->del_dist_to_go_end.state_r, mask);
+    show_u32(&c->del_dist_to_go_end.state_r, mask);
     ATOMIC_SET(e->shortcut_mask, mask);
     bool wanted = level_bool(&c->delete_distance_to_go, present, false);
     if (wanted && !e->shortcut_seen && e->store_kept && !e->program_end) ATOMIC_SET(e->shortcut_requests, e->shortcut_requests + 1);
@@ -158,15 +158,15 @@ static void publish_axis(engine *e, int i) {
     int32_t now = dint(g->position[i] * TENTH_UM);
     uint16_t state = g->v > 0 ? 3 : 1;
     HLI_LR_STATE *lr = &e->segment->axis[i].lr_state;
-    store_u32_relaxed(&k->cmd_position_r, (uint32_t)dint(target * TENTH_UM));
-    store_u32_relaxed(&k->act_position_r, (uint32_t)now);
-    store_u32_relaxed(&k->current_position_r, (uint32_t)now);
-    store_u32_relaxed(&k->acs_position_r, (uint32_t)now);
-    store_u16_relaxed(&k->state_r, state);
-    store_u32_relaxed(&lr->end_position_acs_r, (uint32_t)dint(target * TENTH_UM));
-    store_u32_relaxed(&lr->active_position_acs_r, (uint32_t)now);
-    store_u32_relaxed(&lr->current_position_acs_r, (uint32_t)now);
-    store_u16_relaxed(&lr->axis_state_r, state);
+    show_u32(&k->cmd_position_r, (uint32_t)dint(target * TENTH_UM));
+    show_u32(&k->act_position_r, (uint32_t)now);
+    show_u32(&k->current_position_r, (uint32_t)now);
+    show_u32(&k->acs_position_r, (uint32_t)now);
+    show_u16(&k->state_r, state);
+    show_u32(&lr->end_position_acs_r, (uint32_t)dint(target * TENTH_UM));
+    show_u32(&lr->active_position_acs_r, (uint32_t)now);
+    show_u32(&lr->current_position_acs_r, (uint32_t)now);
+    show_u16(&lr->axis_state_r, state);
 }
 
 static double display_distance(engine *e) {
@@ -194,9 +194,9 @@ static void publish_next_stop(engine *e) {
     HLI_INSERT_CMD_STATE *s = &e->channel->bahn_mc_control.insert_cmd.state_r;
     bool found = e->stops_done < ATOMIC_GET(e->stops_fed);
     const inserted_stop *stop = &e->stops[e->stops_done % STOPS_MAX];
-    store_f64_relaxed(&s->distance_of_next_stop, found ? load_f64_relaxed(&stop->dist) * TENTH_UM : -1.0);
+    show_f64(&s->distance_of_next_stop, found ? load_f64_relaxed(&stop->dist) * TENTH_UM : -1.0);
     for (int i = 0; i < e->cfg.axis_count; i++)
-        store_u32_relaxed((uint32_t *)&s->position_at_next_stop[i], (uint32_t)(found ? dint(load_f64_relaxed(&stop->position[i]) * TENTH_UM) : 0));
+        show_u32((uint32_t *)&s->position_at_next_stop[i], (uint32_t)(found ? dint(load_f64_relaxed(&stop->position[i]) * TENTH_UM) : 0));
 }
 
 static void publish_bahn(engine *e) {
@@ -204,39 +204,39 @@ static void publish_bahn(engine *e) {
     HLI_BAHN_STATE *b = &e->channel->bahn_state;
     const piece *p = g->piece == UINT64_MAX ? NULL : piece_at(e, g->piece);
     bool motion = p && is_motion(p);
-    store_f64_relaxed(&b->dist_prog_start, display_distance(e));
+    show_f64(&b->dist_prog_start, display_distance(e));
     /* the planner may shorten the piece in which GEO stands: read once */
     double length = !motion ? 0.0 : p->mapped ? element_at(e, g->active)->facts.length / TENTH_UM : load_f64_relaxed(&p->length);
     double driven = !motion ? 0.0 : p->mapped ? fmin(g->element_distance, length) : g->s;
-    store_f64_relaxed(&b->dist_to_go_r, (length - driven) * TENTH_UM);
-    store_u32_relaxed(&b->covered_distance_r, length > 0.0 ? (uint32_t)lrint(1000.0 * driven / length) : 0);
-    store_u32_relaxed(&b->block_count_r, g->count);
-    store_u32_relaxed(&b->block_number_r, g->n);
-    store_u32_relaxed(&b->command_feed_r, (uint32_t)dint(g->feed * 1000.0));
+    show_f64(&b->dist_to_go_r, (length - driven) * TENTH_UM);
+    show_u32(&b->covered_distance_r, length > 0.0 ? (uint32_t)lrint(1000.0 * driven / length) : 0);
+    show_u32(&b->block_count_r, g->count);
+    show_u32(&b->block_number_r, g->n);
+    show_u32(&b->command_feed_r, (uint32_t)dint(g->feed * 1000.0));
     bool external = e->ext_speed < NEVER && motion && p->dir < 0;
-    store_u32_relaxed(&b->active_feed_r, (uint32_t)dint((external ? -g->v : g->v) * 1000.0));
-    store_u32_relaxed(&b->stop_condition_r, stop_conditions(e));
-    store_u32_relaxed(&b->tool_nr_r, (uint32_t)g->tool);
-    store_u16_relaxed(&b->override_r, (uint16_t)lrint(e->override_now * OVERRIDE_FULL));
-    store_u8_release(&b->interpolation_active_r, motion && g->has_phase);
-    store_u8_release(&b->axes_in_position_r, g->v <= 0);
-    store_u8_release(&b->wait_continue_r, g->waiting_continue);
-    store_u8_release(&b->wait_techno_acknowledge_r, g->waiting_techno);
-    store_u8_release(&b->dwell_time_active_r, g->dwelling && g->has_phase);
-    store_u8_release(&b->feedhold_active_r, e->hold_now != 0);
-    store_u8_release(&b->rapid_active_r, motion && g->rapid);
-    store_u8_release(&e->channel->decoder_state.program_end_r, ATOMIC_GET(e->finished) != 0);
-    store_u8_release(&b->program_end_r, e->program_end != 0);
-    store_u8_release(&b->wait_error_removal_r, ATOMIC_GET(e->mode_state) == 6u);
-    store_u8_release(&e->channel->decoder_state.wait_after_error_r, ATOMIC_GET(e->mode_state) == 6u);
-    store_u32_relaxed(&b->error_id_r, ATOMIC_GET(e->error_id));
-    store_u8_release(&b->error_r, ATOMIC_GET(e->error_id) != 0);
+    show_u32(&b->active_feed_r, (uint32_t)dint((external ? -geo_path_speed(e) : geo_path_speed(e)) * 1000.0));
+    show_u32(&b->stop_condition_r, stop_conditions(e));
+    show_u32(&b->tool_nr_r, (uint32_t)g->tool);
+    show_u16(&b->override_r, (uint16_t)lrint(e->override_now * OVERRIDE_FULL));
+    show_u8(&b->interpolation_active_r, motion && g->has_phase);
+    show_u8(&b->axes_in_position_r, g->v <= 0);
+    show_u8(&b->wait_continue_r, g->waiting_continue);
+    show_u8(&b->wait_techno_acknowledge_r, g->waiting_techno);
+    show_u8(&b->dwell_time_active_r, g->dwelling && g->has_phase);
+    show_u8(&b->feedhold_active_r, e->hold_now != 0);
+    show_u8(&b->rapid_active_r, motion && g->rapid);
+    show_u8(&e->channel->decoder_state.program_end_r, ATOMIC_GET(e->finished) != 0);
+    show_u8(&b->program_end_r, e->program_end != 0);
+    show_u8(&b->wait_error_removal_r, ATOMIC_GET(e->mode_state) == 6u);
+    show_u8(&e->channel->decoder_state.wait_after_error_r, ATOMIC_GET(e->mode_state) == 6u);
+    show_u32(&b->error_id_r, ATOMIC_GET(e->error_id));
+    show_u8(&b->error_r, ATOMIC_GET(e->error_id) != 0);
     if (ATOMIC_GET(e->name_changed)) {
         ATOMIC_SET(e->name_changed, 0);
         memcpy(b->prog_name_r, e->program_name, sizeof e->program_name);
     }
-    store_u8_release(&b->backward_active_r, motion && p->dir < 0);
-    store_u8_release(&b->delete_distance_to_go_active_r, ATOMIC_GET(e->feed.shortcuts) != e->shortcut_requests || (motion && p->shortcut));
+    show_u8(&b->backward_active_r, motion && p->dir < 0);
+    show_u8(&b->delete_distance_to_go_active_r, ATOMIC_GET(e->feed.shortcuts) != e->shortcut_requests || (motion && p->shortcut));
     publish_next_stop(e);
     foresight_publish(e);
 }
@@ -245,9 +245,9 @@ static void publish_bahn(engine *e) {
 static void publish_lookahead(engine *e) {
     HLI_CONTOUR_LOOKAHEAD_STATE *s = &e->channel->contour_lookahead.state;
     uint32_t active = ATOMIC_GET(e->log.active);
-    store_f64_relaxed(&s->max_dist_prog_start, max_dist_prog_start(e));
-    store_u32_release(&s->count_logged_blocks, ATOMIC_GET(e->log.count));
-    store_u8_release(&s->f_log_is_active, active != 0);
+    show_f64(&s->max_dist_prog_start, max_dist_prog_start(e));
+    show_u32(&s->count_logged_blocks, ATOMIC_GET(e->log.count));
+    show_u8(&s->f_log_is_active, active != 0);
 }
 
 static void publish_stats(engine *e) {

@@ -160,6 +160,7 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     p->whole = p->length;
     if (row->flags & NC_PIECE) {
         map_piece(e, p, row->value);
+        if (row->flags & NC_BY_PARAMETER) p->path_rate = p->dist_rate;
     } else {
         p->element = e->element_head;
         p->dist0 = e->distance / TENTH_UM;
@@ -167,7 +168,7 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
         memcpy(e->element_end, row->end, sizeof e->element_end);
         map_behind_element(e);
     }
-    e->pushed_path += p->length;
+    e->pushed_path += p->length * p->path_rate;
     memcpy(e->last_end, row->end, sizeof e->last_end);
     e->last_count = p->count;
     e->has_motion_piece = true;

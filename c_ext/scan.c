@@ -171,7 +171,7 @@ static int read_word(cursor *c, const nc_modal *m, nc_words *w)
         w->set |= NC_WORD_N;
         return read_integer(c, &w->n);
     case 'F':
-        return read_once(c, m->rules, &w->set, NC_WORD_F, &w->f);
+        return read_once(c, m->rules, &w->set, NC_WORD_F, &w->f) && (w->f > 0.0 || !(m->rules & NC_RULE_FEED_POSITIVE));
     default:
         if (!w->column)
             w->column = column;

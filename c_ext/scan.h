@@ -38,6 +38,7 @@
 #define NC_RULE_CENTRE_DISTANCE 128 /* under G91 centre words count from the start, whatever centre_absolute says */
 #define NC_RULE_NO_PLANES 512    /* not plain: G17, G18, G19 */
 #define NC_RULE_NO_BRACKETS 256 /* not plain: `(` */
+#define NC_RULE_FEED_POSITIVE 1024 /* not plain: F that is not positive */
 
 /* numbers of cnc_core.errors */
 #define NC_ERROR_PLANE_COMPENSATED 20133

@@ -7,9 +7,15 @@
 #define LEAVE_OUT 0.25    /* share of the tolerance: points closer to the last one are left out */
 #define MERGE 0.01        /* share of the tolerance (1e-4 mm at most): collinear points are left out */
 #define MERGE_MAX 1e-4
+#define MERGED 128        /* points left out on one chord at the most */
 #define SAGITTA 0.05      /* share of the tolerance that the chords of an arc use up */
-#define TURN_PER_SPAN 0.12
-#define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle */
+#define TURN_PER_SPAN 0.18
+#define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle; at corners 1 */
+#define KINK 24.0         /* tolerances over the turn: run-out of a curve */
+#define FAST_LEAST 0.5    /* mm: run-out of a curve that hardly bends */
+#define SHARP_FROM 1.2    /* rad: turns are blended by curves below, */
+#define SHARP_TO 1.6      /* ... and as corners above */
+#define MAIN_LEAST 0.02   /* share of the main axes in a chord: below it, the path is too short for the turns of the others */
 #define HELD_MAX 8192     /* rows held back; then the section is ended */
 
 void nc_smooth_free(nc_smooth *s) {
@@ -20,10 +26,7 @@ void nc_smooth_free(nc_smooth *s) {
     free(s);
 }
 
-void nc_smooth_get_stats(const nc_smooth *s, nc_smooth_stats *out) {
-    *out = s->stats;
-    if (s->tol > 0 && s->cfg.tolerance > 0) out->rotary_deviation *= s->cfg.rotary_tolerance / s->cfg.tolerance;
-}
+void nc_smooth_get_stats(const nc_smooth *s, nc_smooth_stats *out) { *out = s->stats; }
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------ */
 
@@ -70,12 +73,23 @@ static double turn_at(const nc_smooth *s, const node *a, const node *b, const no
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }
 
+/* How much a turn is a corner, 0..1: where lines meet at a large angle a short blend is faster than a long curve, which is slow
+ * over all of its way. */
+static double sharpness(double turn) { return fmin(1.0, fmax(0.0, (turn - SHARP_FROM) / (SHARP_TO - SHARP_FROM))); }
+
+/* Way over which a turn may be spread so that it does not slow the machine down at any speed. */
+static double fast_length(const nc_smooth *s, double turn) {
+    double v2 = s->cfg.feed * s->cfg.feed / s->cfg.accel; /* jerk: what builds up the acceleration in 0.1 s */
+    return fmax(FAST_LEAST, fmax(2.0 * turn * v2, sqrt(0.4 * turn * v2 * s->cfg.feed)));
+}
+
 /* How far along a long line the curve may begin before a node with this turn, next to a chord of this length. */
 static double run_out(const nc_smooth *s, const node *n, double beside) {
     if (n->kind == NODE_BREAK) return 0.0;
-    double turn = fmax(n->turn, 1e-9);
-    double smooth = 3.0 * sqrt(8.0 * s->tol * beside / turn), kink = 16.0 * s->tol / turn;
-    return fmax(10.0 * s->tol, fmin(smooth, kink));
+    double turn = fmax(n->turn, 1e-9), corner = corner_distance(s, turn);
+    double smooth = fmin(3.0 * sqrt(8.0 * s->tol * beside / turn), fast_length(s, turn));
+    double curve = fmax(fmin(smooth, KINK * s->tol / turn), 10.0 * s->tol);
+    return fmax(corner, curve + sharpness(turn) * (corner - curve));
 }
 
 static node between(const nc_smooth *s, const node *a, const node *b, double r, uint8_t kind, double size) {
@@ -86,6 +100,7 @@ static node between(const nc_smooth *s, const node *a, const node *b, double r, 
     n.turn = 0.0;
     n.size = size;
     n.mark = false;
+    n.end_speed = 0.0f;
     for (int i = 0; i < s->cfg.axes; i++) n.q[i] = a->q[i] + r * (b->q[i] - a->q[i]);
     return n;
 }
@@ -96,7 +111,8 @@ static void split_long(nc_smooth *s, int i, double beside_next) {
     double own = b.t - a.t;
     if (a.kind == NODE_HEAD || a.kind == NODE_TAIL) return;
     double left = run_out(s, &a, a.len), right = run_out(s, &b, beside_next);
-    if (own < LONG_LINE * (left + right) || s->n_nodes + 2 > NODES) return;
+    double least = left * (LONG_LINE - (LONG_LINE - 1.0) * sharpness(a.turn)) + right * (LONG_LINE - (LONG_LINE - 1.0) * sharpness(b.turn));
+    if (own < least || s->n_nodes + 2 > NODES) return;
     if (left + right <= 0.0) return;
     node add[2];
     int n = 0;
@@ -151,11 +167,10 @@ static void work(nc_smooth *s, int known) {
         known -= before - s->n_nodes;
         s->measure = 0.0;
     }
-    while (known > 4 && (s->measure >= SPANS_FULL || s->n_nodes > NODES - 8)) {
+    while (known > 4 && (s->measure >= SPANS_FULL || s->n_nodes > NODES_FULL)) {
         int before = s->n_nodes;
         window_advance(s, known - 1, false);
         known -= before - s->n_nodes;
-        s->measure = fmin(s->measure - COMMIT_SPANS, (double)SPANS_FULL - 20.0);
     }
 }
 
@@ -178,27 +193,43 @@ static void add_node(nc_smooth *s, const node *n) {
     work(s, s->n_nodes - 1);
 }
 
+/* The directions in which a chord passes all points left out on it: a ball around `toward`. Each point leaves a ball of its own,
+ * and what is kept of the common part is a ball again. */
+static void narrow(nc_smooth *s, const double *u, double radius) {
+    double apart = s->merged_n ? distance(s, u, s->toward) : 0.0;
+    if (s->merged_n == 0 || apart + radius <= s->spread) {
+        memcpy(s->toward, u, sizeof s->toward);
+        s->spread = radius;
+    } else if (apart + s->spread > radius) {
+        double common = 0.5 * (s->spread + radius - apart), shift = apart > 0.0 ? (s->spread - common) / apart : 0.0;
+        for (int a = 0; a < s->cfg.axes; a++) s->toward[a] += shift * (u[a] - s->toward[a]);
+        s->spread = common;
+    }
+}
+
+static double direction_to(const nc_smooth *s, const double *from, const double *to, double *u) {
+    double length = distance(s, from, to);
+    for (int a = 0; a < NC_AXES; a++) u[a] = a < s->cfg.axes ? (to[a] - from[a]) / length : 0.0;
+    return length;
+}
+
 /* Collinear with the chord that ends at the last node: that node moves. */
 static bool merge(nc_smooth *s, const node *n) {
     node *at = last_node(s);
     double allowed = fmin(MERGE * s->tol, MERGE_MAX);
-    if (s->n_nodes < 2 || at->mark || at->kind != NODE_VERTEX || at->slack > allowed || n->slack > allowed || s->merged_n >= 32) return false;
-    if (at[-1].kind == NODE_TAIL || at->feed != n->feed || at->t <= s->out_t) return false;
+    if (s->n_nodes < 2 || at->mark || at->kind != NODE_VERTEX || at->slack > allowed || n->slack > allowed || s->merged_n >= MERGED) return false;
+    if (at[-1].kind == NODE_TAIL || at->feed != n->feed || at->flags != n->flags || at->t <= s->out_t) return false;
     if (s->keep.valid && at[-1].t < s->keep.tau[s->keep.spans + 5]) return false;
     const node *from = at - 1;
-    double length = distance(s, from->q, n->q), u[NC_AXES], d_at = 0.0;
-    if (length <= distance(s, from->q, at->q) + ZERO) return false;
-    for (int k = 0; k < s->cfg.axes; k++) u[k] = (n->q[k] - from->q[k]) / length;
-    memcpy(s->merged[s->merged_n], at->q, sizeof at->q);
-    for (int m = 0; m <= s->merged_n; m++) {
-        double along = 0.0, off = 0.0;
-        for (int k = 0; k < s->cfg.axes; k++) along += (s->merged[m][k] - from->q[k]) * u[k];
-        for (int k = 0; k < s->cfg.axes; k++) {
-            double e = s->merged[m][k] - from->q[k] - along * u[k];
-            off += e * e;
-        }
-        if (off > allowed * allowed || along < d_at) return false;
-        d_at = along;
+    double u[NC_AXES], v[NC_AXES], before = direction_to(s, from->q, at->q, u), length = direction_to(s, from->q, n->q, v);
+    if (length <= before + ZERO) return false;
+    double toward[NC_AXES], spread = s->spread;
+    memcpy(toward, s->toward, sizeof toward);
+    narrow(s, u, allowed / before);
+    if (distance(s, v, s->toward) > s->spread) {
+        memcpy(s->toward, toward, sizeof toward);
+        s->spread = spread;
+        return false;
     }
     s->merged_n++;
     double t = from->t + length;
@@ -216,6 +247,7 @@ static void add_point(nc_smooth *s, const nc_block *row, double slack) {
     node n = {.t = at->t + length, .d = s->d, .kind = NODE_VERTEX, .slack = fmax(slack, s->skipped), .len = length, .size = 1e9};
     memcpy(n.q, s->last, sizeof n.q);
     n.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
+    n.flags = row->flags & NC_NO_OVERRIDE;
     n.n = row->n;
     n.line = row->line;
     n.count = row->count;
@@ -283,12 +315,21 @@ static void stop_here(nc_smooth *s) {
         }
 }
 
+/* The node here, or the last one if this is next to it, is passed no faster. */
+static void slow_point(nc_smooth *s, float speed) {
+    node *n = last_node(s);
+    if (s->n_nodes < 2) return;
+    n->mark = true;
+    n->end_speed = n->end_speed > 0.0f ? fminf(n->end_speed, speed) : speed;
+}
+
 static void line_point(nc_smooth *s, const nc_block *row) {
     for (int a = 0; a < s->cfg.axes; a++) s->last[a] = row->end[a] * s->scale[a];
     s->d += row->length;
     double length = distance(s, last_node(s)->q, s->last);
     if (length < LEAVE_OUT * s->tol && !last_node(s)->mark) s->skipped = fmax(s->skipped, length);
     else if (length > ZERO) add_point(s, row, 0.0);
+    if (row->end_speed > 0.0f) slow_point(s, row->end_speed);
 }
 
 static void arc_points(nc_smooth *s, const nc_block *row) {
@@ -308,16 +349,20 @@ static void arc_points(nc_smooth *s, const nc_block *row) {
         s->d = d0 + r * row->length;
         if (distance(s, last_node(s)->q, s->last) > ZERO) add_point(s, row, sagitta);
     }
+    if (row->end_speed > 0.0f) slow_point(s, row->end_speed);
 }
 
 static bool smoothable(const nc_smooth *s, const nc_block *row) {
     if (!(s->tol > 0.0) || (row->flags & NC_RAPID) || row->type == NC_POLYNOMIAL || !(row->feed > 0.0)) return false;
     if (s->longest > 0.0 && row->length > s->longest) return false;
     if (row->type == NC_CIRCULAR) return true;
-    double main = 0.0;
-    for (int a = 0; a < s->cfg.axes; a++)
-        if (in_main(s, a)) main += pow(row->end[a] * s->scale[a] - s->last[a], 2);
-    return main > 1e-12;
+    double main = 0.0, all = 0.0;
+    for (int a = 0; a < s->cfg.axes; a++) {
+        double d = row->end[a] * s->scale[a] - s->last[a];
+        all += d * d;
+        if (in_main(s, a)) main += d * d;
+    }
+    return main > 1e-12 && main >= MAIN_LEAST * MAIN_LEAST * all;
 }
 
 static void take_motion(nc_smooth *s, const nc_block *row, const double *pool) {
@@ -325,7 +370,8 @@ static void take_motion(nc_smooth *s, const nc_block *row, const double *pool) {
         exact_motion(s, row, pool);
         return;
     }
-    if (last_node(s)->feed >= 0.0 && last_node(s)->feed != row->feed) node_here(s)->mark = true;
+    bool same = last_node(s)->feed == row->feed && last_node(s)->flags == (row->flags & NC_NO_OVERRIDE);
+    if (last_node(s)->feed >= 0.0 && !same) node_here(s)->mark = true;
     if (row->type == NC_CIRCULAR) node_here(s);
     bool function = s->has_function && row->count == s->function_count;
     emit_hold(s, row, last_node(s)->t, true);
@@ -344,6 +390,7 @@ static void set_mode(nc_smooth *s, const nc_block *row) {
     double tol = row->value > 0.0 ? row->value : s->cfg.tolerance;
     double rotary = row->radius > 0.0 ? row->radius : s->cfg.rotary_tolerance;
     s->tol = row->code ? tol : 0.0;
+    s->degrees = s->cfg.rotary ? rotary / tol : 0.0;
     s->cfg.turn_max = row->angle > 0.0 ? row->angle : s->turn_configured;
     s->longest = row->length;
     for (int a = 0; a < s->cfg.axes; a++) s->scale[a] = s->tol > 0.0 && s->cfg.rotary >> a & 1 ? tol / rotary : 1.0;
@@ -352,7 +399,8 @@ static void set_mode(nc_smooth *s, const nc_block *row) {
 
 static bool ends_section(const nc_block *row) {
     if (row->flags & NC_STANDSTILL) return true;
-    return row->type == NC_DWELL || row->type == NC_FLUSH || row->type == NC_DISTANCE_RESET || row->type == NC_EVENT ||
+    if (row->type == NC_EVENT) return row->code != NC_EVENT_COMMAND;
+    return row->type == NC_DWELL || row->type == NC_FLUSH || row->type == NC_DISTANCE_RESET ||
            row->type == NC_RT_LOOP_BEGIN || row->type == NC_RT_LOOP_END || row->type == NC_COMPENSATION;
 }
 

@@ -8,6 +8,9 @@
 #define REACH (7.0 / 64.0)
 #define STRAIGHT 1e-7 /* rad */
 
+/* Distance from the corner at which a blend begins that uses up the tolerance. */
+double corner_distance(const nc_smooth *s, double turn) { return s->tol / (REACH * 2.0 * sin(0.5 * turn)); }
+
 static void direction(const node *a, const node *b, int axes, double *u) {
     for (int k = 0; k < axes; k++) u[k] = (b->q[k] - a->q[k]) / (b->t - a->t);
 }
@@ -55,7 +58,7 @@ void corner_path(nc_smooth *s, int end) {
         if (n[i].t - d > from + 1e-12) emit_line(s, &n[i - 1], &n[i], from, n[i].t - d);
         blend(s, &n[i], u, v, d);
         s->stats.deviation = fmax(s->stats.deviation, REACH * d * linear + n[i].slack);
-        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, REACH * d * rotary + n[i].slack);
+        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, (REACH * d * rotary + n[i].slack) * s->degrees);
         from = n[i].t + d;
     }
     if (from < n[end].t) emit_line(s, &n[end - 1], &n[end], from, n[end].t);

@@ -62,7 +62,7 @@ static void place(nc_block *row, const node *at) {
     row->count = at->count;
     row->file = at->file;
     row->feed = at->feed;
-    row->flags = NC_PIECE | (at->feed > 0 ? 0 : NC_RAPID);
+    row->flags = (uint16_t)(NC_PIECE | at->flags | (at->feed > 0 ? 0 : NC_RAPID));
 }
 
 /* A line that is driven as it was programmed stays one row, element and piece. */
@@ -113,6 +113,7 @@ void emit_line(nc_smooth *s, const node *from, const node *to, double t0, double
     for (int a = 0; a < s->cfg.axes; a++)
         s->line.end[a] = (r == 1.0 ? to->q[a] : from->q[a] + r * (to->q[a] - from->q[a])) / s->scale[a];
     place(&s->line, to);
+    s->line.end_speed = t1 == to->t ? to->end_speed : 0.0f;
     s->line.value += (t1 - t0) / rest * (to->d - from->d);
     s->out_t = t1;
 }
@@ -147,6 +148,7 @@ static void put_curve(nc_smooth *s, double c[][ORDER], double t0, double t1, con
     row.value = programmed;
     curve_position(&built, 1.0, row.end);
     for (int a = 0; a < s->cfg.axes && at->kind == NODE_BREAK && t1 == at->t; a++) row.end[a] = at->q[a] / s->scale[a];
+    if (fabs(t1 - at->t) < SAME) row.end_speed = at->end_speed;
     emit_row(s, &row);
     memcpy(s->out_at, row.end, sizeof s->out_at);
     s->out_t = t1;

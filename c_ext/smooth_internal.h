@@ -10,9 +10,11 @@
 #define ORDER 6
 #define SIZE_GROWTH 0.7  /* of the wanted span length per distance from a kink */
 #define SPANS_FULL 60    /* spans that make a window worth solving */
+#define SPANS_LEAST 50   /* fewer are not: nodes are waited for */
 #define SPANS_ROOM 160   /* spans a window can hold at the most */
-#define COMMIT_SPANS 30  /* committed of a full window */
+#define COMMIT_SPANS 40  /* committed of a full window */
 #define NODES 2048       /* nodes of the section in work */
+#define NODES_FULL (NODES - 8)
 #define SITES (NODES + SPANS_ROOM)
 #define CONTROLS (SPANS_ROOM + 5)
 #define KNOTS (CONTROLS + 6)
@@ -34,7 +36,9 @@ typedef struct node {
     double slack;  /* deviation used up by the chord that ends here (points left out, arcs) */
     double feed;   /* of the chord that ends here; 0 rapid */
     double len;    /* of that chord as programmed, scaled */
+    float end_speed; /* largest speed at it, mm/s; 0: none */
     uint8_t kind;
+    uint16_t flags; /* of the row: NC_NO_OVERRIDE */
     bool mark;     /* a piece must end here: feed changes, or a row that is not motion takes effect */
     uint32_t n, line, count;
     uint16_t file;
@@ -52,12 +56,14 @@ typedef struct site {
     int span;
     double miss;  /* residual over target */
     double allowed;
+    bool wish;    /* the target is closer than the tolerance asks for */
 } site;
 
 typedef struct window {
     double tau[KNOTS];              /* knots */
     double c[CONTROLS][NC_AXES];    /* control points */
     double m[SPANS_ROOM][ORDER][ORDER]; /* basis functions of each span as polynomials of x = 0..1 */
+    double fair[SPANS_ROOM][ORDER * (ORDER + 1) / 2]; /* fairness of each span, upper triangle */
     double rho[SPANS_ROOM], raise[SPANS_ROOM];
     site sites[SITES];
     double band[CONTROLS][ORDER];
@@ -77,14 +83,15 @@ struct nc_smooth {
     double scale[NC_AXES];  /* scaled = scale * axis value */
     uint16_t main_mask;
     double tol;             /* of all groups, in scaled coordinates; 0: off */
+    double degrees;         /* of the rotary axes for 1 in scaled coordinates; 0: there are none */
     /* intake */
     double last[NC_AXES];   /* programmed position, scaled */
     double t, d;
     bool has_function;       /* rows that are not motion came with this block_count last */
     uint32_t function_count;
     double skipped;          /* farthest point left out behind the last node */
-    double merged[32][NC_AXES]; /* points left out on the last chord, collinear */
-    int merged_n;
+    int merged_n;            /* points left out on the last chord, collinear */
+    double toward[NC_AXES], spread; /* directions of that chord that pass them */
     double measure;          /* knot spans that the settled nodes ask for */
     node nodes[NODES];
     int n_nodes;            /* node 0 is where what is written so far ends */
@@ -118,6 +125,7 @@ static inline double dot(const double *a, const double *b, int n) {
 
 /* smooth_spline.c */
 void spline_span_basis(const double *tau, int span, double m[ORDER][ORDER]);
+void spline_fairness(window *w, int span);
 void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]);
 void spline_solve(window *w, int axes);
 void spline_piece(const window *w, int span, int axes, double out[][ORDER]);
@@ -141,6 +149,7 @@ void drop_nodes(nc_smooth *s, int n);
 /* smooth_corner.c */
 /* The exact chords from nodes[0] (from contour parameter out_t on) to nodes[end] with blends at the corners between. */
 void corner_path(nc_smooth *s, int end);
+double corner_distance(const nc_smooth *s, double turn);
 
 /* smooth_emit.c */
 void emit_hold(nc_smooth *s, const nc_block *row, double t, bool motion);

@@ -36,18 +36,17 @@ void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]) {
 
 /* Coefficients of the curve on one span, over x = 0..1. */
 void spline_piece(const window *w, int span, int axes, double out[][ORDER]) {
-    for (int a = 0; a < axes; a++)
-        for (int k = 0; k < ORDER; k++) {
-            double sum = 0.0;
-            for (int j = 0; j < ORDER; j++) sum += w->m[span][j][k] * w->c[span + j][a];
-            out[a][k] = sum;
-        }
+    for (int a = 0; a < axes; a++) {
+        double sum[ORDER] = {0.0};
+        for (int j = 0; j < ORDER; j++)
+            for (int k = 0; k < ORDER; k++) sum[k] += w->m[span][j][k] * w->c[span + j][a];
+        memcpy(out[a], sum, sizeof sum);
+    }
 }
 
-/* rho * integral of the product of third derivatives, added to the band. */
-static void add_fairness(window *w, int span) {
-    double h = w->tau[span + 6] - w->tau[span + 5], h2 = h * h, f = w->rho[span] / (h2 * h2 * h);
-    double d[ORDER][3];
+/* Integrals of the products of third derivatives over a span, row by row of the upper triangle. */
+void spline_fairness(window *w, int span) {
+    double h = w->tau[span + 6] - w->tau[span + 5], h2 = h * h, f = 1.0 / (h2 * h2 * h), d[ORDER][3], *out = w->fair[span];
     for (int j = 0; j < ORDER; j++) {
         d[j][0] = 6.0 * w->m[span][j][3];
         d[j][1] = 24.0 * w->m[span][j][4];
@@ -55,10 +54,15 @@ static void add_fairness(window *w, int span) {
     }
     for (int i = 0; i < ORDER; i++)
         for (int j = i; j < ORDER; j++)
-            w->band[span + i][j - i] +=
-                f * (d[i][0] * d[j][0] + (d[i][0] * d[j][1] + d[i][1] * d[j][0]) / 2.0 +
-                     (d[i][0] * d[j][2] + d[i][1] * d[j][1] + d[i][2] * d[j][0]) / 3.0 +
-                     (d[i][1] * d[j][2] + d[i][2] * d[j][1]) / 4.0 + d[i][2] * d[j][2] / 5.0);
+            *out++ = f * (d[i][0] * d[j][0] + (d[i][0] * d[j][1] + d[i][1] * d[j][0]) / 2.0 +
+                          (d[i][0] * d[j][2] + d[i][1] * d[j][1] + d[i][2] * d[j][0]) / 3.0 +
+                          (d[i][1] * d[j][2] + d[i][2] * d[j][1]) / 4.0 + d[i][2] * d[j][2] / 5.0);
+}
+
+static void add_fairness(window *w, int span) {
+    const double *f = w->fair[span];
+    for (int i = 0; i < ORDER; i++)
+        for (int j = 0; i + j < ORDER; j++) w->band[span + i][j] += w->rho[span] * *f++;
 }
 
 static void add_site(window *w, const site *p, double (*right)[NC_AXES], int axes) {

@@ -2,16 +2,23 @@
 #include "smooth_internal.h"
 
 #define NODES_PER_SPAN 8
-#define ITERATIONS 24
+#define ITERATIONS 40
 #define SETTLE 5         /* iterations before a solution is looked at */
-#define POINT 0.1        /* share of the tolerance that points of smooth dense data get */
+#define POINT 0.01       /* share of the tolerance that points of smooth dense data get at the least */
+#define POINT_MAX 1e-4   /* ... and this in mm */
+#define NOISE 2.0        /* and how much of what they scatter */
 #define SHARE 0.92       /* share of it that all other points get: humps lie between them */
 #define STIFF 300.0       /* first weight of a span's points against its fairness */
 #define TIGHTER 0.92      /* what a failure does to the targets of its span */
 #define ADDED 0.7        /* share for points added where a hump was */
 #define WEIGHT_SPREAD 1e7 /* a weight's largest factor over its first */
-#define OVER 2.0         /* power of a residual above its target in its point's next weight */
+#define RELAX 1.5         /* growth of a target that is not met although more would be allowed */
+#define RELEASE 1.0       /* least factor on a weight once the window settles */
+#define WISH_LEAST 0.9    /* what is only wished lets go at any time, ... */
+#define WISH_SPREAD 1e4   /* ... and never pulls more than this */
+#define NEAR 1.5          /* of what is allowed: more at a point, and the spans need not be looked at */
 #define RHO_MIN 1e-5
+#define HEAD_KNOTS 10 /* what is written, and the control points it shares with what follows, feel no later knot */
 
 /* ---- knots ---------------------------------------------------------------------------------------------------- */
 
@@ -101,7 +108,7 @@ static int lay_out(nc_smooth *s, int end, bool final) {
     window *w = &s->w;
     int n; /* knots up to and with the last one, once */
     if (s->keep.valid) {
-        n = s->keep.spans + 6;
+        n = s->keep.spans + 6 < HEAD_KNOTS ? s->keep.spans + 6 : HEAD_KNOTS;
         memcpy(w->tau, s->keep.tau, sizeof(double) * (size_t)n);
         memcpy(w->c, s->keep.c, sizeof(w->c[0]) * 5);
         w->fixed_head = 5;
@@ -121,7 +128,10 @@ static int lay_out(nc_smooth *s, int end, bool final) {
     if (w->fixed_head == 1) memcpy(w->c[0], s->nodes[0].q, sizeof w->c[0]);
     if (w->fixed_tail == 3) clamp(s, end - 1, w->spans + 2);
     memcpy(w->c[w->spans + 4], s->nodes[end].q, sizeof w->c[0]);
-    for (int k = 0; k < w->spans; k++) spline_span_basis(w->tau, k, w->m[k]);
+    for (int k = 0; k < w->spans; k++) {
+        spline_span_basis(w->tau, k, w->m[k]);
+        spline_fairness(w, k);
+    }
     return end;
 }
 
@@ -132,6 +142,7 @@ static void add_point(window *w, const double *q, double t, double target, doubl
     p->target = target;
     p->allowed = allowed;
     p->span = span;
+    p->wish = target < SHARE * allowed;
     double h = w->tau[span + 6] - w->tau[span + 5];
     spline_basis_at(w->m[span], (t - w->tau[span + 5]) / h, p->basis);
 }
@@ -141,24 +152,52 @@ static double allowed_at(const nc_smooth *s, int i) {
     return fmax(s->tol - fmax(n->slack, n[1].slack), 0.1 * s->tol);
 }
 
-/* Smooth dense data: the chord leaves a curve through its points by little, so the points can be kept more closely. */
-static double target_of(const nc_smooth *s, int i) {
+/* How far node i lies off a smooth curve through its neighbours: its bend against that of the nodes beside it. */
+static double scatter_at(const nc_smooth *s, int i) {
     const node *n = &s->nodes[i];
-    double sagitta = 0.125 * n->turn * fmax(n->len, n[1].len);
-    double allowed = allowed_at(s, i);
-    return n->turn < 0.3 && sagitta < 0.3 * s->tol ? POINT * allowed : SHARE * allowed;
+    double sum = 0.0, before = n->t - n[-1].t, behind = n[1].t - n->t, r = before / (before + behind);
+    for (int a = 0; a < s->cfg.axes; a++) {
+        double rate[4];
+        for (int k = 0; k < 4; k++) rate[k] = (n[k - 1].q[a] - n[k - 2].q[a]) / (n[k - 1].t - n[k - 2].t);
+        double left = 2.0 * (rate[1] - rate[0]) / (n->t - n[-2].t), right = 2.0 * (rate[3] - rate[2]) / (n[2].t - n->t);
+        double own = 2.0 * (rate[2] - rate[1]) / (before + behind), off = own - (1.0 - r) * left - r * right;
+        sum += off * off;
+    }
+    return 0.5 * sqrt(sum) * before * behind;
+}
+
+/* The same for all nodes up to `end`, the mean of seven: rounding and noise of the data. */
+static void scatter(const nc_smooth *s, int end, double *out) {
+    double sum[NODES + 1] = {0.0};
+    for (int i = 0; i <= end; i++) sum[i + 1] = sum[i] + (i >= 2 && i + 2 <= end ? scatter_at(s, i) : 0.0);
+    for (int i = 0; i <= end; i++) {
+        int from = i - 3 > 2 ? i - 3 : 2, to = i + 3 < end - 2 ? i + 3 : end - 2;
+        if (from > to) from = to = i < 2 ? 2 : end - 2;
+        out[i] = end < 4 ? INFINITY : (sum[to + 1] - sum[from]) / (double)(to + 1 - from);
+    }
+}
+
+/* Smooth dense data: the chord leaves a curve through its points by little, so the points can be kept as closely as they
+ * are known; more buys nothing, and less would follow their rounding. */
+static double target_of(const nc_smooth *s, int i, double noise) {
+    const node *n = &s->nodes[i];
+    double sagitta = 0.125 * n->turn * fmax(n->len, n[1].len), allowed = allowed_at(s, i);
+    if (n->turn > 0.3 || sagitta > 0.3 * s->tol) return SHARE * allowed;
+    return fmin(fmax(fmin(POINT * allowed, POINT_MAX), NOISE * noise), SHARE * allowed);
 }
 
 /* Points of the contour that pull: nodes, and the middle of every span that holds none. */
 static void lay_sites(nc_smooth *s, int end) {
     window *w = &s->w;
     int i = 0;
+    double noise[NODES];
+    scatter(s, end, noise);
     w->sites_n = 0;
     while (i < end && s->nodes[i].t <= w->tau[5]) i++;
     for (int k = 0; k < w->spans; k++) {
         double from = w->tau[k + 5], to = w->tau[k + 6];
         int first = w->sites_n;
-        for (; i < end && s->nodes[i].t < to; i++) add_point(w, s->nodes[i].q, s->nodes[i].t, target_of(s, i), allowed_at(s, i), k, s->cfg.axes);
+        for (; i < end && s->nodes[i].t < to; i++) add_point(w, s->nodes[i].q, s->nodes[i].t, target_of(s, i, noise[i]), allowed_at(s, i), k, s->cfg.axes);
         double gap = w->sites_n > first ? 0.0 : 0.5;
         if (gap > 0.0 && w->sites_n < SITES) {
             double q[NC_AXES], t = from + gap * (to - from);
@@ -198,7 +237,10 @@ static void weigh_by_speed(nc_smooth *s, const double pieces[][NC_AXES][ORDER]) 
     }
     for (int k = 1; k < w->spans; k++) v2[k] = fmin(v2[k], v2[k - 1] + 2.0 * s->cfg.accel * (w->tau[k + 6] - w->tau[k + 5]));
     for (int k = w->spans - 1; k-- > 0;) v2[k] = fmin(v2[k], v2[k + 1] + 2.0 * s->cfg.accel * (w->tau[k + 7] - w->tau[k + 6]));
-    for (int k = 0; k < w->spans; k++) w->rho[k] = fmax(RHO_MIN, pow(v2[k] / top, 3.0));
+    for (int k = 0; k < w->spans; k++) {
+        double share = v2[k] / top;
+        w->rho[k] = fmax(RHO_MIN, share * share * share);
+    }
 }
 
 /* Residual of every point over its target; returns the largest over what is allowed. */
@@ -219,12 +261,18 @@ static double residuals(nc_smooth *s) {
     return most;
 }
 
-static void reweigh(window *w, double least) {
+/* Weights for the next solution. `relax`: closeness that was wanted and is not had is given up, up to what is allowed. */
+static void reweigh(window *w, double least, bool relax) {
     for (int k = 0; k < w->sites_n; k++) {
         site *p = &w->sites[k];
-        double factor = p->miss > 1.0 ? fmin(pow(p->miss, OVER), 100.0) : fmax(p->miss, least);
+        if (relax && p->wish && p->miss > 1.0) {
+            double target = fmin(RELAX * p->target, SHARE * p->allowed);
+            p->miss *= p->target / target;
+            p->target = target;
+        }
+        double factor = p->miss > 1.0 ? fmin(p->miss * p->miss, 100.0) : fmax(p->miss, p->wish ? fmin(least, WISH_LEAST) : least);
         double h = w->tau[p->span + 6] - w->tau[p->span + 5], first = STIFF * w->rho[p->span] / (h * h * h * h * h);
-        p->weight = fmin(p->weight * factor * w->raise[p->span], WEIGHT_SPREAD * first);
+        p->weight = fmin(p->weight * factor * w->raise[p->span], (p->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
     }
 }
 
@@ -237,12 +285,14 @@ static void add_where_it_fails(nc_smooth *s, int span, double t, const contour *
     for (int k = 0; k < w->sites_n; k++) {
         if (w->sites[k].span != span) continue;
         w->sites[k].target = fmax(TIGHTER * w->sites[k].target, 0.3 * allowed);
+        w->sites[k].wish = false;
         if (fabs(w->sites[k].t - t) < 1e-3 * (w->tau[span + 6] - w->tau[span + 5])) return;
         weight = fmax(weight, w->sites[k].weight);
     }
     on_chord(s, chord, t, q);
     add_point(w, q, t, ADDED * allowed, allowed, span, s->cfg.axes);
     w->sites[w->sites_n - 1].weight = weight;
+    w->sites[w->sites_n - 1].wish = false;
     w->sites[w->sites_n - 1].miss = 1.0;
 }
 
@@ -272,13 +322,14 @@ static bool iterate(nc_smooth *s, int end, double pieces[][NC_AXES][ORDER], doub
     for (int i = 0; i < ITERATIONS; i++) {
         spline_solve(w, s->cfg.axes);
         s->stats.solves++;
-        for (int k = 0; k < w->spans; k++) {
-            spline_piece(w, k, s->cfg.axes, pieces[k]);
-            w->raise[k] = 1.0;
-        }
         double most = residuals(s);
         if (!isfinite(most)) return false;
-        if (i >= SETTLE && (most < 1.0 || failed)) {
+        bool near = i >= SETTLE && (most < 1.0 || (failed && most < NEAR));
+        for (int k = 0; k < w->spans; k++) {
+            if (i < SETTLE || near) spline_piece(w, k, s->cfg.axes, pieces[k]);
+            w->raise[k] = 1.0;
+        }
+        if (near) {
             if (certify_window(s, pieces, end, deviation) <= 1.0) return true;
             failed = true;
         }
@@ -288,7 +339,7 @@ static bool iterate(nc_smooth *s, int end, double pieces[][NC_AXES][ORDER], doub
             weigh_by_speed(s, (const double(*)[NC_AXES][ORDER])pieces);
             for (int k = 0; k < w->sites_n; k++) w->sites[k].weight *= w->rho[w->sites[k].span] / before[w->sites[k].span];
         }
-        reweigh(w, i < 8 && !failed ? 0.1 : i < 14 && !failed ? 0.5 : 1.0);
+        reweigh(w, i < 8 && !failed ? 0.1 : i < 14 && !failed ? 0.5 : RELEASE, i >= SETTLE);
     }
     return false;
 }
@@ -310,7 +361,7 @@ static void write_spans(nc_smooth *s, double pieces[][NC_AXES][ORDER], const dou
 static void note_deviation(nc_smooth *s, const double *deviation, int n) {
     for (int k = 0; k < n; k++) {
         s->stats.deviation = fmax(s->stats.deviation, deviation[k] * s->tol);
-        if (s->cfg.rotary) s->stats.rotary_deviation = s->stats.deviation;
+        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, deviation[k] * s->tol * s->degrees);
     }
 }
 
@@ -360,7 +411,7 @@ static void fall_back(nc_smooth *s, int end) {
 }
 
 /* Smooth from what is written towards nodes[end]: everything if that is the section's end, else the spans that later nodes
- * hardly change. At least something is written. */
+ * hardly change; nothing if more nodes are needed to know them. */
 void window_advance(nc_smooth *s, int end, bool final) {
     double pieces[SPANS_ROOM][NC_AXES][ORDER], deviation[SPANS_ROOM];
     static const double finer[] = {1.0, 0.5};
@@ -369,11 +420,16 @@ void window_advance(nc_smooth *s, int end, bool final) {
     for (size_t k = 0; !good && k < sizeof finer / sizeof *finer; k++) {
         s->finer = finer[k];
         reached = lay_out(s, end, final);
+        if (!final && reached == end && s->w.spans < SPANS_LEAST && s->n_nodes <= NODES_FULL) {
+            s->measure = s->w.spans; /* too much of it would be fixed before what follows is known */
+            return;
+        }
         lay_sites(s, reached);
         good = iterate(s, reached, pieces, deviation);
     }
     if (!good) {
         fall_back(s, reached);
+        s->measure = fmin(s->measure - COMMIT_SPANS, (double)SPANS_FULL - 20.0);
         return;
     }
     final = final && reached == end;
@@ -382,6 +438,7 @@ void window_advance(nc_smooth *s, int end, bool final) {
     note_deviation(s, deviation, commit);
     write_spans(s, pieces, s->w.tau, commit, reached);
     s->keep.valid = false;
+    s->measure = s->w.spans - commit;
     if (commit < s->w.spans) keep_tail(s, commit);
     if (final) {
         drop_nodes(s, reached);

@@ -58,7 +58,8 @@ RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO 
 PATH_FEED = 16384  # motion: the feed counts along its length, whatever the path mode says
 LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool
 BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
-BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter
+BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter; its pieces: so is their path
+OF_TIP = 2048  # piece with BY_PARAMETER: covers a path of the tool tip
 TANGENTS = 255  # degree of an element that names its tangents in the pool
 ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
@@ -205,6 +206,8 @@ class Block:
             out["param"] = float(row["value"]) if row["flags"] & HAS_PARAM else None
         elif kind == S:
             out["value"] = float(row["value"])
+        elif kind == EVENT and row["code"] == EVENT_COMMAND:
+            out["code"] = out["value"] = int(row["value"])
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
             out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
@@ -224,6 +227,7 @@ def blocks(
     batch: BlockBatch, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]
 ) -> Iterator[Block]:
     """One ``Block`` a row that is executed; ``start`` (axes,), the position before the batch, is advanced in place."""
+    batch = whole_polynomials(batch, len(axes), main)
     for row in batch.rows:
         if row["type"] == COORDINATES:
             start[:] = row["end"][: len(start)]
@@ -233,3 +237,58 @@ def blocks(
         yield Block(row, start.copy(), axes, main, batch.pool)
         if row["type"] <= POLYNOMIAL and not row["flags"] & ELEMENT:
             start[:] = row["end"][: len(start)]
+
+
+def whole_polynomials(batch: BlockBatch, axes: int, main: Sequence[int]) -> BlockBatch:
+    """Parts of one programmed polynomial (``code`` tells which) as the polynomial that they are parts of.
+
+    The main axes are exact: the first part has their coefficients.  The others, which follow from directions, are
+    the polynomial of degree 5 that meets their values and two derivatives at both ends.
+    """
+    rows = batch.rows
+    part = (rows["type"] == POLYNOMIAL) & (rows["flags"] & (BY_PARAMETER | PIECE) == BY_PARAMETER) & (rows["code"] > 0)
+    again = np.append(False, part[1:] & part[:-1] & (rows["code"][1:] == rows["code"][:-1]))
+    if not again.any():
+        return batch
+    out, pool = rows.copy(), [batch.pool]
+    size = len(batch.pool)
+    for first in np.flatnonzero(~again & np.append(again[1:], False)):
+        last = int(first)
+        while last + 1 < len(rows) and again[last + 1]:
+            last += 1
+        span = float(rows["angle"][first : last + 1].sum())
+        coef = _whole(rows, batch.pool, (int(first), last), span, axes, main)
+        out["angle"][first], out["degree"][first], out["pool"][first] = span, coef.shape[1] - 1, size
+        out["length"][first] = rows["length"][first : last + 1].sum()
+        out["end"][first] = rows["end"][last]
+        pool.append(coef.ravel())
+        size += coef.size
+    return BlockBatch(out[~again], np.concatenate(pool))
+
+
+def _whole(
+    rows: Any, pool: npt.NDArray[np.float64], ends: tuple[int, int], span: float, axes: int, main: Sequence[int]
+) -> npt.NDArray[np.float64]:
+    """(axes, 6) coefficients over 0..``span`` of the parts from ``ends[0]`` to ``ends[1]``."""
+    parts = []
+    for k in ends:
+        order = int(rows["degree"][k]) + 1
+        at = int(rows["pool"][k])
+        parts.append(np.zeros((axes, 6)))
+        parts[-1][:, :order] = pool[at : at + axes * order].reshape(axes, order)
+    states = []
+    for coef, s in zip(parts, (0.0, float(rows["angle"][ends[1]])), strict=True):
+        powers = s ** np.arange(6)
+        d1, d2 = coef[:, 1:] * np.arange(1, 6), coef[:, 2:] * np.arange(2, 6) * np.arange(1, 5)
+        states.append((coef @ powers, d1 @ powers[:5] * span, d2 @ powers[:4] * span**2))
+    (p0, v0, a0), (p1, v1, a1) = states
+    moved = p1 - p0
+    out = np.stack([
+        p0, v0, 0.5 * a0,
+        10 * moved - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
+        -15 * moved + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
+        6 * moved - 3 * (v0 + v1) - 0.5 * (a0 - a1),
+    ], axis=1) / span ** np.arange(6)  # fmt: skip
+    exact = [i for i in main if i >= 0]
+    out[exact] = parts[0][exact]
+    return np.asarray(out)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import numbers
 import os
 import re
 import secrets
@@ -30,7 +31,7 @@ from plc_client.task import refuse_cell_start
 
 from . import recorder
 from .channel import OUT_FOLDER
-from .cnc_process import CncOptions
+from .cnc_process import CLOCKS, CncOptions
 from .config import CellConfig, load_config
 from .errors import CncError, Place
 from .operator_answers import read_answers
@@ -39,7 +40,7 @@ from .restart import Restart
 SCRATCH = "hli-cosim-run-"
 POLL_S = 0.005
 GRACE_S = 3.5  # after one side ended: how long the other may take to notice
-PLC_CHOICES = "a file, a class of a file, or builtin:NAME"
+PLC_CHOICES = "a file, a class of a file, or builtin:NAME (start_plc runs any class in this process)"
 NO_PLC = "none"
 STALL_S = 0.5  # without a PLC: how long the program may stand at a stop that nobody will leave
 
@@ -109,12 +110,18 @@ class PlcChoice:
         text = str(plc)
         if text.startswith("builtin:"):
             return cls(("--builtin", text.removeprefix("builtin:"), "--args", json.dumps(args or {})))
+        if not isinstance(plc, (str, Path)):
+            raise CncError(902001, f"PLC {plc!r}: {PLC_CHOICES}")
         if not Path(text).is_file():
             raise CncError(901001, "PLC program not found", Place(text))
         return cls(("--file", str(Path(text).resolve())))
 
-    def online(self, watch: Sequence[str], force: dict[str, Any]) -> PlcChoice:
-        """The same PLC with a watch list and forced symbols."""
+    def online(self, watch: Sequence[str] | str, force: dict[str, Any]) -> PlcChoice:
+        """The same PLC with a watch list (or one symbol) and forced symbols."""
+        watch = [watch] if isinstance(watch, str) else watch
+        for path, value in force.items():
+            if not isinstance(value, (numbers.Real, str)):
+                raise CncError(902001, f"force {path}={value!r}: a number, a BOOL or a text is needed")
         if not self.arguments and (watch or force):
             raise CncError(902001, f"watch list and forced symbols need a PLC, not {NO_PLC!r}")
         more = [part for path in watch for part in ("--watch", path)]
@@ -237,7 +244,7 @@ class Cell:
         hold_start: bool = False,
         lenient: bool = False,
         autostart: bool = True,
-        watch: Sequence[str] = (),
+        watch: Sequence[str] | str = (),
         force: dict[str, Any] | None = None,
         answers: str | Path | None = None,
         start_line: int | None = None,
@@ -267,13 +274,14 @@ class Cell:
             read_answers(script)
         Restart.of(start_line, start_pass, start_marker)
         choice = PlcChoice.of(plc, plc_args).online(watch, force or {})
+        clock = _clock(clock or self.clock)
         segment.sweep()
         _sweep_folders()
         folder = Path(out) if out else OUT_FOLDER
         before = _files(folder)
         options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
         self._job = self._start(
-            program, choice, clock or self.clock, bool(target), options | {"autostart": autostart, "answers": script,
+            program, choice, clock, bool(target), options | {"autostart": autostart, "answers": script,
             "start_line": start_line, "start_pass": start_pass, "start_marker": start_marker},
         )
         try:
@@ -334,6 +342,7 @@ class Cell:
         ):
             if key in cnc:
                 setattr(result, key, cnc[key])
+        result.warnings = [*result.warnings, *plc.get("warnings", [])]
         result.overruns = int(cnc.get("overruns", 0)) + int(plc.get("overruns", 0))
         result.handshake_us = _handshake_us(plc)
         _judge(result, job, cnc)
@@ -344,6 +353,12 @@ class Cell:
                 result.end = "error"
                 result.errors.append(CncError(901004, f"recording {target}: {error.strerror}").as_json())
         return result
+
+
+def _clock(name: str) -> str:
+    if name not in CLOCKS:
+        raise CncError(902001, f"clock {name!r}: {', '.join(CLOCKS)}")
+    return name
 
 
 def _scratch_folder() -> Path:

@@ -30,6 +30,8 @@ from .channel import OUT_FOLDER, LivePort, Preparation
 from .config import CellConfig, load_config
 from .engine import Engine, Event
 from .errors import CncError, Place
+from .external import BLOCK_BYTES
+from .frontend.isons_cell import EVENT_PLACE, EVENT_SLOTS
 from .mode_control import READY, SELECTED, ModeControl
 from .operator_answers import Operator, read_answers
 from .recorder import PartWriter
@@ -288,6 +290,8 @@ class CncProcess:
             self._retained,
             self._operator,
         )
+        if self._dialect(path) == "isons":
+            self.engine.show_commands((self.cell.isons.io_block - 1 + EVENT_PLACE) * BLOCK_BYTES, EVENT_SLOTS)
         port.manual_data = path == self._scratch
         self.preparation = Preparation(
             path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient,

@@ -104,6 +104,7 @@ def _engine_config(
     config.log_max = cell.channel.contour_lookahead_log_max
     config.fb_storage_size = cell.channel.storage
     config.rapid_override_mode = cell.channel.rapid_override_mode
+    config.retrace_feed = cell.isons.retrace_mm_s
     config.channel, config.service, config.clock = channel, service, clock
     config.axis_id[0 : len(names)] = [axis.id or i for i, axis in enumerate(cell.axes.values(), 1)]
     config.spindle_count = len(cell.spindles)
@@ -211,6 +212,11 @@ class Engine:
         """Bytes for the external variables that the next cycle puts out. CncError if it keeps no more of them."""
         if lib.engine_write_external(self._handle, area, offset, data, len(data)) != 1:
             raise CncError(904005)
+
+    def show_commands(self, offset: int, slots: int) -> None:
+        """Commands on the path appear in the global external variables from ``offset`` (bytes) on: count, numbers."""
+        if lib.engine_show_commands(self._handle, offset, slots):
+            raise ValueError("no such place for commands")
 
     def set_program_name(self, name: str) -> None:
         """``prog_name_r``, from the next cycle on."""

@@ -280,8 +280,9 @@ ERRORS: dict[int, str] = {
     909152: "the operator is asked, and nobody answers",
     909160: "ACQ SENSOR ERROR: the target was reached without the sensor",
     909170: "restart: the program does not come to this place",
-    909171: "restart during tool radius compensation or RTCP",
+    909171: "restart with M_GOBLOCK during tool radius compensation or RTCP",
     909172: "RESUME_T: no T has been executed in this program",
+    909173: "the program does not end, what follows is not executed",
     # our own: files, configuration, machine
     901001: "file not found",
     901002: "file cannot be read",
@@ -306,6 +307,7 @@ ERRORS: dict[int, str] = {
     905013: "segment not accessible",
     905014: "no answer in time",
     905015: "wrong segment name",
+    905016: "channel or axis not configured",
     905020: "mode command: no program is selected and none is named",
     905021: "execution mode not supported",
     905022: "error record of the PLC",

@@ -152,6 +152,11 @@ class IsonsConfig(_Table):
             homing={name: HomingSensors(**sensors.model_dump()) for name, sensors in self.homing.items()},
         )
 
+    @property
+    def retrace_mm_s(self) -> float:
+        """Feed of backward motion, 0 as programmed."""
+        return machine_parameters.Parameters(self.parameters).speed("VEL_GO_LINE_RETRACE") / 60.0
+
     def axis_settings(self, name: str, axis: dict[str, Any]) -> dict[str, Any]:
         """Keys of ``[axes.NAME]`` that machine parameters set, where the cell file does not set them itself.
 

@@ -141,6 +141,10 @@ class JerkPlanner:
         n = int(lib.jerk_tail(self._handle, ffi.from_buffer("jerk_law[]", self._laws), len(self._laws)))
         return self._laws[:n].copy()
 
+    def take_back(self, seconds: float) -> float:
+        """The last ``seconds`` that were taken, or a little less, are the plan's again; 0: not so much is kept."""
+        return float(lib.jerk_take_back(self._handle, seconds))
+
     def tail_driven(self) -> None:
         """Go on from the end of the tail, at rest."""
         lib.jerk_tail_driven(self._handle)

@@ -20,13 +20,14 @@ import numpy.typing as npt
 from .config import CellConfig
 from .errors import ERRORS, CncError, Place
 from .frontend.osai.front_end import OsaiFrontEnd
-from .frontend.osai.setup import Record, Records, SetupFile
+from .frontend.osai.setup import VARIABLE, Record, Records, SetupFile, SetupLine, Value
 from .geometry import profile_jets as jets
 from .geometry.optimizer import Fit, FitReport, SectionFitter, Tolerances, join_sections
-from .geometry.profile_curves import Intervals, steps_of
+from .geometry.profile_blend import evaluated
+from .geometry.profile_curves import Intervals
 from .geometry.profile_points import PointFilter, Points, automatic_codes
 from .geometry.profile_tool import NoNormal, Versors
-from .geometry.profiles import machine_of
+from .geometry.profiles import machine_of, tool_directions
 from .kinematics.machine import Kinematics
 from .port import OfflinePort, Wait
 from .profile import BLEND, PASS, POINTS, SMOOTH, STOP, TANGENT, ProfileSpec
@@ -36,11 +37,16 @@ IntArray = npt.NDArray[np.int64]
 BEGIN = re.compile(r"^\s*(?:N\d+\s*)?G61\b")
 END = re.compile(r"^\s*(?:N\d+\s*)?G60\b")
 SETUP_LINE = re.compile(r"^\s*(?:N\d+\s*)?\(\s*HSM\s*,")
-CALL = re.compile(r"^\s*(?:N\d+\s*)?\(\s*CLS\s*,")
+CALL = re.compile(r"^\s*(?:N\d+\s*)?\(\s*CLS\s*,\s*([^)]*?)\s*\)\s*(?:;.*)?$")
 POINT = re.compile(r"^\s*(?:N\d+\s*)?(?:G0?[01](?!\d)\s*|G9[01]\s*)*[A-Zijkmnopqd]\s*[+-]?[\d.EL]")
 OTHER_WORD = re.compile(r"[STM]\s*\d")
 ENDS = {SMOOTH: 0, TANGENT: 0, BLEND: 0, STOP: 1, PASS: 2}
 MODES = {"G63": BLEND, "G66": STOP, "G67": PASS}
+EDGE_CODES = {"linear": "C0", "other": "C0X", "versor": "C0V"}
+SEVERITY = (BLEND, PASS, STOP)
+MEETS = 1e-7
+CALLS_MAX = 20
+SUFFIXES = ("", ".osai", ".hsm", ".nc", ".txt")
 READ_ROWS = 4096
 
 
@@ -74,6 +80,21 @@ class _Profile:
     points: Points
 
 
+def expanded(path: Path, folder: Path | None = None, depth: int = 0) -> list[str]:
+    """The lines of a program with those of its subprograms (CLS) in their place; missing ones are the reader's."""
+    folder = folder or path.parent
+    out: list[str] = []
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        called = CALL.match(line)
+        names = [folder / (called[1] + suffix) for suffix in SUFFIXES] if called else []
+        found = next((p for p in names if p.is_file()), None)
+        if found is None or depth >= CALLS_MAX:
+            out.append(line)
+        else:
+            out += expanded(found, folder, depth + 1)
+    return out
+
+
 def _setup_of(out: Path) -> Path:
     return out.with_name(out.name + ".setup")
 
@@ -91,15 +112,13 @@ class Optimizer:
         read, written = (self.source, self.setup), (self.out, _setup_of(self.out))
         if {path.resolve() for path in read} & {path.resolve() for path in written}:
             raise CncError(909271, f"{ERRORS[909271]}: {self.out}", Place(str(self.out)))
+        self._first_look()
+        lines = expanded(self.source)
+        profiles = self._profiles(lines)
         records = self._records()
         self.tolerances = _tolerances(records)
-        self.c0 = MODES[records.general["SMT"].word("C0")]
-        lines = self.source.read_text(encoding="utf-8", errors="replace").splitlines()
-        called = next((i for i, line in enumerate(lines, 1) if CALL.match(line)), None)
-        if called is not None:
-            text = "(CLS) is not supported: optimize the subprogram itself"
-            raise CncError(900003, text, Place(str(self.source), called, 1, lines[called - 1]))
-        profiles = self._profiles(lines)
+        self.codes = {kind: MODES[records.general["SMT"].word(name)] for kind, name in EDGE_CODES.items()}
+        self._own_length = records.get("TOL").maybe("Len") is not None
         total = max(1, sum(len(p.points) for p in profiles))
         made = [self._smoothed(p, lambda n: self._advance(n, total)) for p in profiles]
         self._write(lines, profiles, made)
@@ -113,23 +132,31 @@ class Optimizer:
 
     # reading
 
+    def _first_look(self) -> None:
+        """What makes no sense to read a program with."""
+        setup = SetupFile(self.setup)
+        if setup.errors:
+            raise setup.errors[0]
+        records, _ = setup.resolve(lambda letter, number: 0.0)
+        if "SMT" not in {line.code for line in setup.lines}:
+            raise records.missing("the setup lacks SMT: the tolerances of the Path Optimizer")
+        if "PNT" in records.general and records.general["PNT"].word("Format") != "PNT":
+            raise records.general["PNT"].fail(909205, "PNT: the Path Optimizer takes points", "Format")
+
     def _records(self) -> Records:
-        records, errors = SetupFile(self.setup).resolve(lambda letter, number: 0.0)
+        """The setup with the program's variables."""
+        records, errors = SetupFile(self.setup).resolve(self._variables)
         if errors:
             raise errors[0]
-        if "SMT" not in records.general:
-            raise records.missing("the setup lacks SMT: the tolerances of the Path Optimizer")
         smt = records.general["SMT"]
         for name in ("Toll", "TollX", "TollV"):
             if name == "Toll" and not smt.number(name) > 0.0:
                 raise smt.fail(909205, "SMT, Toll: the tolerance must be positive", name)
-        if records.general["PNT"].word("Format") != "PNT" if "PNT" in records.general else False:
-            raise records.general["PNT"].fail(909205, "PNT: the Path Optimizer takes points", "Format")
         return records
 
     def _profiles(self, lines: list[str]) -> list[_Profile]:
         """Every profile of the program; a program without G61 is one."""
-        if any(BEGIN.match(line) for line in lines):
+        if any(BEGIN.match(line) or CALL.match(line) for line in lines):  # the reader knows of calls that are left
             return self._read(self.source, 0)
         first, last = _middle(lines)
         if first is None:
@@ -143,6 +170,7 @@ class Optimizer:
     def _read(self, path: Path, inserted: int) -> list[_Profile]:
         machine = self.cell.program_machine()
         reader = OsaiFrontEnd(path, machine, OfflinePort(machine.start), setup=self.setup)
+        self._variables = reader.variables
         found: list[tuple[ProfileSpec, list[Points]]] = []
         try:
             while (item := reader.read(READ_ROWS)) is not None:
@@ -164,53 +192,71 @@ class Optimizer:
     # smoothing
 
     def _smoothed(self, profile: _Profile, tick: Callable[[int], None]) -> list[tuple[Fit, Points, bool]]:
-        """Runs of the profile: polynomials, their points, or a G00 line (True)."""
+        """Runs of the profile: polynomials and their points, or a G00 line of the machine's axes (True)."""
         spec, result = profile.spec, self.result
         result.profiles += 1
         result.points_in += len(profile.points)
         kept = PointFilter(spec).push(profile.points, True)
-        values = self._columns(spec, kept)
-        self._mark(spec, kept)
+        self._kinds = self._mark(spec, kept)
+        self._angle: float | None = None
         runs: list[tuple[Fit, Points, bool]] = []
+        if len(kept) == 1:
+            return [self._single(kept, spec)]
         first = 0
         for i in range(1, len(kept) + 1):
             straight = i < len(kept) and bool(kept.rapid[i])
             if i < len(kept) and not straight and not (i - 1 > first and kept.rapid[i - 1]):
                 continue
             if i - 1 > first:
-                runs.append((self._run(values[first:i], kept[first:i], spec, tick), kept[first:i], False))
+                runs.append((self._run(kept[first:i], first, spec, tick), kept[first:i], False))
             if straight:
-                runs.append((_nothing(values.shape[1]), kept[i : i + 1], True))
+                runs.append(self._straight(kept[i - 1 : i + 1], spec))
             first = i if straight else i - 1
         return runs
 
-    def _mark(self, spec: ProfileSpec, points: Points) -> None:
-        """Stage 1: edges and changes of curvature, as when the points are run; edges are treated as C0 says."""
+    def _mark(self, spec: ProfileSpec, points: Points) -> list[str]:
+        """Stage 1: edges and changes of curvature, as when the points are run; edges are treated as C0.. say.
+
+        What kind of edge each point is.
+        """
+        kinds = ["linear"] * len(points)
         if len(points) < 3:
-            return
-        versor = spec.versor_columns("ijk")
-        versors = None if versor is None else points.values[:, versor]
-        found = automatic_codes(points.values[:, list(spec.linear)], versors, spec.marks)
-        edges = automatic_codes(points.values[:, list(spec.linear)], versors, _only_edges(spec))
-        found[edges != SMOOTH] = self.c0
+            return kinds
+        directions = tool_directions(spec, self._kinematics(spec))
+        versors = None if directions is None else directions(points.values)
+        linear, marks = points.values[:, list(spec.linear)], spec.marks
+        found = automatic_codes(linear, versors, marks)
+        edges = automatic_codes(linear, versors, replace(marks, ratio=0.0)) != SMOOTH
+        of_path = automatic_codes(linear, None, replace(marks, ratio=0.0)) != SMOOTH
+        found[edges] = self.codes["versor"]
+        found[of_path] = self.codes["linear"]
+        if spec.tangential is not None:  # at an edge of the path the axis that follows it jumps
+            found[of_path] = max(self.codes["linear"], self.codes["other"], key=SEVERITY.index)
         inner = points.after[1:-1]
         free = (inner == SMOOTH) & ~points.rapid[1:-1] & ~points.rapid[2:]
-        self.result.edges += int((free & (edges != SMOOTH)).sum())
+        self.result.edges += int((free & edges).sum())
         points.after[1:-1] = np.where(free, found, inner)
+        for i in np.flatnonzero(edges & ~of_path):
+            kinds[int(i) + 1] = "versor"
+        return kinds
 
-    def _run(self, values: FloatArray, points: Points, spec: ProfileSpec, tick: Callable[[int], None]) -> Fit:
-        """Stages 2 to 6 of the points between two G00 lines."""
-        report = FitReport()
-        linear, versor = self._shape(spec, values.shape[1])
+    def _run(self, points: Points, at: int, spec: ProfileSpec, tick: Callable[[int], None]) -> Fit:
+        """Stages 2 to 6 of the points between two G00 lines; ``at``: number of the first one."""
+        report, parts = FitReport(), list[Fit]()
+        linear, versor = self._shape(spec, len(self._names(spec)))
         cuts = [0, *(np.flatnonzero(points.after[1:-1] != SMOOTH) + 1).tolist(), len(points) - 1]
-        parts = []
         for a, b in pairwise(cuts):
-            fitter = SectionFitter(values[a : b + 1], linear, versor, self.tolerances)
-            coef, span, first = fitter.fit(report, tick)
+            begin = None
+            if parts and parts[-1].after[-1] == TANGENT:
+                begin = evaluated(parts[-1].coef[-1], float(parts[-1].span[-1]))[:2]
+                begin[1] /= np.linalg.norm(begin[1, linear])
+            section = self._followed(spec, points[a : b + 1], begin)
+            fitter = SectionFitter(self._columns(spec, section), linear, versor, self.tolerances)
+            coef, span, first = fitter.fit(report, tick, begin)
             after = np.full(len(span), SMOOTH, np.int64)
             after[-1] = STOP if b == len(points) - 1 else int(points.after[b])
-            parts.append(Fit(coef, span, first + a, after))
-        fit = join_sections(parts, linear, self.tolerances, report)
+            parts.append(Fit(coef, span, first + a, after, self._kinds[at + b]))
+        fit = join_sections(parts, linear, versor, self.tolerances, report)
         result = self.result
         result.polynomials += len(fit.span)
         result.max_deviation_mm = max(result.max_deviation_mm, report.deviation)
@@ -221,17 +267,69 @@ class Optimizer:
         self._measure(fit, linear)
         return fit
 
+    def _single(self, point: Points, spec: ProfileSpec) -> tuple[Fit, Points, bool]:
+        """A profile of one point is a line to it."""
+        if spec.five_axes or spec.point == "CCP" or spec.tangential is not None or self._own_length:
+            text = "a profile of one point: there is nothing to smooth"
+            raise CncError(900003, text, Place(str(self.source), int(point.line[0]), 1))
+        return _nothing(len(self._names(spec))), point, True
+
+    def _straight(self, ends: Points, spec: ProfileSpec) -> tuple[Fit, Points, bool]:
+        """A G00 line: of the machine's axes if those are programmed, else a polynomial at the axes' speed."""
+        if not spec.five_axes and spec.point != "CCP" and spec.tangential is None and not self._own_length:
+            return _nothing(len(self._names(spec))), ends[1:], True
+        values = self._columns(spec, self._followed(spec, ends, None))
+        moved = values[1] - values[0]
+        far = float(np.linalg.norm(moved[:3]))
+        far = far if far > MEETS else float(np.linalg.norm(moved)) or 1.0
+        coef = np.zeros((1, len(moved), 6))
+        coef[0, :, 0], coef[0, :, 1] = values[0], moved / far
+        feed = min(float(self.cell.axis_values("v_max_mm_s")[spec.axes[i].channel]) for i in spec.linear)
+        one = np.zeros(1, np.int64)
+        self.result.polynomials += 1
+        return Fit(coef, np.array([far]), one, np.array([STOP]), feed=feed), ends, False
+
+    def _slopes(self, spec: ProfileSpec, points: Points, begin: FloatArray | None) -> FloatArray:
+        """(n, 3) direction of the smoothed path at each point: chords of noisy points tell little of it."""
+        fitter = SectionFitter(points.values[:, list(spec.linear)], [0, 1, 2], [], self.tolerances)
+        coef, span, _ = fitter.fit(FitReport(), lambda n: None, None if begin is None else begin[:, :3])
+        breaks = np.concatenate([[0.0], np.cumsum(span)])
+        k = np.clip(np.searchsorted(breaks, fitter.u, side="right") - 1, 0, len(span) - 1)
+        return jets.of_columns(coef[k], fitter.u - breaks[k], 1)[:, 0]
+
+    # the tangential axis
+
+    def _followed(self, spec: ProfileSpec, points: Points, begin: FloatArray | None) -> Points:
+        """Points of one section with the angle of the tangential axis where its offset was programmed."""
+        column = spec.tangential
+        if column is None:
+            return points
+        slope = self._slopes(spec, points, begin)
+        heading = np.degrees(np.arctan2(slope[:, 1], slope[:, 0]))
+        stands = np.hypot(slope[:, 0], slope[:, 1]) < 1e-6
+        last = 0.0 if self._angle is None else self._angle
+        for i in np.flatnonzero(stands):
+            heading[i] = heading[i - 1] if i else last
+        heading = np.unwrap(np.concatenate([[last], heading]), period=360.0)[1:]
+        self._angle = float(heading[-1])
+        out = points[:]
+        out.values = points.values.copy()
+        out.values[:, column] += heading if spec.axes[column].role == "TAN" else -heading
+        return out
+
     def _measure(self, fit: Fit, linear: list[int]) -> None:
         """Largest jumps of position, direction and curvature where neither G66 nor G67 stands."""
         if len(fit.span) < 2:
             return
-        smooth = np.flatnonzero(fit.after[:-1] == SMOOTH)
-        ends = jets.of_columns(fit.coef[smooth][:, linear], fit.span[smooth])
-        begins = jets.of_columns(fit.coef[smooth + 1][:, linear], np.zeros(len(smooth)))
+        measures = (("position_mm", _place), ("tangent_rad", _tangent), ("curvature_1_mm", _curvature))
         worst = self.result.continuity
-        for name, measure in (("position_mm", _place), ("tangent_rad", _tangent), ("curvature_1_mm", _curvature)):
-            jump = float(np.linalg.norm(measure(ends) - measure(begins), axis=1).max(initial=0.0))
-            worst[name] = max(worst.get(name, 0.0), jump)
+        for after, count in ((SMOOTH, 3), (TANGENT, 2)):
+            at = np.flatnonzero(fit.after[:-1] == after)
+            ends = jets.of_columns(fit.coef[at][:, linear], fit.span[at])
+            begins = jets.of_columns(fit.coef[at + 1][:, linear], np.zeros(len(at)))
+            for name, measure in measures[:count]:
+                jump = float(np.linalg.norm(measure(ends) - measure(begins), axis=1).max(initial=0.0))
+                worst[name] = max(worst.get(name, 0.0), jump)
 
     # columns of the output
 
@@ -244,13 +342,14 @@ class Optimizer:
         others = [i for i, axis in enumerate(spec.axes) if not axis.linear and not axis.kinematic]
         return [*spec.linear, *others]
 
+    def _kinematics(self, spec: ProfileSpec) -> Kinematics | None:
+        limits = self.cell.axis_values("min_mm"), self.cell.axis_values("max_mm")
+        return machine_of(spec, 1, limits) if spec.five_axes else None
+
     def _columns(self, spec: ProfileSpec, points: Points) -> FloatArray:
         """(n, columns) what the output programs: axes, then ijk, then mno and pqd of contact points."""
         values = points.values
-        kinematics: Kinematics | None = None
-        if spec.five_axes:
-            low, high = self.cell.axis_values("min_mm"), self.cell.axis_values("max_mm")
-            kinematics = machine_of(spec, 1, (low, high))
+        kinematics = self._kinematics(spec)
         parts = [values[:, self._axes_out(spec)].copy()]
         if kinematics is not None and (spec.point == "AXI" or spec.versor_columns("ijk") is None):
             q = np.tile(spec.start, (len(values), 1))
@@ -261,21 +360,24 @@ class Optimizer:
                 parts[0][:, :3] = pose.tip
             parts.append(pose.direction)
         elif kinematics is not None:
-            parts.append(values[:, spec.versor_columns("ijk")])
+            parts.append(_about_vertical(values[:, spec.versor_columns("ijk")], self._turn(spec, values)))
         if spec.point == "CCP":
             parts += self._contact(spec, points, kinematics, parts[1] if kinematics is not None else None)
-        if spec.tangential is not None:
-            raise CncError(900003, "tangential axes are not supported by the Path Optimizer", Place(str(self.setup)))
         return np.concatenate(parts, axis=1)
+
+    def _turn(self, spec: ProfileSpec, values: FloatArray) -> FloatArray:
+        """(n,) degrees by which programmed directions count from the motion: a tangential axis of the chain."""
+        column = spec.tangential
+        return values[:, column] if column is not None and spec.axes[column].kinematic else np.zeros(len(values))
 
     def _contact(
         self, spec: ProfileSpec, points: Points, kinematics: Kinematics | None, d: FloatArray | None
     ) -> list[FloatArray]:
-        """n and q of every point, programmed or automatic (tangents from the neighbouring points)."""
+        """n and q of every point, programmed or automatic (tangents of the smoothed path)."""
         versors, n = Versors(spec, kinematics), len(points)
-        slope = np.gradient(
-            points.values, np.concatenate([[0.0], np.cumsum(steps_of(points.values, list(spec.linear)))]), axis=0
-        )
+        slope = np.zeros_like(points.values)
+        if spec.versor_columns("mno") is None:
+            slope[:, list(spec.linear)] = self._slopes(spec, points, None)
         coef = np.stack([points.values, slope], axis=2)
         u = np.zeros(n)
         direction = jets.still(np.array(spec.tool.direction), n)
@@ -332,33 +434,51 @@ class Optimizer:
             raise CncError(901004, f"{self.out}: {error.strerror}") from None
 
     def _text(self, profile: _Profile, runs: list[tuple[Fit, Points, bool]]) -> list[str]:
-        names, unit = self._names(profile.spec), max(profile.spec.axes[profile.spec.linear[0]].factor, 1e-12)
+        spec = profile.spec
+        names, unit = self._names(spec), max(spec.axes[spec.linear[0]].factor, 1e-12)
         out: list[str] = []
+        end: FloatArray | None = None  # of the polynomials that are open
         for fit, points, straight in runs:
             if straight:
-                factor = self._factors(profile.spec, len(self._axes_out(profile.spec)))
-                end = points.values[0][self._axes_out(profile.spec)] / factor
-                out.append("G0 " + " ".join(f"{n}{v:.9g}" for n, v in zip(names, end, strict=False)))
+                out += ["G60"] if end is not None else []
+                end = None
+                factor = self._factors(spec, len(self._axes_out(spec)))
+                target = points.values[0][self._axes_out(spec)] / factor
+                words = " ".join(f"{n}{v:.9g}" for n, v in zip(names, target, strict=False))
+                feed = 60.0 * float(points.feed[0]) / (unit if unit == 25.4 else 1.0)
+                out.append(f"G0 {words}" if points.rapid[0] else f"G1 {words} F{feed:.9g}")
                 continue
-            out.append("G61 P5")
-            coef = fit.coef / self._factors(profile.spec, fit.coef.shape[1])[None, :, None]
+            coef = fit.coef / self._factors(spec, fit.coef.shape[1])[None, :, None]
             for i in range(len(fit.span)):
-                feed = float(points.feed[min(int(fit.first[i]) + 1, len(points) - 1)]) * 60.0
+                if end is None or np.abs(coef[i, :, 0] - end).max() > MEETS:
+                    out += (["G60"] if end is not None else []) + ["G61 P5"]
+                end = evaluated(coef[i], float(fit.span[i]))[0]
+                feed = fit.feed or float(points.feed[min(int(fit.first[i]) + 1, len(points) - 1)])
+                feed = 60.0 * feed / (unit if unit == 25.4 else 1.0)
                 number = int(points.number[min(int(fit.first[i]), len(points) - 1)])
-                feed /= unit if unit == 25.4 else 1.0
                 out.append(f"<*,{fit.span[i]:.17g},{number},{feed:.9g},{ENDS[int(fit.after[i])]}")
                 out += [f"<{n}," + ",".join(f"{c:.17g}" for c in coef[i, j]) for j, n in enumerate(names)]
-            out.append("G60")
-        return out
+        return out + (["G60"] if end is not None else [])
 
     def _write_setup(self, records: Records, profiles: list[_Profile]) -> None:
         """The same setup for polynomials: CLP instead of AXI on five axes, every versor programmed."""
         five = bool(profiles) and profiles[0].spec.five_axes
-        lines = [_for_output(record, five).printed() for record in records.order]
+        source = SetupFile(self.setup).lines
+        lines = [_written(_for_output(r, five), line) for r, line in zip(records.order, source, strict=True)]
         try:
             Path(self.result.setup).write_text("\n".join(lines) + "\n", encoding="utf-8")
         except OSError as error:
             raise CncError(901004, f"{self.result.setup}: {error.strerror}") from None
+
+
+def _written(record: Record, line: SetupLine) -> str:
+    """The record; E and L variables stay what they are, the program assigns them."""
+    values: dict[str, Value] = dict(record.values)
+    shown = Record(record.code, values, record.place)
+    for name, (text, _) in zip(record.values, line.fields, strict=False):
+        if VARIABLE.match(text):
+            values[name] = text
+    return shown.printed()
 
 
 def _for_output(record: Record, five: bool) -> Record:
@@ -368,6 +488,8 @@ def _for_output(record: Record, five: bool) -> Record:
         if five and values["Type"] == "AXI":
             values["Type"] = values["Param"] = "CLP"
         values["Param"] = values["Type"]
+    if record.code == "AXI" and values["Type"] in ("TAN", "TAO"):
+        values["Type"] = "OTH"  # its angle is a polynomial
     if record.code == "VER":
         values = dict.fromkeys(values, "PRG")
     return Record(record.code, values, record.place)
@@ -381,15 +503,22 @@ def _tolerances(records: Records) -> Tolerances:
         other=smt.number("TollX") or smt.number("Toll"),
         versor=smt.number("TollV") or 0.1 * smt.number("Toll"),
         split=sms.number("Split"),
+        split_other=sms.number("SplitX"),
+        split_versor=sms.number("SplitV"),
         reach=smt.number("Racc"),
+        reach_versor=smt.number("RaccV"),
         condition=int(sms.number("Cond")),
+        condition_other=int(sms.number("CondX")),
+        condition_versor=int(sms.number("CondV")),
         longest=0.0 if longest is None else longest,
         group=int(sms.number("Pnt")),
     )
 
 
-def _only_edges(spec: ProfileSpec) -> Any:
-    return replace(spec.marks, ratio=0.0)
+def _about_vertical(d: FloatArray, angle: FloatArray) -> FloatArray:
+    """Directions (n, 3) turned about the third axis by (n,) degrees."""
+    cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    return np.column_stack([cos * d[:, 0] - sin * d[:, 1], sin * d[:, 0] + cos * d[:, 1], d[:, 2]])
 
 
 def _joined(parts: list[Points]) -> Points:
@@ -436,7 +565,7 @@ def compare(source: Path, out: Path, setup: Path, cell: CellConfig) -> dict[str,
     found = {}
     with tempfile.TemporaryDirectory() as folder:
         before = Path(folder) / "before.osai"
-        lines = source.read_text(encoding="utf-8", errors="replace").splitlines()
+        lines = expanded(source)
         (Path(folder) / "setup").write_text(setup.read_text(encoding="utf-8"), encoding="utf-8")
         if any(BEGIN.match(line) for line in lines):
             lines = ["(HSM,setup)", *(line for line in lines if not SETUP_LINE.match(line))]

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from math import comb
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from .blocks import CIRCULAR, ELEMENT, EXACT_STOP, LINEAR, NC_BLOCK, PATH_FEED, PIECE, POLYNOMIAL, RAPID, BlockBatch
-from .geometry.polynomial import joined
+from .blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
+from .geometry.polynomial import coefficients, joined
+from .restart import SAME_MM, Uncovered, way_to
 
 if TYPE_CHECKING:
     from .engine import Engine
     from .program import Program
 
-SAME_MM = 1e-9
+FloatArray = npt.NDArray[np.float64]
 
 
 class PushedRows:
@@ -25,54 +27,75 @@ class PushedRows:
 
     def __init__(self) -> None:
         self._batches: deque[tuple[int, BlockBatch]] = deque()
+        self._uncovered = Uncovered()  # by what has been dropped
 
     def add(self, first: int, batch: BlockBatch, done: int) -> None:
         """``first``: number of its first row.  ``done``: rows below it have been executed."""
         while self._batches and self._batches[0][0] + len(self._batches[0][1]) <= done:
-            self._batches.popleft()
+            rows = self._batches.popleft()[1].rows
+            self._uncovered.take(rows[rows["type"] <= POLYNOMIAL])
         self._batches.append((first, batch))
 
-    @property
-    def plain(self) -> bool:
-        """No row stands for another one: each can be cut and pushed again by itself."""
-        return not any((b.rows["flags"] & (ELEMENT | PIECE)).any() for _, b in self._batches) and not any(
-            (b.rows["type"] == POLYNOMIAL).any() for _, b in self._batches
-        )
-
-    def rest(self, row: int, driven: float, whole: float) -> BlockBatch:
-        """Rows from number ``row`` on; of that one ``driven`` mm of ``whole`` have been driven."""
+    def rest(self, row: int, driven: float, whole: float, place: FloatArray) -> BlockBatch:
+        """Rows from number ``row`` on; of that one ``driven`` mm of ``whole`` have been driven, up to ``place``."""
         parts = []
         for first, batch in self._batches:
-            rows = batch.rows[max(0, row - first) :].copy()
-            if len(rows) and first <= row:
-                _cut(rows, driven, whole)
-            parts.append(BlockBatch(rows, batch.pool))
+            cut = max(0, row - first)
+            before = batch.rows[:cut]
+            self._uncovered.take(before[before["type"] <= POLYNOMIAL])
+            rest = BlockBatch(batch.rows[cut:].copy(), batch.pool)
+            if len(rest) and first <= row:
+                rest = self._cut(rest, driven, whole, place)
+            parts.append(rest)
         self._batches.clear()
         return joined([part for part in parts if len(part)])
 
+    def _cut(self, batch: BlockBatch, driven: float, whole: float, place: FloatArray) -> BlockBatch:
+        """The rest of the first row, behind the elements that it and what comes still have to cover."""
+        row = batch.rows[:1]
+        if driven > SAME_MM and row["type"][0] <= POLYNOMIAL:
+            share = max(0.0, 1.0 - driven / whole)
+            if row["flags"][0] & PIECE:
+                self._uncovered.drive(float(row["value"][0]) * (1.0 - share))
+                row["value"] *= share
+            if row["type"][0] == POLYNOMIAL:
+                batch = _polynomial_rest(batch, 1.0 - share, place)
+            elif row["type"][0] == CIRCULAR:
+                row["angle"] *= share
+            for name in ("length", "length_min"):
+                batch.rows[name][0] *= share
+        return BlockBatch(np.concatenate([self._uncovered.rows(), batch.rows]), batch.pool)
 
-def _cut(rows: npt.NDArray[Any], driven: float, whole: float) -> None:
-    """The rest of the first row."""
-    if driven <= SAME_MM or rows["type"][0] > POLYNOMIAL:
-        return
-    share = max(0.0, 1.0 - driven / whole)
-    for name in ("length", "length_min", *(("angle",) if rows["type"][0] == CIRCULAR else ())):
-        rows[name][0] *= share
+
+def _polynomial_rest(batch: BlockBatch, share: float, place: FloatArray) -> BlockBatch:
+    """The first row, a polynomial, from near ``share`` of its length on; it begins at ``place`` (axes,)."""
+    row, axes = batch.rows[:1], len(place)
+    coef = coefficients(row, batch.pool, axes)[0]
+    whole = float(row["angle"][0])
+    at = _parameter_at(coef, whole, share, place)
+    order = coef.shape[1]
+    shifted = np.zeros_like(coef)
+    for k in range(order):
+        for j in range(k, order):
+            shifted[:, k] += comb(j, k) * at ** (j - k) * coef[:, j]
+    shifted[:, 0] = place
+    rows = batch.rows.copy()
+    rows["pool"][0], rows["degree"][0], rows["angle"][0] = len(batch.pool), order - 1, whole - at
+    return BlockBatch(rows, np.concatenate([batch.pool, shifted.ravel()]))
 
 
-def way_to(place: npt.NDArray[np.float64], here: npt.NDArray[np.float64], speed: float, like: Any) -> BlockBatch:
-    """A straight way back at ``speed`` mm/s (0: rapid), told as the row ``like``; empty if the axes stand there."""
-    delta = place - here
-    length = float(np.linalg.norm(delta))
-    if length < SAME_MM:
-        return BlockBatch.empty()
-    row = np.zeros(1, NC_BLOCK)
-    for name in ("n", "line", "count", "file"):
-        row[name] = like[name]
-    row["type"], row["end"][0, : len(place)] = LINEAR, place
-    row["length"] = row["length_min"] = length
-    row["feed"], row["flags"] = speed, EXACT_STOP | PATH_FEED | (0 if speed > 0.0 else RAPID)
-    return BlockBatch(row)
+def _parameter_at(coef: FloatArray, whole: float, share: float, place: FloatArray) -> float:
+    """Parameter of the point next to ``place``, near ``share`` of the length."""
+    u = np.linspace(0.0, whole, 129)
+    points = np.einsum("ak,ku->ua", coef, u ** np.arange(coef.shape[1])[:, None])
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    at = float(np.interp(share * length[-1], length, u))
+    first = coef[:, 1:] * np.arange(1, coef.shape[1])
+    for _ in range(8):
+        miss = coef @ at ** np.arange(coef.shape[1]) - place
+        slope = first @ at ** np.arange(first.shape[1])
+        at = min(max(at - float(miss @ slope) / max(float(slope @ slope), 1e-300), 0.0), whole * (1.0 - 1e-9))
+    return at
 
 
 class Host(Protocol):
@@ -124,7 +147,7 @@ class Pause:
         first = macros[0] if reader.pause_mode in (0, 1) else None
         last = macros[1] if reader.pause_mode in (0, 2) else None
         host = self._host
-        if not (first or last) or not self.rows.plain or self.active:
+        if not (first or last) or self.active:
             return False
         self._reader, self._last = reader, last
         self._saved = host.program, host.waiting, host.done
@@ -153,7 +176,7 @@ class Pause:
         host, state = self._host, self._host.engine.state
         host.engine.resync()
         self._place = host.position()
-        pushed = self.rows.rest(int(state.halt_row), float(state.halt_s), float(state.halt_whole))
+        pushed = self.rows.rest(int(state.halt_row), float(state.halt_s), float(state.halt_whole), self._place)
         unpushed = BlockBatch(self._unpushed.rows[self._from :], self._unpushed.pool)
         self._rest = joined([part for part in (pushed, unpushed) if len(part)])
         self._run(macro, self._hold)

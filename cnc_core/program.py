@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import frontend
-from .blocks import BlockBatch
+from .blocks import NC_BLOCK, BlockBatch
 from .config import SYNCH, CellConfig, synch_value
 from .errors import ERRORS, CncError, Place
 from .frontend.machine import ProgramMachine
@@ -28,6 +28,7 @@ from .geometry.orbit import Orbit
 from .geometry.parameter_feed import ParameterFeed
 from .geometry.path_mode import PathMode
 from .geometry.polyline import FilterReport, RunFilter
+from .geometry.polynomial import joined
 from .geometry.profile_filter import ProfileFilter
 from .geometry.profile_limits import AxisDynamics
 from .geometry.profiles import Profiles
@@ -40,7 +41,7 @@ from .kinematics.limits import AxisLimits
 from .kinematics.stage import KinematicsStage, ProgrammedView
 from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
-from .restart import Restart, SearchingPort
+from .restart import Passed, Restart, SearchingPort, way_to
 
 BATCH_ROWS = 4096
 FILTERS: tuple[type[RunFilter], ...] = (Noise, SplineFilter, FineNoise, ShortSegments, LowPass, FeedControl)
@@ -156,10 +157,12 @@ class Program:
         )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
+        self._passed: Passed | None = None  # of a restart: rows ahead of the place are left out
+        self._again = BlockBatch.empty()  # functions that a restart puts out again
         self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
-        self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance)
+        self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance, described=programmed)
         self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
         self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
         contour: list[Stage] = [
@@ -169,6 +172,7 @@ class Program:
             Orbit(machine.start, machine.main, self._place),
             Spline(machine.start, machine.main, self._place),
             *self.filters,
+            DropZeroLength(),
             PathMode(machine.start, machine.main),
             self.contouring,
             self.smoothing,
@@ -206,6 +210,10 @@ class Program:
 
         CncError for the first wrong block, behind all rows before it.
         """
+        item = self._read(rows)
+        return item if self._passed is None or isinstance(item, Wait) else self._behind_place(item)
+
+    def _read(self, rows: int) -> BlockBatch | Wait | None:
         if self._next is not None:
             return self._deferred()
         if self._restart is not None:
@@ -225,27 +233,55 @@ class Program:
         self._restart = None
         try:
             self._search(restart, self.reader)
+        except RefusedRow as refused:
+            self.reader.flow.close()  # type: ignore[attr-defined]
+            raise refused.error from None
         except CncError:
             self.reader.flow.close()  # type: ignore[attr-defined]
             raise
 
     def _search(self, restart: Restart, reader: Any) -> None:
         reader.search(restart.line, restart.passes, restart.marker, restart.value)
+        passed = Passed(self._start)
         while not reader.found:
             item = reader.read(BATCH_ROWS)
             if item is None:
                 raise CncError(909170, f"{ERRORS[909170]}: {restart}", Place(str(self.path)))
             if isinstance(item, BlockBatch):
                 reader.note(item)
-                self.pipeline.push(item)
-            else:
-                self.pipeline.drain()
+                passed.rest(self.pipeline.push(item))
+            elif item is not Wait.CYCLE or not self._compensated:
+                passed.rest(self.pipeline.drain())
+        if reader.path_reaches_back:
+            self._go_on_in_path(reader, passed, restart)
+            return
         self.pipeline.drain()
-        if self._compensated or reader.executor.tip.on:
-            raise CncError(909171, f"{ERRORS[909171]}: {restart}", Place(str(self.path)))
         self.pipeline.resync(self._start)
         self._searching.found()
         reader.take_up(self._start)
+
+    def _go_on_in_path(self, reader: Any, passed: Passed, restart: Restart) -> None:
+        """The path behind the place depends on blocks before it: the stages keep what they hold."""
+        if reader.has_go_block:
+            raise CncError(909171, f"{ERRORS[909171]}: {restart}", Place(str(self.path)))
+        passed.count = reader.block_count
+        self._passed = passed
+        self._searching.found()
+        self._again = reader.go_on()
+
+    def _behind_place(self, item: BlockBatch | None) -> BlockBatch | None:
+        """Rows behind the place of a restart; the first ones behind functions and the way there."""
+        passed = self._passed
+        assert passed is not None
+        rest = BlockBatch.empty() if item is None else passed.rest(item)
+        if item is not None and not len(rest):
+            return rest
+        self._passed = None
+        like = rest.rows[0] if len(rest) else np.zeros(1, NC_BLOCK)[0]
+        speed = self.reader.return_speed()  # type: ignore[attr-defined]
+        way = way_to(passed.place, self._start, speed, like)
+        begin = joined([part for part in (self._again, way, rest) if len(part)])
+        return begin if len(begin) else item
 
     def _wait(self, item: Wait) -> BlockBatch | Wait | None:
         """A wait, behind what the stages hold as far as it asks for that."""

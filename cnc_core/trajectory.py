@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .blocks import CIRCULAR, ELEMENT, PIECE, POLYNOMIAL, RAPID, TANGENTS, motion_planes
+from ._engine import lib
+from .blocks import CIRCULAR, DYNAMICS, ELEMENT, PIECE, POLYNOMIAL, RAPID, TANGENTS, motion_planes
 from .config import CellConfig
 from .engine import Samples
 from .geometry.polynomial import ORDER, coefficients, distance, normalised
@@ -26,6 +27,8 @@ class ElementTable:
 
     def __init__(self, cell: CellConfig) -> None:
         self.axes, self.main = len(cell.axes), cell.main_axes
+        linear = [i for i, axis in enumerate(cell.axes.values()) if axis.kind == "linear"]
+        self.measured = linear or list(range(self.axes))  # mm and degrees make no distance
         self.first = 0
         self.rows: npt.NDArray[Any] | None = None
         self.starts: FloatArray = np.empty((0, self.axes))
@@ -33,17 +36,42 @@ class ElementTable:
         self.curve_of: npt.NDArray[np.int64] = np.empty(0, np.int64)  # element -> row of ``curves``, -1 if none
         self.position = cell.axis_values("start_mm")
         self.driven, self.away = self.position.copy(), False
+        self.lifted: FloatArray = np.empty((0, self.axes))  # shares above 1 that the jerk may have; all 1 where empty
+        self._lift = np.ones((2, self.axes))  # of feed and rapid motions from here on
 
     def add(self, rows: npt.NDArray[Any], pool: FloatArray | None = None) -> None:
         """Append the motion rows of a batch; ``pool`` holds the coefficients of its polynomials."""
         seen = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & PIECE) == 0)
         motion = rows[seen]
         starts = self._starts_of(rows, seen)
+        self._add_lifted(rows, seen)
         if not len(motion):
             return
         self.rows = motion.copy() if self.rows is None else np.concatenate([self.rows, motion])
         self.starts = np.vstack([self.starts, starts])
         self._add_curves(motion, pool)
+
+    def _add_lifted(self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]) -> None:
+        """The jerk limits that S ramps lift (DYNAMICS rows) of the elements behind them."""
+        set_here = np.flatnonzero((rows["type"] == DYNAMICS) & (rows["code"] == lib.NC_DYNAMICS_JERK))
+        if not (len(self.lifted) or (self._lift > 1.0).any() or (rows["end"][set_here] > 1.0).any()):
+            return
+        known = 0 if self.rows is None else len(self.rows)
+        parts = [self.lifted, np.ones((known - len(self.lifted), self.axes))]
+        first = 0
+        for at in [*set_here, len(rows)]:
+            rapid = (rows["flags"][first:at][seen[first:at]] & RAPID != 0).astype(np.int64)
+            parts.append(self._lift[rapid])
+            if at < len(rows):
+                self._lift[int(rows["value"][at] > 0)] = np.maximum(rows["end"][at, : self.axes], 1.0)
+            first = at
+        self.lifted = np.concatenate(parts)
+
+    def jerk_shares(self, element: npt.NDArray[np.int64]) -> FloatArray | None:
+        """(n, axes) by how much the jerk may exceed the axes' own; None: nowhere."""
+        if not (len(self.lifted) and (self.lifted > 1.0).any()):
+            return None
+        return self.lifted[np.clip(element - self.first, 0, len(self.lifted) - 1)]
 
     def _starts_of(self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]) -> FloatArray:
         """(n, axes) where elements begin: behind the element before, or where the axes stand if that is elsewhere."""
@@ -73,6 +101,7 @@ class ElementTable:
         n = element - self.first
         if n > 0 and self.rows is not None:
             self.rows, self.starts, self.first = self.rows[n:], self.starts[n:], element
+            self.lifted = self.lifted[n:]
             gone = int((self.curve_of[:n] >= 0).sum())
             self.curve_of, self.curves = self.curve_of[n:], self.curves[gone:]
             self.curve_of[self.curve_of >= 0] -= gone
@@ -84,7 +113,7 @@ class ElementTable:
         return np.asarray(np.where(rows["flags"] & RAPID, np.inf, rows["feed"]))
 
     def distance(self, element: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
-        """Distance of each position from the geometry of its element, over all axes, mm."""
+        """Distance of each position from the geometry of its element, over the linear axes, mm."""
         if self.rows is None:
             return np.zeros(len(element))
         index = element - self.first
@@ -107,14 +136,15 @@ class ElementTable:
         assert self.rows is not None
         rows, starts = self.rows[index], self.starts[index]
         ends = rows["end"][:, : self.axes]
-        out = _line_distance(starts, ends, pos)
+        here = self.measured
+        out = _line_distance(starts[:, here], ends[:, here], pos[:, here])
         for plane in (17, 18, 19):
             arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
             if arcs.any():
                 out[arcs] = self._arc_distance(rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane)
         curves = self.curve_of[index] >= 0
         if curves.any():
-            out[curves] = distance(self.curves[self.curve_of[index[curves]]], pos[curves])
+            out[curves] = distance(self.curves[self.curve_of[index[curves]]][:, here], pos[curves][:, here])
         return out
 
     def _arc_distance(
@@ -130,7 +160,7 @@ class ElementTable:
             turn_angle > 2 * np.pi - 1e-6, turn_angle - 2 * np.pi, turn_angle
         )  # rounding at the start
         share = turn_angle / np.abs(rows["angle"])
-        others = [i for i in range(self.axes) if i not in columns]
+        others = [i for i in self.measured if i not in columns]
         # a helix of several turns: of all turns the one that fits the other axes best
         best = np.full(len(pos), np.inf)
         for turn in range(int(np.ceil(np.abs(rows["angle"]).max() / (2 * np.pi))) + 1):
@@ -168,7 +198,8 @@ class TrajectoryCheck:
         if not len(samples.cycle):
             return
         q = np.vstack([self.tail, samples.pos])
-        self._limits(q)
+        before = np.concatenate([[self.last_element] * 3, samples.element])
+        self._limits(q, before)
         self._feed(q[2:], samples)
         self.deviation = max(self.deviation, float(self.table.distance(samples.element, samples.pos).max()))
         self.tail = q[-3:].copy()
@@ -177,14 +208,19 @@ class TrajectoryCheck:
 
     def finish(self) -> None:
         """The axes stand from the last sample on."""
-        self._limits(np.vstack([self.tail, self.tail[-1], self.tail[-1], self.tail[-1]]))
+        last = np.full(6, self.last_element)
+        self._limits(np.vstack([self.tail, self.tail[-1], self.tail[-1], self.tail[-1]]), last)
 
-    def _limits(self, q: FloatArray) -> None:
+    def _limits(self, q: FloatArray, element: npt.NDArray[np.int64]) -> None:
+        """``element``: of each position (n, axes)."""
         for order, (name, key) in enumerate(
             (("velocity", "v_max_mm_s"), ("acceleration", "a_max_mm_s2"), ("jerk", "j_max_mm_s3")), 1
         ):
             limit = self.cell.axis_values(key)
-            d = np.abs(np.diff(q, n=order, axis=0)).max(axis=0) / self.dt**order
+            found = np.abs(np.diff(q, n=order, axis=0))
+            if order == 3 and (shares := self.table.jerk_shares(element)) is not None:
+                found /= np.maximum.reduce([shares[k : len(shares) - 3 + k] for k in range(4)])
+            d = found.max(axis=0) / self.dt**order
             ratios = np.divide(d, limit, out=np.zeros_like(d), where=limit > 0)
             self.ratio[name] = max(self.ratio[name], float(ratios.max()))
 

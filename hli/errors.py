@@ -41,6 +41,12 @@ class HliInUse(HliError):
     code = 905002
 
 
+class HliNotConfigured(HliError, IndexError, ValueError):
+    """A channel or axis that the CNC does not have: its pointer is NULL."""
+
+    code = 905016
+
+
 class HliTimeout(HliError):
     """The other side did not answer in time."""
 

@@ -17,6 +17,7 @@ from ._sync import ffi, lib
 from .errors import HliTimeout
 from .view import BLOCK_DTYPE, View, view_class
 
+_ROW_BYTES = BLOCK_DTYPE.itemsize
 BLOCK_ROWS = layout.HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1
 _SNAPSHOT_TRIES = 1000
 _YIELD_S = 50e-6  # a writer that lost its core in the middle of a write gets one
@@ -25,6 +26,7 @@ _SLICE_NS = 100_000_000  # Python looks for signals this often
 OK: int = lib.HS_OK
 TIMEOUT: int = lib.HS_TIMEOUT
 BUSY: int = lib.HS_BUSY
+REFUSED: int = lib.HS_REFUSED
 
 
 def word_pointer(root: View, name: str) -> Any:
@@ -72,6 +74,7 @@ class ContourUnit:
         self._answer = word_pointer(root, "clah_answer")
         self.rows: np.ndarray[Any, Any] = np.zeros(BLOCK_ROWS, BLOCK_DTYPE)
         self._rows = ffi.cast("void *", self.rows.ctypes.data)
+        self._bytes = memoryview(self.rows.view(np.uint8).data)
         self._request = ffi.new("double[2]")
 
     # -- PLC side
@@ -83,6 +86,18 @@ class ContourUnit:
         """Copy the answer into ``rows``: number of elements, or -1 while the request is pending."""
         n: int = lib.hs_clah_take(self._unit, self._rows)
         return n if n >= 0 else -1
+
+    def next(self, start_position: float, length: float) -> int:
+        """``take`` and ``request`` in one C call, for whoever owns the pending request.
+
+        Number of elements; below 0 nothing was done: BUSY, or REFUSED for a request that is not finite.
+        """
+        n: int = lib.hs_clah_next(self._unit, self._bell, start_position, length, self._rows)
+        return n
+
+    def copy(self, n: int) -> np.ndarray[Any, Any]:
+        """An own array with the first `n` rows: bytes as a whole, where numpy would copy member by member."""
+        return np.ndarray(n, BLOCK_DTYPE, bytearray(self._bytes[: n * _ROW_BYTES]))
 
     def exchange(self, start_position: float, length: float, timeout_s: float = 1.0) -> np.ndarray[Any, Any]:
         """Request, wait, copy: the answer's elements (a view of ``rows``, valid until the next exchange).

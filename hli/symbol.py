@@ -12,7 +12,7 @@ import re
 from typing import Any
 
 from . import layout
-from .view import ArrayView, View
+from .view import ArrayView, Pointers, View
 
 NAMESPACES = ("HLI_GLOBAL_VARIABLES", "HLI_GLOBAL_CONSTANTS")
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-z_]\w*)|(?P<index>\[[^\[\]]*\])|(?P<deref>\^)|(?P<dot>\.))")
@@ -93,6 +93,8 @@ def resolve(areas: Any, path: str) -> Symbol:
 
 def getattr_or_item(holder: Any, key: str | int) -> Any:
     """One step down."""
+    if isinstance(holder, Pointers) and isinstance(key, int):
+        return holder[key : key + 1][0]  # None where it is not configured
     return holder[key] if isinstance(key, int) else getattr(holder, key)
 
 

@@ -1,11 +1,11 @@
 """Typed views: attribute access to the memory itself, by the manual's names.
 
 ``view_class(structure)`` builds one class per structure of ``hli.layout``: a property per member, sub-structures as
-cached sub-views, arrays as tuples of views or as ``ArrayView``, strings as ``str``, BOOL as ``bool``.  Reading and
-writing go straight to the shared memory, one member at a time and never torn; for several members that belong
-together use ``hli.handshake.snapshot``.  Semaphores and the flags of the technology units are loaded with acquire and
-stored with release (in C).  Members the CNC owns (``_r``) can be written too, as in the real shared memory: nothing
-but the convention protects them.
+sub-views that are built once and then stand in slots, arrays as tuples of views or as ``ArrayView``, strings as
+``str``, BOOL as ``bool``.  Reading and writing go straight to the shared memory, one member at a time and never torn;
+for several members that belong together use ``hli.handshake.snapshot``.  Semaphores and the flags of the technology
+units are loaded with acquire and stored with release (in C).  Members the CNC owns (``_r``) can be written too, as in
+the real shared memory: nothing but the convention protects them.
 
 Names that do not exist raise AttributeError and tell the nearest one, for reading and for writing.  Numbers that do
 not fit the member raise OverflowError with the member's name; nothing wraps silently.
@@ -13,17 +13,20 @@ not fit the member raise OverflowError with the member's name; nothing wraps sil
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import difflib
+import functools
 import math
-from collections.abc import Iterator
-from functools import cache
-from typing import TYPE_CHECKING, Any
+import operator
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from . import layout
 from ._sync import ffi, lib
+from .errors import HliNotConfigured
 from .segment import Segment
 
 if TYPE_CHECKING:
@@ -53,7 +56,7 @@ def _checker(name: str, ctype: Any) -> Any:
     low, high = _int_limits(ctype)
 
     def check(value: Any) -> int:
-        number = _whole(name, value)
+        number = value if type(value) is int else _whole(name, value)
         if not low <= number <= high:
             raise OverflowError(f"{name} = {value}: out of range {low}..{high}")
         return number
@@ -79,16 +82,21 @@ def _bool_checker(name: str) -> Any:
 
 
 class View:
-    """Base of the generated views; ``_c`` is the ctypes structure over the memory, ``_parent`` the view around it."""
+    """Base of the generated views; ``_c`` is the ctypes structure over the memory, ``_parent`` the view around it.
 
-    __slots__ = ("__weakref__", "_c", "_parent", "_subs")
+    Numbers are properties over the structure's own fields.  Parts (sub-structures and arrays) stand in slots of their
+    name: an access is one step as long as the part was built before, and ``__getattr__`` builds it at the first one.
+    """
+
+    __slots__ = ("__weakref__", "_c", "_parent", "_pointers")
     _names: tuple[str, ...] = ()
-    _known: frozenset[str] = frozenset()  # the same for a quick look
+    _writers: dict[str, Callable[[View, Any], None]] = {}  # how a member is written
+    _parts: dict[str, Callable[[View], Any]] = {}  # how a part is built
 
     def __init__(self, structure: Any, parent: View | None = None) -> None:
         object.__setattr__(self, "_c", structure)
         object.__setattr__(self, "_parent", parent)
-        object.__setattr__(self, "_subs", {})
+        object.__setattr__(self, "_pointers", {})
 
     @property
     def _address(self) -> int:
@@ -99,13 +107,37 @@ class View:
         return ffi.cast("void *", ctypes.addressof(self._c) + offset)
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(self._unknown(name))
+        build = self._parts.get(name)
+        if build is None:
+            raise AttributeError(self._unknown(name))
+        part = build(self)
+        object.__setattr__(self, name, part)
+        return part
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name in self._known:
-            object.__setattr__(self, name, value)
-        else:
+        write = self._writers.get(name)
+        if write is None:
             raise AttributeError(self._unknown(name))
+        write(self, value)
+
+    def __delattr__(self, name: str) -> None:
+        raise AttributeError(f"{type(self).__name__}.{name}: what lies in the memory cannot be deleted")
+
+    def _assign(self, name: str, value: Any) -> None:
+        """A part as a whole: the bytes of another one of its type."""
+        target, source = getattr(self._c, name), getattr(value, "_c", value)
+        if not isinstance(source, type(target)):
+            raise TypeError(f"{name} is a {type(target).__name__}; assign its members, or another one as a whole")
+        ctypes.memmove(ctypes.addressof(target), ctypes.addressof(source), ctypes.sizeof(target))
+
+    def _replace(self, name: str, part: View) -> None:
+        """Let this name lead to another view (an image of the memory)."""
+        object.__setattr__(self, name, part)
+
+    def _restore(self, name: str) -> None:
+        """The name leads to the memory again."""
+        with contextlib.suppress(AttributeError):
+            object.__delattr__(self, name)
 
     def _unknown(self, name: str) -> str:
         near = difflib.get_close_matches(name, self._names, n=1, cutoff=0.5)
@@ -113,7 +145,7 @@ class View:
         return f"{type(self).__name__} has no member {name!r}{hint}"
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *self._names]
+        return sorted({*super().__dir__(), *self._names})
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} at {self._address:#x}>"
@@ -174,22 +206,19 @@ class ViewArray(tuple[Any, ...]):
 def _scalar(name: str, ctype: Any) -> property:
     check = _checker(name, ctype)
 
-    def read(self: Any) -> Any:
-        return getattr(self._c, name)
-
     def write(self: Any, value: Any) -> None:
         setattr(self._c, name, check(value))
 
-    return property(read, write)
+    return property(operator.attrgetter(f"_c.{name}"), write)  # read without a Python function: scans read many
 
 
 def _flag(name: str, offset: int) -> property:
     check = _bool_checker(name)
 
     def pointer(self: Any) -> Any:
-        found = self._subs.get(name)
+        found = self._pointers.get(name)
         if found is None:
-            found = self._subs[name] = self._pointer(offset)
+            found = self._pointers[name] = self._pointer(offset)
         return found
 
     def read(self: Any) -> bool:
@@ -214,20 +243,28 @@ def _string(name: str, length: int) -> property:
     return property(read, write)
 
 
-def _cached(name: str, build: Any, ctype: Any) -> property:
-    def read(self: Any) -> Any:
-        sub = self._subs.get(name)
-        if sub is None:
-            sub = self._subs[name] = build(getattr(self._c, name), self)
-        return sub
+def _part(name: str, ctype: Any) -> Callable[[View], Any] | None:
+    """How the part of this name is built from the view around it; None: a single number, flag or text."""
+    build: Callable[[Any, View], Any]
+    if layout.is_string(ctype):
+        return None
+    if isinstance(ctype, type) and issubclass(ctype, ctypes.Structure):
+        build = view_class(ctype)
+    elif not hasattr(ctype, "_length_"):
+        return None
+    elif isinstance(ctype._type_, type) and issubclass(ctype._type_, ctypes.Structure):
+        build = _view_array
+    else:
+        build = functools.partial(ArrayView, name)
+    return lambda view: build(getattr(view._c, name), view)
 
-    def write(self: Any, value: Any) -> None:
-        source = getattr(value, "_c", value)
-        if not isinstance(source, ctype):
-            raise TypeError(f"{name} is a {ctype.__name__}; assign its members, or another one as a whole")
-        ctypes.memmove(ctypes.addressof(getattr(self._c, name)), ctypes.addressof(source), ctypes.sizeof(ctype))
 
-    return property(read, write)
+def _assigner(name: str) -> Callable[[View, Any], None]:
+    return lambda view, value: view._assign(name, value)
+
+
+def _alias(target: str) -> property:
+    return property(operator.attrgetter(target), lambda self, value: setattr(self, target, value))
 
 
 def _view_array(array: Any, parent: View) -> ViewArray:
@@ -240,31 +277,29 @@ def _view_array(array: Any, parent: View) -> ViewArray:
 def _property(name: str, ctype: Any, offset: int) -> property:
     if layout.is_string(ctype):
         return _string(name, ctype._length_)
-    if isinstance(ctype, type) and issubclass(ctype, ctypes.Structure):
-        return _cached(name, view_class(ctype), ctype)
-    if hasattr(ctype, "_length_"):
-        if isinstance(ctype._type_, type) and issubclass(ctype._type_, ctypes.Structure):
-            return _cached(name, _view_array, ctype)
-        return _cached(name, lambda array, parent: ArrayView(name, array, parent), ctype)
     return _flag(name, offset) if _is_flag(name) and ctype is layout.BOOL else _scalar(name, ctype)
 
 
-@cache
+@functools.cache
 def view_class(structure: type[ctypes.Structure]) -> type[View]:
     """The view class of a structure of ``hli.layout``."""
     fields: list[tuple[str, Any]] = list(structure._fields_)  # type: ignore[arg-type]
-    members: dict[str, Any] = {"__slots__": ()}
+    parts = {name: part for name, ctype in fields if (part := _part(name, ctype))}
+    members: dict[str, Any] = {"__slots__": tuple(parts), "_parts": parts}
     for name, ctype in fields:
-        members[name] = _property(name, ctype, getattr(structure, name).offset)
+        if name not in parts:
+            members[name] = _property(name, ctype, getattr(structure, name).offset)
     for alias, target in _aliases(structure):
-        members[alias] = members[target]
+        members[alias] = _alias(target)
     if structure is layout.HLI_CONTOUR_LOOKAHEAD_RESPONSE:
         members["as_array"] = lambda self: self.block.as_array()
     if structure is layout.HLI_EXT_VAR:
         members["__getitem__"] = lambda self, index: self.value[index]
         members["__setitem__"] = lambda self, index, value: self.value.__setitem__(index, value)
-    names = tuple(name for name in members if not name.startswith(("__", "fill_", "as_array")))
-    return type(structure.__name__, (View,), {**members, "_names": names, "_known": frozenset(names)})
+    found = [*(name for name, _ in fields), *members]
+    names = tuple(dict.fromkeys(n for n in found if not n.startswith(("__", "_parts", "fill_", "as_array"))))
+    writers = {name: _assigner(name) if name in parts else members[name].fset for name in names}
+    return type(structure.__name__, (View,), {**members, "_names": names, "_writers": writers})
 
 
 def _aliases(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:
@@ -290,8 +325,40 @@ def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
     return view_class(structure)(structure.from_buffer(array._a))
 
 
+class Pointers(tuple[Any, ...]):
+    """``gpCh``, ``gpAx``, ``gpVECh``: a view for each area the CNC has; the others are NULL.
+
+    Iteration and slices give None for those; an index that names one raises HliNotConfigured instead of handing out
+    a None that fails somewhere else.
+    """
+
+    name: str
+    configured: int
+
+    def __new__(cls, name: str, views: ViewArray, count: int) -> Self:
+        pointers = super().__new__(cls, (*views[:count], *([None] * (len(views) - count))))
+        pointers.name, pointers.configured = name, count
+        return pointers
+
+    def __getitem__(self, index: Any) -> Any:
+        try:
+            area = super().__getitem__(index)
+        except IndexError:
+            raise self._wrong(index) from None
+        if area is None or (isinstance(area, View) and index < 0):
+            raise self._wrong(index)
+        return area
+
+    def _wrong(self, index: int) -> IndexError:
+        if not 0 <= index < len(self):
+            return IndexError(f"{self.name}[{index}]: the index runs 0..{len(self) - 1}")
+        what = "axis" if self.name == "gpAx" else "channel"
+        there = f"{self.name}[0..{self.configured - 1}]" if self.configured else "none"
+        return HliNotConfigured(f"{what} {index} is not configured: {self.name}[{index}] is NULL; the CNC has {there}")
+
+
 class Areas:
-    """The global pointers of the HLI over one segment; areas that are not configured are None."""
+    """The global pointers of the HLI over one segment; areas that are not configured are NULL (``Pointers``)."""
 
     def __init__(self, segment: Segment) -> None:
         root: Any = view_class(layout.HLI_SEGMENT)(segment.root)
@@ -300,9 +367,9 @@ class Areas:
         self.gNrCh: int = root.segment_head.channel_count
         self.gNrAx: int = root.segment_head.axis_count
         self.gpPform: Any = root.platform
-        self.gpCh = _configured(root.channel, self.gNrCh)
-        self.gpAx = _configured(root.axis, self.gNrAx)
-        self.gpVECh = _configured(root.ext_var_channel, self.gNrCh)
+        self.gpCh = Pointers("gpCh", root.channel, self.gNrCh)
+        self.gpAx = Pointers("gpAx", root.axis, self.gNrAx)
+        self.gpVECh = Pointers("gpVECh", root.ext_var_channel, self.gNrCh)
         self.gpVEGlobal: Any = root.ext_var_global
         self.sidecar: Any = root.sidecar
 
@@ -314,7 +381,3 @@ class Areas:
         from .symbol import resolve  # noqa: PLC0415 (symbols are built on views)
 
         return resolve(self, path)
-
-
-def _configured(views: ViewArray, count: int) -> tuple[Any, ...]:
-    return (*views[:count], *([None] * (len(views) - count)))

@@ -20,7 +20,8 @@ from hli.symbol import SymbolError
 from . import builtin, stats
 from .client import DEFAULT_NAME, Hli, connect
 from .guard import Guard
-from .online import UNFIT, Forces, SymbolTable, Watch, parse_force
+from .online import UNFIT, Forces, TaskSymbol, Watch, parse_force
+from .orders import Orders
 from .scan import Ending, Program, Scanner, report
 from .task import PlcError, load_tasks
 
@@ -39,6 +40,8 @@ class Process:
         self._scanner: Scanner | None = None
         self.signal = 0
         self.watch = Watch()
+        self._forces = Forces()  # they outlive the CNC
+        self._orders = Orders()
         self._guard = Guard(self._give_up)
 
     def load(self) -> None:
@@ -60,11 +63,19 @@ class Process:
 
     def run(self) -> None:
         """Raises PlcError (the user's code), HliError (cannot attach; with ``once`` also: the CNC died)."""
+        try:
+            self._attach_and_scan()
+        finally:
+            self._orders.close()
+
+    def _attach_and_scan(self) -> None:
+        listening = False
         while not self.signal:
             hli = self._attach()
             if hli is None:
                 return
             with hli:
+                listening = listening or self._listen()
                 ending = self._scan(hli)
             if self._once and ending is Ending.CNC_GONE:
                 raise HliError(f"the CNC behind segment {self._name!r} died")
@@ -83,31 +94,61 @@ class Process:
                 time.sleep(_RETRY_S)
         return None
 
+    def _listen(self) -> bool:
+        """Take orders from now on; a PLC that cannot still does its work."""
+        try:
+            self._orders.open(self._name)
+        except HliError as error:
+            print(f"warning: {error}", file=sys.stderr, flush=True)
+        return True
+
     def _scan(self, hli: Hli) -> Ending:
-        self._scanner = Scanner(hli, self.programs, watch=self.watch, forces=Forces(), guard=self._guard)
+        first = self._scanner is None
+        self._scanner = Scanner(hli, self.programs, watch=self.watch, forces=self._forces, guard=self._guard)
         self._scanner.before_restart = self._read_anew
-        self._add_symbols(self._scanner)
+        self._scanner.orders = self._orders
+        self._scanner.on_start = self._tell_warnings
+        if first:
+            self._add_symbols(self._scanner)
         if self.signal:
             self._scanner.stop()
         return self._scanner.run()
 
-    def _read_anew(self) -> None:
-        """The classes of the file as it is now; a task whose class is gone keeps its old one."""
+    def _tell_warnings(self) -> None:
+        """On standard error, unless a launcher reads the report."""
+        for text in () if self._once else [text for p in self.programs for text in p.warnings]:
+            print(f"warning: {text}", file=sys.stderr, flush=True)
+
+    def _read_anew(self) -> Sequence[Program] | None:
+        """The tasks of the file as it is now; None, and the old ones run on, if it cannot be loaded.
+
+        A task keeps its statistics by the name of its class, and takes interval and priority of the new text; one whose
+        class is gone runs no longer and stays in the report.
+        """
         if self._args.builtin:
-            return
-        classes = {c.__qualname__: c for c in load_tasks(self._args.file, self._args.qualname)}
-        for program in self.programs:
-            program.factory = classes.get(program.name, program.factory)
+            return self.programs
+        old = {p.name: p for p in self.programs}
+        try:
+            found = [(c, Program.of(c)) for c in load_tasks(self._args.file, self._args.qualname)]
+        except PlcError as error:
+            print(f"restart refused, the old program runs on: {error}", file=sys.stderr, flush=True)
+            return None
+        now = [old[fresh.name].become(cls) if fresh.name in old else fresh for cls, fresh in found]
+        self.programs = [*now, *(p for p in self.programs if p not in now)]
+        return now
 
     def _add_symbols(self, scanner: Scanner) -> None:
-        table = SymbolTable(scanner._hli, self.programs)
+        table = scanner.symbols
         for path in self._args.watch:
             self.watch.add(path, table[path])
         for text in self._args.force:
             path, value = parse_force(text)
             symbol = table[path]
+            if isinstance(symbol, TaskSymbol):
+                scanner.forces.hold(symbol.path, symbol, value)  # there after setup()
+                continue
             try:
-                scanner.forces.force(path, symbol, value)
+                scanner.forces.force(symbol.path, symbol, value)
             except UNFIT as error:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
 
@@ -182,10 +223,9 @@ def _write_report(path: Path | None, process: Process, error: str) -> str:
     counts = (stats.HANDSHAKES.n, stats.HANDSHAKES.quantiles())
     try:
         content = {**report(process.programs, *counts, process.watch), "error": error or None}
-        json.dumps(content)
-    except (PlcError, TypeError, ValueError) as problem:
-        error = error or f"result() of a task: {problem}"
-        content = {**report([], *counts), "error": error}
+    except PlcError as problem:
+        error = error or str(problem)
+        content = {**report(process.programs, *counts, process.watch, results=False), "error": error}
     _store(path, content)
     return error
 

@@ -27,6 +27,7 @@ MAX_STEP = 1 << 30  # cycles of one step(); the turn counter has 32 bits
 SLICE_NS = 100_000_000
 FREE_RUN = 0x3FFFFFFF  # turns ahead: more than any CNC runs before it looks again
 _RETRY_S = 0.02
+_OK: int = lib.HS_OK
 
 Role = Literal["plc", "reader"]
 
@@ -137,13 +138,7 @@ class Hli(Areas):
 
     def snapshot(self, channel: int = 0) -> Any:
         """A consistent private copy of ``gpCh[channel].bahn_state`` (channel 0 has the seqlock)."""
-        return snapshot(self._channel(channel).bahn_state)
-
-    def _channel(self, index: int) -> Any:
-        channel = self.gpCh[index]
-        if channel is None:
-            raise ValueError(f"channel {index} is not configured; the CNC has {self.gNrCh}")
-        return channel
+        return snapshot(self.gpCh[channel].bahn_state)
 
     # -- lockstep by hand
     def release_until(self, cycle: int) -> None:
@@ -153,6 +148,10 @@ class Hli(Areas):
     def wait_cycle(self, cycle: int, timeout_ns: int = SLICE_NS) -> bool:
         """Wait until the CNC completed `cycle` cycles; False after the time or when a signal came."""
         return bool(lib.hs_word_wait(self._cnc_turn, cycle & 0xFFFFFFFF, SPIN_NS, timeout_ns) == lib.HS_OK)
+
+    def turn(self, cycle: int) -> bool:
+        """``release_until`` and ``wait_cycle`` in one call into C: what a scan runtime does once a scan."""
+        return bool(lib.hs_word_turn(self._plc_turn, self._cnc_turn, cycle & 0xFFFFFFFF, SPIN_NS, SLICE_NS) == _OK)
 
     def step(self, cycles: int = 1, timeout_s: float = 5.0) -> int:
         """Lockstep: let the CNC run `cycles` cycles and wait for them; returns the completed cycles.
@@ -184,7 +183,7 @@ class Hli(Areas):
 
         In lockstep with a cyclic service the CNC is stepped until it has answered.  Raises HliTimeout.
         """
-        unit = ContourUnit(self._channel(channel).contour_lookahead)
+        unit = ContourUnit(self.gpCh[channel].contour_lookahead)
         by_itself = self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP or self.cnc.service == layout.HLI_SERVICE_IMMEDIATE
         if self.role != "plc" or by_itself:
             return unit.exchange(start_position, length, timeout_s).copy()

@@ -19,9 +19,8 @@ from hli.errors import HliTimeout
 from hli.handshake import OK, word_pointer
 from hli.view import view_class
 
-_load, _snapshot, _move = lib.hs_load_u32, lib.hs_snapshot, ffi.memmove
-_TRIES = 1000
-_ROUNDS = 1000  # at once; behind them with pauses, for a CNC that lost its core while it wrote
+_latch = lib.hs_image_latch
+_TRIES = 1000  # at once; behind them with pauses, for a CNC that lost its core while it wrote
 _PAUSE_S = 50e-6
 _LIMIT_S = 2.0
 
@@ -40,13 +39,13 @@ class _Copy:
 
 
 class InputImage:
-    """Replaces the status views of a connection by views of copies; ``latch()`` refreshes them.
+    """Replaces the status views of a connection by views of copies; ``latch()`` refreshes them, in one C call.
 
+    ``now``: what was latched (cffi ``hs_image``): ``now.cycle``, ``now.cell_time_ns``, ``now.phase``.
     ``close()`` gives the views of the memory back.  Views taken before stay what they were.
     """
 
     def __init__(self, hli: Any) -> None:
-        self._seq = word_pointer(hli.root, "channel_seq")
         self._replaced: list[tuple[Any, str]] = []
         self._locked: list[_Copy] = []
         self._plain: list[_Copy] = []
@@ -56,6 +55,7 @@ class InputImage:
         for axis in hli.gpAx:
             if axis is not None:
                 self._axis(axis)
+        self.now = self._native(hli)
         self.latch()
 
     def _channel(self, channel: Any, copies: list[_Copy]) -> None:
@@ -76,33 +76,43 @@ class InputImage:
         self._plain.append(copy)
 
     def _replace(self, view: Any, name: str, structure: ctypes.Structure) -> None:
-        view._subs[name] = view_class(type(structure))(structure, view)
+        view._replace(name, view_class(type(structure))(structure, view))
         self._replaced.append((view, name))
+
+    def _native(self, hli: Any) -> Any:
+        """The plan of copies as the C function takes it."""
+        side = layout.HLI_SIDE_CNC
+        self._tables = [_table(copies) for copies in (self._locked, self._plain)]  # kept alive here
+        image = ffi.new("hs_image *")
+        image.seq = word_pointer(hli.root, "channel_seq")
+        image.cycle_at = hli.cnc._pointer(side.cycle.offset)
+        image.cell_time_at = hli.cnc._pointer(side.cell_time_ns.offset)
+        image.phase_at = hli.cnc._pointer(side.phase.offset)
+        image.together, image.single = self._tables
+        image.together_count, image.single_count = len(self._locked), len(self._plain)
+        return image
 
     def latch(self) -> None:
         """Copy everything once; channel 0's copies belong to one cycle.  HliTimeout: the CNC died while it wrote."""
-        if not any(self._one_cycle() for _ in range(_ROUNDS)):
+        if _latch(self.now, _TRIES) != OK:
             self._latch_patiently()
-        for copy in self._plain:
-            _move(copy.target, copy.source, copy.size)
 
     def _latch_patiently(self) -> None:
         end = time.monotonic() + _LIMIT_S
-        while not self._one_cycle():
+        while _latch(self.now, _TRIES) != OK:
             if time.monotonic() > end:
                 raise HliTimeout(f"input image: no undisturbed copy of the channel's state within {_LIMIT_S} s")
             time.sleep(_PAUSE_S)
 
-    def _one_cycle(self) -> bool:
-        """Copy what the seqlock covers; False if the CNC wrote meanwhile."""
-        before = _load(self._seq)
-        for copy in self._locked:
-            if _snapshot(self._seq, copy.source, copy.target, copy.size, _TRIES) != OK:
-                return False
-        return bool(_load(self._seq) == before)
-
     def close(self) -> None:
         """The connection's status views read the memory again."""
         for view, name in self._replaced:
-            view._subs.pop(name, None)
+            view._restore(name)
         self._replaced.clear()
+
+
+def _table(copies: list[_Copy]) -> Any:
+    table = ffi.new("hs_copy[]", len(copies))
+    for row, copy in zip(table, copies, strict=True):
+        row.source, row.target, row.size = copy.source, copy.target, copy.size
+    return table

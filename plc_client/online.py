@@ -9,13 +9,17 @@ changes what the program, and the CNC, see.  Watched values are recorded at the 
 
 from __future__ import annotations
 
+import difflib
+import dis
 from array import array
 from collections.abc import Iterable, Sequence
+from types import CodeType
 from typing import Any
 
 import numpy as np
 
 from hli.symbol import Symbol, SymbolError, getattr_or_item, index_of, resolve, tokens
+from hli.view import ArrayView
 
 ROWS = 1_000_000
 """Rows of the watch list; when they are full every second one is dropped and half as many are taken."""
@@ -26,23 +30,77 @@ UNFIT = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueEr
 class TaskSymbol(Symbol):
     """A variable of a task; reading one that is not there (yet) gives None."""
 
-    __slots__ = ()
+    __slots__ = ("_task",)
+
+    def __init__(self, path: str, task: Any, keys: list[str | int]) -> None:
+        super().__init__(path, keys[:-1], keys[-1])
+        self._task = task
 
     @property
     def value(self) -> Any:
         """The value now."""
-        holder = self._holder()
+        holder = _walk(self._task.instance, self._holder)
         return None if holder is None else _peek(holder, self._key)
 
     @value.setter
     def value(self, value: Any) -> None:
-        holder = self._holder()
+        holder = _walk(self._task.instance, self._holder)
         if holder is None:
             return
         if isinstance(self._key, int):
             holder[self._key] = value
         else:
             setattr(holder, self._key, value)
+
+    def check(self) -> None:
+        """SymbolError: after ``setup()`` there is no such variable, and no method of its class ever stores one."""
+        value, spelled = self._task.instance, self._task.name
+        for key in [*self._holder, self._key]:
+            if value is None:
+                return  # comes later
+            problem = _no_item(value, key) if isinstance(key, int) else _no_variable(value, key)
+            if problem:
+                raise SymbolError(f"symbol {self.path!r}: {spelled}{problem}")
+            value = _peek(value, key)
+            spelled += f"[{key}]" if isinstance(key, int) else f".{key}"
+
+
+def _no_item(value: Any, index: int) -> str:
+    """What is wrong with an index; a list may still grow."""
+    if not hasattr(type(value), "__getitem__"):
+        return " is no array"
+    fixed = isinstance(value, (tuple, ArrayView)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    return f"[{index}]: the index runs 0..{len(value) - 1}" if fixed and index >= len(value) else ""
+
+
+def _no_variable(value: Any, name: str) -> str:
+    """What is wrong with a name: neither there nor stored by a method of the class."""
+    known = set(dir(value))
+    if name in known:
+        return ""
+    known |= _stored_names(type(value))
+    if name in known:
+        return ""
+    near = difflib.get_close_matches(name, [n for n in sorted(known) if not n.startswith("_")], n=1, cutoff=0.5)
+    return f" has no variable {name!r}" + (f"; did you mean {near[0]}?" if near else "")
+
+
+def _stored_names(cls: type) -> set[str]:
+    """Every name that the methods of a class assign as an attribute, of whatever object."""
+    members = [member for base in cls.__mro__ for member in vars(base).values()]
+    codes = [m.__code__ for m in (getattr(member, "__func__", member) for member in members) if hasattr(m, "__code__")]
+    found: set[str] = set()
+    while codes:
+        code = codes.pop()
+        found |= {step.argval for step in dis.get_instructions(code) if step.opname == "STORE_ATTR"}
+        codes += [inner for inner in code.co_consts if isinstance(inner, CodeType)]
+    return found
+
+
+def check(symbol: Symbol) -> None:
+    """SymbolError for a variable of a task that cannot come to be; call it after ``setup()``."""
+    if isinstance(symbol, TaskSymbol):
+        symbol.check()
 
 
 def _peek(holder: Any, key: str | int) -> Any:
@@ -57,6 +115,10 @@ class SymbolTable:
 
     def __init__(self, hli: Any, programs: Sequence[Any]) -> None:
         self._hli = hli
+        self.update(programs)
+
+    def update(self, programs: Sequence[Any]) -> None:
+        """These tasks from now on."""
         self._programs = {p.name.upper(): p for p in programs}
 
     def __getitem__(self, path: str) -> Symbol:
@@ -72,10 +134,11 @@ class SymbolTable:
         if len(parts) < 2:
             raise SymbolError(f"symbol {path!r}: a variable of task {program.name} is needed")
         keys = [index_of(path, part) if part.startswith("[") else part for part in parts[1:]]
-        return TaskSymbol(path, lambda: _walk(program.instance, keys[:-1]), keys[-1])
+        spelled = program.name + "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys)
+        return TaskSymbol(spelled, program, keys)
 
 
-def _walk(value: Any, keys: list[str | int]) -> Any:
+def _walk(value: Any, keys: Any) -> Any:
     for key in keys:
         value = _peek(value, key)
         if value is None:
@@ -92,18 +155,24 @@ class Watch:
         self._time: array[float] = array("d")
         self._rows = rows
         self._every = 1
+        self.any = False  # whether something is watched
         self._scan = 0
 
     def add(self, path: str, symbol: Symbol) -> None:
         """Record this symbol from now on; earlier rows are NaN.  SymbolError: a structure, an array or a text."""
-        if not isinstance(symbol, TaskSymbol) and not _is_number(symbol.value):
-            raise SymbolError(f"symbol {path!r}: only single numbers and BOOLs can be watched; name a member")
+        if not isinstance(symbol, TaskSymbol):
+            _check_number(path, symbol)
         self._symbols[path] = symbol
+        self.any = True
         self._values.setdefault(path, array("d", [float("nan")] * len(self._time)))
 
     def rebind(self, table: SymbolTable) -> None:
-        """After a restart: the same paths in the new instances."""
+        """After ``setup()``: the same paths in the (new) instances.  SymbolError: a task has no such number."""
         self._symbols = {path: table[path] for path in self._symbols}
+        for path, symbol in self._symbols.items():
+            check(symbol)
+            if symbol.value is not None:
+                _check_number(path, symbol)
 
     def record(self, time_s: float) -> None:
         """One row."""
@@ -139,6 +208,11 @@ class Watch:
         return bool(self._symbols)
 
 
+def _check_number(path: str, symbol: Symbol) -> None:
+    if not _is_number(symbol.value):
+        raise SymbolError(f"symbol {path!r}: only single numbers and BOOLs can be watched; name a member")
+
+
 def _number(value: Any) -> float:
     """Numbers and BOOLs as float; anything else (and what is not there) as NaN."""
     try:
@@ -160,22 +234,40 @@ class Forces:
 
     def __init__(self) -> None:
         self._forced: dict[str, tuple[Symbol, Any]] = {}
+        self.any = False  # whether something is forced
 
     def force(self, path: str, symbol: Symbol, value: Any) -> None:
         """Hold a symbol at a value; a value that does not fit raises at once (TypeError, OverflowError)."""
         symbol.value = value
-        self._forced[path] = (symbol, value)
+        self.hold(path, symbol, value)
 
-    def unforce(self, path: str | None = None) -> None:
-        """Let one symbol go (all without a path); it keeps its value until somebody writes it."""
-        if path is None:
-            self._forced.clear()
-        else:
-            del self._forced[path]
+    def hold(self, path: str, symbol: Symbol, value: Any) -> None:
+        """The same, from the next scan on."""
+        self._forced[path] = (symbol, value)
+        self.any = True
+
+    def unforce(self) -> None:
+        """Let all symbols go; they keep their values until somebody writes them."""
+        self._forced.clear()
+        self.any = False
+
+    def let_go(self, named: Sequence[tuple[str, str]]) -> None:
+        """``unforce`` of these (as they were spelled, their paths), all or none.  SymbolError: one is not forced."""
+        for spelled, path in named:
+            if path not in self._forced:
+                raise SymbolError(f"symbol {spelled!r} is not forced; forced: {', '.join(self._forced) or 'nothing'}")
+        for _, path in named:
+            self._forced.pop(path, None)
+        self.any = bool(self._forced)
 
     def rebind(self, table: SymbolTable) -> None:
-        """After a restart."""
+        """After ``setup()``.  SymbolError: a task has no such variable."""
         self._forced = {path: (table[path], value) for path, (_, value) in self._forced.items()}
+        for path, (symbol, value) in self._forced.items():
+            try:
+                check(symbol)
+            except SymbolError as error:
+                raise SymbolError(f"force {path}={value!r}: {error}") from None
 
     def apply(self) -> None:
         """Write all forced values.  SymbolError: a variable of a task that does not take its value."""
@@ -191,6 +283,59 @@ class Forces:
     def items(self) -> Iterable[tuple[str, Any]]:
         """Path and value of every force."""
         return [(path, value) for path, (_, value) in self._forced.items()]
+
+
+class Online:
+    """Obeys the orders of other processes (``plc_client.orders``): ``force``, ``unforce``, ``read``, ``list``."""
+
+    def __init__(self, table: SymbolTable, forces: Forces) -> None:
+        self._table = table
+        self._forces = forces
+
+    def __call__(self, order: dict[str, Any]) -> dict[str, Any]:
+        """The answer: always ``forced``, for ``read`` also ``values``.  Raises what makes an order impossible."""
+        what = order.get("do")
+        answer: dict[str, Any] = {}
+        if what == "force":
+            self._force([(str(path), value) for path, value in order["symbols"]])
+        elif what == "unforce":
+            self._unforce([str(path) for path in order["symbols"]])
+        elif what == "read":
+            answer["values"] = {path: self._read(str(path)) for path in order["symbols"]}
+        elif what != "list":
+            raise ValueError(f"order {what!r} is unknown: force, unforce, read, list")
+        return {**answer, "forced": dict(self._forces.items())}
+
+    def _symbol(self, path: str) -> Symbol:
+        symbol = self._table[path]
+        check(symbol)
+        return symbol
+
+    def _force(self, given: list[tuple[str, Any]]) -> None:
+        """All of them, or none if one cannot be."""
+        before = dict(self._forces._forced)
+        symbols = [(path, self._symbol(path), value) for path, value in given]
+        for path, symbol, value in symbols:
+            try:
+                self._forces.force(symbol.path, symbol, value)
+            except UNFIT as error:
+                self._forces._forced = before
+                self._forces.any = bool(before)
+                raise SymbolError(f"force {path}={value!r}: {error}") from None
+
+    def _unforce(self, paths: list[str]) -> None:
+        """These, or all without one."""
+        if not paths:
+            self._forces.unforce()
+        self._forces.let_go([(path, self._symbol(path).path) for path in paths])
+
+    def _read(self, path: str) -> Any:
+        value = self._symbol(path).value
+        if isinstance(value, np.generic):
+            value = value.item()
+        if value is None or isinstance(value, (bool, int, float, str)):
+            return value
+        raise SymbolError(f"symbol {path!r}: only single values can be read; name a member")
 
 
 def parse_force(text: str) -> tuple[str, Any]:

@@ -43,8 +43,7 @@ class CyclePacer:
 
     def wait(self, due: int) -> bool:
         """Let the CNC run up to cycle `due` and wait for it, at most 100 ms."""
-        self._hli.release_until(due)
-        return self._hli.wait_cycle(due)
+        return self._hli.turn(due)
 
 
 class RealtimePacer:

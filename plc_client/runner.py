@@ -21,6 +21,7 @@ from hli.symbol import Symbol
 from .client import Hli, connect
 from .guard import Guard
 from .mock import MockCnc, Step
+from .online import check
 from .pace import CyclePacer
 from .program import Program, task_statistics
 from .scan import Scanner
@@ -48,12 +49,22 @@ Tasks = Sequence[type | str | Path] | type | str | Path
 
 
 def task_classes(tasks: Tasks) -> list[type]:
-    """Task classes from classes and files of classes."""
+    """Task classes from classes and files of classes.  PlcError: none, or something that is no task."""
     given = tasks if isinstance(tasks, (list, tuple)) else [tasks]
-    found: list[type] = []
-    for item in given:
-        found += [item] if isinstance(item, type) else load_tasks(str(item))
+    found = [cls for item in given for cls in _classes_of(item)]
+    if not found:
+        raise PlcError("no task given: a class with a method cyclic(), or a file of such classes")
     return found
+
+
+def _classes_of(item: Any) -> list[type]:
+    if isinstance(item, (str, Path)):
+        return load_tasks(str(item))
+    if not isinstance(item, type):
+        raise PlcError(f"task {item!r}: the class itself is needed, or a file")
+    if not callable(getattr(item, "cyclic", None)):
+        raise PlcError(f"task {item.__name__} has no method cyclic()")
+    return [item]
 
 
 class PlcRunner:
@@ -110,7 +121,9 @@ class PlcRunner:
 
     # -- what there is
     def __getitem__(self, name: str) -> Any:
-        """The instance of a task by its class's name; after a restart the new one."""
+        """The instance of a task by its class's name; after a restart the new one.  KeyError names what there is."""
+        if name not in self.tasks:
+            raise KeyError(f"no task {name}; tasks: {', '.join(self.tasks)}")
         return self.tasks[name].instance
 
     @property
@@ -143,13 +156,20 @@ class PlcRunner:
         """Whether the program has ended."""
         return bool(self.ch._c.bahn_state.program_end_r)
 
+    @property
+    def warnings(self) -> list[str]:
+        """What the tasks should know: intervals that are no multiple of the cell's cycle."""
+        return [text for program in self._scanner.programs for text in program.warnings]
+
     def statistics(self) -> dict[str, dict[str, Any]]:
         """Scans, times, jitter, overruns of every task."""
         return task_statistics(self._scanner.programs)
 
     # -- running
     def step(self, scans: int = 1) -> None:
-        """So many scans: scan, then the CNC's cycles up to the next one."""
+        """So many scans: scan, then the CNC's cycles up to the next one.  ValueError: below 0."""
+        if scans < 0:
+            raise ValueError(f"step of {scans} scans: 0 or more")
         for _ in range(scans):
             self._scanner.scan()
             self._wait(self._scanner.next_due())
@@ -194,17 +214,25 @@ class PlcRunner:
         return self._scanner.symbols[path]
 
     def force(self, path: str, value: Any) -> None:
-        """Hold a symbol at a value, twice a scan, until ``unforce``."""
-        self._scanner.forces.force(path, self.symbol(path), value)
+        """Hold a symbol at a value, twice a scan, until ``unforce``.  SymbolError: there is no such variable."""
+        symbol = self.symbol(path)
+        check(symbol)
+        self._scanner.forces.force(symbol.path, symbol, value)
 
     def unforce(self, path: str | None = None) -> None:
-        """Let one symbol go, or all."""
-        self._scanner.forces.unforce(path)
+        """Let one symbol go, or all.  SymbolError: it is not forced."""
+        forces = self._scanner.forces
+        if path is None:
+            forces.unforce()
+        else:
+            forces.let_go([(path, self.symbol(path).path)])
 
     def watch(self, *paths: str) -> None:
         """Record these symbols at the end of every scan from now on."""
         for path in paths:
-            self._scanner.watch.add(path, self.symbol(path))
+            symbol = self.symbol(path)
+            check(symbol)
+            self._scanner.watch.add(path, symbol)
 
     def trace(self) -> dict[str, np.ndarray[Any, Any]]:
         """What was watched: ``t`` (s) and one array per path."""

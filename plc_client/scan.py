@@ -8,10 +8,12 @@ record the watch list; then the CNC runs on and sees all that was written.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from enum import Enum
 from typing import Any
 
+import numpy as np
 from hli._sync import lib
 
 from hli import layout
@@ -20,13 +22,15 @@ from . import clock
 from .client import Hli
 from .guard import Guard, TaskOverrun
 from .image import InputImage
-from .online import Forces, SymbolTable, Watch
-from .pace import Pacer, pacer_of
+from .online import Forces, Online, SymbolTable, Watch
+from .orders import Orders
+from .pace import CyclePacer, Pacer, pacer_of
 from .program import Program, task_statistics
 from .task import PlcError
 
 SCANS_AFTER_END = 10
 _FLAG_CHECK_NS = 100_000_000
+_ENDED = layout.HLI_PHASE_ENDED
 
 __all__ = ["SCANS_AFTER_END", "Ending", "Program", "Scanner", "report"]
 
@@ -57,13 +61,15 @@ class Scanner:
         self._may_finish = may_finish
         self.programs = sorted(programs, key=lambda p: p.spec.priority)
         self._pacer = pacer or pacer_of(hli)
+        self._in_cycles = isinstance(self._pacer, CyclePacer)
         self._on_wall = hli.cnc.clock == layout.HLI_CLOCK_REALTIME
         self.watch = watch if watch is not None else Watch()
         self.forces = forces if forces is not None else Forces()
         self._guard = guard or Guard()
         self._own_guard = guard is None
         self._stop = self._restart = False
-        self.before_restart: Callable[[], None] = lambda: None
+        self.before_restart: Callable[[], Sequence[Program] | None] = lambda: self.programs
+        self.on_start: Callable[[], None] = lambda: None
         self._end_seen = False
         self._next_check_ns = 0
         self._latched_ns = 0
@@ -71,8 +77,11 @@ class Scanner:
         self._counters: Any = hli.plc._c  # the structure itself: twice a scan, nothing to check
         self._plc = hli.plc
         self._image = InputImage(hli)
-        self._bahn_state = hli.gpCh[0].bahn_state
+        self._now = self._image.now  # cycle, cell time and phase as they were latched
+        self._bahn_state = hli.gpCh[0].bahn_state._c
         self.symbols = SymbolTable(hli, self.programs)
+        self.orders = Orders()  # of other processes; a PLC process puts its own here
+        self._online = Online(self.symbols, self.forces)
 
     def stop(self) -> None:
         """End after the current scan; may be called from a signal handler."""
@@ -107,67 +116,82 @@ class Scanner:
         """Latch, ``setup()`` of all tasks, ``plc_present_w``; the first scan is due now."""
         self._latch()
         for program in self.programs:
-            program.guard = self._guard
-            program.interval_ticks = self._pacer.ticks(program.spec.interval)
-            program.scans_after_end = 0
-            program.started_ns = -1
+            program.start(self._ticks(program), self._guard)
             if program.has("setup"):
                 program.call("setup", self._hli)
+            program.ready = True
         self.watch.rebind(self.symbols)
         self.forces.rebind(self.symbols)
         self._hli.set_present()
+        self.on_start()
         now = self._pacer.now()
         for program in self.programs:
             program.due = now
 
+    def _ticks(self, program: Program) -> int:
+        """The interval on the pacer's clock; what the cell's cycle makes of it is told where it differs."""
+        interval = program.spec.interval
+        ticks = self._pacer.ticks(interval)
+        real = ticks * self._hli.cycle_s
+        program.warnings = []
+        if self._in_cycles and abs(real - interval) > 1e-6 * interval:
+            problem = f"{interval * 1e3:g} ms is no multiple of the cell's cycle of {self._hli.cycle_s * 1e3:g} ms"
+            program.warnings.append(f"task {program.name}: {problem}; it runs every {real * 1e3:g} ms")
+        return ticks
+
     def restart(self) -> None:
         """PLC restart beside a CNC that runs on: new instances, ``setup()`` again (it must rewrite all ``_w`` data)."""
         self._restart = False
-        self.before_restart()
+        programs = self.before_restart()
+        if programs is None:  # nothing to restart with: told already
+            return
+        self.programs = sorted(programs, key=lambda p: p.spec.priority)
+        self.symbols.update(self.programs)
         for program in self.programs:
             program.restart()
         self.start()
 
     def next_due(self) -> int:
         """Tick of the next scan."""
+        if len(self.programs) == 1:
+            return self.programs[0].due
         return min(p.due for p in self.programs)
 
     def scan(self) -> None:
         """Inputs, logic of all tasks that are due, outputs."""
         if self._restart:
             self.restart()
-        now = self._pacer.now()
+        if self.orders.waiting:
+            self.orders.serve(self._online)
         self._latch()
-        if self.forces:
+        if self.forces.any:
             self.forces.apply()
-        for program in self.programs:
-            if program.due <= now:
-                self._cyclic(program)
-                program.schedule(now)
-        if self.forces:
+        self._logic(self._now.cycle if self._in_cycles else self._pacer.now())
+        if self.forces.any:
             self.forces.apply()
-        if self.watch:
+        if self.watch.any:
             self.watch.record(self._latched_ns / 1e9)
-        self._counters.scans += 1
-        self._counters.heartbeat += 1
-        self._tell_finished()
+        counters = self._counters
+        counters.scans = counters.heartbeat = counters.scans + 1
+        if self._end_seen or self._bahn_state.program_end_r or self._now.phase == _ENDED:
+            self._tell_finished()
 
     # -- steps of one scan
     def _latch(self) -> None:
-        self._latched_ns = self._hli.cell_time_ns
-        clock.set_source(self._live_ns)
         self._image.latch()
+        self._latched_ns = self._now.cell_time_ns
+        clock.set_source(self._live_ns)
 
-    def _cyclic(self, program: Program) -> None:
-        begin = lib.hs_monotonic_ns()
-        program.begins(begin if self._on_wall else self._latched_ns, round(program.spec.interval * 1e9))
-        program.call("cyclic")
-        program.times.add(lib.hs_monotonic_ns() - begin)
-        program.scans_after_end += self._end_seen
+    def _logic(self, now: int) -> None:
+        """The tasks that are due, in order of priority."""
+        at_ns = None if self._on_wall else self._latched_ns
+        for program in self.programs:
+            if program.due <= now:
+                program.scan(now, at_ns, self._end_seen)
 
     def _tell_finished(self) -> None:
         """The PLC's wish to end: the program has ended, each task had its scans since and says it is finished."""
-        ended = self._bahn_state._c.program_end_r or self._hli.phase == layout.HLI_PHASE_ENDED
+        ended = bool(self._bahn_state.program_end_r) or self._now.phase == _ENDED
         if ended != self._end_seen:
             self._end_seen = ended
             for program in self.programs:
@@ -188,10 +212,12 @@ class Scanner:
             if self._hli.phase == layout.HLI_PHASE_SHUTDOWN:
                 return Ending.SHUTDOWN
             reached = self._pacer.wait(due)
-            if (not reached or self._check_is_due()) and not self._hli.alive():
+            if (not reached or (self._on_wall and self._check_is_due())) and not self._hli.alive():
                 return Ending.SHUTDOWN if self._hli.phase == layout.HLI_PHASE_SHUTDOWN else Ending.CNC_GONE
             if reached:
                 return None
+            if self.orders.waiting:  # while the CNC stands
+                self.orders.serve(self._online)
 
     def _check_is_due(self) -> bool:
         """Whether it is time to look after the CNC although scans go on (realtime: nothing else would tell)."""
@@ -203,16 +229,52 @@ class Scanner:
 
 
 def report(
-    programs: Sequence[Program], requests: int, handshake_ns: dict[str, int], watch: Watch | None = None
+    programs: Sequence[Program],
+    requests: int,
+    handshake_ns: dict[str, int],
+    watch: Watch | None = None,
+    results: bool = True,
 ) -> dict[str, Any]:
-    """The JSON report of a PLC process: statistics, what the tasks' ``result()`` give, the watch list."""
-    results = {p.name: p.call("result") for p in programs if p.has("result")}
+    """The JSON report of a PLC process: statistics, what the tasks' ``result()`` give, the watch list.
+
+    Raises PlcError, which names the task, if ``result()`` fails or gives what JSON cannot hold.
+    """
+    found = {p.name: _result(p) for p in programs if results and p.ready and p.has("result")}
     return {
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),
         "tasks": task_statistics(programs),
+        "warnings": [text for p in programs for text in p.warnings],
         "requests": requests,
         "handshake_ns": handshake_ns,
-        "result": next(iter(results.values())) if len(results) == 1 else results or None,
+        "result": next(iter(found.values())) if len(found) == 1 else found or None,
         **({"watch": watch.report()} if watch else {}),
     }
+
+
+def _result(program: Program) -> Any:
+    try:
+        return plain(program.call("result"))
+    except TypeError as error:
+        raise PlcError(f"result() of task {program.name} gives no JSON value: {error}") from None
+
+
+def plain(value: Any, place: str = "result") -> Any:
+    """The value as JSON holds it: numpy's numbers and arrays too, what is not finite as None.
+
+    Raises TypeError that names the place inside the value.
+    """
+    if isinstance(value, (np.generic, np.ndarray)):
+        value = value.tolist()
+    if value is None or isinstance(value, (str, int)):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, dict):
+        for key in value:
+            if not isinstance(key, (str, int)):
+                raise TypeError(f"{place} has the key {key!r} ({type(key).__name__})")
+        return {key: plain(item, f"{place}[{key!r}]") for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item, f"{place}[{i}]") for i, item in enumerate(value)]
+    raise TypeError(f"{place} is a {type(value).__name__}")

@@ -7,32 +7,69 @@ import random
 from typing import Any
 
 RESERVOIR = 20_000
+_LARGEST = 1.0 - 1e-12
 
 
-class Reservoir:
-    """Uniform random sample (algorithm R, seeded) of at most `size` values; the maximum and the count are exact."""
+class Totals:
+    """Count, sum, smallest and largest of any number of values in ns."""
 
-    def __init__(self, size: int = RESERVOIR) -> None:
-        self.n = 0
-        self.max = 0
-        self.min = 0
-        self.total = 0
-        self._size = size
-        self._kept: list[int] = []
-        self._random = random.Random(1)
+    __slots__ = ("max", "min", "n", "total")
+
+    def __init__(self) -> None:
+        self.n = self.max = self.min = self.total = 0
 
     def add(self, value: int) -> None:
         """Take one value."""
-        if value > self.max or not self.n:
+        if value > self.max:  # noqa: PLR1730 (quicker than max())
             self.max = value
         if value < self.min or not self.n:
             self.min = value
         self.total += value
         self.n += 1
+
+    def summary_us(self) -> dict[str, Any]:
+        """Min, mean, max in us."""
+        mean = self.total / self.n if self.n else 0.0
+        return {"min_us": self.min / 1e3, "mean_us": mean / 1e3, "max_us": self.max / 1e3}
+
+
+class Reservoir:
+    """Uniform random sample (algorithm L of K.-H. Li, ACM TOMS 20, 1994; seeded) of at most `size` values >= 0.
+
+    The maximum and the count are exact.  Once the sample is full, nearly every value costs two comparisons: how many
+    are passed over until the next one is kept is drawn beforehand.
+    """
+
+    def __init__(self, size: int = RESERVOIR) -> None:
+        self.n = 0
+        self.max = 0
+        self._size = size
+        self._kept: list[int] = []
+        self._random = random.Random(1)
+        self._weight = 1.0
+        self._next = 0  # count at which the next value is kept
+
+    def add(self, value: int) -> None:
+        """Take one value."""
+        self.n += 1
+        if value > self.max:  # noqa: PLR1730 (quicker than max())
+            self.max = value
+        if self.n >= self._next:
+            self._keep(value)
+
+    def _keep(self, value: int) -> None:
         if len(self._kept) < self._size:
             self._kept.append(value)
-        elif (slot := self._random.randrange(self.n)) < self._size:
-            self._kept[slot] = value
+            if len(self._kept) < self._size:
+                return
+        else:
+            self._kept[self._random.randrange(self._size)] = value
+        self._weight = min(self._weight * self._uniform() ** (1.0 / self._size), _LARGEST)
+        self._next = self.n + int(math.log(self._uniform()) / math.log1p(-self._weight)) + 1
+
+    def _uniform(self) -> float:
+        """Above 0, up to 1."""
+        return 1.0 - self._random.random()
 
     def quantiles(self) -> dict[str, int]:
         """p50, p99, p999 of the sample (nearest rank), exact max and n; zeros without values."""
@@ -42,11 +79,6 @@ class Reservoir:
             return ordered[max(math.ceil(q * len(ordered)), 1) - 1] if ordered else 0
 
         return {"p50": rank(0.5), "p99": rank(0.99), "p999": rank(0.999), "max": self.max, "n": self.n}
-
-    def summary_us(self) -> dict[str, Any]:
-        """Exact min, mean, max in us of values in ns."""
-        mean = self.total / self.n if self.n else 0.0
-        return {"min_us": self.min / 1e3, "mean_us": mean / 1e3, "max_us": self.max / 1e3}
 
 
 HANDSHAKES = Reservoir()

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
-from typing import Any, TypeVar
+from typing import Any, TypeVar, overload
 
 _T = TypeVar("_T", bound=type)
 _ATTRIBUTE = "__plc_task__"
@@ -60,13 +60,24 @@ class TaskSpec:
     watchdog: float = WATCHDOG_S
 
 
-def task(interval: float = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S) -> Callable[[_T], _T]:
+@overload
+def task(interval: _T) -> _T: ...
+
+
+@overload
+def task(interval: float = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S) -> Callable[[_T], _T]: ...
+
+
+def task(interval: Any = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S) -> Any:
     """Class decorator: an instance's ``cyclic()`` runs every ``interval`` seconds of the cell's clock.
 
     ``setup(hli)`` runs once after each attachment, before the first scan.  Optional: ``finished()`` (after the
     program's end: may the cell go?) and ``result()`` (any JSON value for the report).  A ``cyclic()`` that has not
     returned after ``watchdog`` seconds of wall time ends the PLC with an error that names the line (0: never).
+    Without brackets: 1 ms.
     """
+    if isinstance(interval, type):
+        return task()(interval)
     if not interval > 0.0:
         raise ValueError(f"task interval {interval} s: above 0")
     if not watchdog >= 0.0:

@@ -9,6 +9,7 @@ DEFAULT_DIALECT = "isg"
 EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg"} | dict.fromkeys(
     (".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso"
 ) | {".isons": "isons", ".osai": "osai", ".hsm": "osai"}
+OWN_EXTENSIONS = (".isons", ".osai")  # nobody else's
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
 # what cannot stand in a program of the other dialect
@@ -32,8 +33,10 @@ _HSM = re.compile(r"^\s*(?:N\d+\s*)?\(\s*HSM\s*,[^()\n]*\)\s*$|^\s*<\*,", re.M)
 
 
 def detect(path: Path) -> str:
-    """Dialect of the file: the one whose signs alone are found in its first 64 KiB, else that of its extension."""
+    """Dialect of the file: of an extension nobody else has, of the only signs in the first 64 KiB, of the extension."""
     by_name = EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
+    if path.suffix.lower() in OWN_EXTENSIONS:
+        return by_name
     try:
         with path.open("rb") as file:
             text = file.read(SNIFFED_BYTES).decode("latin-1")

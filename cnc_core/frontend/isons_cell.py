@@ -7,7 +7,9 @@ from dataclasses import dataclass, field
 SLOTS = 256
 EVENTS = ("M_STOP", "M_START", "M_END", "M_GOBLOCK", "M_GORETRACE", "M_ERROR", "M_PAUSE", "M_GOPAUSE")
 INPUTS, OUTPUTS, GENERICS, M_PARAMETERS = 256, 256, 10, 10
-IO_BLOCKS = INPUTS + OUTPUTS + GENERICS + M_PARAMETERS
+EVENT_SLOTS = 16  # numbers of G100 that the PLC can look back at
+EVENT_PLACE = INPUTS + OUTPUTS + GENERICS + M_PARAMETERS  # block of their count
+IO_BLOCKS = EVENT_PLACE + 1 + EVENT_SLOTS
 
 
 @dataclass(frozen=True)

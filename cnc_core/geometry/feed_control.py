@@ -68,7 +68,7 @@ class FeedControl(RunFilter):
         out = rows[:count].copy()
         out["feed"] = [self._adapted(float(f), float(most)) for f, most in zip(feeds[:count], out["feed"], strict=True)]
         ends = corners[1 : count + 1]
-        out["end_speed"] = np.where(ends < FAR, np.maximum(ends, 1e-3), out["end_speed"])
+        out["end_speed"] = np.where(ends < out["feed"], np.maximum(ends, 1e-3), out["end_speed"])
         self._corner = float(corners[count])
         self._held, self._starts = rows[count:].copy(), self._starts[count:]
         return out

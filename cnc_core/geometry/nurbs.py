@@ -17,6 +17,7 @@ from ..blocks import EXACT_STOP
 from .polyline import EMPTY, NURBS, SAME_MM, FloatArray, Rows, RunFilter, distances, farthest
 
 SPANS_AT_ONCE = 64
+ROWS_AT_ONCE = 65536
 TABLE_MIN, TABLE_MAX = 8, 64  # arc length table of a span
 
 
@@ -62,6 +63,7 @@ class SplineFilter(RunFilter):
         self._out_span = 0  # where the last point that came out lies
         self._measured = 0  # control points compared with the curve
         self._trace = start[None, :].copy()  # points that came out of the last spans
+        self._trace_spans = np.zeros(1, np.int64)
 
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
         if self.order <= 1:
@@ -109,10 +111,15 @@ class SplineFilter(RunFilter):
         out = []
         degree = self._degree if top is None else min(self._degree, self._number)
         while self._span < behind:
-            until = min(behind, self._span + SPANS_AT_ONCE)
+            until = min(behind, self._span + self._at_once)
             out.append(self._spans(until, degree, top))
             self._forget(degree)
         return np.concatenate(out) if out else EMPTY
+
+    @property
+    def _at_once(self) -> int:
+        """Spans whose rows are made together: their number stays bounded."""
+        return int(np.clip(ROWS_AT_ONCE * self.step / max(self.length, self.step), 1, SPANS_AT_ONCE))
 
     def _at(self, u: FloatArray, spans: Any, degree: int, top: int | None) -> FloatArray:
         """(n, axes) points of the curve."""
@@ -145,35 +152,41 @@ class SplineFilter(RunFilter):
             points = np.vstack([points, self._points[-1]])
             sources = np.append(sources, len(self._rows) - 1)
         driven = np.vstack([self._last_out, points])
-        out = self._made(points, sources)
-        self._measure(driven, (self._span, until), degree, final)
-        self._out_span = int(at[-1]) if len(at) else self._out_span
+        out = self._made(points, sources, final)
+        begin_span, self._out_span = min(self._span, self._out_span), int(at[-1]) if len(at) else self._out_span
+        at = np.append(at, until - 1) if final else at
+        self._measure(driven, (begin_span, until), at, degree, final)
         self._span = until
         return out
 
-    def _made(self, points: FloatArray, sources: Any) -> Rows:
-        """Rows to the points; ``sources``: whose feed and place in the text they have."""
+    def _made(self, points: FloatArray, sources: Any, final: bool) -> Rows:
+        """Rows to the points; ``sources``: their feed and place.  Only a run's end may be a stop."""
         rows = self._rows[sources].copy()
-        rows["flags"][:-1] &= ~np.uint16(EXACT_STOP)
+        rows["flags"][: -1 if final else None] &= ~np.uint16(EXACT_STOP)
         rows["end"][:, : self.count] = points
         before, self._last_out = self._last_out, points[-1].copy() if len(points) else self._last_out
         return self.with_lengths(rows, before)
 
-    def _measure(self, driven: FloatArray, spans: tuple[int, int], degree: int, final: bool) -> None:
-        """Deviation of what is driven, and how far the control points around these spans lie beside it."""
-        used, (first, until) = self.used, (min(spans[0], self._out_span), spans[1])
+    def _measure(self, driven: FloatArray, spans: tuple[int, int], at: Any, degree: int, final: bool) -> None:
+        """Deviation of what is driven, and how far the control points around these spans lie beside it.
+
+        ``at``: spans of the points driven to.
+        """
+        used, (first, until) = self.used, spans
         line = self._points[max(0, first - 1 - self._first) : until + degree + 1 - self._first, used]
         if len(driven) > 1:
             self.note(farthest(driven[:, used], line, self.report.deviation_mm), 0.0)
         self._trace = np.vstack([self._trace, driven[1:]])
-        reached = until - degree // 2 - 1  # control points whose part of the curve is known
+        self._trace_spans = np.concatenate([self._trace_spans, at])
+        reached = self._out_span - degree // 2 - 1  # control points whose part of the curve has come out
         begin = max(self._measured, self._first)
         end = self._number + 1 if final else min(reached, self._number)
         if end > begin:
             vertices = self._points[begin - self._first : end - self._first, used]
             self.note(0.0, float(distances(vertices, self._trace[:, used]).max()))
             self._measured = end
-        self._trace = self._trace[-TABLE_MAX * (degree + 2) :]
+        kept = max(0, int(np.searchsorted(self._trace_spans, self._measured - degree - 2)) - 1)
+        self._trace, self._trace_spans = self._trace[kept:], self._trace_spans[kept:]
 
     def _forget(self, degree: int) -> None:
         """Control points and rows that no span to come, and no measurement, needs."""

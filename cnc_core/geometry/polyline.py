@@ -1,9 +1,10 @@
 """Filters of runs of straight feed motions: what they have in common.
 
 A ``FILTER`` row (``code``: which filter) switches and sets one from there on: ``flags`` ``HAS_VALUE`` on; ``degree``,
-``fill_1``, ``plane``: channel indices of the plane's two axes and of the depth axis (255: none); the meaning of
-``value``, ``length``, ``radius``, ``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with
-anything but a straight feed motion of these axes.  FILTER rows pass on to ``PathMode``, which takes them out.
+``fill_1``, ``plane``: channel indices of the plane's two axes and of the depth axis (255: none); ``center``: first
+number 1 + the index of a tangential axis, which follows (0: none); the meaning of ``value``, ``length``, ``radius``,
+``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with anything but a straight feed
+motion of these axes along the programmed path.  FILTER rows pass on to ``PathMode``, which takes them out.
 
 Memory is bounded by a filter's reach, whatever the length of the run.
 """
@@ -17,7 +18,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import ELEMENT, FILTER, HAS_VALUE, LINEAR, PIECE, POLYNOMIAL, RAPID, BlockBatch
+from ..blocks import ELEMENT, FILTER, HAS_VALUE, LINEAR, PATH_FEED, PIECE, POLYNOMIAL, RAPID, BlockBatch
 from .polynomial import joined
 
 FloatArray = npt.NDArray[np.float64]
@@ -25,7 +26,8 @@ Rows = npt.NDArray[Any]
 NOISE, NURBS, FINE_NOISE, SHORT, LOW_PASS, FEED_CONTROL = 1, 2, 3, 4, 5, 6
 NO_AXIS = 255
 SAME_MM = 1e-9
-SHARES = np.linspace(0.0, 1.0, 33)[1:-1, None]
+CLOSE_MM = 1e-6  # of a largest distance
+HALVINGS, STRETCHES_MAX = 60, 4096
 NEAR_BLOCK = 512  # points compared at a time
 
 
@@ -66,40 +68,63 @@ def turns_of(delta: FloatArray, axes: tuple[int, int]) -> FloatArray:
     return np.where(moves, turn, 0.0)
 
 
+def _to_segments(points: FloatArray, line: FloatArray) -> FloatArray:
+    """(n, m - 1) of points (n, k) to each segment of a polyline (m, k)."""
+    begin, way = line[:-1], np.diff(line, axis=0)
+    square = np.maximum((way**2).sum(axis=1), 1e-300)
+    offset = points[:, None, :] - begin
+    share = np.clip((offset * way).sum(axis=2) / square, 0.0, 1.0)
+    rest = offset - share[:, :, None] * way
+    return np.asarray(np.sqrt((rest**2).sum(axis=2)))
+
+
 def distances(points: FloatArray, line: FloatArray) -> FloatArray:
     """(n,) of points (n, k) to a polyline (m, k)."""
     if not len(points):
         return np.zeros(0)
     if len(line) == 1:
         return np.asarray(np.linalg.norm(points - line[0], axis=1))
-    begin, way = line[:-1], np.diff(line, axis=0)
-    square = np.maximum((way**2).sum(axis=1), 1e-300)
-    found = []
-    for i in range(0, len(points), NEAR_BLOCK):
-        offset = points[i : i + NEAR_BLOCK, None, :] - begin
-        share = np.clip((offset * way).sum(axis=2) / square, 0.0, 1.0)
-        rest = offset - share[:, :, None] * way
-        found.append(np.sqrt((rest**2).sum(axis=2).min(axis=1)))
-    return np.concatenate(found)
+    parts = range(0, len(points), NEAR_BLOCK)
+    return np.concatenate([_to_segments(points[i : i + NEAR_BLOCK], line).min(axis=1) for i in parts])
 
 
 def farthest(mine: FloatArray, other: FloatArray, known: float = 0.0) -> float:
-    """Largest distance of any point of the polyline ``mine`` from ``other``, to a thirty-second of a segment.
+    """Largest distance of any point of the polyline ``mine`` from ``other``, to ``CLOSE_MM``.
 
-    A segment of length L between vertices at d and e holds no point farther than (d + e + L) / 2; only segments that
-    may beat what has been found are looked into.  ``known``: smaller values are of no interest.
+    A stretch of length L with d and e at its ends holds no point farther than (d + e + L) / 2; and the distance from
+    one segment is convex along it, so none farther than the larger one of its ends.  Stretches that may beat what has
+    been found are halved.  ``known``: smaller values are of no interest.
     """
     found = distances(mine, other)
     largest = max(known, float(found.max()))
-    if len(mine) < 2:
+    if len(mine) < 2 or len(other) < 2:
         return largest
-    way = np.diff(mine, axis=0)
-    bound = (found[:-1] + found[1:] + np.sqrt((way**2).sum(axis=1))) / 2.0
-    for i in np.argsort(bound)[::-1]:
-        if bound[i] <= largest + SAME_MM:
+    begin, end = mine[:-1], mine[1:]
+    at_begin, at_end = found[:-1], found[1:]
+    for _ in range(HALVINGS):
+        length = np.sqrt(((end - begin) ** 2).sum(axis=1))
+        may = np.flatnonzero((at_begin + at_end + length) / 2.0 > largest + CLOSE_MM)[:STRETCHES_MAX]
+        may = may[_convex_bound(begin[may], end[may], other) > largest + CLOSE_MM]
+        if not len(may):
             break
-        largest = max(largest, float(distances(mine[i] + SHARES * way[i], other).max()))
+        middle = 0.5 * (begin[may] + end[may])
+        at_middle = distances(middle, other)
+        largest = max(largest, float(at_middle.max()))
+        at_begin = np.concatenate([at_begin[may], at_middle])
+        at_end = np.concatenate([at_middle, at_end[may]])
+        begin, end = np.vstack([begin[may], middle]), np.vstack([middle, end[may]])
     return largest
+
+
+def _convex_bound(begin: FloatArray, end: FloatArray, other: FloatArray) -> FloatArray:
+    """(n,) no point between ``begin`` and ``end`` (n, k) is farther from ``other``."""
+    parts = [
+        np.maximum(_to_segments(begin[i : i + NEAR_BLOCK], other), _to_segments(end[i : i + NEAR_BLOCK], other)).min(
+            axis=1
+        )
+        for i in range(0, len(begin), NEAR_BLOCK)
+    ]
+    return np.concatenate(parts) if parts else np.zeros(0)
 
 
 class RunFilter(ABC):
@@ -111,7 +136,7 @@ class RunFilter(ABC):
     def __init__(self, start: FloatArray, main: tuple[int, int, int]) -> None:
         self.main, self.count = main, len(start)
         self.on = False
-        self.axes, self.depth = (0, 1), NO_AXIS
+        self.axes, self.depth, self.tangential = (0, 1), NO_AXIS, NO_AXIS
         self.report = FilterReport(self.name)
         self._last = start.copy()
 
@@ -165,6 +190,7 @@ class RunFilter(ABC):
     def _set(self, row: Any) -> None:
         self.on = bool(row["flags"] & HAS_VALUE)
         self.axes, self.depth = (int(row["degree"]), int(row["fill_1"])), int(row["plane"])
+        self.tangential = int(row["center"][0]) - 1 if row["center"][0] > 0 else NO_AXIS
         self.settings(row)
 
     def _follow(self, rows: Rows) -> None:
@@ -198,9 +224,10 @@ class RunFilter(ABC):
         before = np.concatenate([[-1], np.maximum.accumulate(places)[:-1]])
         ends = rows["end"][:, : self.count]
         start = np.where((before >= 0)[:, None], ends[np.maximum(before, 0)], self._last)
-        others = [i for i in range(self.count) if i not in (*self.axes, self.depth)]
+        mine = (*self.axes, self.depth, self.tangential)
+        others = [i for i in range(self.count) if i not in mine]
         rests = (np.abs(ends - start)[:, others] < SAME_MM).all(axis=1)
-        plain = (rows["type"] == LINEAR) & ((rows["flags"] & (RAPID | ELEMENT | PIECE)) == 0)
+        plain = (rows["type"] == LINEAR) & ((rows["flags"] & (RAPID | ELEMENT | PIECE | PATH_FEED)) == 0)
         return plain & rests, start
 
     # for the filters

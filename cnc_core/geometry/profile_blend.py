@@ -4,6 +4,8 @@ A circle that leaves the corner by e at a turn of t has the radius e / (1 / cos(
 r tan(t/2).  The piece between the cuts is a quintic with the curves' derivatives at its ends; its speed
 there is chosen so that on straight lines its middle is e from the corner, exactly as the circle's is.
 
+Polynomials that run with their parameter are joined C2 in it, so that the path goes on without a jump of speed.
+
 An edge of transition 67 is passed at the speed that the axes can stand.  A jump of velocity has no jerk limit that it
 keeps, so the edge gets a piece of the same kind that leaves it by no more than the fit tolerance (Tol), driven at that
 speed; without a tolerance the edge stays exact.
@@ -15,7 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..profile import BLEND, PASS, SMOOTH, STOP, ProfileSpec
+from ..profile import BLEND, PASS, POINTS, SMOOTH, STOP, ProfileSpec
 from . import profile_spline as spline
 from .profile_curves import Intervals
 from .profile_points import FloatArray
@@ -55,6 +57,7 @@ class Blends:
         self.spec, self._linear, self._edge_speed = spec, list(spec.linear), edge_speed
         self._held: Intervals | None = None
         self.count = 0
+        self._by_parameter = spec.kind != POINTS and not spec.feed_by_length
         self._codes = (BLEND, PASS) if spec.tolerance > 0.0 else (BLEND,)
 
     def push(self, intervals: Intervals, final: bool) -> Intervals:
@@ -105,9 +108,14 @@ class Blends:
         piece = whole[at : at + 1]
         feed = np.minimum(whole.feed[at : at + 1], whole.feed[at + 1 : at + 2])
         if passed:
-            feed = np.minimum(feed, self._edge_speed(a, b))
+            rate = self._rate(a, b) if self._by_parameter else 1.0
+            feed = np.minimum(feed, self._edge_speed(a, b) / rate)
         none = np.array([SMOOTH])
         return Intervals(coef[None], np.array([span]), feed, none, piece.rapid.copy(), piece.line, piece.number)
+
+    def _rate(self, a: FloatArray, b: FloatArray) -> float:
+        """Mean speed of the linear axes over that of the parameter on both sides."""
+        return 0.5 * float(np.linalg.norm(a[self._linear]) + np.linalg.norm(b[self._linear]))
 
     def _goes_on(self, left: FloatArray, span: float, right: FloatArray) -> bool:
         """Direction and curvature are the same on both sides already."""
@@ -139,10 +147,14 @@ class Blends:
             return None
         start, end = evaluated(left, u0), evaluated(right, u1)
         handle = 3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)) if turn > 1e-6 else 1.6
-        coef = joining(start, end, self._linear, handle * reach)
-        points = np.einsum("ck,kg->gc", coef, GRID ** np.arange(6)[:, None])
+        if self._by_parameter:
+            length = handle * reach / max(self._rate(start[1], end[1]), 1e-300)
+            coef = spline.quintic(start[:1], end[:1], start[None, 1:], end[None, 1:], np.array([length]))[0]
+        else:
+            length, coef = 1.0, joining(start, end, self._linear, handle * reach)
+        points = np.einsum("ck,kg->gc", coef, (length * GRID) ** np.arange(6)[:, None])
         near = np.linalg.norm((points - corner)[:, self._linear], axis=1).min()
-        return (coef, 1.0, u0, u1) if near <= chord * (1.0 + 1e-6) else None
+        return (coef, length, u0, u1) if near <= chord * (1.0 + 1e-6) else None
 
     def _end_of(self, coef: FloatArray, reach: float) -> float:
         speed = float(np.linalg.norm(coef[self._linear, 1]))

@@ -18,7 +18,7 @@ from . import profile_jets as jets
 from . import profile_spline as spline
 from .profile_curves import Intervals
 from .profile_rows import NODES, WEIGHTS
-from .profile_tool import Rotaries, Versors
+from .profile_tool import NoVersor, Rotaries, Versors
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -30,7 +30,7 @@ TOGETHER = 1e-6  # relative difference of first derivatives that are the same
 
 
 class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
-    """``reason``: "direction" cannot be reached, "rough" (no smooth motion), "normal".  ``interval``: where."""
+    """``reason``: "direction" not reached, "rough" (not smooth), "versor" without length.  ``interval``: where."""
 
     def __init__(self, reason: str, interval: int) -> None:
         super().__init__(reason)
@@ -141,14 +141,20 @@ class Carry:
             out[:, :, axis.channel] = columns[:, :, i]
         if self._following is not None:
             self._follow(out, coef, u)
-        d = self.versors.direction(coef, u, out)
+        try:
+            d = self.versors.direction(coef, u, out)
+        except NoVersor as reason:
+            raise NotCarried("versor", int(at[reason.at]) if at is not None else 0) from None
         if self.rotaries is not None:
             try:
                 angles = self.rotaries.angles(d, forward)
             except ValueError as error:
                 raise NotCarried("direction", int(at[error.args[0]]) if at is not None else 0) from None
             out[:, :, self.rotaries._axes] = angles
-        tip = self.versors.tip(coef, u, d, forward)
+        try:
+            tip = self.versors.tip(coef, u, d, forward)
+        except NoVersor as reason:
+            raise NotCarried("versor", int(at[reason.at]) if at is not None else 0) from None
         for k, i in enumerate(spec.linear):
             out[:, :, spec.axes[i].channel] = tip[:, :, k]
         out[:, 0] += self._shift

@@ -7,6 +7,7 @@ curves have free ends.  What lies between two transitions is one spline however 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -66,14 +67,14 @@ def steps_of(values: FloatArray, linear: list[int]) -> FloatArray:
 
 
 class Curves:
-    """Points in, intervals out.
+    """Points in, intervals out.  ``directions``: (n, 3) tool directions of points, where VAngle needs them.
 
     The buffer begins with the open curve's first knot or, of a long curve, ``HALO`` knots ahead of the first one that
     is not solved yet.
     """
 
-    def __init__(self, spec: ProfileSpec) -> None:
-        self.spec = spec
+    def __init__(self, spec: ProfileSpec, directions: Callable[[FloatArray], FloatArray] | None = None) -> None:
+        self.spec, self._directions = spec, directions
         self.filter = PointFilter(spec)
         self.marked = self.kept = 0
         self._columns, self._linear = len(spec.columns), list(spec.linear)
@@ -103,8 +104,8 @@ class Curves:
         buffer, first, stop = self._buffer, self._known, len(self._buffer) - 1
         if stop > first:
             part = slice(first - 1, stop + 1)
-            versor = self.spec.versor_columns("ijk")
-            versors = None if versor is None else buffer.values[part, versor]
+            wanted = self._directions is not None and self.spec.marks.versor_deg > 0.0
+            versors = self._directions(buffer.values[part]) if self._directions and wanted else None
             found = automatic_codes(buffer.values[part][:, self._linear], versors, self.spec.marks)
             free = (
                 (buffer.after[first:stop] == SMOOTH) & ~buffer.rapid[first:stop] & ~buffer.rapid[first + 1 : stop + 1]
@@ -154,7 +155,8 @@ class Curves:
         """A G00 line."""
         buffer, one = self._buffer, slice(1, 2)
         a, b = buffer.values[0], buffer.values[1]
-        far = float(np.linalg.norm((b - a)[self._linear])) or float(np.linalg.norm(b - a))
+        far = float(np.linalg.norm((b - a)[self._linear]))
+        far = far if far >= STANDS else float(np.linalg.norm(b - a))
         coef = np.zeros((1, self._columns, 6))
         coef[0, :, 0], coef[0, :, 1] = a, (b - a) / far
         self._state = None

@@ -1,7 +1,9 @@
-"""Smoothing of a profile's speed over time (JRK Tstab, Ttop): no short stretch of higher feed between slower ones.
+"""Smoothing of a profile's speed over time (JRK Tstab, Ttop, Tintgr), and what is queued before it starts (Entities).
 
 Each driven row has the share of its feed that limits in its bends leave on average.  The shares are opened over
 a window of time, the largest share that holds for a whole window around a row: a rise that would not last is not begun.
+What changes of speed are left are spread into the constant stretches beside them: the mean over Tintgr of the least
+share within half of it on either side, which is nowhere above the share itself.
 Sections end where the axes stand.  Programmed feeds are not filtered, only what limits make of them.
 """
 
@@ -15,23 +17,34 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import BY_LENGTH, ELEMENT, EXACT_STOP, POLYNOMIAL, RAPID, BlockBatch
+from ..blocks import BY_LENGTH, ELEMENT, EXACT_STOP, PIECE, POLYNOMIAL, RAPID, BlockBatch
 from .polynomial import coefficients, derivative, joined, normalised
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
 GRID = np.linspace(0.0, 1.0, 9)
+ENTITIES_MAX = 10000
 LONG = 0.5  # of the window: rows that last longer are not lowered, their one share says too little of them
 
 
 @dataclass(frozen=True)
 class TimeFilter:
-    """``window_s``; (axes,) limits of cutting, mm/s and mm/s2.  ``main``: axes that the path length counts."""
+    """``window_s``: of the opening; ``merge_s``: over which changes are spread; 0: off.  ``entities``: start together.
+
+    (axes,) limits of cutting, mm/s and mm/s2.  ``main``: axes that the path length counts.
+    """
 
     window_s: float
     velocity: FloatArray
     acceleration: FloatArray
     main: tuple[int, ...]
+    merge_s: float = 0.0
+    entities: int = 0
+
+    @property
+    def reach_s(self) -> float:
+        """How far a row's speed depends on what is beside it."""
+        return self.window_s + self.merge_s
 
 
 @dataclass
@@ -70,6 +83,7 @@ class ProfileFilter:
         self._now: TimeFilter | None = None
         self._past = _Caps.none()
         self._held: deque[tuple[BlockBatch, BoolArray, _Caps]] = deque()
+        self._queue = _Queue(0)
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
@@ -82,8 +96,9 @@ class ProfileFilter:
             if found is not self._now:
                 out.append(self.drain())
                 self._now = found
+                self._queue = _Queue(found.entities if found else 0)
             mine = BlockBatch(rows[part], batch.pool)
-            out.append(mine if found is None else self._take(mine, found))
+            out.append(mine if found is None else self._queue.push(self._take(mine, found)))
         return joined(out)
 
     def _take(self, batch: BlockBatch, filter_: TimeFilter) -> BlockBatch:
@@ -98,33 +113,54 @@ class ProfileFilter:
         for _, _, caps in self._held:
             known = known + caps
         until = np.cumsum(known.time)
-        share = _opened(known, filter_.window_s)
+        share = _spread(known, _opened(known, filter_.window_s), filter_.merge_s)
         first, out = len(self._past), []
         while self._held:
             batch, driven, caps = self._held[0]
             last = first + len(caps)
             ended = len(known) == 0 or last == 0 or known.ends[last - 1 :].any()
-            if not (final or ended or until[-1] - until[last - 1] >= filter_.window_s):
+            if not (final or ended or until[-1] - until[last - 1] >= filter_.reach_s):
                 break
             rows = batch.rows.copy()
             part = rows[driven]
-            feed = (part["flags"] & RAPID == 0) & (caps.time <= LONG * filter_.window_s)
+            feed = (part["flags"] & RAPID == 0) & (caps.time <= LONG * max(filter_.window_s, filter_.merge_s))
             part["feed"][feed] *= share[first:last][feed]
             rows[driven] = part
             out.append(BlockBatch(rows, batch.pool))
-            self._past = (self._past + caps).recent(filter_.window_s)
+            self._past = (self._past + caps).recent(filter_.reach_s)
             self._held.popleft()
             first = last
         return joined(out)
 
     def drain(self) -> BlockBatch:
-        out = self._settled(self._now, True) if self._now is not None else BlockBatch.empty()
-        self._now, self._past = None, _Caps.none()
+        rest = self._settled(self._now, True) if self._now is not None else BlockBatch.empty()
+        out = joined([self._queue.drain(), rest])
+        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
         return out
 
     def resync(self, position: FloatArray) -> None:
-        self._now, self._past = None, _Caps.none()
+        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
         self._held.clear()
+
+
+class _Queue:
+    """Keeps the beginning of a profile until so many of its elements are there: then they go on together."""
+
+    def __init__(self, entities: int) -> None:
+        self._missing = min(entities, ENTITIES_MAX)
+        self._held: list[BlockBatch] = []
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        if self._missing <= 0:
+            return batch
+        rows = batch.rows
+        self._missing -= int(((rows["type"] <= POLYNOMIAL) & (rows["flags"] & PIECE == 0)).sum())
+        self._held.append(batch)
+        return BlockBatch.empty() if self._missing > 0 else self.drain()
+
+    def drain(self) -> BlockBatch:
+        held, self._held = self._held, []
+        return joined(held)
 
 
 def _caps(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) -> _Caps:
@@ -161,6 +197,8 @@ def _curve_speed(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) 
 def _opened(caps: _Caps, window: float) -> FloatArray:
     """(n,) largest share that holds over a whole window around each row, section by section."""
     out = caps.share.copy()
+    if not window > 0.0:
+        return out
     for part in np.split(np.arange(len(caps)), np.flatnonzero(caps.ends) + 1):
         if len(part):
             out[part] = _opened_section(caps.share[part], caps.time[part], window)
@@ -178,6 +216,32 @@ def _opened_section(share: FloatArray, time: FloatArray, window: float) -> Float
     least = -_largest(-share, start, last)
     rows = np.arange(n)
     return _largest(least, np.searchsorted(last, rows), np.minimum(rows, full - 1))
+
+
+def _spread(caps: _Caps, share: FloatArray, merge: float) -> FloatArray:
+    """(n,) shares whose changes take ``merge`` s, section by section."""
+    if not merge > 0.0:
+        return share
+    out = share.copy()
+    for part in np.split(np.arange(len(caps)), np.flatnonzero(caps.ends) + 1):
+        if len(part):
+            out[part] = _spread_section(share[part], caps.time[part], merge)
+    return out
+
+
+def _spread_section(share: FloatArray, time: FloatArray, merge: float) -> FloatArray:
+    """The mean at the middle of each row; beyond the section's ends the shares there go on."""
+    end = np.cumsum(time)
+    begin, rows, half = end - time, np.arange(len(share)), 0.5 * merge
+    first = np.searchsorted(end, begin - half, side="right")
+    last = np.searchsorted(begin, end + half) - 1
+    least = -_largest(-share, np.minimum(first, rows), np.maximum(last, rows))
+    edges = np.concatenate([[-merge, 0.0], end, [end[-1] + merge]])
+    level = np.concatenate([least[:1], least, least[-1:]])
+    total = np.concatenate([[0.0], np.cumsum(level * np.diff(edges))])
+    middle = 0.5 * (begin + end)
+    mean = (np.interp(middle + half, edges, total) - np.interp(middle - half, edges, total)) / merge
+    return np.asarray(np.minimum(mean, share))
 
 
 def _largest(values: FloatArray, low: npt.NDArray[np.intp], high: npt.NDArray[np.intp]) -> FloatArray:

@@ -1,7 +1,8 @@
 """Dynamics of a profile (DIN, JRK): limits of its motions as shares of what the machine's axes can do.
 
 ``DYNAMICS`` rows at its beginning set them for feed and rapid motions, rows at its end free them; the planner keeps
-them all along, in bends and along the path.  A share is never above 1: no setup raises a limit of the machine.
+them all along, in bends and along the path.  No setup raises a limit of the machine, but for the jerk: with JRK DIS the
+axes run on S ramps alone, whatever their jerk.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ import numpy.typing as npt
 from cnc_core._engine import lib
 
 from ..blocks import DYNAMICS, NC_BLOCK, BlockBatch
-from ..profile import ProfileSpec
+from ..profile import Dynamics, ProfileSpec
 from .profile_filter import TimeFilter
 
 FloatArray = npt.NDArray[np.float64]
 FEED_MOTIONS, RAPID_MOTIONS = 0, 1  # ``value`` of a DYNAMICS row
 LOWEST = 1e-6  # share that the engine takes
+HIGHEST_JERK = 1e4  # the same
+S_RAMP_CYCLES = 4  # in which an axis reaches its acceleration where no jerk limit holds
 
 
 @dataclass(frozen=True)
@@ -35,17 +38,17 @@ class AxisDynamics:
 class ProfileLimits:
     """Rows that set and free the limits of one profile."""
 
-    def __init__(self, spec: ProfileSpec, machine: AxisDynamics) -> None:
+    def __init__(self, spec: ProfileSpec, machine: AxisDynamics, cycle_s: float) -> None:
         self._spec, self._machine = spec, machine
         self._shares = [
-            (code, which, shares) for code, which, shares in _shares(spec, machine) if (shares < 1.0).any()
+            (code, which, shares) for code, which, shares in _shares(spec, machine, cycle_s) if (shares != 1.0).any()
         ]
 
     def time_filter(self, main: tuple[int, ...]) -> TimeFilter | None:
-        """What smooths the speed (Tstab, Ttop), None if nothing does."""
+        """What smooths the speed (Tstab, Ttop, Tintgr) and queues the beginning (Entities), None if nothing does."""
         smooth = self._spec.smoothness
         window = max(smooth.window_s, smooth.constant_s)
-        if not window > 0:
+        if not (window > 0 or smooth.merge_s > 0 or smooth.entities > 0):
             return None
         velocity, acceleration = self._machine.velocity.copy(), self._machine.acceleration.copy()
         for code, which, shares in self._shares:
@@ -53,7 +56,7 @@ class ProfileLimits:
                 velocity *= shares
             if which == FEED_MOTIONS and code == lib.NC_DYNAMICS_ACCELERATION:
                 acceleration *= shares
-        return TimeFilter(window, velocity, acceleration, main)
+        return TimeFilter(window, velocity, acceleration, main, smooth.merge_s, smooth.entities)
 
     def begin(self) -> BlockBatch:
         return self._rows(None)
@@ -70,17 +73,38 @@ class ProfileLimits:
         return BlockBatch(rows)
 
 
-def _shares(spec: ProfileSpec, machine: AxisDynamics) -> Iterator[tuple[int, int, FloatArray]]:
-    """(code, motions, (axes,) shares).  Without a limit of jerk (DIS) only the machine's own one holds."""
-    smooth = spec.smoothness
+def _shares(spec: ProfileSpec, machine: AxisDynamics, cycle_s: float) -> Iterator[tuple[int, int, FloatArray]]:
+    """(code, motions, (axes,) shares).  Only S ramps (DIS) lift a share above 1: that of the jerk."""
     for which in (FEED_MOTIONS, RAPID_MOTIONS):
         own = {axis.channel: axis.cutting if which == FEED_MOTIONS else axis.rapid for axis in spec.axes}
         yield lib.NC_DYNAMICS_VELOCITY, which, _share({i: d.velocity for i, d in own.items()}, machine.velocity)
-        acceleration = {i: d.acceleration for i, d in own.items()}
-        yield lib.NC_DYNAMICS_ACCELERATION, which, _share(acceleration, machine.acceleration)
-        if smooth.jerk != "none":
-            jerk = {i: (smooth.scale or 1.0) * (d.jerk or float(machine.jerk[i])) for i, d in own.items()}
-            yield lib.NC_DYNAMICS_JERK, which, _share(jerk, machine.jerk)
+        acceleration = _share({i: d.acceleration for i, d in own.items()}, machine.acceleration)
+        yield lib.NC_DYNAMICS_ACCELERATION, which, acceleration
+        if spec.smoothness.jerk == "none":
+            yield lib.NC_DYNAMICS_JERK, which, _s_ramps(spec, machine, acceleration, cycle_s)
+        else:
+            yield lib.NC_DYNAMICS_JERK, which, _share(_jerks(spec, own, machine), machine.jerk)
+
+
+def _jerks(spec: ProfileSpec, own: Mapping[int, Dynamics], machine: AxisDynamics) -> dict[int, float | None]:
+    """Jerk of every axis (AXI).  Where it is the profile's (ENA), all linear axes have that of the weakest of them."""
+    scale = spec.smoothness.scale or 1.0
+    jerk = {i: scale * min(d.jerk or np.inf, float(machine.jerk[i]) or np.inf) for i, d in own.items()}
+    if spec.smoothness.jerk == "profile":
+        linear = [spec.axes[i].channel for i in spec.linear]
+        jerk |= dict.fromkeys(linear, min(jerk[i] for i in linear))
+    return {i: j for i, j in jerk.items() if np.isfinite(j)}
+
+
+def _s_ramps(spec: ProfileSpec, machine: AxisDynamics, acceleration: FloatArray, cycle_s: float) -> FloatArray:
+    """Shares of the jerk that reaches an axis' acceleration in ``S_RAMP_CYCLES``; never below the machine's own."""
+    out = np.ones(len(machine.jerk))
+    for axis in spec.axes:
+        i = axis.channel
+        if machine.jerk[i] > 0:
+            reached = acceleration[i] * machine.acceleration[i] / (S_RAMP_CYCLES * cycle_s * machine.jerk[i])
+            out[i] = min(max(1.0, reached), HIGHEST_JERK)
+    return out
 
 
 def _share(own: Mapping[int, float | None], machine: FloatArray) -> FloatArray:

@@ -57,7 +57,7 @@ class PointFilter:
     _last: FloatArray | None = field(default=None)
 
     def push(self, points: Points, final: bool) -> Points:
-        points = self._normalised(self._axis_null_moves(points))
+        points = self._normalised(self._axis_null_moves(self._rolled(points)))
         held = self._held if self._held is not None else points[:0]
         whole = held + points
         keep = self._moving(whole)
@@ -70,6 +70,20 @@ class PointFilter:
             return whole
         self._held = whole[-1:]
         return whole[:-1]
+
+    def _rolled(self, points: Points) -> Points:
+        """Positions of rollover axes (AXP Pitch), each the equivalent that is nearest to the one before."""
+        axes = enumerate(self.spec.axes)
+        rolling = [(i, axis) for i, axis in axes if axis.pitch and not (axis.linear or axis.tangential)]
+        if not rolling or not len(points):
+            return points
+        points = points[:]
+        points.values = points.values.copy()
+        for i, axis in rolling:
+            last = float(self.spec.start[axis.channel]) if self._last is None else float(self._last[i])
+            column = np.concatenate([[last], points.values[:, i]])
+            points.values[:, i] = np.unwrap(column, period=axis.pitch or 360.0)[1:]
+        return points
 
     def _normalised(self, points: Points) -> Points:
         for group in self.spec.versors:

@@ -83,7 +83,9 @@ def line_row(start: FloatArray, end: FloatArray, main: list[int], rapid: bool, *
     """(1,) a straight line that ends at standstill."""
     row = np.zeros(1, NC_BLOCK)
     moved = end - start
-    far = float(np.linalg.norm(moved[main])) or float(np.linalg.norm(moved))
+    far = float(np.linalg.norm(moved[main]))
+    if far < STANDS:  # what rounding left of it is no length
+        far = float(np.linalg.norm(moved))
     row["type"], row["length"], row["length_min"] = LINEAR, far, far
     row["end"][0, : len(end)] = end
     row["flags"] = EXACT_STOP | (RAPID if rapid else 0)

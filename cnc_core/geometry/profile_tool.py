@@ -18,7 +18,16 @@ from . import profile_jets as jets
 
 FloatArray = npt.NDArray[np.float64]
 PARALLEL = 1e-9
+SHORTEST = 1e-9  # versor that has a direction
 NUDGE = 1e-6  # share of a direction's change that tells where it goes at a singular pose
+
+
+class NoVersor(Exception):  # noqa: N818 - a reason, the stage makes the error
+    """A programmed versor has no length somewhere.  ``at``: which point."""
+
+    def __init__(self, at: int) -> None:
+        super().__init__(str(at))
+        self.at = at
 
 
 class NoNormal(Exception):  # noqa: N818 - a reason, the stage makes the error
@@ -59,7 +68,13 @@ class Versors:
     def columns(self, coef: FloatArray, u: FloatArray, group: str) -> FloatArray | None:
         """A programmed versor, normalised where it is evaluated."""
         part = self.spec.versor_columns(group)
-        return None if part is None else jets.unit(jets.of_columns(coef[:, part], u))
+        if part is None:
+            return None
+        found = jets.of_columns(coef[:, part], u)
+        short = np.linalg.norm(found[:, 0], axis=1) < SHORTEST
+        if short.any():
+            raise NoVersor(int(short.argmax()))
+        return jets.unit(found)
 
     def tangent(self, coef: FloatArray, u: FloatArray) -> FloatArray:
         """Unit tangent of the programmed curve; where it stands, along its second derivative."""

@@ -39,7 +39,7 @@ SPEED_GRID = np.linspace(0.0, 1.0, 25)
 SLOWDOWN = 0.03  # of the largest speed over the parameter
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
-CHAIN, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909253, 909260, 909261, 909262
+CHAIN, VERSOR, NORMAL, UNREACHABLE, LIMIT, ROUGH = 909211, 909250, 909253, 909260, 909261, 909262
 
 
 @dataclass
@@ -66,7 +66,7 @@ class _Open:
         limits: ProfileLimits,
     ) -> None:
         self.spec, self.kinematics, self.number, self.limits = spec, kinematics, number, limits
-        self.curves = Curves(spec) if spec.kind == POINTS else None
+        self.curves = Curves(spec, tool_directions(spec, kinematics)) if spec.kind == POINTS else None
         self.blends = Blends(spec, partial(edge_speed, spec))
         self.first: ProfileChunk | None = None
         self.approach: ProfileChunk | None = None  # the same until the machine stands where the profile begins
@@ -75,6 +75,9 @@ class _Open:
         if self.switched:
             assert kinematics is not None
             self.position = kinematics.programmed(spec.start, spec.tool.length)[0]
+        self.arrived = False  # at the beginning: the axes went there, not the tip
+        self.polynomials = 0  # that have become rows
+        self.stretch: float | None = None  # mm that a unit of the parameter counts for the planner
         self.carry = Carry(spec, kinematics, self.position.copy())
 
 
@@ -142,7 +145,7 @@ class Profiles:
             number = 1 + max(self._machines, default=0)
             kinematics = self._machine(spec, number, chunk)
             self._machines[number] = kinematics
-        limits = ProfileLimits(spec, self._dynamics)
+        limits = ProfileLimits(spec, self._dynamics, self._cycle_s)
         self._open = _Open(spec, kinematics, number, self._edge_speed, limits)
         self.report.profiles += 1
         if found := limits.time_filter(tuple(self._main)):
@@ -151,7 +154,7 @@ class Profiles:
             self.filters[spec.count] = found
         if not self._open.switched:
             return limits.begin()
-        chosen = Coordinates(kinematics=number, length=spec.tool.length)
+        chosen = Coordinates(kinematics=number, length=spec.tool.length, ptp=True)  # until the profile's beginning
         return joined([limits.begin(), self._switch(chosen, self._open.position, chunk)])
 
     def _machine(self, spec: ProfileSpec, number: int, chunk: ProfileChunk) -> Kinematics:
@@ -191,10 +194,9 @@ class Profiles:
             open_.first = open_.approach = chunk
         if spec.kind == POINTS:
             intervals = self._points(open_, Points.of(chunk), chunk.last)
-        elif spec.kind == CONTROL_POINTS:
-            intervals = _of_bspline(chunk)
         else:
-            intervals = _of_polynomials(chunk)
+            given = _of_bspline(chunk) if spec.kind == CONTROL_POINTS else _of_polynomials(chunk)
+            intervals = self._blended(open_, given, chunk.last)
         rows = self._finished(open_, intervals, chunk.last)
         if chunk.last and open_.approach is not None:  # a single point
             return joined([self._approach(open_, open_.approach), rows])
@@ -203,11 +205,16 @@ class Profiles:
     def _points(self, open_: _Open, points: Points, final: bool) -> Intervals:
         curves, report = open_.curves, self.report
         assert curves is not None
-        dropped, marked, blended = curves.filter.dropped, curves.marked, open_.blends.count
-        out = open_.blends.push(curves.push(points, final), final)
+        dropped, marked = curves.filter.dropped, curves.marked
+        out = self._blended(open_, curves.push(points, final), final)
         report.dropped += curves.filter.dropped - dropped
         report.marked += curves.marked - marked
-        report.blends += open_.blends.count - blended
+        return out
+
+    def _blended(self, open_: _Open, intervals: Intervals, final: bool) -> Intervals:
+        before = open_.blends.count
+        out = open_.blends.push(intervals, final)
+        self.report.blends += open_.blends.count - before
         return out
 
     def _edge_speed(self, spec: ProfileSpec, a: FloatArray, b: FloatArray) -> float:
@@ -258,7 +265,7 @@ class Profiles:
         try:
             return open_.carry(intervals)
         except NotCarried as reason:
-            number = {"direction": UNREACHABLE, "rough": ROUGH, "normal": NORMAL}[reason.reason]
+            number = {"direction": UNREACHABLE, "rough": ROUGH, "versor": VERSOR}[reason.reason]
             line = int(intervals.line[reason.interval])
         except NoNormal:
             number, line = NORMAL, int(intervals.line[0])
@@ -270,19 +277,21 @@ class Profiles:
         if not open_.carry.exact:
             return np.full(len(made.span), 5, np.int64)
         degree = np.full(len(made.span), spec.degree, np.int64)
-        if spec.kind == POINTS:
-            degree[np.abs(intervals.coef[:, :, 4:]).max(axis=(1, 2)) > 0.0] = 5
+        if spec.degree < 5:  # joining pieces, and lines in cubic curves
+            degree[np.abs(intervals.coef[:, :, spec.degree + 1 :]).max(axis=(1, 2)) > 0.0] = 5
         return degree
 
     def _set_feed(self, open_: _Open, intervals: Intervals, made: Carried, rows: npt.NDArray[Any]) -> None:
         """Along the curve that the feed refers to; of programmed polynomials that of the parameter."""
         spec, feed = open_.spec, intervals.feed[made.index]
         if spec.kind != POINTS and not spec.feed_by_length:
-            if open_.carry.exact and not open_.switched:
-                rows["feed"] = feed
-                rows["flags"] |= BY_PARAMETER
-                return
-            rows["feed"] = feed * rows["length"] / made.span
+            if open_.stretch is None:
+                open_.stretch = 2.0 ** np.round(np.log2(max(rows["length"].sum(), 1e-9) / made.span.sum()))
+            rows["feed"], rows["value"] = feed, open_.stretch
+            rows["flags"] |= BY_PARAMETER
+            if spec.point != "CCP" and not open_.carry.exact:  # parts of one polynomial of the tip
+                rows["code"] = open_.polynomials + made.index + 1
+                open_.polynomials += len(intervals)
             return
         lengths = open_.carry.reference_lengths(intervals, made)
         if lengths is not None:
@@ -305,10 +314,18 @@ class Profiles:
         open_.position = rows["end"][-1][:axes].copy()
         inserted = [self._turn(open_, rows[i], starts[i], begins[i]) for i in turns]
         open_.approach = None
-        if not len(turns):
-            return batch
         rows["flags"][turns[turns > 0] - 1] |= EXACT_STOP
-        return BlockBatch(np.insert(rows, turns, np.concatenate(inserted)), batch.pool)
+        places = turns.tolist()
+        if open_.switched and not open_.arrived:  # from here on the tip is driven
+            chosen = Coordinates(kinematics=open_.number, length=open_.spec.tool.length)
+            switch = self._switch(chosen, begins[0], None).rows
+            switch["line"] = rows["line"][0]
+            inserted.insert(places.count(0), switch)
+            places.insert(places.count(0), 0)
+            open_.arrived = True
+        if not places:
+            return batch
+        return BlockBatch(np.insert(rows, places, np.concatenate(inserted)), batch.pool)
 
     def _turn(self, open_: _Open, row: Any, start: FloatArray, end: FloatArray) -> npt.NDArray[Any]:
         """A line to where the curve of ``row`` begins; the first one leads to the profile."""
@@ -319,6 +336,8 @@ class Profiles:
             open_.approach = None
         else:
             rapid, feed, line, n = False, float(row["feed"]), int(row["line"]), int(row["n"])
+        if row is not None and row["flags"] & BY_PARAMETER:  # that of the parameter: here mm, as the planner counts it
+            feed *= open_.stretch or 1.0
         return line_row(
             start, end, self._main, rapid, feed=feed or TURNING, line=line, n=n, count=spec.count, file=spec.file
         )
@@ -346,8 +365,8 @@ class Profiles:
         one.line = chunk.line[:1]
         try:
             return np.asarray(open_.carry.carried(coef, np.zeros(1), np.ones(1, np.bool_))[0, 0])
-        except NotCarried:
-            number = UNREACHABLE
+        except NotCarried as reason:
+            number = VERSOR if reason.reason == "versor" else UNREACHABLE
         except NoNormal:
             number = NORMAL
         place = self._place(open_.spec.file, int(chunk.line[0]))
@@ -387,6 +406,23 @@ def machine_of(spec: ProfileSpec, number: int, limits: tuple[FloatArray, FloatAr
     return Kinematics(chain, (x, y, z), low, high, number)
 
 
+def tool_directions(spec: ProfileSpec, kinematics: Kinematics | None) -> Callable[[FloatArray], FloatArray] | None:
+    """Tool directions of points (n, columns): as programmed, or as the rotary axes point; None on three axes."""
+    part = spec.versor_columns("ijk")
+    if part is not None:
+        return lambda values: values[:, part]
+    if kinematics is None:
+        return None
+
+    def pointed(values: FloatArray) -> FloatArray:
+        q = np.tile(spec.start, (len(values), 1))
+        for i, axis in enumerate(spec.axes):
+            q[:, axis.channel] = values[:, i]
+        return kinematics.directions(q)
+
+    return pointed
+
+
 def _slows_down(made: Carried, main: list[int]) -> npt.NDArray[np.bool_]:
     """(n,) polynomials that nearly stand somewhere, measured by their parameter: they are driven by it."""
     d = made.coef[:, :, 1:] * np.arange(1, 6)
@@ -406,9 +442,14 @@ def _reach(coef: FloatArray, span: float) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
+def _padded(coef: FloatArray) -> FloatArray:
+    """A copy of the order that joining pieces have."""
+    return np.concatenate([coef, np.zeros((*coef.shape[:2], 6 - coef.shape[2]))], axis=2)
+
+
 def _of_polynomials(chunk: ProfileChunk) -> Intervals:
     rapid = np.zeros(len(chunk), np.bool_)
-    return Intervals(chunk.coef, chunk.span, chunk.feed, chunk.after.copy(), rapid, chunk.line, chunk.number)
+    return Intervals(_padded(chunk.coef), chunk.span, chunk.feed, chunk.after.copy(), rapid, chunk.line, chunk.number)
 
 
 def _of_bspline(chunk: ProfileChunk) -> Intervals:
@@ -419,4 +460,4 @@ def _of_bspline(chunk: ProfileChunk) -> Intervals:
     after = np.zeros(len(length), np.int64)
     after[-1] = chunk.after[-1]
     rapid = np.zeros(len(length), np.bool_)
-    return Intervals(coef, length, chunk.feed[at], after, rapid, chunk.line[at], chunk.number[at])
+    return Intervals(_padded(coef), length, chunk.feed[at], after, rapid, chunk.line[at], chunk.number[at])

@@ -1,6 +1,7 @@
 """Short segments are left out: a vertex nearer than ``length`` mm (FILTER row) to the vertex kept last goes.
 
-``length`` 0: as far as the feed of the row gets in ``value`` s.  The end of a run stays.
+``length`` 0: as far as the feed of the row gets in ``value`` s.  The end of a run stays.  The override has no effect on
+what is driven here.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..blocks import NO_OVERRIDE
 from .polyline import EMPTY, SHORT, FloatArray, Rows, RunFilter
 
 
@@ -31,6 +33,7 @@ class ShortSegments(RunFilter):
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
         if not len(self._held):
             self._kept, self._left = start.copy(), []
+        rows["flags"] |= NO_OVERRIDE
         rows = np.concatenate([self._held, rows])
         rows, self._held = rows[:-1], rows[-1:]
         return self._kept_of(rows)

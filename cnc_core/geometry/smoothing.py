@@ -3,7 +3,7 @@
 The geometry is in C (``c_ext/smooth*.c``, told in ``docs/smoothing.md``).  Programmed motions go on as *elements*
 (flag ``ELEMENT``: what the PLC sees), among them *pieces* (flag ``PIECE``: what the machine executes; ``value`` is the
 programmed distance they cover).  A motion that is driven as programmed stays one row without flags.  ``SMOOTHING`` rows
-switch.
+switch; those with the flag ``HAS_VALUE`` say how the axes may drive what the rows describe, and describe nothing.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
 
-from ..blocks import NC_BLOCK, POLYNOMIAL, SMOOTHING, BlockBatch
+from ..blocks import HAS_VALUE, NC_BLOCK, POLYNOMIAL, SMOOTHING, BlockBatch
 
 FloatArray = npt.NDArray[np.float64]
 TURN_MAX = np.radians(120.0)
@@ -52,7 +52,7 @@ class Smoothing:
     """Rows of the programmed contour in, elements and pieces out.
 
     ``tolerance``: mm, 0 = exactly until a row says otherwise.  ``rotary_tolerance``: degrees.  ``turn_max``: rad,
-    larger turns stay exact corners.
+    larger turns stay exact corners.  ``described``: rows are listed, not driven.
     """
 
     def __init__(
@@ -62,6 +62,8 @@ class Smoothing:
         tolerance: float,
         rotary_tolerance: float = 0.05,
         turn_max: float = TURN_MAX,
+        *,
+        described: bool = False,
     ) -> None:
         config = ffi.new("nc_smooth_config *")
         config.axes, config.main_axis, config.rotary = len(start), list(machine.main), machine.rotary
@@ -71,20 +73,33 @@ class Smoothing:
         if handle == ffi.NULL:
             raise MemoryError("smoothing")
         self._exact = tolerance == 0.0  # nothing is smoothed yet, rows pass
+        self._tolerance, self._described = tolerance, described
         self._state: Any = ffi.gc(handle, lib.nc_smooth_free)
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows and pieces that are final now."""
-        if self._exact and not (batch.rows["type"] == SMOOTHING).any():
+        rows = self._switched(batch.rows)
+        if self._exact and not (rows["type"] == SMOOTHING).any():
             self._follow(batch.rows)
             return batch
         self._exact = False
-        rows = np.ascontiguousarray(batch.rows)
+        rows = np.ascontiguousarray(rows)
         pool = np.ascontiguousarray(batch.pool)
         pointer = ffi.cast("double *", pool.ctypes.data) if len(pool) else ffi.NULL
         if lib.nc_smooth_push(self._state, ffi.cast("nc_block *", rows.ctypes.data), len(rows), pointer, len(pool)) < 0:
             raise MemoryError("smoothing")
         return self._taken()
+
+    def _switched(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Rows that only say how to drive give way to a larger tolerance, and to none if nothing is driven."""
+        switch = (rows["type"] == SMOOTHING) & ((rows["flags"] & HAS_VALUE) != 0)
+        if not switch.any():
+            return rows
+        rows = rows.copy()
+        weak = switch & (self._described | (rows["value"] <= self._tolerance))
+        for name in ("value", "length", "angle"):
+            rows[name][weak] = 0.0
+        return rows
 
     def drain(self) -> BlockBatch:
         """The section in work ends where the program stands."""

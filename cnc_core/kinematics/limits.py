@@ -57,7 +57,7 @@ class AxisLimits:
         moving = np.flatnonzero((batch.rows["type"] <= POLYNOMIAL) & ((batch.rows["flags"] & ELEMENT) == 0))
         if not len(moving):
             return batch
-        rows = batch.rows[moving]
+        rows = batch.rows if len(moving) == len(batch) else batch.rows[moving]  # plain lines are not copied
         low, high = self._reach(rows, batch.pool)
         tolerance = 1e-9
         beyond = (low < self.low - tolerance) | (high > self.high + tolerance)

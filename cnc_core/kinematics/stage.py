@@ -14,12 +14,25 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..blocks import CIRCULAR, COORDINATES, ELEMENT, LINEAR, PIECE, POLYNOMIAL, TANGENTS, BlockBatch
+from ..blocks import (
+    BY_LENGTH,
+    BY_PARAMETER,
+    CIRCULAR,
+    COORDINATES,
+    ELEMENT,
+    LINEAR,
+    OF_TIP,
+    PIECE,
+    POLYNOMIAL,
+    TANGENTS,
+    BlockBatch,
+)
 from ..coordinates import Coordinates
 from ..errors import ERRORS, CncError, Place
+from ..geometry.parameter_feed import fastest, stretches
 from ..geometry.paths import FloatArray, IntArray, Paths
-from ..geometry.pieces import NotCarried, cut, element_rows, line_rows, merged, piece_rows
-from ..geometry.polynomial import joined
+from ..geometry.pieces import NotCarried, Pieces, cut, element_rows, line_rows, merged, piece_rows
+from ..geometry.polynomial import derivative, joined
 from ..geometry.stage import RefusedRow
 from .chain import SingularMachine
 from .machine import Kinematics, LengthCorrection
@@ -27,6 +40,7 @@ from .machine import Kinematics, LengthCorrection
 TOLERANCE = 1e-4  # mm, of the tool tip
 SWEEP = 30.0  # degrees that rotary axes and arcs together turn in one piece at most
 STANDS = 1e-9
+PARAMETER_PIECES = 4  # of a polynomial whose parameter runs with time: each shows one mean speed
 DEGREES_A_MM = 20.0  # of rotary axes; where they turn more, the path parameter is stretched
 NO_KINEMATICS, TOO_CLOSE, ONLY_LINES = 910106, 910104, 910105
 
@@ -219,12 +233,13 @@ class KinematicsStage:
         pools: list[FloatArray],
     ) -> tuple[IntArray, int, npt.NDArray[Any]]:
         """Pieces of the motions ``which``."""
-        rows = batch.rows[which]
+        rows = _by_parameter(batch.rows[which])
         paths = Paths(rows, starts, batch.pool, self._main)
         rotary = list(kinematics.rotary_axes)
         sweep = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
         sweep += np.where(rows["type"] == CIRCULAR, np.degrees(np.abs(rows["angle"])), 0.0)
-        counts = np.maximum(np.ceil(sweep / SWEEP), 1).astype(np.int64)
+        least = np.where(rows["flags"] & BY_PARAMETER != 0, PARAMETER_PIECES, 1)
+        counts = np.maximum(np.ceil(sweep / SWEEP), least).astype(np.int64)
         try:
             pieces = cut(paths, counts, _Driven(kinematics, self._length), TOLERANCE)
         except NotCarried as reason:
@@ -233,18 +248,34 @@ class KinematicsStage:
             raise self._refused_at(self._first_singular(batch, which, starts), 910103, batch) from None
         self.deviation = max(self.deviation, 2.0 * pieces.miss)
         made = piece_rows(rows, pieces, sum(map(len, pools)))
+        self._cover_tip(made, pieces, batch.rows[which], starts, batch.pool)
         stretch = self._stretch(rows, starts)[pieces.index]
         for name in ("length", "length_min", "angle", "feed"):
             made[name] *= stretch
         pools.append((pieces.coef / stretch[:, None, None] ** np.arange(6)).ravel())
         return which[pieces.index], 1, made
 
+    def _cover_tip(
+        self, made: npt.NDArray[Any], pieces: Pieces, rows: npt.NDArray[Any], starts: FloatArray, pool: FloatArray
+    ) -> None:
+        """What pieces that run with the parameter of their polynomial cover of the tip's path, mm."""
+        which = np.flatnonzero(made["flags"] & BY_PARAMETER != 0)
+        if not len(which):
+            return
+        index, u0 = pieces.index[which], pieces.u0[which]
+        u1 = np.minimum(u0 + pieces.length[which] / (rows["angle"] * stretches(rows))[index], 1.0)
+        covered = Paths(rows, starts, pool, self._main).lengths(index, u0, u1)
+        total = np.bincount(index, covered, len(rows))
+        made["value"][which] = covered * rows["length"][index] / total[index]
+        made["flags"][which] |= OF_TIP
+
     def _stretch(self, rows: npt.NDArray[Any], starts: FloatArray) -> FloatArray:
         """(n,) factor of the path parameter: it stays a good measure where rotary axes turn about a resting tip."""
         assert self._kinematics is not None
         rotary = list(self._kinematics.rotary_axes)
         turn = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
-        return np.asarray(np.maximum(1.0, turn / (DEGREES_A_MM * rows["length"])))
+        stretch = np.maximum(1.0, turn / (DEGREES_A_MM * rows["length"]))
+        return np.where(rows["flags"] & BY_PARAMETER != 0, 1.0, stretch)
 
     def _first_singular(self, batch: BlockBatch, which: IntArray, starts: FloatArray) -> int:
         """Which of the motions meets a singular position."""
@@ -279,10 +310,28 @@ class KinematicsStage:
             at += values.size
         if not named.all():
             fresh = ~named
-            made, tangents = element_rows(rows[fresh], Paths(rows[fresh], starts[fresh], batch.pool, self._main), at)
+            paths = Paths(rows[fresh], starts[fresh], batch.pool, self._main)
+            made, tangents = element_rows(rows[fresh], paths, at)
             made["feed"] *= self._stretch(rows[fresh], starts[fresh])  # as that of the pieces
+            curves = np.flatnonzero(made["flags"] & BY_PARAMETER != 0)
+            slope, span = derivative(paths.coef[paths.curve[curves]]), made["angle"][curves]
+            made["feed"][curves] = rows[fresh]["feed"][curves] * fastest(slope, span, [i for i in self._main if i >= 0])
+            made["flags"] &= ~np.uint16(BY_PARAMETER)
             parts.append((seen[fresh], 0, made))
             pools.append(tangents)
+
+
+def _by_parameter(rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Motions whose path is to be their parameter, where they are flagged so."""
+    flagged = rows["flags"] & BY_PARAMETER != 0
+    if not flagged.any():
+        return rows
+    out = rows.copy()
+    out["flags"][flagged] |= BY_LENGTH
+    stretch = stretches(rows)[flagged]
+    out["length"][flagged] = rows["angle"][flagged] * stretch
+    out["feed"][flagged] *= stretch
+    return out
 
 
 class ProgrammedView:

@@ -8,11 +8,11 @@ request is placed and its answer is fetched for it by the others.
 from __future__ import annotations
 
 from collections.abc import Callable
+from time import monotonic_ns
 from typing import Any, NamedTuple
 from weakref import WeakValueDictionary
 
 import numpy as np
-from hli._sync import lib
 
 from hli.handshake import ContourUnit
 
@@ -26,7 +26,9 @@ class Request(NamedTuple):
     length: float
 
 
-Deliver = Callable[[Request, "np.ndarray[Any, Any]"], None]
+Asked = tuple[float, float]  # what becomes a Request when somebody looks at it
+Answer = tuple[Asked, "np.ndarray[Any, Any]"]
+Deliver = Callable[[Asked, "np.ndarray[Any, Any]"], None]
 
 
 class Arbiter:
@@ -36,8 +38,10 @@ class Arbiter:
 
     def __init__(self, unit: Any) -> None:
         self._unit = ContourUnit(unit)
-        self._waiting: dict[Deliver, Request] = {}  # in order of arrival
-        self._pending: tuple[Deliver, Request, int] | None = None
+        self._waiting: dict[Deliver, Asked] = {}  # in order of arrival
+        self._owner: Deliver | None = None  # who has placed a request
+        self._request: Asked = (0.0, 0.0)
+        self._placed_ns = 0
 
     @classmethod
     def of(cls, unit: Any) -> Arbiter:
@@ -47,7 +51,7 @@ class Arbiter:
             found = cls._all[unit._address] = cls(unit)
         return found
 
-    def enqueue(self, deliver: Deliver, request: Request) -> None:
+    def enqueue(self, deliver: Deliver, request: Asked) -> None:
         """Ask for the unit; a request still waiting is replaced and keeps its place."""
         self._waiting[deliver] = request
 
@@ -57,17 +61,33 @@ class Arbiter:
 
     def serve(self) -> None:
         """Fetch a finished answer for whoever asked, then place the next request if the unit is free."""
-        if self._pending is not None and (n := self._unit.take()) >= 0:
-            deliver, request, placed_ns = self._pending
-            self._pending = None
-            stats.HANDSHAKES.add(lib.hs_monotonic_ns() - placed_ns)
-            deliver(request, self._unit.rows[:n].copy())
-        if self._pending is None and self._waiting:
+        if self._owner is not None and (n := self._unit.take()) >= 0:
+            deliver, self._owner = self._owner, None
+            stats.HANDSHAKES.add(monotonic_ns() - self._placed_ns)
+            deliver(self._request, self._unit.copy(n))
+        if self._owner is None and self._waiting:
             self._place()
+
+    def next(self, deliver: Deliver, start_position: float, length: float) -> Answer | None:
+        """The short way of a block that asks in every scan: take its answer and place its next request at once.
+
+        None, and nothing was done, if the answer is not there yet, another block owns the unit or waits for it, or the
+        request is not finite: the way over ``enqueue`` and ``serve`` tells these apart.
+        """
+        if self._owner is not deliver or self._waiting:
+            return None
+        n = self._unit.next(start_position, length)
+        if n < 0:
+            return None
+        now = monotonic_ns()
+        stats.HANDSHAKES.add(now - self._placed_ns)
+        self._placed_ns = now
+        answered, self._request = self._request, (float(start_position), float(length))
+        return answered, self._unit.copy(n)
 
     def _place(self) -> None:
         deliver, request = next(iter(self._waiting.items()))
-        placed_ns = lib.hs_monotonic_ns()
+        self._placed_ns = monotonic_ns()
         if self._unit.request(*request):
             del self._waiting[deliver]
-            self._pending = (deliver, request, placed_ns)
+            self._owner, self._request = deliver, request

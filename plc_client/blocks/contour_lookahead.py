@@ -11,7 +11,7 @@ import numpy as np
 from hli.handshake import BLOCK_ROWS
 from hli.view import BLOCK_DTYPE
 
-from .arbiter import Arbiter, Request
+from .arbiter import Answer, Arbiter, Asked, Request
 from .base import FunctionBlock
 from .paging import ContourFollower, LogReader
 
@@ -61,10 +61,10 @@ class ContourLookahead(FunctionBlock):
         self.unit = unit
         self.full = False
         self.blocks: np.ndarray[Any, Any] = np.zeros(0, BLOCK_DTYPE)
-        self.answer_request: Request | None = None
+        self._answered: Asked | None = None
         self._arbiter = Arbiter.of(unit)
         self._deliver = self._take_delivery  # one bound method: the arbiter's key
-        self._arrived: tuple[Request, np.ndarray[Any, Any]] | None = None
+        self._arrived: Answer | None = None
         self._open = False  # a request is queued or pending
         self._execute = False
         self._log: LogReader | None = None
@@ -72,6 +72,13 @@ class ContourLookahead(FunctionBlock):
 
     def __call__(self, start_position: float = 0.0, length: float = 0.0, execute: bool | None = None) -> bool:
         """One scan; returns ``done``."""
+        if execute is None and not self.error:
+            answer = self._arbiter.next(self._deliver, start_position, length)
+            if answer is not None:  # our answer was there and our next request is placed
+                self._answered, self.blocks = answer
+                self.full = len(self.blocks) == BLOCK_ROWS
+                self.done = True
+                return True
         self._arbiter.serve()
         fresh = self._take_arrived()
         if execute is None:
@@ -81,6 +88,11 @@ class ContourLookahead(FunctionBlock):
             self._edge(start_position, length, bool(execute), fresh)
         self._arbiter.serve()
         return self.done
+
+    @property
+    def answer_request(self) -> Request | None:
+        """The request ``blocks`` answers."""
+        return None if self._answered is None else Request(*self._answered)
 
     def read_log(self) -> np.ndarray[Any, Any]:
         """Mode 1, once per scan: the entries of the marked area that are new since the last call, each exactly once."""
@@ -152,16 +164,16 @@ class ContourLookahead(FunctionBlock):
             return
         self.error, self.error_id = False, 0
         if not self._open or self._arbiter.is_waiting(self._deliver):
-            self._arbiter.enqueue(self._deliver, Request(float(start_position), float(length)))
+            self._arbiter.enqueue(self._deliver, (float(start_position), float(length)))
         self._open = self.busy = True
 
-    def _take_delivery(self, request: Request, blocks: np.ndarray[Any, Any]) -> None:
+    def _take_delivery(self, request: Asked, blocks: np.ndarray[Any, Any]) -> None:
         self._arrived = (request, blocks)
 
     def _take_arrived(self) -> bool:
         if self._arrived is None:
             return False
-        self.answer_request, self.blocks = self._arrived
+        self._answered, self.blocks = self._arrived
         self._arrived = None
         self.full = len(self.blocks) == BLOCK_ROWS
         self._open = self.busy = False

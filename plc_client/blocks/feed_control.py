@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from .level import OVERRIDE_MAX_PERCENT, command
+from .level import OVERRIDE_MAX_PERCENT, command, stretch_of
 
 
 class FeedControl:
@@ -15,18 +15,23 @@ class FeedControl:
     """
 
     def __init__(self, ch: Any) -> None:
-        self._control = ch.bahn_mc_control
+        self._control = control = ch.bahn_mc_control
+        self._memory = stretch_of(control.override, control.override_valid, control.feedhold)
+        self._settled: tuple[Any, ...] | None = None
         self.override = 100.0
         self.feedhold = False
 
     def __call__(self, override: float = 100.0, feedhold: bool = False) -> None:
         """One scan.  Raises ValueError for an override outside 0..200 % (or NaN)."""
+        if self._settled == (override, feedhold, self._memory.tobytes()):
+            return  # as the last call left it
         if not 0.0 <= override <= OVERRIDE_MAX_PERCENT:
             raise ValueError(f"override {override} %: 0..{OVERRIDE_MAX_PERCENT:g}")
         control = self._control
         command(control.override, round(override * 10.0))
         command(control.override_valid, True)
         command(control.feedhold, feedhold)
+        self._settled = (override, feedhold, self._memory.tobytes())  # before the CNC's answer is read: never newer
         self.override = control.override.state_r / 10.0
         self.feedhold = control.feedhold.state_r
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from enum import Enum
 from typing import Any
 
@@ -78,6 +79,14 @@ class LevelUnit(FunctionBlock):
         return LevelState.EFFECTIVE if self.value == self.unit._c.command_w else LevelState.COMMANDED
 
 
+def stretch_of(*units: Any) -> memoryview:
+    """The bytes of one channel or axis from the first of these units to the end of the last one."""
+    area = _area_of(units[0])
+    first = min(unit._address for unit in units)
+    end = max(unit._address + ctypes.sizeof(unit._c) for unit in units)
+    return memoryview(area._c).cast("B")[first - area._address : end - area._address]
+
+
 def _area_of(unit: Any) -> Any:
     """The channel or axis around a control unit."""
     area = unit._parent
@@ -87,14 +96,27 @@ def _area_of(unit: Any) -> Any:
 
 
 class _Levels(FunctionBlock):
-    """Several level units commanded together; the outputs are those of all."""
+    """Several level units of one channel or axis commanded together; the outputs are those of all.
+
+    A call that finds inputs and memory as they were in the last call, which changed nothing, is done at once.
+    """
 
     def __init__(self, **units: Any) -> None:
         super().__init__()
         self._levels = {name: LevelUnit(unit) for name, unit in units.items()}
+        self._memory = stretch_of(*units.values())
+        self._head = _area_of(next(iter(units.values())))._c.head
+        self._settled: tuple[Any, ...] | None = None
         self.state = LevelState.RELEASED
 
     def _run(self, enable: bool, **values: Any) -> None:
+        found = (self._memory.tobytes(), self._head.plc_present_w, enable, *values.values())
+        if found == self._settled:
+            return
+        self._command(enable, values)
+        self._settled = found if self._memory.tobytes() == found[0] else None
+
+    def _command(self, enable: bool, values: dict[str, Any]) -> None:
         levels = []
         for name, level in self._levels.items():
             value = values[name]
@@ -116,6 +138,7 @@ class _Levels(FunctionBlock):
         """An input is not usable: error 1, the units keep what they have."""
         self.error, self.error_id, self.state = True, ERROR_INPUT, LevelState.ERROR
         self.done = self.busy = False
+        self._settled = None
 
     def release(self) -> None:
         """Give the units back to the operator's values."""
@@ -123,6 +146,7 @@ class _Levels(FunctionBlock):
             level.release()
         self.done = self.busy = False
         self.state = LevelState.RELEASED
+        self._settled = None
 
 
 class FeedHold(_Levels):
@@ -156,12 +180,12 @@ class Override(_Levels):
             override=c.override, override_valid=c.override_valid,
             rapid=c.rapid_override, rapid_valid=c.rapid_override_valid,
         )  # fmt: skip
-        self._status = ch.bahn_state
+        self._status, self._path, self._rapid = ch.bahn_state, c.override, c.rapid_override
         self.path = self.rapid = self.effective = 100.0
 
     def __call__(self, path: float | None = 100.0, rapid: float | None = None, enable: bool = True) -> None:
         """One scan; a value outside 0..200 (or NaN) is error 1 and changes nothing."""
-        if not all(p is None or 0.0 <= p <= OVERRIDE_MAX_PERCENT for p in (path, rapid)):
+        if not (_usable(path) and _usable(rapid)):
             self._refuse()
             return
         self._run(
@@ -169,12 +193,16 @@ class Override(_Levels):
             override=_tenths(path), override_valid=None if path is None else True,
             rapid=_tenths(rapid), rapid_valid=None if rapid is None else True,
         )  # fmt: skip
-        self.path = self._levels["override"].unit._c.state_r / 10.0
-        self.rapid = self._levels["rapid"].unit._c.state_r / 10.0
+        self.path = self._path.state_r / 10.0
+        self.rapid = self._rapid.state_r / 10.0
         self.effective = self._status.override_r / 10.0
 
 
 OVERRIDE_MAX_PERCENT = 200.0
+
+
+def _usable(percent: float | None) -> bool:
+    return percent is None or 0.0 <= percent <= OVERRIDE_MAX_PERCENT
 
 
 def _tenths(percent: float | None) -> int | None:

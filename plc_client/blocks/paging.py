@@ -28,13 +28,14 @@ class LogReader:
 
     def __init__(self, fb: ContourLookahead) -> None:
         self._fb = fb
+        self._state = fb.unit._c.state  # the memory itself, never older than the answer
         self.index = 0
         self._stale = False  # the request under way was placed before the log was cleared
 
     def __call__(self) -> Blocks:
         """The new entries (maybe none); asks for more as long as the CNC reports more."""
         fresh = self._fb.poll()
-        count = self._fb.unit._c.state.count_logged_blocks  # the memory itself, never older than the answer
+        count = self._state.count_logged_blocks
         if count < self.index:
             self.index = 0
             self._stale = self._fb.busy
@@ -66,7 +67,8 @@ class ContourFollower:
 
     def __init__(self, fb: ContourLookahead) -> None:
         self._fb = fb
-        self._channel = fb.unit._parent
+        self._known = fb.unit._c.state  # the memory itself, never older than the answer
+        self._path = None if fb.unit._parent is None else fb.unit._parent._c.bahn_state
         self.position = 0.0
         self.resets = 0
         self.gaps = 0
@@ -83,7 +85,7 @@ class ContourFollower:
         if not length > 0.0:
             raise ValueError(f"length {length}: a range above 0 (0.1 um) is needed")
         fresh = self._fb.poll()  # first the answer, then the distances: a reset seen here makes the answer stale
-        known = self._fb.unit._c.state.max_dist_prog_start
+        known = self._known.max_dist_prog_start
         if self._was_reset(known):
             self._begin_again()
             fresh = False
@@ -95,8 +97,8 @@ class ContourFollower:
 
     def _was_reset(self, known: float) -> bool:
         fell, backward = False, False
-        if self._channel is not None:
-            state = self._channel._c.bahn_state  # the memory itself, never older than the answer
+        state = self._path
+        if state is not None:
             before, self._distance = self._distance, state.dist_prog_start
             before_backward, self._backward = self._backward, state.backward_active_r
             backward = before_backward or self._backward

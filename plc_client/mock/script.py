@@ -136,7 +136,11 @@ def cnc_error(number: int, **others: Any) -> Step:
 
 
 def numbered(steps: Iterable[Step]) -> list[Step]:
-    """Steps with N10, N20 ... where none was given."""
+    """Steps with N10, N20 ... where none was given.  TypeError: something that is no step."""
+    steps = list(steps)
+    for i, step in enumerate(steps):
+        if not isinstance(step, Step):
+            raise TypeError(f"script[{i}] = {step!r}: a step is needed: line(30), arc(10, 1.57), m(8) ...")
     return [step if step.n else replace(step, n=10 * (i + 1)) for i, step in enumerate(steps)]
 
 

@@ -129,7 +129,12 @@ MACROS = {
 }
 
 
-@pytest.mark.parametrize("path", ["G1X40\nG2X60Y20R20\nG1Y50\n", "G2X40Y0R20\nG1Y9\n", "G61\nG1X30\nG62\nG1Y20\n"])
+WAVE = "G1\n" + "".join(f"X{x:.2f}Y{3 - 3 * np.cos(x / 4):.3f}\n" for x in np.arange(0.4, 40, 0.4))
+PATHS = ["G1X40\nG2X60Y20R20\nG1Y50\n", "G2X40Y0R20\nG1Y9\n", "G61\nG1X30\nG62\nG1Y20\n"]
+PATHS += ["G69X200\nG72X1Y1Z4A0.3\n" + WAVE, '$M=300\nWRITE_PARMAC "MILD_X" $M\nG63\nG49X\n' + WAVE]
+
+
+@pytest.mark.parametrize("path", PATHS)
 def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
     """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of the path, cut where it was left."""
     part = program("OPT M_PAUSE 30\nOPT M_GOPAUSE 31\nG60 F6\n" + path, "part.isons")
@@ -164,3 +169,20 @@ def test_pause_modes(cli: Cli, program: Write, mode: int, parked: bool, states: 
     assert result["states"][: len(states)] == states
     assert result["errors"] == ([270061] if mode == 4 else [])
     assert (np.load(recorded)["pos"][:, 2].max() > 0) == parked
+
+
+def test_t27_events_reach_the_plc_where_the_path_passes_them(cli: Cli, program: Write) -> None:
+    """T-27: number 1 at (130, 110), 0 at (210, 180), in the order of the path, without a stop."""
+    text = (
+        "G60 G63 F3\nG1X100Y100\nX120Y110\nX130\nG100X1\nX200Y160\nX210Y180\nG100X0\nX300Y200\nG62\n"
+        'ADD_VAR $_K0\nADD_VAR $_K1\nADD_VAR $_K2\nADD_VAR $_K3\nSAVE_VAR "seen.txt"\n'
+    )
+    part = program(text, "part.isons")
+    plc = Path(__file__).with_name("plc_isons_event.py")
+    run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
+    assert run["end"] == "completed", run["errors"]
+    seen = [float(line) for line in (part.parent / "out" / "seen.txt").read_text().split()]
+    first = 100 * 2**0.5 + np.hypot(20, 10) + 10
+    second = first + np.hypot(70, 50) + np.hypot(10, 20)
+    assert seen[::2] == [1.0, 0.0]
+    assert seen[1::2] == pytest.approx([1000 * first, 1000 * second], abs=200.0)

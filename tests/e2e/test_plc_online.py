@@ -16,7 +16,7 @@ from plc_same import SameEverywhere
 from processes import end, leftovers, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
 
 import hli
-from cnc_core import Cell
+from cnc_core import Cell, CncError
 from plc_client import connect
 from plc_client.golden import GoldenMismatchError, check, compare
 from plc_client.mock import arc, line
@@ -194,6 +194,47 @@ def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(tmp_path: Path) -> No
     hli.sweep()
 
 
+@pytest.mark.usefixtures("leftovers")
+def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(tmp_path: Path) -> None:
+    """The old tasks run on; then interval, a new task and a task that is gone are taken from the text."""
+    code = """
+        from plc_client import task
+        @task(interval={interval})
+        class {one}:
+            def cyclic(self): pass
+            def finished(self): return False
+        @task
+        class Stays:
+            def setup(self, hli): self.shared = hli.gpVECh[0]
+            def cyclic(self): self.shared[0] = {version}
+        """
+    name, file, report = unique_name(), tmp_path / "p.py", tmp_path / "report.json"
+    file.write_text(textwrap.dedent(code.format(one="First", interval=0.001, version=1)))
+    cnc = start_cnc(name, lengths=[1e9])
+    process = start_plc(name, "--file", str(file), "--report", str(report))
+    with connect(name, role="reader", wait_s=10.0) as reader:
+        wait_for(lambda: reader.gpVECh[0][0] == 1)
+        file.write_text("class Broken(:\n")
+        process.send_signal(signal.SIGUSR1)
+        time.sleep(0.2)
+        scans = reader.plc.scans
+        wait_for(lambda: reader.plc.scans > scans + 5)
+        file.write_text(textwrap.dedent(code.format(one="Second", interval=0.002, version=2)))
+        process.send_signal(signal.SIGUSR1)
+        wait_for(lambda: reader.gpVECh[0][0] == 2)
+        scans = reader.plc.scans
+        wait_for(lambda: reader.plc.scans > scans + 5)
+    process.send_signal(signal.SIGTERM)
+    said = process.communicate(timeout=60)[1]
+    assert "restart refused, the old program runs on" in said
+    assert "p.py:1: SyntaxError" in said
+    tasks = json.loads(report.read_text())["tasks"]
+    assert set(tasks) == {"First", "Stays", "Second"}
+    assert (tasks["Second"]["interval_s"], tasks["Stays"]["restarts"], tasks["First"]["restarts"]) == (0.002, 1, 0)
+    end(cnc)
+    hli.sweep()
+
+
 def test_run_without_any_plc(program: Write) -> None:
     """No second process: same path, functions count as acknowledged."""
     path = program(PART)
@@ -209,3 +250,30 @@ def test_stop_that_nobody_continues_ends_a_run_without_plc(program: Write) -> No
         result = cell.run(program("N10 G01 X1 F6000\nM0\nN20 X2\nM30\n"), "none")
     assert result.end == "error"
     assert result.errors[0]["code"] == 905024
+
+
+@pytest.mark.parametrize(
+    ("wrong", "text"),
+    [
+        ({"clock": "slow"}, "clock 'slow': lockstep, freerun, realtime"),
+        ({"force": {"SameEverywhere.slow": [1]}}, r"force SameEverywhere.slow=\[1\]: a number"),
+        ({"plc": 5}, "PLC 5: a file, a class of a file"),
+        ({"plc": int}, "start_plc runs any class in this process"),
+    ],
+)
+def test_wrong_arguments_of_a_run_are_refused_before_anything_starts(
+    program: Write, wrong: dict[str, Any], text: str
+) -> None:
+    """By name."""
+    with Cell() as cell, pytest.raises(CncError, match=text):
+        cell.run(program(PART), **{"plc": SameEverywhere, **wrong})
+
+
+def test_one_symbol_is_a_watch_list_and_a_misspelt_one_ends_the_run(program: Write) -> None:
+    """With the nearest name, before the program begins; results of a task without setup() are not asked for."""
+    with Cell() as cell:
+        result = cell.run(program(PART), SameEverywhere, watch="SameEverywhere.percnt")
+        assert "SameEverywhere has no variable 'percnt'; did you mean percent?" in json.dumps(result.errors)
+        assert (result.end, result.cycles) == ("error", 0)
+        result = cell.run(program(PART), SameEverywhere, watch="SameEverywhere.percent")
+    assert set(result.plc["watch"]) == {"t", "SameEverywhere.percent"}

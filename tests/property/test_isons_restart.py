@@ -1,13 +1,14 @@
 """Restart: a program taken up at any line or marker goes on as if it had never been interrupted."""
 
 import random
+from pathlib import Path
 
 import numpy as np
 import pytest
 from isons_programs import CELL
 
-from cnc_core.blocks import LINEAR, POLYNOMIAL, M, S, T
-from cnc_core.config import parse_config
+from cnc_core.blocks import ELEMENT, EVENT, EVENT_OVERRIDE, LINEAR, PIECE, POLYNOMIAL, M, S, T
+from cnc_core.config import load_config, parse_config
 from cnc_core.errors import CncError
 from cnc_core.port import OfflinePort
 from cnc_core.program import Program
@@ -99,16 +100,22 @@ def test_restart_at_a_marker(tmp_path, seed):
 
 
 def test_places_that_are_not_reached(tmp_path):
-    """Error 909170; under tool radius compensation 909171; options that are none."""
+    """Error 909170; under tool radius compensation with M_GOBLOCK 909171; options that are none."""
     path = tmp_path / "part.isons"
     path.write_text("T1\nG1X1\nG41\nX5\nX9\nG40\n")
     for restart, code in ((Restart(99), 909170), (Restart(2, 2), 909170), (Restart(marker="K", value=1), 909170)):
         with pytest.raises(CncError) as caught:
             rows_of(path, restart)
         assert caught.value.code == code
+    path.write_text("OPT M_GOBLOCK 8\nT1\nG1X1\nG41\nX5\nX9\nG40\n")
+    (tmp_path / "M8.isons").write_text("G0Z50\n")
+    with pytest.raises(CncError) as caught:
+        rows_of(path, Restart(6))
+    assert caught.value.code == 909171
+    path.write_text("D4\nG1X1\nG41\nG2X5R9\nG1X9\n")  # what is wrong in the stretch before
     with pytest.raises(CncError) as caught:
         rows_of(path, Restart(5))
-    assert caught.value.code == 909171
+    assert caught.value.code == 90008
     assert Restart.of(None, 1, "$K = 3") == Restart(marker="K", value=3.0)
     for wrong in ((3, 1, "K=1"), (0, 1, None), (None, 1, "K")):
         with pytest.raises(CncError):
@@ -143,3 +150,105 @@ def test_resume_behind_a_broken_tool(tmp_path):
         with pytest.raises(CncError) as caught:
             rows_of(path)
         assert caught.value.code == code
+
+
+def reaching_back(seed):
+    """Compensation, corners, filters: what is driven depends on blocks before and behind."""
+    rng = random.Random(seed)
+    x = y = 0.0
+    lines = ["G60 G63 F3", "T1 M3 S500", "G69X200", f"G0X{x}Y{y}"]
+    for _ in range(rng.randint(2, 4)):
+        kind = rng.choice(["compensated", "corners", "spline", "low pass", "mild"])
+        count = rng.randint(6, 14)
+        lines += {
+            "compensated": [f"G{rng.choice([41, 42])}"],
+            "corners": ["G30R0.4A20"],
+            "spline": ["G72X1Y1Z4A0.3"],
+            "low pass": ["G106[0]X1A0.6B3", "G106[1]X1A0.6"],
+            "mild": ["$M=200", 'WRITE_PARMAC "MILD_X" $M', "G49X"],
+        }[kind]
+        step = 9.0 if kind in ("compensated", "corners") else 0.5
+        for i in range(count):
+            x, y = x + step, y + rng.uniform(0.3, 0.8) * step * (-1 if i % 2 else 1)
+            lines.append(f"G1X{x:.3f}Y{y:.3f}")
+        lines += {
+            "compensated": ["G40", "G1DX20"],
+            "corners": ["G30R0"],
+            "spline": ["G72X0"],
+            "low pass": ["G106[0]X0", "G106[1]X0"],
+            "mild": ["G49"],
+        }[kind]
+        x += 20.0 if kind == "compensated" else 0.0
+        lines.append("M8")
+    return "\n".join([*lines, "G0Z5"]) + "\n"
+
+
+def driven(rows):
+    return [row for row in rows if row["type"] <= POLYNOMIAL and not row["flags"] & ELEMENT]
+
+
+def elements(rows):
+    """(block, length) of what the PLC sees."""
+    return [(int(row["count"]), float(row["length"])) for row in motions(rows) if not row["flags"] & PIECE]
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_restart_where_the_path_reaches_back(tmp_path, seed):
+    """In the middle of compensated contours, rounded corners and filtered runs: exactly the rest of the same path."""
+    path = tmp_path / "part.isons"
+    path.write_text(reaching_back(seed))
+    rng = random.Random(seed + 50)
+    start = np.array([-7.0, 3.0, 1.0, 0.0])
+    rows, _, _ = rows_of(path, start=start)
+    whole = driven(rows)
+    lines = sorted({int(row["line"]) for row in whole})
+    for line in rng.sample(lines[1:], min(8, len(lines) - 1)):
+        again = rows_of(path, Restart(line), start)[0]
+        moves = driven(again)
+        behind = next(i for i, row in enumerate(whole) if row["count"] >= line)
+        assert moves[0]["end"][:4] == pytest.approx(whole[behind - 1]["end"][:4])
+        assert len(moves) - 1 == len(whole) - behind
+        for mine, theirs in zip(moves[1:], whole[behind:], strict=True):
+            assert told(mine) == pytest.approx(told(theirs), abs=1e-7)
+        seen, all_seen = elements(again)[1:], elements(rows)
+        assert [n for n, _ in seen] == [n for n, _ in all_seen][len(all_seen) - len(seen) :]
+        for (_, length), (_, full) in list(zip(reversed(seen), reversed(all_seen), strict=False))[:-1]:
+            assert length <= full + 1e-9
+        pieces = sum(float(row["value"]) for row in moves if row["flags"] & PIECE)
+        covered = sum(float(row["length"]) for row in motions(again) if row["flags"] & ELEMENT)
+        assert pieces == pytest.approx(covered, abs=1e-6)
+
+
+def test_restart_under_rtcp(tmp_path):
+    """The tip's path goes on from where the axes would be."""
+    cell = load_config(Path(__file__).resolve().parents[2] / "examples" / "five_axis" / "head_head.toml")
+    path = tmp_path / "part.isons"
+    path.write_text("G103 Z80\nF3\nG0X10Y20Z200\nG104\nG1C30B20\nX50\nC10\nG105\nG1Z300\n")
+
+    def axes(restart):
+        port = OfflinePort(np.zeros(5))
+        batches = Program(path, cell, "isons", port, restart=restart).batches()
+        return [row.copy() for batch in batches for row in driven(batch.rows)]
+
+    whole = axes(None)
+    for line in (6, 7, 9):
+        again = axes(Restart(line))
+        behind = next(i for i, row in enumerate(whole) if row["count"] >= line)
+        assert again[0]["end"][:5] == pytest.approx(whole[behind - 1]["end"][:5], abs=1e-6)
+        assert [told(row) for row in again[1:]] == [told(row) for row in whole[behind:]]
+
+
+def test_functions_of_the_stretch_before(tmp_path):
+    """The last T, S, spindle and coolant function, and G11, are put out again; events on the path are not."""
+    path = tmp_path / "part.isons"
+    for text in ("", "G41\n"):
+        path.write_text(f"T1 S100\nM3\nG1X1\nG11\nM8\nG100X5\n{text}X20\nS200\nX30\n")
+        line = len(path.read_text().splitlines())
+        rows = rows_of(path, Restart(line))[0]
+        told_again = [
+            (int(row["type"]), int(row["code"]), float(row["value"])) for row in rows if row["type"] > POLYNOMIAL
+        ]
+        assert (T, 1, 0.0) in told_again
+        assert (S, 0, 200.0) in told_again
+        assert {(M, 3, 0.0), (M, 8, 0.0)} <= set(told_again)
+        assert [code for kind, code, _ in told_again if kind == EVENT] == [EVENT_OVERRIDE]

@@ -47,10 +47,8 @@ def random_cell(rng: np.random.Generator) -> CellConfig:
     return CellConfig(axes=axes)
 
 
-@pytest.mark.parametrize("seed", range(24))
-@pytest.mark.parametrize("live", [False, True], ids=["steady", "override and hold"])
-def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
-    """Any polyline, machine, window and feed, with override steps and feed holds at random: every sample is legal."""
+def _drive(seed: int, live: bool, step: int, jerk: bool) -> tuple[float, float, bool, int]:
+    """(velocity, acceleration) over their limits, whether the end is met exactly, infeasible states."""
     rng = np.random.default_rng(seed)
     points, cell = polyline(rng), random_cell(rng)
     rows = line_rows(points, float(rng.choice([5.0, 50.0, 300.0, 2000.0])))
@@ -59,16 +57,36 @@ def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
     def change(_k: int, engine: Engine) -> None:
         engine.set_override(float(rng.choice([0.0, 0.1, 0.5, 1.0, 1.3, 2.0])), bool(rng.random() < 0.15))
 
-    pos, state = drive(rows, cell, window, *((149, change) if live else ()))
-    velocity, acceleration = ratios(pos, cell)
-    assert velocity <= 1.005, seed
-    assert acceleration <= 1.02, seed
-    assert (pos[-1] == rows["end"][-1][:3]).all()
-    assert state.infeasible == 0
+    pos, state = drive(rows, cell, window, *((step, change) if live else ()), jerk=jerk)
+    velocity, acceleration = ratios(pos, cell, jerk)
+    return velocity, acceleration, bool((pos[-1] == rows["end"][-1][:3]).all()), int(state.infeasible)
 
 
+@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("live", [False, True], ids=["steady", "override and hold"])
+def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
+    """Any polyline, machine, window and feed, with override steps and feed holds at random: every sample is legal."""
+    velocity, acceleration, ends, infeasible = _drive(seed, live, 149, jerk=True)
+    assert velocity <= 1.005
+    assert acceleration <= 1.02
+    assert ends
+    assert infeasible == 0
+
+
+@pytest.mark.parametrize("seed", range(40))
+@pytest.mark.parametrize("live", [False, True], ids=["steady", "override and hold"])
+def test_without_jerk_samples_respect_axis_limits(seed: int, live: bool) -> None:
+    """The same of the acceleration-limited planner, with more changes."""
+    velocity, acceleration, ends, infeasible = _drive(seed, live, 37, jerk=False)
+    assert velocity <= 1.0001
+    assert acceleration <= 1.02
+    assert ends
+    assert infeasible == 0
+
+
+@pytest.mark.parametrize("jerk", [True, False])
 @pytest.mark.parametrize("seed", range(10))
-def test_a_late_planner_leads_to_the_stopping_tail(seed: int) -> None:
+def test_a_late_planner_leads_to_the_stopping_tail(seed: int, jerk: bool) -> None:
     """While the planner gets no turn the axes brake legally and stand; afterwards the path goes on exactly."""
     rng = np.random.default_rng(seed)
     points, cell = polyline(rng), random_cell(rng)
@@ -77,8 +95,8 @@ def test_a_late_planner_leads_to_the_stopping_tail(seed: int) -> None:
     def stall(k: int, engine: Engine) -> None:
         engine.stall_planner(k % 3 == 1)
 
-    pos, state = drive(rows, cell, 120, 61, stall)
-    assert ratios(pos, cell)[1] <= 1.02
+    pos, state = drive(rows, cell, 120, 61, stall, jerk=jerk)
+    assert ratios(pos, cell, jerk)[1] <= 1.02
     assert (pos[-1] == rows["end"][-1][:3]).all()
     assert state.infeasible == 0
 

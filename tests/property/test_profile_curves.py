@@ -372,7 +372,7 @@ def test_limits_end_with_the_profile(shop):
 
 
 def test_scale_and_mode_of_jerk(shop):
-    """JRK Jrs scales every jerk; Mode DIS leaves those of DIN aside, not those of the machine."""
+    """JRK Jrs scales every jerk; Mode DIS leaves those of DIN and of the machine aside."""
     jerks = {}
     for jrk in ("(JRK,ENA)", "(JRK,AXI,0.5)", "(JRK,DIS,0.5)"):
         shop_result = plan_program(
@@ -381,7 +381,7 @@ def test_scale_and_mode_of_jerk(shop):
         jerks[jrk] = measured(shop_result, 0, 3)
     assert jerks["(JRK,ENA)"] == pytest.approx(6000.0, rel=0.03)
     assert jerks["(JRK,AXI,0.5)"] == pytest.approx(3000.0, rel=0.03)
-    assert 30000.0 < jerks["(JRK,DIS,0.5)"] <= 50000.0 * 1.02
+    assert jerks["(JRK,DIS,0.5)"] > 90000.0
 
 
 @pytest.mark.parametrize("seed", range(4))

@@ -20,6 +20,7 @@ from cnc_core import frontend
         ("a.nc", "G90 G94 G17 G49\nM6 T1\nG43 H1 Z5\n", "iso"),
         ("a.nc", "#1=5\nG1 X#1\n", "iso"),
         ("a.isons", "G1 X1\n", "isons"),
+        ("a.isons", "G49 XYZ\nG43 X10.3 Z+\n", "isons"),
         ("a.nc", "$A=5\nG1X[$A]\n", "isons"),
         ("a.nc", "G1X5\nLOOP 5\nG1DX5\nEND_LOOP\n", "isons"),
         ("a.nc", "$FOR P1 = 1, 5, 1\nX[P1]\n$ENDFOR\n", "isg"),

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import asdict
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from cnc_core.geometry.feed_control import FeedControl
 from cnc_core.geometry.low_pass import LowPass
 from cnc_core.geometry.noise import Noise
 from cnc_core.geometry.nurbs import SplineFilter
-from cnc_core.geometry.polyline import distances
+from cnc_core.geometry.polyline import distances, farthest
 from cnc_core.geometry.short_segments import ShortSegments
 
 CASES = [
@@ -153,3 +154,16 @@ def test_reports_are_plain_numbers():
     _, stage = through(Noise, zigzag(1, 50), CASES[0][1])
     assert json.loads(json.dumps(asdict(stage.report)))["blocks_in"] == 49
     assert str(stage.report).startswith("filter NOISE: 49 blocks in, ")
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_the_largest_distance_is_that_of_dense_points(seed):
+    """Against points every few micrometres: never less, hardly more, where the farthest point is no vertex."""
+    rng = np.random.default_rng(seed)
+    other = np.column_stack([np.arange(9) * 3.0, rng.uniform(-4, 4, 9)])
+    mine = np.vstack([other[0], [other[3] + rng.uniform(-1, 1, 2)], other[-1]])
+    share = np.linspace(0.0, 1.0, 4001)[:, None]
+    dense = np.vstack([a + share * (b - a) for a, b in pairwise(mine)])
+    expected = float(distances(dense, other).max())
+    assert expected - 1e-9 <= farthest(mine, other) <= expected + 0.005
+    assert farthest(mine, other) == pytest.approx(farthest(mine[::-1], other[::-1]), abs=2e-6)

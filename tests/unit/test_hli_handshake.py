@@ -1,6 +1,7 @@
 """Semaphores, exchanges, seqlock, waits, technology units; real processes where processes matter."""
 
 import ctypes
+import math
 import os
 import signal
 import subprocess
@@ -16,7 +17,7 @@ from hli._sync import ffi, lib
 
 import hli
 from hli import bench, layout
-from hli.handshake import ContourUnit, snapshot, word_pointer
+from hli.handshake import BUSY, REFUSED, ContourUnit, snapshot, word_pointer
 from hli.view import Areas
 
 WRITER = """
@@ -66,6 +67,29 @@ def areas() -> Iterator[Areas]:
 def unit(areas: Areas) -> ContourUnit:
     """The look-ahead unit of channel 0."""
     return ContourUnit(areas.gpCh[0].contour_lookahead)
+
+
+def test_next_takes_and_asks_in_one_step(areas: Areas, unit: ContourUnit) -> None:
+    """Nothing happens while the answer is missing or for a request that is not finite; the copy is the caller's own."""
+    memory = areas.gpCh[0].contour_lookahead
+    assert unit.request(1.0, 2.0)
+    assert unit.next(3.0, 4.0) == BUSY
+    assert (memory.request.start_position, memory.request.length) == (1.0, 2.0)
+    rows = elements([1.0, 2.0, 3.0])
+    unit.answer(rows)
+    for wrong in ((math.nan, 1.0), (1.0, math.inf), (-math.inf, 1.0)):
+        assert unit.next(*wrong) == REFUSED
+        assert memory.semaphor_rw is False
+    assert unit.next(3.0, 4.0) == 3
+    assert (memory.request.start_position, memory.request.length, memory.semaphor_rw) == (3.0, 4.0, True)
+    first = unit.copy(3)
+    assert first.tobytes() == rows.tobytes()
+    unit.answer(elements([9.0]))
+    assert unit.next(0.0, 1.0) == 1
+    assert first.tobytes() == rows.tobytes()
+    first["length"] = 7.0  # writable, and nobody else's
+    assert unit.copy(1)["length"][0] == 9.0
+    assert len(unit.copy(0)) == 0
 
 
 def test_request_is_placed_only_while_the_semaphore_is_false(areas: Areas, unit: ContourUnit) -> None:

@@ -7,7 +7,7 @@ import pytest
 from fake_cnc import unique_name
 
 import hli
-from hli import layout
+from hli import HliNotConfigured, layout
 from hli.view import BLOCK_DTYPE, Areas, overlay
 
 
@@ -23,9 +23,15 @@ def test_pointers_of_configured_areas_only(areas: Areas) -> None:
     assert (areas.gNrCh, areas.gNrAx) == (1, 3)
     assert (len(areas.gpCh), len(areas.gpAx), len(areas.gpVECh)) == (12, 64, 12)
     assert areas.gpCh[0] is not None
-    assert areas.gpCh[1] is None
+    assert [area is None for area in areas.gpCh] == [False] + 11 * [True]
+    with pytest.raises(HliNotConfigured, match=r"channel 1 .*: gpCh\[1\] is NULL; the CNC has gpCh\[0..0\]"):
+        _ = areas.gpCh[1]
+    with pytest.raises(IndexError, match=r"gpCh\[12\]: the index runs 0..11"):
+        _ = areas.gpCh[12]
+    with pytest.raises(IndexError, match=r"gpCh\[-1\]"):
+        _ = areas.gpCh[-1]
     assert areas.gpAx[2] is not None
-    assert areas.gpAx[3] is None
+    assert list(areas.gpAx[2:5]) == [areas.gpAx[2], None, None]
 
 
 def test_writing_reaches_the_memory_and_other_attachments(areas: Areas) -> None:
@@ -187,3 +193,12 @@ def test_every_member_of_every_structure_has_its_property(areas: Areas) -> None:
     for cls in seen:
         assert set(cls._names) >= {n for n, _ in getattr(layout, cls.__name__)._fields_ if not n.startswith("fill_")}
     assert len(seen) > 40
+
+
+def test_parts_and_members_cannot_be_deleted(areas: Areas) -> None:
+    """A ``del`` would only lose the view."""
+    for name in ("bahn_state", "contour_lookahead"):
+        with pytest.raises(AttributeError, match=f"{name}: what lies in the memory cannot be deleted"):
+            delattr(areas.gpCh[0], name)
+    with pytest.raises(AttributeError, match="cannot be deleted"):
+        del areas.gpCh[0].bahn_mc_control.override.command_w

@@ -28,7 +28,7 @@ def filtered(folder, head, points=N):
     """Vertices behind the rapid, and the program's reports."""
     path_text = path(points, head)
     file = folder / "program.isons"
-    out = run(folder, path_text)
+    out = run(folder, path_text, programmed=True)
     assert file.is_file()
     return out.xy
 
@@ -206,3 +206,27 @@ def test_wrong_words(tmp_path, text):
     with pytest.raises(CncError) as caught:
         run(tmp_path, text + "\n")
     assert caught.value.place.line == 1
+
+
+def test_the_tangential_axis_follows_the_filtered_path(tmp_path):
+    """G69 names it: its blocks are filtered too, and it turns with the new path; without a name they end the run."""
+    t = np.arange(60) * 0.15 / 8
+    angle = np.degrees(t)
+    points = np.column_stack([8 * np.sin(t), 8 - 8 * np.cos(t)]).round(4)
+    body = "G1\n" + "".join(f"X{x}Y{y}A{a:.3f}\n" for (x, y), a in zip(points[1:], angle[1:], strict=True))
+    plain = run(tmp_path, "G60\nG69X200\nG72X1Y1\n" + body, programmed=True)
+    assert len(plain.moves) == 59
+    out = run(tmp_path, "G60\nG69X200 A\nG72X1Y1A0.3Z4\n" + body, programmed=True)
+    assert 25 < len(out.moves) < 35
+    assert out.ends[-1] == pytest.approx([*points[-1], 0, angle[-1]], abs=1e-3)
+    heading = np.degrees(np.arctan2(out.ends[:, 0], 8 - out.ends[:, 1]))
+    assert out.ends[:, 3] == pytest.approx(heading, abs=0.05)
+
+
+def test_filters_leave_no_motion_without_length(tmp_path):
+    """A run that comes back to the vertex kept last has no row for that; homing and probing are no run."""
+    out = run(tmp_path, "G60\nG69X200\nG74X1Y1\nG1X5\nX5.2\nX5\nM8\nG1X9\n", programmed=True)
+    assert out.xy[:, 0].tolist() == [5, 9]
+    config = "[probe]\nX = 9.5\n"
+    out = run(tmp_path, "G60\nG69X200\nG74X1Y3\nG1X9\nX9.1\nG102X20\nG1X20\n", config, programmed=True)
+    assert out.xy[:, 0].tolist() == [9, 9.1, 9.5, 20]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
 
-from cnc_core.config import CellConfig
+from cnc_core.config import CellConfig, parse_config
 from cnc_core.errors import CncError
 from cnc_core.geometry.optimizer import polyline
 from cnc_core.optimize import optimize
@@ -244,3 +244,132 @@ def test_report_is_json(bench):
     """The contract's keys, and more."""
     value = json.loads(json.dumps(bench.run(words(surface(passes=1))).as_json()))
     assert {"points_in", "polynomials", "max_deviation_mm", "points_dropped", "continuity"} <= set(value)
+
+
+def test_subprograms_come_into_the_output(bench):
+    """(CLS) calls, calls in them too: their profiles are smoothed in their place, the rest of their lines stays."""
+    points = surface(passes=1)
+    (bench.folder / "PROFILE.nc").write_text("G61\n" + words(points) + "\nG60\nG1 Z20 F1000\n")
+    (bench.folder / "OUTER").write_text("(CLS,PROFILE)\n")
+    result = bench.run("", head="(HSM,SETUP)\n(CLS,PROFILE)\nN5 (CLS,OUTER) ; again\n", tail="M30\n", compared=True)
+    assert (result.profiles, result.points_in) == (2, 2 * len(points))
+    lines = [line for line in (bench.folder / "out.osai").read_text().splitlines() if line and line[0] != "<"]
+    once = ["G61 P5", "G60", "G1 Z20 F1000"]
+    assert lines == ["(HSM,out.osai.setup)", *once, *once, "M30"]
+    made = bench.made()
+    assert far(points, made[: len(made) // 2]).max() <= 0.02
+
+
+def test_missing_subprogram(bench):
+    """A call of nothing is refused in its place."""
+    with pytest.raises(CncError) as caught:
+        bench.run("", head="(HSM,SETUP)\n(CLS,NOTHING)\n", tail="M30\n")
+    assert (caught.value.code, caught.value.place.line) == (907030, 2)
+
+
+def directions(made):
+    """Unit tangents at both ends of every polynomial: (n, 2, 3)."""
+    slopes = np.array([[value(c, 0.0, 1)[:3], value(c, span, 1)[:3]] for c, span, _ in made])
+    return slopes / np.linalg.norm(slopes, axis=2)[:, :, None]
+
+
+def test_g62_stays_tangent(bench):
+    """Behind G62 the next curve begins in the direction in which the one before ends."""
+    points = surface(passes=1)
+    result = bench.run(words(points[:60]) + "\nG62\n" + words(points[60:]))
+    t = directions(bench.made())
+    assert np.abs(t[:-1, 1] - t[1:, 0]).max() < 1e-9
+    assert result.continuity["tangent_rad"] < 1e-9
+    assert far(points, bench.made()).max() <= 0.02
+
+
+FOURTH = parse_config("[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.C]\nkind = 'rotary'\n")
+
+
+@pytest.mark.parametrize(("role", "sign"), [("TAN", 1.0), ("TAO", -1.0)])
+def test_a_tangential_axis_becomes_a_polynomial(bench, role, sign):
+    """Its angle follows the smoothed curve within TollX, offset included; at an edge the axes stand and it turns."""
+    rng, t = np.random.default_rng(0), np.linspace(0, np.pi, 120)
+    arc = np.column_stack([20 * np.cos(t), 20 * np.sin(t), 0 * t]) + rng.uniform(-0.004, 0.004, (120, 3))
+    line = np.column_stack([np.linspace(-20, 0, 30)[1:], np.zeros((29, 2))])
+    points = np.round(np.vstack([arc, line]), 5)
+    setup = changed(SETUP_3, CRV=None) + "(SMT,0.02,0.5,0.002,1,1,1,G66,G66,G66)\n" + f"(AXI,C,4,{role},OTH)\n"
+    lines = words(points).splitlines()
+    bench.run("\n".join([lines[0] + "C10", *lines[1:]]), setup, FOURTH)
+    assert "(AXI,C,4,OTH,OTH,DIS)" in (bench.folder / "out.osai.setup").read_text()
+    made = bench.made()
+    assert len(made) < 30
+    for c, span, _ in made:
+        for s in np.linspace(0.0, span, 9):
+            slope = value(c, s, 1)
+            wanted = 10.0 + sign * np.degrees(np.arctan2(slope[1], slope[0]))
+            assert (value(c, s)[3] - wanted + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=1.0)
+    assert far(points, made).max() <= 0.02
+    result = plan_program(bench.program())
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+
+
+def test_rapid_lines_of_a_tip_stay_inside(bench):
+    """On five axes a G00 line inside a profile is one of the tip: a polynomial that ends at rest, no G0 of the axes."""
+    setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)", CRV=None) + SMT.format("G66")
+    t = np.linspace(0, 20, 60)
+    lines = [f"X{x:.5f}Y{2 * np.sin(x / 5):.5f}Z0i{0.01 * x:.5f}j0k1" for x in t]
+    body = "\n".join([lines[0] + "F3000", *lines[1:], "G0Z50", "G0X0", "G1Z0", *lines[1:]])
+    bench.run(body, setup, CELL_5)
+    text = (bench.folder / "out.osai").read_text()
+    assert "G0 " not in text
+    assert text.count("G61") == 1
+    made = bench.made()
+    assert sum(abs(value(c, span)[2] - 50.0) < 1e-9 for c, span, _ in made) == 2
+    ends = [bool(row["flags"] & 2) for c, span, row in made if abs(value(c, span)[2] - 50.0) < 1e-9]
+    assert ends == [True, True]
+
+
+def test_variables_of_the_setup(bench):
+    """Fields that are E variables have the program's values, and are variables in the output's setup too."""
+    setup = changed(SETUP_3, CRV=None, TOL="(TOL,E2,,0,-90,)") + "(SMT,E1,0.02,0.002,1,1,1,G66,G66,G66)\n"
+    points = surface(passes=1)
+    result = bench.run(words(points), setup, head="E1=0.05\nE2=7\n(HSM,SETUP)\nG61\n")
+    assert 0.0 < result.max_deviation_mm <= 0.05
+    assert "(TOL,E2,,0,-90,0)" in (bench.folder / "out.osai.setup").read_text()
+    assert far(points, bench.made()).max() <= 0.05
+
+
+def test_edges_of_directions_have_their_own_code(bench):
+    """EDG VAngle finds edges of ijk; C0V says how they are treated, C0 those of the path."""
+    setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)", EDG="(EDG,30,5,G66,1)", CRV=None)
+    setup += "(SMT,0.02,0.02,0.002,1,1,1,G66,G66,G67)\n"
+    t = np.linspace(0, 20, 60)
+    lines = [f"X{x:.5f}Y0Z0i{0.0 if x < 10 else 0.3:.5f}j0k1" for x in t]
+    result = bench.run("\n".join([lines[0] + "F3000", *lines[1:]]), setup, CELL_5)
+    assert result.edges == 1
+    text = (bench.folder / "out.osai").read_text().splitlines()
+    assert sum(line.startswith("<*") and line.endswith(",2") for line in text) == 1
+
+
+def test_a_single_point_is_not_lost(bench):
+    """A profile of one point is a line to it."""
+    bench.run("X5Y6Z7F600")
+    assert (bench.folder / "out.osai").read_text().splitlines()[1] == "G1 X5 Y6 Z7 F600"
+
+
+def test_automatic_normals_are_those_of_the_smoothed_path(bench):
+    """Noise of some micrometres turns chords by degrees; mno of the output follow the path that is driven."""
+    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,REL,REL)", TOL="(TOL,0,5,1,-90,)", CRV=None)
+    points = surface(passes=1)
+    result = bench.run(words(points), setup + SMT.format("G66"))
+    assert result.polynomials < len(points) / 5
+    assert far(points[:, [0, 1, 2]], contact_curve(bench)).max() <= 0.02
+
+
+def contact_curve(bench):
+    """The polynomials of X, Y, Z as they are written: of the contact points, not of the tool."""
+    out, group = [], {}
+    for line in (bench.folder / "out.osai").read_text().splitlines():
+        if line.startswith("<*"):
+            group = {"span": float(line.split(",")[1])}
+        elif line[:2] in ("<X", "<Y", "<Z"):
+            group[line[1]] = [float(c) for c in line.split(",")[1:]]
+            if line[1] == "Z":
+                out.append((np.array([group[a] for a in "XYZ"]), group["span"], None))
+    return out

@@ -288,7 +288,8 @@ def test_setup_forms(shop):
         "(PNT,AXI,AXI,QUI)", "  ( PNT , AXI,AXI , CUB )  ; why\n\n"
     )
     setup = setup.replace("(JRK,ENA,,,400,150,200)", "(JRK,DIS)").replace("(DIN,X,,,,,,)", "(DIN,X)")
-    assert len(rows_of(shop.profile(CUBE, setup))) == 2
+    rows = rows_of(shop.profile(CUBE, setup))
+    assert (rows["type"] <= 3).sum() == 2
 
 
 def test_check_prints_the_setup(shop):
@@ -493,14 +494,79 @@ def test_not_in_manual_data(shop):
     assert refusal(program)[:3] == (909219, 3, 1)
 
 
-def test_what_has_no_effect_is_said(shop):
-    """Filters of JRK, and a jerk that no setup can free, are said; DIN acts."""
-    program = shop.profile(CUBE, changed(SETUP_3, DIN_X="(DIN,X,600,100,,,,)"))
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(HSM,CONFIG1)\nG61\nX(E1+E2)Y0Z0F100\nX1\nX2\nG60\n",
+        "(HSM,CONFIG1)\nG61\nX0Y0F100\nX1\nG60\n",
+        "(HSM,CONFIG1)\nG61\nX0Y0Z0\nX1\nG62\nX5\nG60\n",
+        "(HSM,CONFIG1)\n(UPR,1)\nG61\nX0Y0Z0F100\nX1\nG60\n",
+        "(HSM,NOTHING)\nG61\nX0Y0Z0F100\nX1\nG60\n",
+        "(HSM,CONFIG1)\nG61 P7\nX0Y0Z0F100\nX1\nG60\n",
+        "G61\nX0Y0Z0F100\nX1\nG60\n",
+    ],
+)
+def test_one_mistake_is_one_error(shop, text):
+    """What only follows from an error is none of its own."""
+    program = shop.program(text, collect=True)
     rows_of(program)
-    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3)]
-    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,DIS)"))
+    assert len(program.errors) == 1
+
+
+def test_one_mistake_in_a_polynomial_or_spline(shop):
+    """A wrong coefficient, a missing line, a wrong knot: one error each; the rest of the profile is read."""
+    good = ["<*,5,1,600,0", "<X,0,1,0,0,0,0", "<Y,0,0,0,0,0,0", "<Z,0,0,0,0,0,0"]
+    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
+    for wrong in (["<X,0,1,0", *good[2:]], ["<X,0,q,0,0,0,0", *good[2:]], good[2:]):
+        body = "\n".join([good[0], *wrong, "<*,5,2,600,0", "<X,5,1,0,0,0,0", *good[2:]])
+        program = shop.program(f"(HSM,CONFIG1)\nG61\n{body}\nG60\n", setup, collect=True)
+        rows_of(program)
+        assert len(program.errors) == 1
+    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")
+    body = "X0Y0Z0K0F600\nX1K0\nX2K0\nX3K-1\nX4K5\nK5\nK5\nK5"
+    program = shop.program(f"(HSM,CONFIG1)\nG61 P3\n{body}\nG60\n", setup, collect=True)
     rows_of(program)
-    assert [(w.code, w.place.line) for w in program.reader.warnings] == [(907042, 3)]
-    program = shop.profile(CUBE, changed(SETUP_3, JRK="(JRK,ENA,0.5)"))
-    rows_of(program)
-    assert not program.reader.warnings
+    assert [e.code for e in program.errors] == [909242]
+
+
+ROTARY = parse_config("[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.C]\nkind = 'rotary'\n")
+
+
+@pytest.mark.parametrize(("pitch", "ends"), [("360", [0, 350, 370, 390]), ("", [0, 350, 10, 30])])
+def test_rollover(shop, pitch, ends):
+    """AXP Pitch: a programmed position is the equivalent nearest to the one before; without it the position itself."""
+    setup = SETUP_3 + f"(AXI,C,4,OTH,OTH)\n(AXP,C,0,{pitch},,)\n"
+    setup = changed(setup, CRV=None, EDG=None)
+    body = "X0Y0Z0C0F1000\nX5C170\nX10C350\nX15C10\nX20C30"
+    rows = rows_of(shop.profile(body, setup, cell=ROTARY))
+    found = rows["end"][rows["type"] == 3][:, 3]
+    assert found == pytest.approx([170, *ends[1:]])
+
+
+def test_pitch_of_the_chain(shop):
+    """A rotary axis of the chain comes round every 360 degrees."""
+    assert refusal(shop.profile(CUBE, changed(SETUP_5, AXP_A="(AXP,A,0,100,,)"), cell=CELL_5))[0] == 909205
+
+
+@pytest.mark.parametrize("form", ["POL", "BSP"])
+def test_versors_that_vanish(shop, form):
+    """A tool direction of length zero somewhere on a polynomial or spline is refused with its line."""
+    setup = changed(SETUP_5, PNT=f"(PNT,CLP,CLP,QUI,{form})", TOL="(TOL,100,0,0,-90,)")
+    rest = "\n".join(f"<{name},0,0,0,0,0,0" for name in "YZij")
+    body = f"<*,10,1,600,0\n<X,0,1,0,0,0,0\n{rest}\n<k,1,-0.1,0,0,0,0"
+    if form == "BSP":
+        points = [f"X{x}Y0Z0i0j0k{k}K0" + "F600" * (not x) for x, k in ((0, 1), (1, 0), (2, 0), (3, 0))]
+        body = "\n".join([*points, "K5\nK5\nK5\nK5"])
+    found = refusal(shop.profile(body, setup, cell=CELL_5, head="G61" if form == "POL" else "G61 P3"))
+    assert found[0] == 909250
+
+
+@pytest.mark.parametrize("kind", ["CLP", "AXI"])
+def test_edges_of_rotary_positions(shop, kind):
+    """EDG VAngle looks at the tool direction, programmed as ijk or as rotary positions."""
+    setup = changed(SETUP_5, PNT=f"(PNT,{kind},{kind},QUI)", EDG="(EDG,30,5,G66,1)", CRV=None, TOL="(TOL,100,0,0,-90,)")
+    body = "X0Y0Z0A0B0F1000\nX5B1\nX10B2\nX15B20\nX20B21\nX25B22"
+    rows = rows_of(shop.profile(body, setup, cell=CELL_5))
+    rows = rows[rows["type"] == 3]
+    stops = rows["end"][(rows["flags"] & 2) != 0][:, 0]
+    assert stops == pytest.approx([10.0, 25.0])

@@ -1,6 +1,7 @@
 """Level blocks and commands on the path against the mock CNC."""
 
 import math
+import random
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -14,6 +15,7 @@ from plc_client import (
     ContinueMachining,
     DeleteDistanceToGo,
     ExternalSpeed,
+    FeedControl,
     FeedHold,
     InsertStop,
     LevelState,
@@ -285,3 +287,53 @@ def test_function_that_is_never_fetched_stops_the_program(make: Make) -> None:
     cnc, hli = make(line(1), m(50, waits=False), line(1))
     cnc.run_to(200)
     assert (cnc.ended, hli.gpCh[0].bahn_state.wait_techno_acknowledge_r) == (False, True)
+
+
+class _Blocks:
+    """Blocks on one channel, and what somebody else may do to their units."""
+
+    def __init__(self, cnc: MockCnc, hli: Any, skip: bool) -> None:
+        self.cnc, self.ch, self.skip = cnc, hli.gpCh[0], skip
+        self.override, self.feed = Override(self.ch), FeedControl(self.ch)
+        self.hold, self.direction = FeedHold(self.ch), PathDirection(self.ch)
+
+    def act(self, what: int, value: float, flag: bool) -> None:
+        control = self.ch.bahn_mc_control
+        if not self.skip:
+            self.override._settled = self.hold._settled = self.feed._settled = self.direction._settled = None
+        actions: list[Callable[[], Any]] = [
+            lambda: self.override(path=None, rapid=100.0 if flag else None),
+            lambda: self.override(path=value),
+            lambda: self.override(path=value, rapid=100.0 if flag else None),
+            lambda: self.override(path=value, enable=flag),
+            self.override.release,
+            lambda: self.hold(flag),
+            lambda: self.feed(override=min(value, 200.0), feedhold=flag),
+            lambda: self.direction(backward=flag, simulate=value > 100.0),
+            lambda: setattr(control.override, "command_w", int(value)),
+            lambda: setattr(control.feedhold, "enable_w", flag),
+            lambda: setattr(self.ch.head, "plc_present_w", flag),
+            lambda: self.cnc.run_to(self.cnc.cycles + 1),
+        ]
+        actions[what % len(actions)]()
+
+    def seen(self) -> tuple[Any, ...]:
+        blocks, o = (self.override, self.hold, self.direction), self.override
+        outputs = [(b.state, b.done, b.busy, b.error, b.error_id) for b in blocks]
+        values = (o.path, o.rapid, o.effective, self.hold.standing, self.feed.override, self.feed.feedhold)
+        return outputs, values, self.direction.backward_active, bytes(self.ch.bahn_mc_control._c)
+
+
+def test_a_call_that_is_done_at_once_is_the_same_call(make: Make) -> None:
+    """Blocks that skip what cannot have changed do as blocks that never skip, whoever else writes the units."""
+    rng = random.Random(7)
+    quick, thorough = (_Blocks(*make(line(1000)), skip) for skip in (True, False))
+    for step in range(3000):
+        again = step % 3  # the same twice more: what a skip is for
+        if not again:
+            action = (rng.randrange(12), rng.choice((0.0, 50.0, 100.0, 250.0)), rng.random() < 0.5)
+        for blocks in (quick, thorough):
+            blocks.act(*action)
+            if again == 1:
+                blocks.act(11, 0.0, False)  # the CNC answers
+        assert quick.seen() == thorough.seen(), (step, action)

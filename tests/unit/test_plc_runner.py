@@ -152,6 +152,8 @@ def test_force_holds_inputs_outputs_and_variables() -> None:
             plc.force(OVERRIDE, 70_000)
         with pytest.raises(SymbolError, match="tasks: Fast"):
             plc.force("Nobody.x", 1)
+        with pytest.raises(SymbolError, match=r"'fast\.gain' is not forced; forced: nothing"):
+            plc.unforce("fast.gain")
 
 
 class Forced:
@@ -218,3 +220,58 @@ def test_mock_knows_no_more_than_its_window() -> None:
     """max_dist_prog_start: the active motion and `ahead` more."""
     with MockCnc([line(1) for _ in range(100)], ahead=10) as cnc:
         assert cnc.known() == 11 * 10_000.0
+
+
+@pytest.mark.parametrize(
+    ("tasks", "text"),
+    [
+        (int, "task int has no method cyclic"),
+        ([], "no task given"),
+        (Fast(), "the class itself is needed"),
+        ("nowhere.py", "nowhere.py: file not found"),
+    ],
+)
+def test_what_is_no_task_is_refused(tasks: Any, text: str) -> None:
+    """When the runner is made, by name."""
+    with pytest.raises(PlcError, match=text):
+        PlcRunner.on_mock(tasks, [line(10)])
+
+
+def test_wrong_steps_names_and_scripts_are_told() -> None:
+    """Negative scans, a task that is not there, a script of numbers."""
+    with PlcRunner.on_mock(Fast, [line(10)]) as plc:
+        with pytest.raises(ValueError, match="step of -1 scans"):
+            plc.step(-1)
+        with pytest.raises(KeyError, match="no task Slow; tasks: Fast"):
+            _ = plc["Slow"]
+    with pytest.raises(TypeError, match=r"script\[1\] = 30: a step is needed"):
+        MockCnc([line(10), 30])  # type: ignore[list-item]
+
+
+def test_a_task_needs_no_brackets() -> None:
+    """``@task`` is ``@task()``."""
+
+    @task
+    class Plain:
+        def cyclic(self) -> None:
+            """Nothing to do."""
+
+    with PlcRunner.on_mock(Plain) as plc:
+        plc.step(3)
+        assert plc.statistics()["test_a_task_needs_no_brackets.<locals>.Plain"]["interval_s"] == 0.001
+
+
+def test_an_interval_that_is_no_multiple_of_the_cycle_is_told() -> None:
+    """It runs at the next whole number of cycles, and says so."""
+
+    @task(interval=0.0025)
+    class Odd:
+        def cyclic(self) -> None:
+            """Nothing to do."""
+
+    with PlcRunner.on_mock([Odd, Fast], [line(1)], cycle_s=0.002) as plc:
+        texts = [text.split(": ", 1)[1] for text in plc.warnings]
+    end = "ms is no multiple of the cell's cycle of 2 ms; it runs every 2 ms"
+    assert texts == [f"2.5 {end}", f"1 {end}"]
+    with PlcRunner.on_mock([Slow, Fast], [line(1)]) as plc:
+        assert plc.warnings == []

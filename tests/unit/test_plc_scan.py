@@ -264,6 +264,21 @@ def test_reservoir_is_bounded_and_exact_in_count_and_extremes() -> None:
     assert Reservoir().quantiles() == {"p50": 0, "p99": 0, "p999": 0, "max": 0, "n": 0}
 
 
+def test_reservoir_keeps_every_value_equally_often() -> None:
+    """Each tenth of the values in turn, over 300 seeds, within five standard deviations."""
+    from plc_client.stats import Reservoir  # noqa: PLC0415
+
+    hits = [0] * 10
+    for seed in range(300):
+        reservoir = Reservoir(size=20)
+        reservoir._random.seed(seed)
+        for value in range(500):
+            reservoir.add(value)
+        for value in reservoir._kept:
+            hits[value // 50] += 1
+    assert all(abs(n - 600) < 5 * (600 * 0.9) ** 0.5 for n in hits)
+
+
 def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None:
     """The first one waits for the end of the scan, the second one does not; the report is written."""
     code = """
@@ -292,17 +307,19 @@ def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None
 def test_the_image_waits_for_a_cnc_that_lost_its_core(monkeypatch: pytest.MonkeyPatch) -> None:
     """More disturbed copies in a row than are tried at once are no error yet; a CNC that never comes back is one."""
     with MockCnc([line(10)]) as cnc, connect(cnc.name) as pair:
-        inputs, left = image.InputImage(pair), [2 * image._ROUNDS]
+        inputs, seq, pauses = image.InputImage(pair), cnc.areas.sidecar.channel_seq, []
 
-        def disturbed(_self: image.InputImage) -> bool:
-            left[0] -= 1
-            return left[0] < 0
+        def pause(_seconds: float) -> None:
+            pauses.append(seq.word)
+            seq.word += len(pauses) == 3  # the writer goes on: even again
 
-        monkeypatch.setattr(image, "_PAUSE_S", 0.0)
-        monkeypatch.setattr(image.InputImage, "_one_cycle", disturbed)
+        monkeypatch.setattr(image.time, "sleep", pause)
+        seq.word += 1  # odd: the CNC is in the middle of a write
+        cnc.ch.bahn_state.dist_prog_start = 1234.0
         inputs.latch()
+        assert (len(pauses), pair.gpCh[0].bahn_state.dist_prog_start) == (3, 1234.0)
         monkeypatch.setattr(image, "_LIMIT_S", 0.0)
-        left[0] = 10**9
+        seq.word += 1
         with pytest.raises(HliTimeout, match="no undisturbed copy"):
             inputs.latch()
         inputs.close()

@@ -106,7 +106,8 @@ class Indexer:
 class Control:
     """Executes control words.  ``report`` gets the structural errors of a file, without it the first one is raised.
 
-    ``visit`` gets the lines that are skipped.  ``jumped_back``: the program repeats lines (offset of the jump).
+    ``visit`` gets the lines that are skipped.  ``jumped_back``: the program repeats lines (offset,
+    whether by GOTO); False: it does not.
     """
 
     def __init__(
@@ -115,7 +116,7 @@ class Control:
         line: Callable[[], int],
         report: Callable[[CncError, BlockText], None] | None,
         visit: Callable[[Mark, Mark], None] | None,
-        jumped_back: Callable[[int], None] = lambda _: None,
+        jumped_back: Callable[[int, bool], bool] = lambda *_: True,
     ) -> None:
         self._jumped_back = jumped_back
         self._flow, self._line, self._report, self._visit = flow, line, report, visit
@@ -169,7 +170,7 @@ class Control:
             raise fail(907020, "END_LOOP: its LOOP is not being executed", 0)
         nest[-1].left -= 1
         if nest[-1].left > 0:
-            self._jumped_back(0)
+            self._jumped_back(0, False)
             self._flow.jump(nest[-1].body)
         else:
             nest.pop()
@@ -183,9 +184,8 @@ class Control:
         if len(kept) < len(inside):
             raise fail(907024, f"GOTO {name} leads into a LOOP from outside", offset)
         nest[:] = kept
-        if mark.line < self._line():
-            self._jumped_back(offset)
-        self._flow.jump(mark)
+        if mark.line >= self._line() or self._jumped_back(offset, True):
+            self._flow.jump(mark)
 
     def target(self, name: str, offset: int) -> Mark:
         """Where a label, or the block of an N number, stands."""

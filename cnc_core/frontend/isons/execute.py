@@ -219,7 +219,6 @@ class Executor:
             if mode not in range(5):
                 raise fail(900012, f"PAUSE_MODE {mode:g} is not 0..4", words.offset("PAUSE_MODE"))
             self.pause_mode = int(mode)
-            self._stored("PAUSE_MODE (pausing is run control)", words.offset("PAUSE_MODE"))
         if "F" in words.values and 4 not in words.codes:
             self._feed(words)
         rows += self._tool(words)
@@ -269,9 +268,6 @@ class Executor:
         if self.parameters["WR_SPD"]:
             self.speed_copied(self.spindle)
         return self.emit(self.modal.row(S, words.block.n, value=self.spindle))
-
-    def _stored(self, name: str, offset: int) -> None:
-        self.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
 
     def not_compensated(self, name: str, offset: int) -> None:
         if self.output.side != 40:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import BlockBatch, M, S, T
+from cnc_core.blocks import EVENT, EVENT_OVERRIDE, POLYNOMIAL, BlockBatch, M, S, T
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level, Mark
@@ -19,6 +19,7 @@ from cnc_core.frontend.base.lexer import TokenStream, fail
 from cnc_core.frontend.base.reader import WAIT_BLOCKS, BlockReader, Prepared, located
 from cnc_core.frontend.base.scanner import (
     CENTRE_DISTANCE,
+    FEED_POSITIVE,
     KEEP_CENTRE,
     NO_BRACKETS,
     NO_EQUALS,
@@ -31,14 +32,17 @@ from cnc_core.frontend.base.scanner import (
     Row,
     Rules,
 )
+from cnc_core.frontend.isons import codes
 from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
 from cnc_core.frontend.isons.direct import way
+from cnc_core.frontend.isons.endless import Endless
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
 from cnc_core.frontend.isons.instructions import Instructions
+from cnc_core.frontend.isons.lookahead import look_ahead_command
 from cnc_core.frontend.isons.macros import Macros
 from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.parameters import Parameters
@@ -46,14 +50,17 @@ from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.retained import take_over
 from cnc_core.frontend.isons.store import Store, UserScope
 from cnc_core.frontend.isons.system import System
-from cnc_core.frontend.isons.text import PATTERN, label_of, strip_remark
+from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
 from cnc_core.frontend.isons.words import WordBlock, WordParser
 from cnc_core.frontend.isons_cell import IsonsCell
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.port import ChannelPort, Wait
 
 RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
+RULE_BITS |= FEED_POSITIVE
 LEVELS_MAX = 101
+IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
+SHARED_WORDS = (900005, 900011, 908005)  # words of several functions in one block
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
 NORMAL, GO_BLOCK = 0, 2  # $_X7
 M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
@@ -116,8 +123,10 @@ class IsonsFrontEnd(BlockReader):
         self._queue.extend(self.executor.mode_rows(0))
         self.control = Control(
             self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
-            self.forms.poll,
+            self._jumped_back,
         )
+        self.idle_blocks_max = IDLE_BLOCKS
+        self._endless = Endless(self)
         self._ticks = 0  # waits so far: time has passed between them
         self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
         self.found = True  # no place is searched for
@@ -140,6 +149,16 @@ class IsonsFrontEnd(BlockReader):
     @property
     def answers(self) -> bool:
         return self._port.answers
+
+    @property
+    def waits_passed(self) -> int:
+        return self._ticks
+
+    @property
+    def asks(self) -> bool:
+        """An operator may change what the program sees."""
+        operator = getattr(self.port, "operator", None)
+        return self.forms.shown or bool(operator and operator.waiting)
 
     @property
     def compensated(self) -> bool:
@@ -179,12 +198,32 @@ class IsonsFrontEnd(BlockReader):
         formulas = Formulas(stream, self.store, self.system)
         parser = WordParser(stream, formulas, self.executor.axes)
         parser.n_number()
+        command = look_ahead_command(stream, formulas, self.executor, parser.block.n)
+        if command is not None:
+            return command, formulas.drain, formulas.live
         instructions = Instructions(self, stream, formulas)
         run = instructions.parse()
         if run is not None:
             return run, formulas.drain or instructions.drain, formulas.live | instructions.live
-        block = parser.parse()
+        try:
+            block = parser.parse()
+        except CncError as error:
+            parts = parts_of(text, codes.TAKERS, codes.MOTIONS) if error.code in SHARED_WORDS else [text]
+            if len(parts) < 2:
+                raise
+            return self._parts([self._compile(part) for part in parts])
         return (lambda: self._words(block)), formulas.drain, formulas.live
+
+    def _parts(self, parts: list[tuple[Run, bool, int]]) -> tuple[Run, bool, int]:
+        """Functions one behind the other in a block, each with its own words."""
+
+        def run() -> Items:
+            return [item for part, _, _ in parts for item in part()]
+
+        live = 0
+        for _, _, reads in parts:
+            live |= reads
+        return run, any(drain for _, drain, _ in parts), live
 
     def _words(self, block: WordBlock) -> Items:
         for target, value in block.assignments:
@@ -194,6 +233,9 @@ class IsonsFrontEnd(BlockReader):
         if "T" in block.values:
             self._tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
         items = self.executor.execute(block)
+        rows = [item for item in items if not isinstance(item, Wait)]
+        self._endless.rows += len(rows)
+        self._endless.motions += sum(int(row["type"][0]) <= POLYNOMIAL for row in rows)
         failure, self.executor.failure = self.executor.failure, None
         if failure is not None:
             self._queue.extend(items)
@@ -273,6 +315,8 @@ class IsonsFrontEnd(BlockReader):
         rows = super()._advance(out)
         if not rows:
             return 0
+        self._endless.rows += rows
+        self._endless.motions += rows
         wrong = bounds.check(out[:rows], output.names, start, output.main)
         if wrong is None:
             return rows
@@ -309,10 +353,32 @@ class IsonsFrontEnd(BlockReader):
 
     def note(self, rows: BlockBatch) -> None:
         """Functions that the search has passed: the last ones of each kind are put out again."""
-        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T))]:
+        override = (rows.rows["type"] == EVENT) & (rows.rows["code"] == EVENT_OVERRIDE)
+        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T)) | override]:
             group = next((i for i, codes in enumerate(M_GROUPS) if int(row["code"]) in codes), None)
             if row["type"] != M or group is not None:
                 self._last[(100 + group) if row["type"] == M and group is not None else int(row["type"])] = row.copy()
+
+    @property
+    def path_reaches_back(self) -> bool:
+        """What is driven next depends on the blocks before: compensation, RTCP, corners, filters, MILD."""
+        executor = self.executor
+        if self.compensated or executor.tip.on:
+            return True
+        held = executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
+        return held and not self.has_go_block
+
+    @property
+    def has_go_block(self) -> bool:
+        """There is a macro M_GOBLOCK."""
+        number = self.macros.event("M_GOBLOCK")
+        return number is not None and self.macros.find("M", number) is not None
+
+    def go_on(self) -> BlockBatch:
+        """The place has been found and the path is not left: functions again."""
+        self.system.run_type, self.store.watched, self._scan = NORMAL, None, True
+        kinds = sorted(self._last, key=lambda k: (k != T, k != S, k))
+        return BlockBatch(np.array([self._last[kind] for kind in kinds])) if kinds else BlockBatch.empty()
 
     def take_up(self, start: npt.NDArray[np.float64]) -> None:
         """The place has been found: functions again, the macro M_GOBLOCK, then the way from ``start`` to it."""
@@ -346,6 +412,33 @@ class IsonsFrontEnd(BlockReader):
             error.place.column = error.place.column or offset
             raise
 
+    def _jumped_back(self, offset: int, jump: bool) -> bool:
+        """The program goes back: False if it does not get anywhere so."""
+        self.forms.poll(offset)
+        if not jump:
+            return True
+        endless, checked = self._endless, self._collect
+        again = endless.came_back()
+        if not again and not (checked and endless.tired(self._steps)):
+            return True
+        what = "comes back with everything as it was" if again else f"has come back {endless.passes} times"
+        if not (checked and endless.moved):
+            raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
+        self.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
+        self._leave_out()
+        return False
+
+    def _does_not_end(self, error: CncError) -> CncError:
+        if self._collect:
+            self._leave_out()
+        return error
+
+    def _leave_out(self) -> None:
+        """The rest of the file is compiled, the program ends."""
+        source = self.flow.file.source
+        self._visit(Mark(source.position, self.modal.line), Mark(self.flow.file.path.stat().st_size, 0))
+        self._finish()
+
     def call_subroutine(self, name: str, offset: int) -> None:
         """GOSUB."""
         mark = self.control.target(name, offset)
@@ -371,6 +464,7 @@ class IsonsFrontEnd(BlockReader):
 
     def call_import(self, name: str, offset: int) -> None:
         path = self.macros.imported(name, self.flow.file.path, offset)
+        self.port.message(f"StartImport {name}")
         self._call(IMPORTED, path, START, LevelData(IMPORTED, self.store.scope), offset)
 
     def end_import(self, offset: int) -> None:

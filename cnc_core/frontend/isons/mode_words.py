@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 DEPTH_MAX = 2**20
 ORDER_MAX = 7
+SAMPLES_MAX = 10000
 FILTER_CODES = (66, 72, 73, 74, 106)
 
 
@@ -46,11 +47,10 @@ def _number(
     return value
 
 
-def _switch(words: Words, code: int, offset: int, highest: int) -> int:
+def _switch(words: Words, offset: int, highest: int, now: int) -> int:
+    """X; without it, as it is now, on if it was off."""
     value = _number(words, "X", offset, 0, highest, whole=True)
-    if value is None:
-        raise fail(900012, f"G{code}: X0..X{highest} is expected", offset)
-    return int(value)
+    return (now or 1) if value is None else int(value)
 
 
 def _always_plane(executor: Executor, words: Words, offset: int) -> None:
@@ -87,7 +87,7 @@ def _mild(executor: Executor, words: Words, offset: int) -> None:
 def _feed_control(executor: Executor, words: Words, offset: int) -> None:
     filters = executor.modes.filters
     rate = executor.parameters["FEEDRES"] / 60.0 * executor.modal.unit_mm
-    filters.feed_control = int(_number(words, "X", offset, 0, 10000, whole=True) or 0)
+    filters.feed_control = _switch(words, offset, SAMPLES_MAX, filters.feed_control)
     inertia, dead, floor = (_number(words, name, offset, 0) for name in "YZA")
     filters.inertia = filters.inertia if inertia is None else inertia
     filters.dead_band = filters.dead_band if dead is None else dead * rate
@@ -96,7 +96,7 @@ def _feed_control(executor: Executor, words: Words, offset: int) -> None:
 
 def _nurbs(executor: Executor, words: Words, offset: int) -> None:
     filters, unit = executor.modes.filters, executor.modal.unit_mm
-    filters.nurbs = bool(_switch(words, 72, offset, 1))
+    filters.nurbs = bool(_switch(words, offset, 1, 0))
     length, step = _number(words, "Y", offset, 0), _number(words, "A", offset, 1e-3)
     order = _number(words, "Z", offset, 1, ORDER_MAX, whole=True)
     filters.nurbs_length = filters.nurbs_length if length is None else length * unit
@@ -106,7 +106,7 @@ def _nurbs(executor: Executor, words: Words, offset: int) -> None:
 
 def _noise(executor: Executor, words: Words, offset: int) -> None:
     filters, unit = executor.modes.filters, executor.modal.unit_mm
-    filters.noise = _switch(words, 73, offset, 3)
+    filters.noise = _switch(words, offset, 3, filters.noise)
     angle, length = _number(words, "Y", offset, 0, 180), _number(words, "Z", offset, 0)
     cusps = _number(words, "A", offset, 0, 1, whole=True)
     filters.noise_angle = filters.noise_angle if angle is None else angle
@@ -116,7 +116,7 @@ def _noise(executor: Executor, words: Words, offset: int) -> None:
 
 def _short(executor: Executor, words: Words, offset: int) -> None:
     filters = executor.modes.filters
-    filters.short = bool(_switch(words, 74, offset, 1))
+    filters.short = bool(_switch(words, offset, 1, 0))
     length = _number(words, "Y", offset, 0)
     filters.short_length = filters.short_length if length is None else length * executor.modal.unit_mm
 
@@ -128,7 +128,7 @@ def _smooth(executor: Executor, words: Words, offset: int) -> None:
     if number is None or number not in range(len(AXIS_LETTERS)):
         raise fail(900012, "G106: the index of an axis in brackets, [0] to [8], is expected", offset)
     axis = executor.axis(AXIS_LETTERS[int(number)], offset)
-    on = _switch(words, 106, offset, 1)
+    on = _switch(words, offset, 1, 0)
     level, length = _number(words, "A", offset, 0, 1), _number(words, "B", offset, 0)
     if length is not None:
         filters.smooth_length = length * unit

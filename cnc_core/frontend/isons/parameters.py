@@ -53,7 +53,7 @@ GENERIC: dict[str, Parameter] = {
     "ACC_LAV": _not_negative(acts="acceleration of all axes of the cell, with TAU"),
     "TAU": Parameter(5.0, 0.01, 1000.0, acts="sample time of the accelerations, ms"),
     "ACC_QSTOP": _not_negative(stored="limits are refused before motion, nothing has to stop at them"),
-    "VEL_GO_LINE_RETRACE": _not_negative(stored="backward motion has the feed of the program"),
+    "VEL_GO_LINE_RETRACE": _not_negative(acts="feed of backward motion, 0: that of the program"),
     "ACC_RAGGIO_MAX": Parameter(
         10.0, 1.0, 115.0, acts="largest acceleration on arcs, m/s2; over 100 a tenth of what is beyond"
     ),

@@ -28,6 +28,9 @@ FILTERS = 6
 SGL3D_UNIT = 1000.0  # change of direction of an axis, 0..2, in the guide's units
 ARC_SCALE_FROM, ARC_SCALE = 100.0, 10.0
 MILD_LOW, MILD_HIGH = 1.0, 1000.0  # values outside leave the axis sharp
+DRIVEN_SHARE = 40.0  # of the spline's segments: their sagitta where the radius is five times their length
+DRIVEN_MM, DRIVEN_MIN_MM, DRIVEN_MAX_MM = 0.005, 0.0005, 0.02
+MICRO_MM = 1.0  # longer segments are driven exactly
 CORNER_LAG = math.log(2.0) / math.sqrt(2.0)  # how far a first-order lag of 1 cuts a right angle at a speed of 1
 
 
@@ -134,6 +137,8 @@ class PathModes:
             row = self._modal.row(FILTER, n, code=code, flags=HAS_VALUE if on and wanted else 0)
             if on and wanted:
                 row["degree"], row["fill_1"], row["plane"] = *plane, depth
+                if self.tangential is not None and self.tangential not in (*plane, depth):
+                    row["center"][0, 0] = self.tangential + 1
                 for name, value in values.items():
                     row[name] = value
             rows.append(row)
@@ -165,17 +170,34 @@ class PathModes:
     def _mild_rows(self, n: int) -> list[Row]:
         """A first-order lag of TAU * 1000 / MILD cuts corners by what depends on the feed; so does the smoothing."""
         tolerance = self._mild_tolerance() if self.mild_on else 0.0
-        row = self._modal.row(SMOOTHING, n, code=1 if tolerance else 0, value=tolerance)
-        return [row] if tolerance or any(self.mild) or self._mild_told else []
+        driven, longest = self._driven()
+        row = self._modal.row(SMOOTHING, n, code=1, value=max(tolerance, driven))
+        if driven > tolerance:
+            row["flags"], row["length"] = HAS_VALUE, longest
+        self._smoothing_told = self._smoothing_told or bool(row["value"][0] > 0.0)
+        return [row] if self._smoothing_told else []
 
-    _mild_told = False
+    _smoothing_told = False
+
+    def _driven(self) -> tuple[float, float]:
+        """(tolerance, longest segment), mm: how filtered runs are driven; (0, 0) exactly.
+
+        Filters leave vertices, and no axis can change its speed at once: without a tolerance the axes stand at each.
+        """
+        f = self.filters
+        spline = f.nurbs and f.nurbs_order > 1
+        if not self.filtering or not (spline or f.noise or f.short or f.smooth or f.feed_control):
+            return 0.0, 0.0
+        longest = 2.0 * MICRO_MM if f.short and f.short_length <= MICRO_MM else MICRO_MM
+        if not spline:
+            return DRIVEN_MM, longest
+        return min(max(f.nurbs_step / DRIVEN_SHARE, DRIVEN_MIN_MM), DRIVEN_MAX_MM), max(longest, f.nurbs_step)
 
     def _mild_tolerance(self) -> float:
         values = [self._parameters[f"MILD_{self._names[axis]}"] for axis in self.mild]
         acting = [value for value in values if MILD_LOW < value < MILD_HIGH]
         if not acting:
             return 0.0
-        self._mild_told = True
         lag_s = self._parameters["TAU"] / 1000.0 * MILD_HIGH / min(acting)
         feed = self._modal.feed * self._parameters["FEEDRES"] / 60.0 * self._modal.feed_unit
         return CORNER_LAG * feed * lag_s

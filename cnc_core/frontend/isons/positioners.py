@@ -42,6 +42,15 @@ class Positioners:
         self._all = [Positioner() for _ in range(count)]
         self._parameters, self._clock = parameters, clock
 
+    def rest(self, now_s: float) -> bool:
+        """All of them stand."""
+        return not any(one.rest_s(now_s) > 0 for one in self._all)
+
+    @property
+    def state(self) -> tuple[object, ...]:
+        """Where they stand or go, and how."""
+        return tuple((one.target, one.feed_mm_min, one.offset, one.enabled, one.homed) for one in self._all)
+
     def _one(self, number: float, offset: int) -> Positioner:
         if number != int(number) or not 0 <= number < len(self._all):
             raise fail(909140, f"positioner {number:g}: the machine has {len(self._all)} (from 0)", offset)

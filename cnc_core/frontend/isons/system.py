@@ -177,6 +177,17 @@ class System:
             return self._demand(index)
         return self._position(self.executor.tip.programmed(self._port.live_position()), index)
 
+    @property
+    def rests(self) -> bool:
+        """No timer counts, no positioner moves."""
+        now = self._clock.now_s()
+        return max(self._timers) <= now and self.positioners.rest(now)
+
+    @property
+    def state(self) -> tuple[object, ...]:
+        """What stays when time passes."""
+        return self.degrees, self.run_type, self.positioners.state
+
     def _timer(self, index: int) -> float:
         return max(0.0, round((self._timers[index] - self._clock.look()) * 1000.0, 6))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
@@ -17,6 +18,7 @@ PATTERN = re.compile(
 )
 LABEL = re.compile(r"\s*(?:N\s*\d+\s*)?@\s*(.*?)\s*$", re.I)
 HEAD = re.compile(r"\s*(?:N\s*\d+\s*)?([A-Za-z_]+)", re.I)
+FUNCTION_OR_BRACKET = re.compile(r'[\[\]()"]|(?<![$A-Z_])G\s*(\d+)', re.I)
 LABEL_SIGNS = frozenset("+-*/^()<>=|&!~ \t")
 
 
@@ -29,6 +31,26 @@ def strip_remark(text: str) -> str:
         elif not quoted and (char in ";'" or text.startswith("//", i)):
             return text[:i]
     return text
+
+
+def parts_of(text: str, owners: frozenset[int], motions: tuple[int, ...]) -> list[str]:
+    """The block cut ahead of functions that own the words behind them, and of motions behind those; columns stay."""
+    places, depth, quoted, owned = [], 0, False, False
+    for found in FUNCTION_OR_BRACKET.finditer(text):
+        sign = found[0]
+        if sign == '"':
+            quoted = not quoted
+        elif sign in "[(":
+            depth += 1
+        elif sign in "])":
+            depth -= 1
+        elif not depth and not quoted and found[1]:
+            own = int(found[1]) in owners
+            if own or (owned and int(found[1]) in motions):
+                places.append(found.start())
+                owned = own
+    cuts = [0, *[place for place in places if text[:place].strip()], len(text)]
+    return [" " * begin + text[begin:end] for begin, end in itertools.pairwise(cuts)]
 
 
 def label_of(text: str) -> str | None:

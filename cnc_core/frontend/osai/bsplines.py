@@ -28,6 +28,7 @@ class BsplineProfile(Profile):
         )
         self._programmed = False
         self._clear()
+        self._left_out = False  # a line of the present spline was wrong
         self._done: list[ProfileChunk] = []
         self._end: FloatArray | None = None
 
@@ -37,6 +38,14 @@ class BsplineProfile(Profile):
         self._feeds: list[float] = []
         self._lines: list[int] = []
         self._numbers: list[int] = []
+
+    def go_on(self) -> None:
+        """The spline with the wrong line is left out, and with it whether its neighbours meet."""
+        super().go_on()
+        self._left_out, self._programmed, self._end = True, True, None
+        self._now = np.where(np.isnan(self._now), 1.0, self._now)
+        if not self.context.feed > 0:
+            self.context.feed = 1.0
 
     def line(self, text: str) -> None:
         plain = self.plain_text(text)
@@ -48,6 +57,8 @@ class BsplineProfile(Profile):
         code = self.function(words, SEPARATORS)
         if code is not None:
             self._close(code, words.g[code])
+            return
+        if self._left_out:
             return
         self.ignore(words)
         self.take_feed(words)
@@ -88,6 +99,10 @@ class BsplineProfile(Profile):
     def _close(self, code: int, offset: int) -> None:
         """The spline is complete; 60 ends the profile."""
         self.ended = code == 60
+        if self._left_out:
+            self._left_out = False
+            self._clear()
+            return
         if not self._points and not self._knots:
             if code == 60 and self._end is not None:
                 self._done[-1].last = True

@@ -36,6 +36,8 @@ PROFILES: dict[str, type[Profile]] = {
 CODE = re.compile(r"\s*\(\s*([A-Za-z]\w\w)\s*(?:,\s*([^)]*?)\s*)?\)\s*$")
 ASSIGNMENT = re.compile(r"\s*(?:N\d+\s*)?([EL]\d+)\s*=")
 NUMBERED = re.compile(r"\s*N\d+\s*(?=\()")
+END_OR_BEGIN = re.compile(rb"^[ \t]*(?:N\d+[ \t]*)?G6[01]\b", re.M)
+BEGIN = re.compile(r"[ \t]*(?:N\d+[ \t]*)?G61\b")
 DEGREES = (3, 4, 5)
 SUPPORTED_G = {0, 1, 60, 61, 70, 71, 90, 91}
 ARCS = (2, 3)
@@ -68,11 +70,16 @@ class OsaiFrontEnd(BlockReader):
         self._given = setup
         self._setup = SetupFile(setup) if setup else None
         self._profile: Profile | None = None
-        self._spec_ok = True
+        self._spec_ok, self._no_setup = True, False
         self._virtual: str | None = None
         self._saved: tuple[object, ...] = ()
         self._tool, self._active = 0, Tool()
         self._awaited = self._resync = False  # where the axes stand is known when the wait behind a profile is over
+
+    @property
+    def variables(self) -> Variables:
+        """Values of the E and L variables as they are now."""
+        return self._variables
 
     # BlockReader
 
@@ -151,6 +158,7 @@ class OsaiFrontEnd(BlockReader):
             raise fail(909201, "(HSM,file) names no setup file", offset)
         path = self._given or self._beside(name)
         if path is None:
+            self._setup, self._no_setup = None, True
             raise fail(909201, f"setup file {name} not found", offset)
         self._setup = SetupFile(path)
         records, errors = self._setup.resolve(self._variables)
@@ -158,19 +166,7 @@ class OsaiFrontEnd(BlockReader):
         self._spec_ok = not errors
         if not errors:
             self.setups.append(records.as_json())
-            self._warn_unused(records)
         self._report(errors)
-
-    def _warn_unused(self, records: Records) -> None:
-        """Fields that are kept and have no effect."""
-        jrk = records.general.get("JRK")
-        if jrk is None:
-            return
-        given = [name for name in ("Entities", "Tintgr") if jrk.values[name]]
-        if given:
-            self._warn(907042, f"JRK, {', '.join(given)}: kept without effect", jrk.place)
-        if jrk.word("Mode") == "DIS":
-            self._warn(907042, "JRK, Mode DIS: the jerks of DIN are left aside, those of the machine hold", jrk.place)
 
     def _report(self, errors: list[CncError]) -> None:
         """Errors in a setup: each with its own place there."""
@@ -211,7 +207,12 @@ class OsaiFrontEnd(BlockReader):
         if words.n is not None:
             self.modal.n = words.n
         if 61 in words.g:
-            self._begin_profile(words)
+            try:
+                self._begin_profile(words)
+            except CncError:
+                if self._collect:
+                    self._skip_profile()
+                raise
             return []
         if 60 in words.g:
             raise fail(909221, "G60 without G61", words.g[60])
@@ -276,6 +277,9 @@ class OsaiFrontEnd(BlockReader):
         degree = words.values.get("P", 5.0)
         if degree not in DEGREES:
             raise fail(909229, f"P{degree:g}: the degree is 3, 4 or 5", words.offsets["P"])
+        if self._setup is None and self._no_setup and self._collect:  # that has been said
+            self._skip_profile()
+            return
         if self._setup is None:
             raise fail(909201, "G61 without a setup: (HSM,file) must come before it", offset)
         if self._virtual:
@@ -285,17 +289,24 @@ class OsaiFrontEnd(BlockReader):
         if errors and self._spec_ok:
             self._report(errors)
         if errors:
+            self._spec_ok = False
             self._skip_profile()
             return
         self._enter(records, int(degree))
 
     def _skip_profile(self) -> None:
-        """A profile whose setup is wrong cannot be read: go behind its G60."""
-        self._spec_ok = False
-        end = re.compile(rb"^[ \t]*(?:N\d+[ \t]*)?G60\b", re.M)
-        self.modal.count_lines(self._source.hop(end))
-        if not self._source.exhausted:
-            self._source.line()
+        """A profile whose setup or beginning is wrong cannot be read: go behind its G60, if it has one."""
+        source = self._source
+        before = source.position
+        lines = source.hop(END_OR_BEGIN)
+        if source.exhausted:
+            source.seek(before)
+            return
+        self.modal.count_lines(lines)
+        before = source.position
+        if BEGIN.match(source.line() or ""):
+            source.seek(before)
+        else:
             self.modal.count_lines(1)
 
     def _enter(self, records: Records, degree: int) -> None:
@@ -352,6 +363,7 @@ class OsaiFrontEnd(BlockReader):
             check_length(self._text)
             profile.line(text)
         except CncError as error:
+            profile.go_on()
             self._error(error, self._text)
 
     def _leave(self, profile: Profile, chunk: ProfileChunk | None) -> None:
@@ -365,7 +377,8 @@ class OsaiFrontEnd(BlockReader):
         feed = profile.context.feed
         modal.restore(self._saved)
         modal.feed, modal.n = feed, profile.context.number
-        if spec.point != "AXI" or spec.tangential is not None:  # only the machine knows where its axes stand
+        rolling = any(axis.pitch for axis in spec.axes)
+        if spec.point != "AXI" or spec.tangential is not None or rolling:  # only the machine knows where its axes stand
             self._queue.append(Wait.DRAINED)
             self._awaited = True
 

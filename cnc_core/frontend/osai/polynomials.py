@@ -42,6 +42,7 @@ class PolynomialProfile(Profile):
         self.required = tuple(a.name for a in spec.axes if not (a.kinematic and "ijk" in spec.versors))
         self.required += tuple("".join(spec.versors))
         self._group: Group | None = None
+        self._left_out = False  # the rest of a polynomial with a wrong line
         self._done: list[tuple[Group, FloatArray]] = []
         self._end: FloatArray | None = None  # where the polynomial before ends
 
@@ -58,7 +59,7 @@ class PolynomialProfile(Profile):
             raise fail(909224, "only polynomials may stand here: the format is POL", len(plain) - len(plain.lstrip()))
         self.ended = True
         self._finish()
-        if not self._done and self._end is None:
+        if not self._done and self._end is None and not self.failed:
             raise fail(909225, "the profile has no polynomial", words.g[60])
 
     def _polynomial_line(self, plain: str) -> None:
@@ -70,6 +71,7 @@ class PolynomialProfile(Profile):
         name, offset = parts[0]
         if name == "*":
             self._finish()
+            self._left_out = False
             self._header(parts[1:], begin, plain.rstrip())
         else:
             self._axis(name, offset, parts[1:])
@@ -100,6 +102,8 @@ class PolynomialProfile(Profile):
         self._group = Group(header, Place(self.context.path, self.context.line, 1, text))
 
     def _axis(self, name: str, offset: int, parts: list[tuple[str, int]]) -> None:
+        if self._group is None and self._left_out:
+            return
         if self._group is None:
             raise fail(909232, "a line of coefficients without a header <*,..", offset)
         if (name not in self.names and name not in VERSOR_LETTERS) or not name:
@@ -110,6 +114,11 @@ class PolynomialProfile(Profile):
         if len(parts) != wanted:
             raise fail(909230, f"{name}: {len(parts)} coefficients, degree {self.spec.degree} has {wanted}", offset)
         self._group.axes[name] = np.array(self._numbers(parts))
+
+    def go_on(self) -> None:
+        """The polynomial with the wrong line is left out, and with it whether its neighbours meet."""
+        super().go_on()
+        self._left_out, self._group, self._end = True, None, None
 
     def _finish(self) -> None:
         """The group is complete: required lines, continuity."""
@@ -145,10 +154,12 @@ class PolynomialProfile(Profile):
 
     @property
     def waiting(self) -> int:
-        return len(self._done)
+        """The last one waits, because it may turn out to be the profile's last."""
+        return len(self._done) if self.ended else max(0, len(self._done) - 1)
 
     def chunk(self) -> ProfileChunk | None:
-        done, self._done = self._done, []
+        keep = self.waiting
+        done, self._done = self._done[:keep], self._done[keep:]
         if not done:
             return None
         groups = [group for group, _ in done]

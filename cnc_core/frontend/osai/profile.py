@@ -41,11 +41,11 @@ class Context:
 
 
 class Profile:
-    """Common part of the three input formats.  ``ended``: G60 has been read."""
+    """Common part of the three input formats.  ``ended``: G60 has been read.  ``failed``: a line of it was wrong."""
 
     def __init__(self, context: Context) -> None:
         self.context, self.spec = context, context.spec
-        self.ended = False
+        self.ended = self.failed = False
         self.names = tuple(axis.name for axis in self.spec.axes)
         self.letters = "".join(self.names) + VERSOR_LETTERS
         self.columns = self.spec.columns
@@ -61,6 +61,10 @@ class Profile:
     def line(self, text: str) -> None:
         """One line, comments and all."""
         raise NotImplementedError
+
+    def go_on(self) -> None:
+        """A line was wrong: what only follows from that is no error of its own."""
+        self.failed = True
 
     @property
     def waiting(self) -> int:
@@ -283,6 +287,8 @@ class PointProfile(Profile):
                 raise fail(909250, f"the versor {group} has length zero", words.offsets.get(letter, 0))
 
     def _transition(self, code: int, offset: int) -> None:
+        if not self._kept.count and self.failed:
+            return
         if not self._kept.count:
             raise fail(909228, f"G{code} without a point before it", offset)
         if self._kept.rapid[-1][-1] and code in (62, 63, 67):
@@ -292,9 +298,18 @@ class PointProfile(Profile):
             raise fail(909228, f"G{code} behind G{before}: a point has one transition", offset)
         self._kept.after[-1][-1] = code
 
+    def go_on(self) -> None:
+        super().go_on()
+        if not self._programmed:  # as if its first point had been complete
+            start = [self.spec.start[a.channel] for a in self.spec.axes] + [1.0] * 3 * len(self.spec.versors)
+            self._now = np.where(np.isnan(self._now), np.array(start) / self.factor, self._now)
+            self._programmed = True
+        if not self.context.feed > 0:
+            self.context.feed = 1.0
+
     def _end(self, offset: int) -> None:
         self.ended = True
-        if not self._programmed:
+        if not self._programmed and not self.failed:
             raise fail(909225, "the profile has no point", offset)
 
     # giving out

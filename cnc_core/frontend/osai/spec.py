@@ -116,6 +116,10 @@ def _names(records: Records, _: ProgramMachine) -> None:
             if name not in records.axes["AXI"] and not (code == "CIN" and name in "tw"):
                 raise record.fail(909209, f"{code} of axis {name}, which no AXI declares", "Name")
     for record in records.axes["AXP"].values():
+        pitch, axis = record.maybe("Pitch"), records.axes["AXI"][record.word("Name")]
+        if pitch and axis.word("CinType") in ("WRK", "TOL") and abs(pitch / 360.0 - round(pitch / 360.0)) > 1e-9:
+            text = f"AXP: Pitch {pitch:g}: a rotary axis of the chain comes round every 360"
+            raise record.fail(909205, text, "Pitch")
         low, high = record.maybe("Lim-"), record.maybe("Lim+")
         if low is not None and high is not None and low >= high:
             raise record.fail(909205, f"AXP: Lim- {low:g} is not below Lim+ {high:g}", "Lim-")

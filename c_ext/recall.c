@@ -1,0 +1,101 @@
+/* Feed hold: what is committed but not begun is taken back, so that the path brakes from the next cycle on and not behind the
+ * motion that was committed ahead.
+ *
+ * What is taken back first becomes the beginning of the stored tail (the same motion, published in the same atomic word): if
+ * the planner is late with the stop, GEO goes on as before and comes to rest where the old plan does.
+ */
+#include "engine_internal.h"
+
+#define THREAD_MARGIN_S 0.006 /* motion that is left to GEO while a planner on its own thread computes the stop */
+#define SAME_TIME 1e-9
+
+typedef struct cut {
+    uint64_t phase;  /* first one that is taken back */
+    double at_s;     /* committed motion ahead of it */
+    double motion_s; /* of what is taken back, dwells left out */
+} cut;
+
+static const phase *phase_at(const engine *e, uint64_t i) { return &e->phase_ring[i & (PHASE_RING - 1)]; }
+
+static double consumed_s(engine *e) {
+    double s;
+    __atomic_load(&e->geo.consumed_s, &s, __ATOMIC_ACQUIRE);
+    return s;
+}
+
+/* Everything that begins no earlier than `margin` from where GEO is. */
+static bool find_cut(engine *e, double margin, cut *c) {
+    double earliest = consumed_s(e) + margin;
+    uint64_t first = ATOMIC_GET(e->geo.consumed);
+    *c = (cut){e->plan.written, e->plan.committed_s, 0.0};
+    while (c->phase > first) {
+        const phase *ph = phase_at(e, c->phase - 1);
+        if (c->at_s - ph->time < earliest - SAME_TIME) break;
+        c->phase--;
+        c->at_s -= ph->time;
+        if (is_motion(piece_at(e, ph->piece))) c->motion_s += ph->time;
+    }
+    if (c->phase >= e->plan.written || !(c->motion_s > 0.0)) return false;
+    return !e->threads_started || phase_at(e, c->phase)->v0 > 0.0; /* at a standstill GEO would not take the tail */
+}
+
+/* The motion that is taken back, and the stored tail behind it. */
+static bool longer_tail(const engine *e, const cut *c, const tail *old, tail *t) {
+    uint64_t n = e->plan.written - c->phase;
+    if (n + old->count > e->plan.tail_max) return false;
+    for (uint64_t i = 0; i < n; i++) t->phases[i] = *phase_at(e, c->phase + i);
+    memcpy(t->phases + n, old->phases, old->count * sizeof(phase));
+    t->count = (uint32_t)n + old->count;
+    t->piece = old->piece;
+    t->s = old->s;
+    return true;
+}
+
+static void go_back(engine *e, const cut *c) {
+    const phase *ph = phase_at(e, c->phase);
+    e->plan.phases -= e->plan.written - c->phase;
+    e->plan.written = c->phase;
+    e->plan.committed_s = c->at_s;
+    e->plan.piece = ph->piece;
+    e->plan.s = ph->s0;
+    e->plan.v = ph->v0;
+}
+
+/* GEO has come too near to the cut: it may be about to read the next phase, so that one is not written any more. */
+static bool too_late(engine *e, const cut *c) { return e->threads_started && consumed_s(e) > c->at_s - e->cfg.cycle_s; }
+
+/* Forward to where the last `seconds` of motion begin. */
+static void cut_later(engine *e, cut *c, double seconds) {
+    while (c->motion_s > seconds + SAME_TIME) {
+        const phase *ph = phase_at(e, c->phase++);
+        c->at_s += ph->time;
+        if (is_motion(piece_at(e, ph->piece))) c->motion_s -= ph->time;
+    }
+}
+
+/* The commit ends at the cut from now on; the motion behind it is the beginning of the stored tail. */
+static bool publish_cut(engine *e, uint64_t word, const cut *c) {
+    uint32_t old = (word >> 1) & 1, next = old ^ 1;
+    if (c->phase >= e->plan.written || !longer_tail(e, c, &e->plan.tails[old], &e->plan.tails[next])) return false;
+    if (!__atomic_compare_exchange_n(&e->commit, &word, c->phase << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return false;
+    go_back(e, c);
+    e->plan.late = too_late(e, c);
+    return !e->plan.late;
+}
+
+void recall_commit(engine *e) {
+    uint64_t word = ATOMIC_GET(e->commit);
+    cut c;
+    if ((word & 1) || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE || e->drive.restart) return;
+    if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) return; /* the place of rest has been told the PLC */
+    if (!find_cut(e, e->threads_started ? THREAD_MARGIN_S : 0.0, &c)) return;
+    if (!e->drive.planner) {
+        publish_cut(e, word, &c);
+        return;
+    }
+    double seconds = drive_take_back(e, c.motion_s);
+    if (seconds <= 0.0) return;
+    cut_later(e, &c, seconds);
+    if (publish_cut(e, word, &c)) e->plan.v = jerk_speed(e->drive.planner);
+    else e->drive.restart = true; /* from where the tail ends */
+}

@@ -1,0 +1,153 @@
+"""How far a feed hold goes, against stops that are found by search."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from drive import FloatArray, curve_rows, drive, line_rows
+from scipy.integrate import quad
+from scipy.interpolate import CubicSpline, make_interp_spline
+
+from cnc_core.config import CellConfig
+from cnc_core.engine import Engine
+from cnc_core.jerk_paths import contour
+from cnc_core.jerk_planner import JerkPlanner, Limits, sample
+
+CELL = CellConfig()
+DT, V, A, J = CELL.cycle_s, 300.0, 3000.0, 50000.0
+
+
+def stop_profile(v: float, a: float, acc: float, jerk: float) -> FloatArray:
+    """Way at the cycle of a stop from speed v and acceleration a >= 0: to a = 0, then down within acc and jerk."""
+    t0 = a / jerk
+    top = v + 0.5 * a * t0
+    ramp = min(acc, np.sqrt(top * jerk))
+    flat = top / ramp - ramp / jerk
+    steps = [(-jerk, t0), (-jerk, ramp / jerk), (0.0, flat), (jerk, ramp / jerk)]
+    out, s, acc_now, carry = [], 0.0, a, DT
+    for j, length in steps:
+        t = carry
+        while t <= length + 1e-12:
+            out.append(s + v * t + acc_now * t * t / 2 + j * t**3 / 6)
+            t += DT
+        carry = t - length
+        s += v * length + acc_now * length**2 / 2 + j * length**3 / 6
+        v, acc_now = v + acc_now * length + j * length**2 / 2, acc_now + j * length
+    return np.array([*out, s, s, s])
+
+
+def with_hold(rows: np.ndarray, moment: int | None, jerk: bool = True, pool: FloatArray | None = None) -> FloatArray:
+    """Positions at the cycle from the start on, a feed hold in effect from `moment` on for 1.2 s."""
+
+    def change(k: int, engine: Engine) -> None:
+        if moment is not None and k in (moment - 1, moment + 1200):
+            engine.set_override(1.0, k < moment)
+
+    pos, state = drive(rows, CELL, 120, 1, change, pool=pool, jerk=jerk)
+    assert state.infeasible == 0
+    return np.vstack([np.zeros((1, pos.shape[1])), pos])
+
+
+def motion_at(x: FloatArray, k: int) -> tuple[float, float]:
+    """(speed, acceleration not below 0) at sample k of a way."""
+    return (x[k + 1] - x[k - 1]) / (2 * DT), max(0.0, (x[k + 1] - 2 * x[k] + x[k - 1]) / DT**2)
+
+
+@pytest.mark.parametrize("feed", [50.0, 100.0, 300.0])
+@pytest.mark.parametrize("moment", [15, 150, 403, 777])
+@pytest.mark.parametrize("jerk", [True, False])
+def test_a_hold_on_a_line_takes_the_shortest_way(feed: float, moment: int, jerk: bool) -> None:
+    """Accelerating or not: at most 1.05 of the shortest stop, counted from the second cycle behind the hold."""
+    rows = line_rows(np.array([[0.0, 0, 0], [500.0, 0, 0]]), feed)
+    x, driven_on = with_hold(rows, moment, jerk)[:, 0], with_hold(rows, None, jerk)[:, 0]
+    v, a = motion_at(driven_on, moment + 2)
+    shortest = stop_profile(v, a, A, J)[-1] if jerk else v * v / (2 * A)
+    assert x[moment + 1190] - driven_on[moment + 2] <= 1.05 * shortest
+
+
+def at_length(curve: CubicSpline, s: FloatArray, points: FloatArray) -> FloatArray:
+    """Lengths of the curve at which it passes the points."""
+    fine = curve(s)
+    out = []
+    for q in points:
+        near = s[np.argmin(np.linalg.norm(fine - q, axis=1))]
+        for _ in range(4):
+            d = curve(near, 1)
+            near += float((q - curve(near)) @ d / (d @ d))
+        out.append(near)
+    return np.array(out)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_hold_on_a_curve_stops_as_short_as_a_search_does(seed: int) -> None:
+    """On C4 curves at 60 mm/s: no longer than 1.05 of the shortest legal stop among 400 profiles of a path."""
+    rng = np.random.default_rng(seed)
+    knots = np.cumsum(np.vstack([np.zeros(3), rng.normal(size=(30, 3)) * 4.0 + np.array([6.0, 0, 0])]), axis=0)
+    t = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
+    curve = make_interp_spline(t, knots, k=5)
+    u = np.linspace(0.0, t[-1], 60_001)
+    fine = curve(u)
+    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+    at = CubicSpline(s, fine)
+    ends = np.diff(t)
+    table = np.stack([curve(t[:-1], nu=d) for d in range(6)], axis=2) / np.array([1, 1, 2, 6, 24, 120.0])
+
+    def speed(u: float) -> float:
+        return float(np.linalg.norm(curve(u, nu=1)))
+
+    lengths = np.array([quad(speed, *ab, epsabs=1e-12, epsrel=1e-13, limit=200)[0] for ab in pairwise(t)])
+    rows, pool = curve_rows(table, ends, lengths, 60.0)
+    moment = int(rng.integers(200, 700))
+    pos, driven_on = with_hold(rows, moment, pool=pool), with_hold(rows, None, pool=pool)
+
+    def place(q: FloatArray) -> float:
+        return float(s[np.argmin(np.linalg.norm(fine - q, axis=1))])
+
+    begin = moment + 2
+    ways_on = at_length(at, s, driven_on[begin - 1 : begin + 2])
+    v, a = motion_at(ways_on, 1)
+    way = place(pos[moment + 1190]) - ways_on[1]
+    best = np.inf
+    for acc in np.linspace(0.1, 1.7, 20) * A:
+        for jerk in np.linspace(0.1, 1.7, 20) * J:
+            ways = stop_profile(v, a, acc, jerk)
+            q = np.vstack([driven_on[begin - 2 : begin + 1], at(ways_on[1] + ways)])
+            legal = np.abs(np.diff(q, n=2, axis=0)).max() <= A * DT**2 * 1.005
+            legal = legal and np.abs(np.diff(q, n=3, axis=0)[2:]).max() <= J * DT**3 * 1.01
+            if legal and (np.diff(ways) > -1e-9).all():
+                best = min(best, ways[-1])
+    assert np.isfinite(best)
+    assert way <= 1.05 * best, way / best
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_laws_that_are_taken_back_come_again(seed: int) -> None:
+    """What is taken back is handed out again as the same motion, at any moment, out of one plan into another."""
+    rng = np.random.default_rng(seed)
+    rows = contour(400, 3).intervals(100.0)
+    planner, again = (JerkPlanner(Limits([V] * 3, [A] * 3, [J] * 3), window=60) for _ in range(2))
+    for p in (planner, again):
+        p.push(rows)
+        p.finish()
+    straight = planner.take()
+    taken: list[np.ndarray] = []
+    for _ in range(400):
+        laws = again.take(float(rng.uniform(0.001, 0.05)))
+        if not len(laws):
+            break
+        back = float(rng.uniform(0.0, 0.02))
+        if rng.random() < 0.5 and back < laws["time"].sum() and (back := again.take_back(back)):
+            keep = np.cumsum(laws["time"]) <= laws["time"].sum() - back
+            cut = laws[: keep.sum() + 1].copy()
+            cut["time"][-1] -= cut["time"].sum() - (laws["time"].sum() - back)
+            laws = cut[cut["time"] > 1e-9]
+        taken.append(laws)
+    driven = np.concatenate(taken)
+    assert driven["time"].sum() == pytest.approx(straight["time"].sum(), rel=2e-3)
+    offset, v, _a = sample(driven, 0.001).T
+    assert np.abs(np.diff(v)).max() <= A * np.sqrt(3) * 0.001
+    assert (np.diff(offset) > -1e-9).all()
+    assert np.abs(np.diff(offset) - 0.0005 * (v[1:] + v[:-1])).max() < 3e-5
+    assert not planner.take_back(1e9)
