@@ -1,6 +1,4 @@
-"""Acceleration-limited programs: as fast as the limits of the axes allow, by closed forms and a few lines of backward and
-forward passes over a fine grid that nothing of the planner is used for.
-"""
+"""Acceleration-limited programs: as fast as the limits of the axes allow, by passes over a fine grid of their own."""
 
 from collections.abc import Callable
 from pathlib import Path
