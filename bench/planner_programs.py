@@ -32,13 +32,16 @@ def toppra_time(path: Knots, feed: float, v: FloatArray, a: FloatArray) -> float
     spline = toppra.SplineInterpolator(path.s, q)
     limits = [np.append(v, feed), np.append(a, 1e9)]
     speed, accel = (np.column_stack([-x, x]) for x in limits)
-    constraints = [toppra.constraint.JointVelocityConstraint(speed), toppra.constraint.JointAccelerationConstraint(accel)]
+    constraints = [
+        toppra.constraint.JointVelocityConstraint(speed),
+        toppra.constraint.JointAccelerationConstraint(accel),
+    ]
     solver = toppra.algorithm.TOPPRA(constraints, spline, gridpoints=path.s, parametrizer="ParametrizeConstAccel")
     return float(solver.compute_trajectory(0, 0).duration)
 
 
 def arcs(rng: np.random.Generator, helix: bool) -> tuple[str, Knots]:
-    """A tangential chain of arcs of random radius and angle, with a climb of its own each for helices at constant slope."""
+    """A tangential chain of arcs of random radius and angle; helices climb at a constant slope."""
     at, heading, z, lines = 0j, float(rng.uniform(0, 6)), 0.0, []
     slope = 0.3 if helix else 0.0
     s, q, d1, d2 = [np.zeros(1)], [np.zeros((1, 3))], [], []
@@ -59,7 +62,9 @@ def arcs(rng: np.random.Generator, helix: bool) -> tuple[str, Knots]:
         d2.append(two[first:])
         end, ij, z = complex(centre + w[-1]), complex(centre - at), float(z + climb[-1])
         height = f" Z{z:.9f}" if helix else ""
-        lines.append(f"{'G3' if side > 0 else 'G2'} X{end.real:.9f} Y{end.imag:.9f}{height} I{ij.real:.9f} J{ij.imag:.9f}")
+        lines.append(
+            f"{'G3' if side > 0 else 'G2'} X{end.real:.9f} Y{end.imag:.9f}{height} I{ij.real:.9f} J{ij.imag:.9f}"
+        )
         at, heading = end, heading + side * turn
     d1_all = np.vstack(d1)
     return "\n".join(lines), Knots(np.concatenate(s), np.vstack(q), d1_all, np.vstack(d2), np.zeros_like(d1_all))

@@ -8,15 +8,43 @@
 #include <math.h>
 #include "engine_internal.h"
 
-#define SPEED_FLOOR 1e-12
 #define ROW SPAN_ROW
 #define STANDS 1e-12       /* speeds squared */
 #define SHORTEST_MM 1e-12
 #define INSIDE 0.004       /* of the limits: what the chord of a row over a part of a stretch may miss */
+#define TANGENT_SHARE 0.5  /* change of q' up to which that tangent is taken */
 #define HOP 0.5            /* share of the limits used between two standstills without a knot between */
+#define LONG 0.5           /* stretches longer than this share of the way of a ramp may need more than one u */
+#define WORTH 0.8          /* they do if what one u reaches is below this share of what is possible where they begin */
+#define NEAR 0.95          /* speeds squared that are nearly the same */
+#define PARTS 12           /* lengths tried */
+#define SHORT_MM 1e-3
 #define ROUNDING 1.0000001 /* speeds squared may miss by rounding */
 
-/* ------------------------------------------------------------------------------------------------ rows of a stretch */
+/* Largest x at a knot: acceleration at constant speed, limits of the path. */
+static double knot_cap2(const engine *e, const piece *p, const knot *k, const double *room) {
+    double x = NEVER, path = p->limits.path_velocity, radial = p->limits.radial_acceleration;
+    /* |q' u + q'' x| <= A can be met at a larger x where the path acceleration helps, but only while x changes */
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (fabs(k->d1[i]) < 1e-6 && fabs(k->d2[i]) * x > room[i]) x = room[i] / fabs(k->d2[i]);
+    if (path > 0) x = lesser(x, path * path);
+    if (radial > 0 && k->bend > 1e-12) x = lesser(x, radial / k->bend);
+    return x;
+}
+
+/* Speeds of the axes: V^2 / q'^2 is convex where q' does not change its sign, so its tangent in the middle stays below. */
+static void add_axis_speeds(const engine *e, const piece *p, const knot *a, const knot *b, double *cap2) {
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double most = greater(fabs(a->d1[i]), fabs(b->d1[i])), v = piece_v_max(e, p, i);
+        if (most < 1e-12) continue;
+        double middle = 0.5 * (a->d1[i] + b->d1[i]), share = fabs(middle) > 0.0 ? (b->d1[i] - a->d1[i]) / middle : 1.0;
+        double top2 = v * v / (middle * middle), least2 = v * v / (most * most);
+        bool tangent = fabs(share) < TANGENT_SHARE;
+        cap2[0] = lesser(cap2[0], tangent ? top2 * (1.0 + share) : least2);
+        cap2[1] = lesser(cap2[1], tangent ? top2 * (1.0 - share) : least2);
+    }
+}
+
 /* Of a row |cu u + cx x| <= 1: middle and half of the range of u, which is slope x +- half. */
 static void set_bound(double cu, double cx, double *bound) {
     bool free = fabs(cu) < 1e-12; /* then it is a bound of x: knot_cap2 */
@@ -32,6 +60,7 @@ uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b
     out->length = b->s - a->s;
     out->cap2[0] = knot_cap2(e, p, a, room);
     out->cap2[1] = knot_cap2(e, p, b, room);
+    add_axis_speeds(e, p, a, b, out->cap2);
     out->v_hard = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
@@ -45,23 +74,6 @@ uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b
     }
     out->n_rows = (uint8_t)n;
     return ROW * n;
-}
-
-/* Largest x at a knot: axis speeds, acceleration at constant speed, limits of the path. */
-double knot_cap2(const engine *e, const piece *p, const knot *k, const double *room) {
-    double x = NEVER, path = p->limits.path_velocity, radial = p->limits.radial_acceleration;
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        double d1 = fabs(k->d1[i]), d2 = fabs(k->d2[i]);
-        if (d1 > SPEED_FLOOR) {
-            double v = piece_v_max(e, p, i) / d1;
-            x = lesser(x, v * v);
-        }
-        /* |q' u + q'' x| <= A can be met at a larger x where the path acceleration helps, but only while x changes */
-        if (d2 * x > room[i] && d1 < 1e-6) x = room[i] / d2;
-    }
-    if (path > 0) x = lesser(x, path * path);
-    if (radial > 0 && k->bend > 1e-12) x = lesser(x, radial / k->bend);
-    return x;
 }
 
 /* The stretch from s (mm behind its start) on: bounds of u over x at s. */
@@ -152,7 +164,7 @@ static double standing(const part *o) {
 /* As hard as the limits allow: to rest inside, or over the whole stretch. */
 static bent_step brake_over(const part *o, double x) {
     range r = range_at(o, x, -NEVER, NEVER);
-    double u = lesser(r.low, r.high);
+    double u = r.low <= r.high ? r.low : 0.5 * (r.low + r.high);
     if (x + 2.0 * o->h * u <= 0.0) u = lesser(greater(u, -standing(o)), r.high);
     if (u < 0.0 && x + 2.0 * o->h * u <= 0.0) {
         double h = -x / (2.0 * u);
@@ -171,19 +183,107 @@ static bent_step hop(const part *o, double soft2) {
     return (bent_step){peak2 / (2.0 * half), half, peak2};
 }
 
+/* ------------------------------------------------------------------------------------------------ long stretches */
+/* Part of a stretch from s0 to s1, its rows on the chord. */
+static void sub_span(const span *sp, double s0, double s1, span *out, double *rows) {
+    double t0 = s0 / sp->length, t1 = s1 / sp->length;
+    bool bounded = greater(sp->cap2[0], sp->cap2[1]) < NEVER;
+    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .v_hard = sp->v_hard};
+    out->cap2[0] = bounded ? between(sp->cap2[0], sp->cap2[1], t0) : lesser(sp->cap2[0], sp->cap2[1]);
+    out->cap2[1] = bounded ? between(sp->cap2[0], sp->cap2[1], t1) : lesser(sp->cap2[0], sp->cap2[1]);
+    if (s0 <= 0.0) out->cap2[0] = sp->cap2[0];
+    if (s1 >= sp->length) out->cap2[1] = sp->cap2[1];
+    for (uint32_t i = 0; i < sp->n_rows; i++) {
+        const double *from = sp->rows + ROW * i;
+        double *r = rows + ROW * i;
+        for (int k = 0; k < 2; k++) {
+            r[k] = between(from[k], from[k + 2], t0);
+            r[k + 2] = between(from[k], from[k + 2], t1);
+        }
+        set_bound(r[0], r[1], r + 4);
+        set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6);
+    }
+}
+
+/* Range of u by the rows at the start alone. */
+static range range_here(const part *o, double x) {
+    range r = {-o->accel, o->accel, 0.0, 0.0};
+    for (int i = 0; i < o->n; i++) {
+        const double *b = o->bounds + o->step * i;
+        r.high = lesser(r.high, b[1] * x + b[0]);
+        r.low = greater(r.low, b[1] * x - b[0]);
+    }
+    return r;
+}
+
+/* Whether the rows at s allow u at x. */
+static bool rows_allow(const span *sp, double s, double x, double u) {
+    double t = s / sp->length;
+    for (uint32_t i = 0; i < sp->n_rows; i++) {
+        const double *r = sp->rows + ROW * i;
+        if (fabs(between(r[0], r[2], t) * u + between(r[1], r[3], t) * x) > 1.0 + INSIDE) return false;
+    }
+    return true;
+}
+
+/* Only a part of a long stretch, from whose end one u still meets everything: as far as the u is good that the beginning
+ * allows. No step (h = 0) where even the shortest part is too long. */
+static bent_step fine_forward(const span *sp, const part *o, double s, double x, double soft2, double end) {
+    static const double at[PARTS] = {1.0 / 1024, 1.0 / 256, 1.0 / 64, 1.0 / 32, 1.0 / 16, 0.125, 0.25, 0.4, 0.6, 0.8, 15.0 / 16, 63.0 / 64};
+    range here = range_here(o, x);
+    bent_step best = {0};
+    for (int k = 0; k < PARTS; k++) {
+        double h = at[k] * o->h, top = bent_need(sp, s + h, soft2, end), u = lesser(here.high, (top - x) / (2.0 * h));
+        double x1 = u < here.high ? top : x + 2.0 * h * u;
+        bool good = u >= here.low && x1 >= 0.0 && x + x1 > STANDS && rows_allow(sp, s + h, x1, u);
+        if (!good || (best.h > 0.0 && u < best.u - (1.0 - WORTH) * fabs(best.u) - 1e-9)) break;
+        best = (bent_step){u, h, x1};
+    }
+    return best;
+}
+
+/* As hard down as the limits allow where the path is, not at the far end of a long stretch. */
+static bent_step brake(const span *sp, double s, double x, const part *o, bool is_long) {
+    double low = -range_here(o, x).low, way = low > 0.0 ? 1.05 * x / (2.0 * low) : o->h;
+    if (!is_long || way >= o->h) return brake_over(o, x);
+    span near;
+    double rows[ROW * NC_AXES];
+    part first;
+    sub_span(sp, s, lesser(sp->length, s + greater(way, SHORT_MM)), &near, rows);
+    part_from(&near, 0.0, &first);
+    return brake_over(&first, x);
+}
+
+/* Whether more than one u would be worth it over the rest of the stretch. */
+static bool wants_parts(const part *o, double x, double u, double end, double soft2) {
+    range here = range_here(o, x);
+    double top = lesser(soft2, o->cap2);
+    if (x < NEAR * top && u < WORTH * here.high) return true;
+    return end < NEAR * x && u > WORTH * here.low;
+}
+
 /* From x at s of the stretch: as fast as `next` allows at its end, or as hard down as the limits allow. */
-bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool brake) {
+bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool braking) {
     part o;
     part_from(sp, s, &o);
-    if (brake || soft2 <= 0.0) return brake_over(&o, x);
+    double stand = standing(&o), top = lesser(soft2, lesser(o.cap2, NEVER));
+    for (int i = 0; i < o.n; i++) {
+        double bend = lesser(fabs(sp->rows[ROW * (uint32_t)i + 1]), fabs(sp->rows[ROW * (uint32_t)i + 3]));
+        if (bend * top > 1.0) top = 1.0 / bend;
+    }
+    bool is_long = o.h * 2.0 * stand > LONG * greater(top, x);
+    if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, is_long || o.h * 2.0 * stand > LONG * x);
     double end = lesser(lesser(next, soft2), o.end_cap2), inv_h = 0.5 / o.h;
-    if (x + end <= STANDS) return hop(&o, soft2);
+    if (x + end <= STANDS && !is_long) return hop(&o, soft2);
     range r = range_at(&o, x, -NEVER, NEVER);
     double meets = (end - x) * inv_h, u = r.high < r.low ? 0.5 * (r.high + r.low) : r.high;
-    if (meets <= u) {
-        bool near = meets >= r.low - INSIDE * (fabs(r.low) + fabs(meets)) || x + 2.0 * o.h * r.low <= end * ROUNDING + 1e-9;
-        return near ? (bent_step){meets, o.h, end} : brake_over(&o, x);
+    bool near = meets >= r.low - INSIDE * (fabs(r.low) + fabs(meets)) || x + 2.0 * o.h * r.low <= end * ROUNDING + 1e-9;
+    if (is_long && o.h > SHORT_MM && wants_parts(&o, x, lesser(u, meets), end, soft2)) {
+        bent_step part = fine_forward(sp, &o, s, x, soft2, end);
+        if (part.h > 0.0) return part;
     }
+    if (x + end <= STANDS) return hop(&o, soft2);
+    if (meets <= u) return near ? (bent_step){meets, o.h, end} : brake_over(&o, x);
     if (x + 2.0 * o.h * u <= 0.0) return (bent_step){-x * inv_h, o.h, 0.0};
     return (bent_step){u, o.h, x + 2.0 * o.h * u};
 }

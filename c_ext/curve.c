@@ -50,12 +50,6 @@ static double integrate(const curve *c, double a, double b, double *low, double 
     return half * sum;
 }
 
-/* Length between two parameters of the same cell. */
-double curve_length_between(const curve *c, double a, double b) {
-    double low = INFINITY, high = 0.0;
-    return c->natural > 0.0 ? c->natural * fabs(b - a) : fabs(integrate(c, a, b, &low, &high));
-}
-
 void curve_position(const curve *c, double w, double *q) {
     for (int i = 0; i < c->axes; i++) q[i] = value(c->c[i], w);
 }

@@ -1,11 +1,16 @@
 /* A polynomial as a piece of the engine: checks, evaluation, limits.
+ *
+ * Limits hold on stretches where they are constant. On a stretch, per axis, with m1 >= |q'| and m2 >= |q''| (derivatives
+ * by arc length), two sufficient conditions for |q' a + q'' v^2| <= A are known:
+ *     m1 a + m2 v^2 <= A                 any axis
+ *     a^2 + (kappa v^2)^2 <= A^2         axes the length is measured over: there q' and q'' are orthogonal, |q'| = 1
+ * The speed is bounded so that m2 v^2 takes NORMAL of A; what the speed that occurs leaves over is for the tangent.
  */
 #include <math.h>
 #include "engine_internal.h"
 
 #define USABLE 0.98         /* share of the acceleration limit that is planned with, as in lookahead.c */
 #define NORMAL 0.8          /* share of it for the normal direction */
-#define SLACK 2.0 
 #define LENGTH_MISS 1e-6    /* mm by which the row's length and start may differ from its coefficients' */
 #define CELL_LEAST 1e-7     /* mm: what is left of a cell counts as the next one's */
 #define BOUND_POINTS 5      /* per cell */
@@ -74,19 +79,33 @@ static cell_bounds bound_cell(const curve *c, int cell) {
     return b;
 }
 
-/* Of the acceleration-limited planner a bound that its rows do not reach, as one direction may help another. */
-static double speed_bound(const engine *e, const piece *p, const cell_bounds *b) {
+static double speed_bound(const engine *e, const piece *p, const cell_bounds *b, const double *reserve) {
     double v2 = NEVER, radial = p->limits.radial_acceleration, path = p->limits.path_velocity;
     if (radial > 0 && b->kappa > 1e-12) v2 = radial / b->kappa;
     if (path > 0) v2 = fmin(v2, path * path);
-    double share = e->drive.planner ? NORMAL : SLACK;
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double room = USABLE * piece_a_max(e, p, i);
+        double room = USABLE * piece_a_max(e, p, i) - reserve[i];
         if (b->d1[i] > 1e-12) v2 = fmin(v2, pow(piece_v_max(e, p, i) / b->d1[i], 2));
-        if (b->d2[i] > 1e-12) v2 = fmin(v2, share * room / b->d2[i]);
+        if (b->d2[i] > 1e-12) v2 = fmin(v2, NORMAL * room / b->d2[i]);
     }
     return sqrt(v2);
 }
+
+/* Acceleration left along the path on every axis at speeds up to v. */
+static double accel_bound(const engine *e, const piece *p, const cell_bounds *b, const double *reserve, double v) {
+    const curve *c = curve_of(e, p);
+    double accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        if (b->d1[i] <= 1e-12) continue;
+        double room = USABLE * piece_a_max(e, p, i) - reserve[i], normal = b->kappa * v * v;
+        double a = (room - b->d2[i] * v * v) / b->d1[i];
+        if (c->metric >> i & 1 && normal < room) a = fmax(a, sqrt(room * room - normal * normal));
+        accel = fmin(accel, a);
+    }
+    return accel;
+}
+
+static const double no_reserve[NC_AXES];
 
 /* Fill p from the coefficients kept by curve_row_check; length, end and feed are set. */
 void curve_piece_build(engine *e, piece *p) {
@@ -98,7 +117,7 @@ void curve_piece_build(engine *e, piece *p) {
     memset(c->bend, 0, sizeof c->bend);
     for (int k = 0; k < c->cells; k++) {
         cell_bounds b = bound_cell(c, k);
-        p->v_hard = fmax(p->v_hard, speed_bound(e, p, &b));
+        p->v_hard = fmax(p->v_hard, speed_bound(e, p, &b, no_reserve));
         for (int i = 0; i < c->axes; i++) c->bend[i] = fmax(c->bend[i], b.d2[i]);
     }
     curve_piece_tangent(e, p, 0.0, p->tangent_in);
@@ -172,40 +191,31 @@ void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
     for (int i = 0; i < c->axes; i++) curvature[i] = fmax(curvature[i], c->bend[i]);
 }
 
-void curve_knot_at(const engine *e, const piece *p, double w, double s, knot *k) {
+static void add_span(engine *e, piece *p, span *spans, const cell_bounds *b, const double *reserve, double length) {
+    span *s = &spans[p->span_count++];
+    s->rows = NULL;
+    s->length = length;
+    s->v_hard = speed_bound(e, p, b, reserve);
+    double feed = reachable(p, e->plan.reserve_override);
+    s->accel = accel_bound(e, p, b, reserve, fmin(s->v_hard, feed));
+}
+
+/* Spans of p: its cells, cut where the strips (zones of jumps) begin and end. */
+void curve_piece_spans(engine *e, piece *p, span *spans, const strip *strips, int n) {
     const curve *c = curve_of(e, p);
-    curve_point at;
-    curve_at(c, w, &at);
-    double bend = 0.0;
-    for (int i = 0; i < c->axes; i++) {
-        k->d1[i] = p->dir * at.d1[i];
-        k->d2[i] = at.d2[i];
-        if (c->metric >> i & 1) bend += at.d2[i] * at.d2[i];
+    double scale = p->whole / curve_length(c), at = 0.0;
+    int cell = p->dir > 0 ? 0 : c->cells - 1, last = p->dir > 0 ? c->cells - 1 : 0;
+    while (cell != last && cell_ahead(c, p, cell, scale) <= 0.0) cell += p->dir;
+    cell_bounds b = bound_cell(c, cell);
+    for (int k = 0; k < n; k++) {
+        double end = k + 1 == n ? p->length : at + strips[k].length;
+        while (at < end) {
+            double cell_end = cell == last ? p->length : cell_ahead(c, p, cell, scale);
+            double to = fmin(end, cell_end);
+            if (to > at) add_span(e, p, spans, &b, strips[k].reserve, to - at);
+            at = to;
+            if (to < cell_end || cell == last) continue;
+            b = bound_cell(c, cell += p->dir);
+        }
     }
-    k->bend = sqrt(bend);
-    k->w = w;
-    k->s = s;
-}
-
-/* Derivatives by length at s of the piece as it is driven. */
-void curve_knot(const engine *e, const piece *p, double s, knot *k) {
-    const curve *c;
-    double w = parameter_at(e, p, p->from + p->dir * s, &c);
-    curve_knot_at(e, p, w, s, k);
-}
-
-/* Place of the parameter w between two knots of the same cell. */
-double curve_between(const engine *e, const piece *p, const knot *a, const knot *b, double w) {
-    const curve *c = curve_of(e, p);
-    double first = curve_length_between(c, a->w, w), second = curve_length_between(c, w, b->w);
-    return a->s + (b->s - a->s) * (first / (first + second));
-}
-
-/* Parameter where the cell ends that curve_piece_cell_end has found at s; elsewhere searched for. */
-double curve_cell_parameter(const engine *e, const piece *p, double s) {
-    const curve *c = curve_of(e, p);
-    double u = (p->from + p->dir * s) * (curve_length(c) / p->whole);
-    for (int k = 0; k <= c->cells; k++)
-        if (fabs(c->s[k] - u) <= CELL_LEAST * 1e-3) return c->w[k];
-    return curve_parameter(c, u);
 }

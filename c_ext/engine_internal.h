@@ -468,10 +468,12 @@ void curve_piece_build(engine *e, piece *p);
 void curve_piece_position(const engine *e, const piece *p, double s, double *q);
 void curve_piece_tangent(const engine *e, const piece *p, double s, double *u);
 void curve_add_curvature(const engine *e, const piece *p, double *curvature);
-void curve_knot(const engine *e, const piece *p, double s, knot *k);
-void curve_knot_at(const engine *e, const piece *p, double w, double s, knot *k);
-double curve_between(const engine *e, const piece *p, const knot *a, const knot *b, double w);
-double curve_cell_parameter(const engine *e, const piece *p, double s);
+/* A stretch of a piece with the acceleration that jumps use up on it. */
+typedef struct strip {
+    double length;
+    const double *reserve;
+} strip;
+void curve_piece_spans(engine *e, piece *p, span *spans, const strip *strips, int n);
 
 /* mapping.c */
 void map_behind_element(engine *e);
@@ -513,15 +515,13 @@ bool log_available(const engine *e);
 
 /* bent.c */
 uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows);
-double knot_cap2(const engine *e, const piece *p, const knot *k, const double *room);
 double bent_need(const span *sp, double s, double soft2, double next);
-bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool brake);
+bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool braking);
 
 /* spans.c */
 bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
-void piece_knot(const engine *e, const piece *p, double s, knot *k);
 void piece_spans(engine *e, uint64_t i, const piece *next);
 
 /* lookahead.c */

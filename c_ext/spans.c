@@ -1,4 +1,5 @@
-/* Stretches of a piece for the acceleration-limited planner: lines whole, arcs and polynomials between knots (bent.c);
+/* Stretches of a piece for the acceleration-limited planner: lines whole, arcs between knots (bent.c), polynomials
+ * by the bounds of their cells (curve_piece.c);
  * cut where the zones begin in which the jumps of a corner use up acceleration (lookahead.c).
  */
 #include <math.h>
@@ -10,11 +11,7 @@
 #define STOP_PARTS 8       /* stretches at least between two standstills */
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
-#define MISS 0.01          /* of the limits: what a row may miss in the middle between two knots */
-#define HALVINGS 4
-#define SHORTEST_MM 1e-4
 #define TINY_MM 1e-9
-#define EVEN 1e-6          /* by which the direction of a line, and its bend's share of the limits, may vary */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
 bool spans_new(engine *e) {
@@ -39,18 +36,11 @@ bool spans_known(const engine *e, uint64_t i) {
     return e->pieces[i & e->piece_mask].spanned && e->plan.span_owner[i & e->plan.span_mask] == i;
 }
 
-/* A stretch of a piece with the acceleration that jumps use up on it. */
-typedef struct strip {
-    double length;
-    const double *reserve;
-} strip;
-
 typedef struct builder {
     engine *e;
     piece *p;
     span *spans;
     double *rows, room[NC_AXES];
-    uint32_t spare; /* stretches that may be cut beyond those that have to be */
 } builder;
 
 static double room_of(const engine *e, const piece *p, const double *reserve, int axis) {
@@ -78,46 +68,6 @@ static void arc_knot(const engine *e, const piece *p, double s, knot *k) {
     k->s = s;
 }
 
-/* Derivatives by length of a piece that is no line. */
-void piece_knot(const engine *e, const piece *p, double s, knot *k) {
-    if (p->kind == PIECE_ARC) arc_knot(e, p, s, k);
-    else curve_knot(e, p, s, k);
-}
-
-/* What the rows between a and b miss in the middle, over what they may. The largest x and u that can occur are bounded by the
- * rows themselves. */
-static double misses(const builder *b, const knot *a, const knot *m, const knot *c) {
-    double x = greater(knot_cap2(b->e, b->p, a, b->room), knot_cap2(b->e, b->p, c, b->room)), u = NEVER, worst = 0.0;
-    double soft = reachable(b->p, b->e->plan.reserve_override);
-    x = lesser(x, soft * soft);
-    for (int i = 0; i < b->e->cfg.axis_count; i++) {
-        double d1 = greater(fabs(a->d1[i]), fabs(c->d1[i])), d2 = greater(fabs(a->d2[i]), fabs(c->d2[i]));
-        if (d1 > 1e-12) u = lesser(u, 2.0 * b->room[i] / d1);
-        if (d2 > 1e-12 && d2 * x > 2.0 * b->room[i]) x = 2.0 * b->room[i] / d2;
-    }
-    for (int i = 0; i < b->e->cfg.axis_count; i++) {
-        double e1 = fabs(m->d1[i] - 0.5 * (a->d1[i] + c->d1[i])), e2 = fabs(m->d2[i] - 0.5 * (a->d2[i] + c->d2[i]));
-        double steps = 0.25 * fabs(c->d2[i] - a->d2[i]) * lesser(x, 2.0 * (c->s - a->s) * u);
-        worst = greater(worst, (0.5 * e1 * u + e2 * x + 0.25 * steps) / b->room[i]);
-    }
-    return worst / MISS;
-}
-
-static void refine(builder *b, const knot *from, const knot *to, int halvings) {
-    knot m;
-    if (halvings > 0 && b->spare > 0 && to->s - from->s > SHORTEST_MM) {
-        curve_knot_at(b->e, b->p, 0.5 * (from->w + to->w), 0.0, &m);
-        if (misses(b, from, &m, to) > 1.0) {
-            m.s = curve_between(b->e, b->p, from, to, m.w);
-            b->spare--;
-            refine(b, from, &m, halvings - 1);
-            refine(b, &m, to, halvings - 1);
-            return;
-        }
-    }
-    add_bent(b, from, to);
-}
-
 /* ------------------------------------------------------------------------------------------------ strips */
 static void turn_by(double *d, const piece *p, double c, double z) {
     double d1 = d[p->axis1], d2 = d[p->axis2];
@@ -138,47 +88,6 @@ static void arc_strip(builder *b, double from, double to, int least) {
         turn_by(next.d2, b->p, c, z);
         add_bent(b, &last, &next);
         last = next;
-    }
-}
-
-static bool same_line(const builder *b, const knot *k, const knot *first, double fast2) {
-    for (int a = 0; a < b->e->cfg.axis_count; a++)
-        if (fabs(k->d1[a] - first->d1[a]) > EVEN || fabs(k->d2[a]) * fast2 > EVEN * b->room[a]) return false;
-    return true;
-}
-
-/* A polynomial that is a line there, driven evenly: accelerate, cruise and brake within one stretch. */
-static bool even_line(builder *b, double from, double to) {
-    knot first, k;
-    double fast = reachable(b->p, b->e->plan.reserve_override), accel = NEVER;
-    for (int i = 0; i < 3; i++) {
-        double s = from + 0.5 * i * (to - from);
-        curve_knot_at(b->e, b->p, curve_cell_parameter(b->e, b->p, s), s, &k);
-        if (i == 0) first = k;
-        if (!same_line(b, &k, &first, fast * fast)) return false;
-    }
-    for (int a = 0; a < b->e->cfg.axis_count; a++)
-        if (fabs(first.d1[a]) > 1e-12) accel = lesser(accel, b->room[a] / fabs(first.d1[a]));
-    if (b->p->limits.path_acceleration > 0) accel = lesser(accel, (double)b->p->limits.path_acceleration);
-    b->spans[b->p->span_count++] = (span){.length = to - from, .accel = accel, .v_hard = sqrt(knot_cap2(b->e, b->p, &first, b->room))};
-    return true;
-}
-
-/* Cells of a polynomial end where their limits change much: knots at least there. */
-static void curve_strip(builder *b, double from, double to, int least) {
-    const engine *e = b->e;
-    double s = from, part = (to - from) / least;
-    knot last, next;
-    if (even_line(b, from, to)) return;
-    curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, from), from, &last);
-    while (s < to) {
-        double end = lesser(curve_piece_cell_end(e, b->p, s), to);
-        if (least > 1) end = lesser(end, s + part);
-        if (to - end < TINY_MM) end = to;
-        curve_knot_at(e, b->p, curve_cell_parameter(e, b->p, end), end, &next);
-        refine(b, &last, &next, HALVINGS);
-        last = next;
-        s = end;
     }
 }
 
@@ -235,15 +144,14 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     const strip *strips = apart ? parts : &whole;
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
-    b.spare = SPANS_MAX - CURVE_CELLS - STOP_PARTS - 3;
     p->span_count = 0;
-    for (int k = 0; k < n; k++) {
+    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, strips, n);
+    for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
         for (int a = 0; a < e->cfg.axis_count; a++) b.room[a] = room_of(e, p, strips[k].reserve, a);
         if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && too_many_turns(p))) straight_strip(&b, to - at);
-        else if (p->kind == PIECE_ARC) arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
-        else curve_strip(&b, at, to, apart && k != 1 ? 1 : least);
+        else arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
         at = to;
     }
     e->plan.span_owner[slot] = i;

@@ -13,7 +13,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +29,7 @@ from .config import CellConfig
 from .engine import Engine, Event, bare_loop
 from .planning import Feeder, plan_program
 from .program import Program
+from .workloads import WORKLOADS, Workload, contour_points, write_program
 
 N_BLOCKS = 64  # elements an answer carries: 64 x 72 bytes, about the 4.4 KB of published comparisons
 ROUNDS = 3
@@ -175,80 +175,53 @@ def cycle(seconds: float = 10.0) -> dict[str, Any]:
 
 
 # ------------------------------------------------------------------------------------------------ planner, parser
-def contour_points(n: int) -> npt.NDArray[np.float64]:
-    """(n + 1, 3) points of the contour workload: r = 40 + 8 sin 7t + 2 sin 31t mm, 2500 points a turn, 4 decimals."""
-    t = np.arange(n + 1) / 2500.0 * 2.0 * np.pi
-    r = 40.0 + 8.0 * np.sin(7.0 * t) + 2.0 * np.sin(31.0 * t) + 0.05 * t / (2.0 * np.pi)
-    return np.asarray(np.round(np.column_stack([r * np.cos(t), r * np.sin(t), np.zeros_like(t)]), 4), np.float64)
-
-
-def raster_points(n: int) -> npt.NDArray[np.float64]:
-    """(n + 1, 3) points of the raster workload: 100 mm lines 0.25 mm apart over z = 3 sin(x/7) cos(y/5), 4 decimals."""
-    per_line = 333
-    k = np.arange(n + 1)
-    line, step = k // (per_line + 1), k % (per_line + 1)
-    x = np.where(line % 2 == 0, step, per_line - step) * 100.0 / per_line
-    y = line * 0.25
-    return np.asarray(np.round(np.column_stack([x, y, 3.0 * np.sin(x / 7.0) * np.cos(y / 5.0)]), 4), np.float64)
-
-
-def collinear_points(n: int) -> npt.NDArray[np.float64]:
-    """(n + 1, 3) points of a straight line in blocks of 0.02 mm."""
-    x = 0.02 * np.arange(n + 1)
-    return np.column_stack([x, np.zeros_like(x), np.zeros_like(x)])
-
-
-def corner_points(n: int) -> npt.NDArray[np.float64]:
-    """(n + 1, 3) points of a random walk with steps of some millimetres: every block ends in a corner."""
-    steps = np.random.default_rng(5).normal(size=(n // 20 + 1, 3)) * 4.0
-    return np.asarray(np.round(np.cumsum(steps, axis=0), 4), np.float64)
-
-
-@dataclass(frozen=True)
-class Workload:
-    """Points of a program of about n blocks, and its feed in mm/min."""
-
-    points: Callable[[int], npt.NDArray[np.float64]]
-    feed: float
-
-
-WORKLOADS = {
-    "contour": Workload(contour_points, 6000.0),
-    "raster": Workload(raster_points, 6000.0),
-    "collinear": Workload(collinear_points, 18000.0),
-    "corners": Workload(corner_points, 6000.0),
-}
 TOLERANCE_MM = 0.01  # of the jerk-limited runs: driven exactly, a polyline has to stand at most of its points
-
-
-def write_program(path: Path, points: npt.NDArray[np.float64], feed_mm_min: float) -> Path:
-    """A plain G1 program through the points, the first one in rapid."""
-    with path.open("w") as file:
-        file.write(f"G0 X{points[0, 0]:.4f} Y{points[0, 1]:.4f} Z{points[0, 2]:.4f}\nG1 F{feed_mm_min:g}\n")
-        file.writelines(f"X{x:.4f} Y{y:.4f} Z{z:.4f}\n" for x, y, z in points[1:])
-        file.write("M30\n")
-    return path
+STEP_CYCLES = 97  # between two changes of override or hold
+OVERRIDES = (0.0, 0.1, 0.3, 0.6, 0.9, 1.0, 1.0)
 
 
 def _blocks_that_fit(seconds: float, per_second: float) -> int:
     return int(min(100_000, max(2_000, seconds * per_second)))
 
 
+def _operator(seed: int) -> Callable[[Engine], None]:
+    """Steps of the override, one turn in eight a feed hold."""
+    rng = np.random.default_rng(seed)
+
+    def change(engine: Engine) -> None:
+        engine.set_override(float(rng.choice(OVERRIDES)), bool(rng.random() < 0.125))
+
+    return change
+
+
 def planner(seconds: float = 10.0) -> dict[str, Any]:
     """Blocks per second (planner alone), motion time and largest ratios per workload and look-ahead.
 
-    "contour/120": jerk-limited, smoothed within ``TOLERANCE_MM``; "contour/120/no-jerk": acceleration-limited, exact.
+    "contour/120": jerk-limited, smoothed within ``TOLERANCE_MM``; "contour/120/no-jerk": acceleration-limited, exact;
+    "contour/120/no-jerk/smooth": within ``TOLERANCE_MM``; "contour/120/live": jerk-limited, with steps of the override
+    and feed holds all the time, over a tenth of the blocks.
     """
     n, out = _blocks_that_fit(seconds, 4_000), {}
     keys = ("planner", "blocks", "blocks_per_s", "motion_time_s", "max_ratio", "path_deviation_mm")
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
         for name, work in WORKLOADS.items():
-            path = write_program(Path(folder) / f"{name}.nc", work.points(n), work.feed)
+            path, short = (work.write(Path(folder) / f"{name}-{k}.nc", n // k) for k in (1, 10))
+
+            def measure(
+                key: str, file: Path, tolerance: float, window: int, *, jerk: bool, live: bool, work: Workload = work
+            ) -> None:
+                program = Program(file, work.cell(), "isg", tolerance=tolerance)
+                operator = (STEP_CYCLES, _operator(1)) if live else None
+                result = plan_program(program, window=window, jerk=jerk, live=operator).as_json()
+                out[key] = {k: result[k] for k in keys}
+
             for window in (30, 120, 190):
-                for jerk in (True, False):
-                    program = Program(path, CellConfig(), "isg", tolerance=TOLERANCE_MM if jerk else 0.0)
-                    result = plan_program(program, window=window, jerk=jerk).as_json()
-                    out[f"{name}/{window}" + ("" if jerk else "/no-jerk")] = {k: result[k] for k in keys}
+                at = f"{name}/{window}"
+                measure(at, path, TOLERANCE_MM, window, jerk=True, live=False)
+                measure(f"{at}/no-jerk", path, 0.0, window, jerk=False, live=False)
+            measure(f"{name}/120/no-jerk/smooth", path, TOLERANCE_MM, 120, jerk=False, live=False)
+            measure(f"{name}/120/live", short, TOLERANCE_MM, 120, jerk=True, live=True)
+            measure(f"{name}/120/no-jerk/live", short, 0.0, 120, jerk=False, live=True)
     return out
 
 
@@ -262,8 +235,8 @@ def parser(seconds: float = 10.0) -> dict[str, Any]:
     """Lines per second from text to final rows per workload, beside reading the same file line by line in Python."""
     n, out = int(max(10_000, min(1_000_000, seconds * 50_000))), {}
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
-        for name, work in WORKLOADS.items():
-            path = write_program(Path(folder) / f"{name}.nc", work.points(n), work.feed)
+        for name, work in ((k, w) for k, w in WORKLOADS.items() if w.plain):
+            path = work.write(Path(folder) / f"{name}.nc", n)
             lines = sum(1 for _ in path.open())
             reading = _seconds_of(lambda path=path: sum(1 for _ in path.open()))  # type: ignore[misc]
             parsing = _seconds_of(lambda path=path: sum(map(len, Program(path, CellConfig(), "isg").batches())))  # type: ignore[misc]

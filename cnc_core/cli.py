@@ -233,7 +233,7 @@ def plan(
     ] = False,
     tolerance: Annotated[float, typer.Option(min=0.0, help="allowed path deviation in mm; 0: exact path")] = 0.0,
     samples: Annotated[Path | None, typer.Option(help="write t, pos, axes, s, v, block to this .npz")] = None,
-    picture: Annotated[Path | None, typer.Option(help="draw path, speed and acceleration to this .png")] = None,
+    picture: Annotated[Path | None, typer.Option(help="draw path, speed, acceleration and jerk to this .png")] = None,
     config: Config = None,
     dialect: Dialect = None,
     lenient: Lenient = False,

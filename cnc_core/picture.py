@@ -92,22 +92,28 @@ def _draw_times(figure: Any, grid: Any, columns: dict[str, Any], table: dict[str
     ahead.legend(loc="upper left", fontsize=8)
 
 
+def _largest_difference(pos: FloatArray, order: int, dt: float) -> FloatArray:
+    """(n,) largest derivative of this order among the axes at the cycle; the axes stand ahead of the first sample."""
+    padded = np.vstack([pos[:1]] * order + [pos])
+    return np.asarray(np.abs(np.diff(padded, n=order, axis=0)).max(axis=1) / dt**order)
+
+
 def plan_picture(target: Path, columns: dict[str, Any]) -> None:
-    """Path, speed and the largest axis acceleration of a planned program."""
-    figure = _figure(11, 6)
-    grid = figure.add_gridspec(2, 2, width_ratios=[1.2, 1.0])
-    path, speed, accel = (figure.add_subplot(g) for g in (grid[:, 0], grid[0, 1], grid[1, 1]))
+    """Path, speed, and the largest acceleration and jerk of an axis of a planned program."""
+    figure = _figure(11, 8)
+    grid = figure.add_gridspec(3, 2, width_ratios=[1.2, 1.0])
+    path, speed = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
     plane, labels = _plane(columns)
     _draw_path(path, figure, plane, np.asarray(columns["v"]))
     path.set(title="Path coloured by speed", xlabel=labels[0], ylabel=labels[1])
-    t, keep = np.asarray(columns["t"]), _thin(len(columns["t"]))
-    dt = float(t[1] - t[0]) if len(t) > 1 else 1.0
-    a = (
-        np.abs(np.diff(np.asarray(columns["pos"]), n=2, axis=0, prepend=np.asarray(columns["pos"])[:2])).max(axis=1)
-        / dt**2
-    )
+    t, pos = np.asarray(columns["t"]), np.asarray(columns["pos"])
+    keep, dt = _thin(len(t)), float(t[1] - t[0]) if len(t) > 1 else 1.0
     speed.plot(t[keep], np.asarray(columns["v"])[keep], linewidth=0.9)
     speed.set(title="Path speed, mm/s")
-    accel.plot(t[keep], a[keep], color="tab:red", linewidth=0.7)
-    accel.set(title="Largest axis acceleration, mm/s²", xlabel="t, s")
+    curves = ((2, "Largest axis acceleration, mm/s²", "tab:red"), (3, "Largest axis jerk, mm/s³", "tab:purple"))
+    for row, (order, title, color) in enumerate(curves, 1):
+        axes = figure.add_subplot(grid[row, 1], sharex=speed)
+        axes.plot(t[keep], _largest_difference(pos, order, dt)[keep], color=color, linewidth=0.7)
+        axes.set(title=title)
+    axes.set(xlabel="t, s")
     figure.savefig(target, dpi=110)

@@ -78,9 +78,18 @@ class Feeder:
 
 
 def plan_program(
-    program: Program, *, window: int | None = None, jerk: bool = True, keep_samples: bool = False
+    program: Program,
+    *,
+    window: int | None = None,
+    jerk: bool = True,
+    keep_samples: bool = False,
+    live: tuple[int, Callable[[Engine], None]] | None = None,
 ) -> PlanResult:
-    """Plan and interpolate to the end; CncError if the program is wrong."""
+    """Plan and interpolate to the end; CncError if the program is wrong.
+
+    ``live``: after so many cycles each the function is called with the engine (override steps, feed holds).
+    """
+    cycles, change = live or (RECORD_ROWS, None)
     cell = program.cell
     jerk = jerk and bool(cell.axis_values("j_max_mm_s3").any())
     engine = Engine(cell, window=window, record_rows=RECORD_ROWS, jerk=jerk)
@@ -88,7 +97,7 @@ def plan_program(
     feeder = Feeder(program, engine, lambda batch: check.table.add(batch.rows, batch.pool))
     try:
         while True:
-            event = engine.run(RECORD_ROWS)
+            event = engine.run(cycles)
             if event is Event.NEED_BLOCKS:
                 feeder.fill()
                 continue
@@ -101,6 +110,8 @@ def plan_program(
                 raise CncError(number, ERRORS[number])
             if event is Event.PROGRAM_END:
                 break
+            if change and event is Event.DONE:
+                change(engine)
         check.finish()
         carried = program.frames.deviation + program.kinematics.deviation
         if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone

@@ -1,0 +1,64 @@
+"""Acceleration-limited programs: as fast as the limits of the axes allow, by passes over a fine grid of their own."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.config import CellConfig
+from cnc_core.picture import plan_picture
+from cnc_core.planning import PlanResult, plan_program
+from cnc_core.program import Program
+
+V, A = 300.0, 3000.0
+
+
+def planned(path: Path, samples: bool = False) -> PlanResult:
+    return plan_program(Program(path, CellConfig(), "isg"), window=120, jerk=False, keep_samples=samples)
+
+
+def fastest_circle(radius: float, feed: float, n: int = 20000) -> float:
+    """Time of a full circle from rest to rest: the largest and least path acceleration at every knot, first order."""
+    angle, h = np.linspace(0, 2 * np.pi, n + 1), 2 * np.pi * radius / n
+    d1 = np.abs(np.column_stack([np.sin(angle), np.cos(angle)])) + 1e-9
+    sign = np.sign(np.column_stack([-np.sin(angle), np.cos(angle)]) + 1e-12)
+    d2 = -np.column_stack([np.cos(angle), np.sin(angle)]) / radius
+
+    def bound(k: int, x: float, way: int) -> float:
+        return float(((A - way * sign[k] * d2[k] * x) / d1[k]).min())
+
+    cap = np.minimum(feed**2, (V / d1).min(axis=1) ** 2)
+    x = cap.copy()
+    for order, way in ((range(n, 0, -1), -1), (range(n), 1)):
+        x[order[0]] = 0.0
+        for k in order:
+            x[k + way] = min(x[k + way], x[k] + 2 * h * max(bound(k, x[k], way), -x[k] / (2 * h)))
+    return float((2 * h / (np.sqrt(x[1:]) + np.sqrt(x[:-1]))).sum())
+
+
+@pytest.mark.parametrize(("radius", "feed"), [(1000.0, 100.0), (50.0, 100.0), (8.0, 100.0), (8.0, 150.0)])
+def test_a_circle_takes_the_shortest_time(program: Callable[..., Path], radius: float, feed: float) -> None:
+    """Gentle, where stretches are many ramps long, and as tight as the axes can follow."""
+    path = program(f"F{60 * feed:g}\nG2 I{radius:g} J0\nM30\n")
+    result = planned(path)
+    assert result.motion_time_s <= 1.01 * fastest_circle(radius, feed)
+    assert result.max_ratio["acceleration"] <= 1.01
+    assert result.infeasible == 0
+
+
+def test_unequal_axes_keep_their_speeds_between_knots(tmp_path: Path) -> None:
+    """A circle at the speed limits: V / |q'| bends much where the slow axis takes over."""
+    cell = CellConfig(axes={"X": {"v_max_mm_s": 60.0}, "Y": {"v_max_mm_s": 240.0}, "Z": {}})  # type: ignore[dict-item]
+    (tmp_path / "a.nc").write_text("F60000\nG2 I30 J0\nM30\n")
+    result = plan_program(Program(tmp_path / "a.nc", cell, "isg"), window=30, jerk=False)
+    assert 0.99 <= result.max_ratio["velocity"] <= 1.003
+
+
+def test_picture_has_a_curve_of_the_jerk(program: Callable[..., Path], tmp_path: Path) -> None:
+    """Path with its colour bar, speed, acceleration, jerk."""
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    plan_picture(tmp_path / "p.png", planned(program("G1 X5 F6000\nG2 I3\nM30\n"), samples=True).samples or {})
+    titles = [axes.get_title() for axes in plt.gcf().axes]
+    assert any("jerk" in title for title in titles)
