@@ -20,6 +20,7 @@ FloatArray = npt.NDArray[np.float64]
 
 
 NEIGHBOURS = 6  # elements looked at on either side where a smooth piece covers several
+NEAREST_STEPS = 6  # from the same angle to the nearest place of a helix
 
 
 class ElementTable:
@@ -153,21 +154,32 @@ class ElementTable:
         first, second, _ = motion_planes(plane)
         columns = [self.main[first], self.main[second]]
         d0, d = starts[:, columns] - rows["center"], pos[:, columns] - rows["center"]
-        radial = np.hypot(d[:, 0], d[:, 1]) - np.hypot(d0[:, 0], d0[:, 1])
-        turned = np.arctan2(d[:, 1], d[:, 0]) - np.arctan2(d0[:, 1], d0[:, 0])
+        radius, angle0 = np.hypot(d0[:, 0], d0[:, 1]), np.arctan2(d0[:, 1], d0[:, 0])
+        turned = np.arctan2(d[:, 1], d[:, 0]) - angle0
         turn_angle = np.mod(turned * np.sign(rows["angle"]), 2 * np.pi)
         turn_angle = np.where(
             turn_angle > 2 * np.pi - 1e-6, turn_angle - 2 * np.pi, turn_angle
         )  # rounding at the start
-        share = turn_angle / np.abs(rows["angle"])
+        share, whole = turn_angle / np.abs(rows["angle"]), np.abs(rows["angle"])
         others = [i for i in self.measured if i not in columns]
-        # a helix of several turns: of all turns the one that fits the other axes best
+        climb = (ends - starts)[:, others]
+
+        def off_and_rate(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+            angle = angle0 + rows["angle"] * t
+            plane_off = d - radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+            plane_rate = (radius * rows["angle"])[:, None] * np.column_stack([-np.sin(angle), np.cos(angle)])
+            off = np.hstack([plane_off, pos[:, others] - (starts[:, others] + t[:, None] * climb)])
+            return off, np.hstack([plane_rate, climb])
+
+        # a helix of several turns: from the same angle in every turn to the nearest place, of all the nearest
         best = np.full(len(pos), np.inf)
-        for turn in range(int(np.ceil(np.abs(rows["angle"]).max() / (2 * np.pi))) + 1):
-            t = np.clip(share + turn * 2 * np.pi / np.abs(rows["angle"]), 0.0, 1.0)[:, None]
-            off = pos[:, others] - (starts[:, others] + t * (ends - starts)[:, others])
-            best = np.minimum(best, np.linalg.norm(off, axis=1))
-        return np.asarray(np.hypot(radial, best))
+        for turn in range(int(np.ceil(whole.max() / (2 * np.pi))) + 1):
+            t = np.clip(share + turn * 2 * np.pi / whole, 0.0, 1.0)
+            for _ in range(NEAREST_STEPS):
+                off, rate = off_and_rate(t)
+                best = np.minimum(best, np.linalg.norm(off, axis=1))
+                t = np.clip(t + (off * rate).sum(axis=1) / np.maximum((rate**2).sum(axis=1), 1e-300), 0.0, 1.0)
+        return np.asarray(best)
 
 
 def _line_distance(starts: FloatArray, ends: FloatArray, pos: FloatArray) -> FloatArray:

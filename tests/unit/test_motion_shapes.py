@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from drive import drive, line_rows, ratios
+from scipy.spatial import cKDTree
 
 from cnc_core.cli import open_program
 from cnc_core.config import parse_config
@@ -73,3 +74,16 @@ def test_corners_a_few_cycles_apart(seed: int) -> None:
     pos, _ = drive(line_rows(points, 20.0), cell, window=30)
     assert max(ratios(pos, cell)) <= 1.02
     assert np.abs(pos[-1] - points[-1]).max() < 1e-9
+
+
+def test_the_deviation_of_a_steep_helix_is_the_nearest_distance(tmp_path: Path) -> None:
+    """What `plan` states is the distance to the nearest place of the contour, not to the place at the same angle."""
+    text = "G0 X0 Y0 Z0\nG1 F3000 X-10\nX0\nG2 X10 Y0 Z40 I5 J0\nG1 X20 Z40\nM30\n"
+    result = planned(tmp_path, text, 0.05)
+    angle = np.linspace(np.pi, 0.0, 400_001)
+    helix = np.column_stack([5 + 5 * np.cos(angle), 5 * np.sin(angle), np.linspace(0, 40, 400_001)])
+    lines = np.vstack([np.linspace(a, b, 200_001) for a, b in [((-10, 0, 0), (0, 0, 0)), ((10, 0, 40), (20, 0, 40))]])
+    assert result.samples is not None
+    off, _ = cKDTree(np.vstack([helix, lines])).query(result.samples["pos"][:, :3])
+    assert result.path_deviation_mm == pytest.approx(off.max(), abs=1e-4)
+    assert 0.01 < off.max() <= 0.05
