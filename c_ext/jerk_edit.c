@@ -34,6 +34,7 @@ void jerk_cut(jerk_planner *p, int64_t i, double length) {
     jerk_interval *q = &p->ring[at & p->mask];
     p->tail = at;
     p->finished = false;
+    forget_laws(p); /* they know the path as it was */
     if (!(length > 0.0)) return;
     p->tail++;
     if (length >= q->length) {
