@@ -262,6 +262,7 @@ typedef struct feeder {
     uint64_t loop_begin;
     techno_counts gate, pushed; /* functions on stretches driven before */
     uint64_t program_first;
+    uint64_t run;        /* first piece of the run that the path is on: the one that GEO stands in may be of the run before */
     uint32_t reach;      /* pieces fed beyond the window */
     bool final;          /* nothing can come behind the run ring's head */
     /* jobs that need standstill */

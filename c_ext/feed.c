@@ -522,7 +522,7 @@ static void begin_run(engine *e, place at) {
     bool stands_in_piece = e->plan.piece < e->piece_head;
     cut_run(e, stands_in_piece ? e->plan.piece : e->piece_head);
     if (!stands_in_piece) stand_at(e, at);
-    e->plan.piece = ++e->piece_head;
+    e->plan.piece = e->feed.run = ++e->piece_head;
     e->plan.s = e->plan.v = 0.0;
     e->plan.capped = e->plan.piece;
     e->drive.restart = true;

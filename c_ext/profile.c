@@ -392,8 +392,9 @@ static double timing_weight(engine *e) {
 static bool withdraw(engine *e) {
     if (ATOMIC_GET(e->withdraw) == WITHDRAW_NONE) ATOMIC_SET(e->withdraw, WITHDRAW_ASKED);
     if (ATOMIC_GET(e->withdraw) != WITHDRAW_DONE) return false;
-    e->plan.piece = e->stand_piece;
-    e->plan.s = e->stand_s;
+    bool before = e->stand_piece < e->feed.run; /* nothing of the present run has been driven yet */
+    e->plan.piece = before ? e->feed.run : e->stand_piece;
+    e->plan.s = before ? 0.0 : e->stand_s;
     e->plan.v = 0.0;
     e->plan.written = ATOMIC_GET(e->commit) >> 2;
     __atomic_load(&e->geo.consumed_s, &e->plan.committed_s, __ATOMIC_ACQUIRE);
