@@ -316,6 +316,10 @@ class Online:
         before = dict(self._forces._forced)
         symbols = [(path, self._symbol(path), value) for path, value in given]
         for path, symbol, value in symbols:
+            now = symbol.value
+            if isinstance(now, (int, float, np.number)) and isinstance(value, str):
+                raise SymbolError(f"force {path}={value!r}: {path} is a number, {now!r} now")
+        for path, symbol, value in symbols:
             try:
                 self._forces.force(symbol.path, symbol, value)
             except UNFIT as error:

@@ -111,6 +111,7 @@ def test_force_read_unforce_from_outside(plc: PlcRunner) -> None:
 @pytest.mark.parametrize(
     ("do", "symbols", "text"),
     [
+        ("force", [["Some.scans", 3], ["Some.gain", "fast"]], r"Some.gain is a number, 1\.0 now"),
         ("force", [["Some.gain", 3.0], ["Some.gian", 3.0]], "Some has no variable 'gian'; did you mean gain"),
         ("force", [["Some.gain", 3.0], [OVERRIDE, 70_000]], r"override.command_w=70000: .*out of range 0\.\.65535"),
         ("force", [["Some.gain", 3.0], ["gpCh[7]^.head.channel_nr", 1]], r"gpCh\[7\] is not configured"),
