@@ -126,10 +126,10 @@ def test_demo_writes_its_picture(cli: Cli, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("text", "status"), [("G999 F3000\nG1 X100\nM30\n", 1), ("M30\n", 0)])
 def test_a_request_at_the_start_of_a_program_that_does_not_move(
-    cli: Cli, write: Write, text: str, status: int
+    cli: Cli, program: Write, text: str, status: int
 ) -> None:
     """`lookahead --at start` ends, too, when the program is refused while it is prepared, or has nothing to move."""
-    file = write("still.nc", text)
+    file = program(text)
     outcome = cli("lookahead", file, "--distance", "0", "50000", "--at", "start", "--json", "--dialect", "isg")
     assert outcome.status == status
     assert json.loads(outcome.out)["response"] == []
