@@ -55,7 +55,8 @@ def test_time_and_speed_to_come(tmp_path, jerk):
         foreseen = [(i, now["esa"][k]) for i, now in enumerate(seen[: -ahead - 1]) if now["esa"][k] is not None]
         assert len(foreseen) > 0.4 * len(seen)
         for i, value in foreseen:
-            assert abs(value - speeds[i + ahead]) <= 1.0
+            # without jerk arcs are cut anew with every commit: what is foreseen beyond it is close, not exact
+            assert abs(value - speeds[i + ahead]) <= (1.0 if jerk else max(1.0, 0.005 * speeds[i + ahead]))
 
 
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
