@@ -36,7 +36,7 @@ static bool find_cut(engine *e, double margin, cut *c) {
         if (is_motion(piece_at(e, ph->piece))) c->motion_s += ph->time;
     }
     if (c->phase >= e->plan.written || !(c->motion_s > 0.0)) return false;
-    return !e->threads_started || phase_at(e, c->phase)->v0 > 0.0; /* at a standstill GEO would not take the tail */
+    return !ATOMIC_GET(e->run_running) || phase_at(e, c->phase)->v0 > 0.0; /* at a standstill GEO would not take the tail */
 }
 
 /* The motion that is taken back, and the stored tail behind it. */
@@ -62,7 +62,7 @@ static void go_back(engine *e, const cut *c) {
 }
 
 /* GEO has come too near to the cut: it may be about to read the next phase, so that one is not written any more. */
-static bool too_late(engine *e, const cut *c) { return e->threads_started && consumed_s(e) > c->at_s - e->cfg.cycle_s; }
+static bool too_late(engine *e, const cut *c) { return ATOMIC_GET(e->run_running) && consumed_s(e) > c->at_s - e->cfg.cycle_s; }
 
 /* Forward to where the last `seconds` of motion begin. */
 static void cut_later(engine *e, cut *c, double seconds) {
@@ -88,7 +88,7 @@ void recall_commit(engine *e) {
     cut c;
     if ((word & 1) || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE || e->drive.restart) return;
     if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) return; /* the place of rest has been told the PLC */
-    if (!find_cut(e, e->threads_started ? THREAD_MARGIN_S : 0.0, &c)) return;
+    if (!find_cut(e, ATOMIC_GET(e->run_running) ? THREAD_MARGIN_S : 0.0, &c)) return;
     if (!e->drive.planner) {
         publish_cut(e, word, &c);
         return;
