@@ -91,6 +91,12 @@ typedef struct knot {
     double d1[NC_AXES], d2[NC_AXES];
 } knot;
 
+/* What the end of a commit has left of a step over a curved stretch: from s with v to `to` with x1, found for these bounds. */
+typedef struct bent_left {
+    uint64_t piece;
+    double s, v, to, x1, soft, end2;
+} bent_left;
+
 typedef struct bent_step {
     double u, h, x1; /* path acceleration, over how many mm, speed squared behind them */
 } bent_step;
@@ -192,6 +198,7 @@ typedef struct planner {
     uint64_t need_end;   /* end of the last pass over need2, 0: none that is still true */
     uint64_t window_from, window_to; /* the window as counted last ... */
     uint32_t window_motions;         /* ... and the motions in it */
+    bent_left left;
     span *spans;         /* room for the stretches of the pieces in the window ... */
     double *rows;        /* ... and for their rows */
     uint64_t *span_owner, span_mask;
@@ -570,6 +577,7 @@ typedef struct writer {
     uint32_t count, max;
     uint64_t piece;
     double s, v, seconds, budget;
+    bent_left left;
 } writer;
 void write_phase(writer *w, const phase *ph);
 bool writer_full(const writer *w);

@@ -79,7 +79,7 @@ static void rest_of_plan(engine *e, forecast *to) {
 
 /* The acceleration-limited planner stores no plan: its window once more, to the end. */
 static void run_window(engine *e, forecast *to) {
-    writer w = {.e = e, .out = to->phases, .max = e->foresight->max, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = NEVER};
+    writer w = {.e = e, .out = to->phases, .max = e->foresight->max, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = NEVER, .left = e->plan.left};
     drive_window(&w, window_end(e));
     to->count = w.count;
 }

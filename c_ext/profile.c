@@ -156,7 +156,10 @@ static void brake(writer *w, const stretch *st, double end2, bool ends) {
 /* One step over a curved stretch with constant acceleration along the path, cut at the budget. */
 static void drive_bent(writer *w, const stretch *st, bool ends, bool brake) {
     double at = w->s - st->from, room = st->to - w->s;
-    bent_step step = bent_forward(st->span, at, w->v * w->v, st->soft * st->soft, st->end2, brake);
+    const bent_left *left = &w->left;
+    bool goes_on = !brake && left->to > w->s && left->piece == w->piece && left->s == w->s && left->v == w->v && left->soft == st->soft && left->end2 == st->end2;
+    bent_step step = goes_on ? (bent_step){.h = left->to - w->s, .x1 = left->x1} : bent_forward(st->span, at, w->v * w->v, st->soft * st->soft, st->end2, brake);
+    double to = w->s + step.h;
     bool whole = step.h >= room - TINY_MM;
     double v1 = sqrt(step.x1), time = 2.0 * (whole ? room : step.h) / greater(w->v + v1, 1e-30);
     if (whole && w->v + v1 <= 1e-9) { /* what is left is rounding */
@@ -165,7 +168,8 @@ static void drive_bent(writer *w, const stretch *st, bool ends, bool brake) {
         w->v = 0.0;
         return;
     }
-    run(w, (v1 - w->v) / time, time, whole ? st->to : w->s + step.h, v1, whole && ends);
+    run(w, (v1 - w->v) / time, time, whole ? st->to : to, v1, whole && ends);
+    w->left = (bent_left){w->piece, w->s, w->v, to, step.x1, st->soft, st->end2}; /* of use if the budget has cut it */
 }
 
 /* One step over the stretch: accelerate, cruise or brake, each cut at the budget. */
@@ -347,7 +351,7 @@ double ahead_s(engine *e) {
 }
 
 static void commit(engine *e, uint64_t end) {
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e)};
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e), .left = e->plan.left};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     drive_window(&w, end);
@@ -360,6 +364,7 @@ static void commit(engine *e, uint64_t end) {
     e->plan.piece = w.piece;
     e->plan.s = w.s;
     e->plan.v = w.v;
+    e->plan.left = w.left;
     e->plan.committed_s += w.seconds;
 }
 

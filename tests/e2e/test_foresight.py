@@ -54,10 +54,8 @@ def test_time_and_speed_to_come(tmp_path, jerk):
     for k, ahead in enumerate((50, 150, 100)):
         foreseen = [(i, now["esa"][k]) for i, now in enumerate(seen[: -ahead - 1]) if now["esa"][k] is not None]
         assert len(foreseen) > 0.4 * len(seen)
-        off = np.array([abs(value - speeds[i + ahead]) for i, value in foreseen])
-        # without jerk arcs are cut anew with every commit: there what is foreseen beyond it is an estimate
-        assert (off <= 1.0).mean() >= (1.0 if jerk else 0.8)
-        assert (off <= (1.0 if jerk else 0.1 * speeds.max())).all()
+        for i, value in foreseen:
+            assert abs(value - speeds[i + ahead]) <= 1.0
 
 
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
