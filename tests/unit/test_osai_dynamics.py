@@ -199,7 +199,8 @@ def test_polynomials_stop_at_g66_and_pass_g67(shop, form):
         result = planned(shop, body, setup, head="G61" if form != "BSP" else "G61 P3")
         off = np.linalg.norm(result.samples["pos"][:, :2] - [10.0, 0.0], axis=1)
         slowest = result.samples["v"][100:-100].min()
-        assert slowest < 0.1 if code == 1 else slowest > 0.2
+        stand = 0.5 * 50_000.0 * 0.001**2  # mm/s: what the sample nearest to a standstill shows at most
+        assert slowest < stand if code == 1 else slowest > 10 * stand
         assert off.min() == pytest.approx(0.0 if code == 1 else 0.01, abs=5e-3 if code == 2 else 1e-4)
         assert off.min() <= 0.0102
         assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
