@@ -14,6 +14,7 @@ begins where it has the least curvature that this deviation allows.  Without a t
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from .profile_points import FloatArray
 SHARP = np.radians(0.05)  # smaller turns need no piece
 BACK = np.radians(179.0)  # beyond that nothing connects
 SHRINKS = 24
+BEND_SAMPLES = 129
+ENOUGH = 1.5  # times the deviation that a speed needs
+LEAST = 1e-5  # mm that an edge is left by at least
 GRID = np.linspace(0.0, 1.0, 17)
 
 
@@ -52,15 +56,41 @@ def gentle_reach(turn: float, deviation: float) -> float:
     return float(16.0 * deviation / ((16.0 - 5.0 * gentle_handle(turn)) * np.sin(turn / 2.0)))
 
 
+@lru_cache(maxsize=4096)
+def gentle_bend(turn: float) -> tuple[float, float]:
+    """Largest curvature and change of curvature of that piece on straight lines, for a deviation of 1."""
+    handle, reach = gentle_handle(turn), gentle_reach(turn, 1.0)
+    a, b = np.array([1.0, 0.0]), np.array([np.cos(turn), np.sin(turn)])
+    start, end = np.array([-a * reach, a, 0.0 * a]), np.array([b * reach, b, 0.0 * b])
+    coef = joining(start, end, [0, 1], handle * reach)
+    u = np.linspace(0.0, 1.0, BEND_SAMPLES)
+    d1, d2, d3 = (np.array([evaluated(coef, float(x), 4)[k] for x in u]) for k in (1, 2, 3))
+    speed = np.linalg.norm(d1, axis=1)[:, None]
+    t = d1 / speed
+    gain = (d2 * t).sum(axis=1)[:, None]
+    across, third = d2 - gain * t, d3 - (d3 * t).sum(axis=1)[:, None] * t
+    bend = np.linalg.norm(across, axis=1) / speed[:, 0] ** 2
+    change = np.linalg.norm(third / speed**3 - 3.0 * gain * across / speed**4, axis=1)
+    return float(bend.max()), float(np.hypot(change, bend**2).max())
+
+
+def needed_deviation(turn: float, speed: float, acceleration: float, jerk: float) -> float:
+    """Deviation from the corner at which the limits (0: none) let the piece be driven at ``speed``."""
+    bend, change = gentle_bend(round(turn, 3))
+    for_bend = bend * speed**2 / acceleration if acceleration > 0.0 else 0.0
+    for_change = float(np.sqrt(change * speed**3 / jerk)) if jerk > 0.0 else 0.0
+    return max(for_bend, for_change, LEAST)
+
+
 def round_handle(turn: float) -> float:
     """The same for a piece whose middle is as far off as that of the circle with the same tangent length."""
     return float(3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0))) if turn > 1e-6 else 1.6
 
 
-def evaluated(coef: FloatArray, u: float) -> FloatArray:
-    """(3, columns) value, first and second derivative of one polynomial (columns, order)."""
+def evaluated(coef: FloatArray, u: float, orders: int = 3) -> FloatArray:
+    """(orders, columns) value, first and second derivative .. of one polynomial (columns, order)."""
     out, c = [], coef
-    for _ in range(3):
+    for _ in range(orders):
         out.append(c @ u ** np.arange(c.shape[1]) if c.shape[1] else np.zeros(len(coef)))
         c = c[:, 1:] * np.arange(1, c.shape[1])
     return np.array(out)
@@ -69,15 +99,23 @@ def evaluated(coef: FloatArray, u: float) -> FloatArray:
 class Blends:
     """Intervals in, intervals out; the last one of a curve waits for the curve behind its transition.
 
-    ``edge_speed``: mm/s from the derivatives (columns,) on both sides of an edge.
+    ``edge_speed``: mm/s from the derivatives (columns,) on both sides of an edge.  ``limits``: acceleration and jerk of
+    the weakest linear axis, 0: none.  ``exact``: edges of 67 stay as they are.
     """
 
-    def __init__(self, spec: ProfileSpec, edge_speed: Callable[[FloatArray, FloatArray], float]) -> None:
-        self.spec, self._linear, self._edge_speed = spec, list(spec.linear), edge_speed
+    def __init__(
+        self,
+        spec: ProfileSpec,
+        edge_speed: Callable[[FloatArray, FloatArray], float],
+        limits: tuple[float, float] = (0.0, 0.0),
+        *,
+        exact: bool = False,
+    ) -> None:
+        self.spec, self._linear, self._edge_speed, self._limits = spec, list(spec.linear), edge_speed, limits
         self._held: Intervals | None = None
         self.count = 0
         self._by_parameter = spec.kind != POINTS and not spec.feed_by_length
-        self._codes = (BLEND, PASS) if spec.tolerance > 0.0 else (BLEND,)
+        self._codes = (BLEND, PASS) if spec.tolerance > 0.0 and not exact else (BLEND,)
 
     def push(self, intervals: Intervals, final: bool) -> Intervals:
         columns = len(self.spec.columns)
@@ -102,7 +140,11 @@ class Blends:
         left, right = whole.coef[at], whole.coef[at + 1]
         a, b = evaluated(left, whole.span[at])[1], evaluated(right, 0.0)[1]
         turn, passed = self._turn(a, b), whole.after[at] == PASS
-        chord = self.spec.tolerance if passed else self.spec.chord
+        chord = self.spec.chord
+        if passed:
+            speed = min(self._edge_speed(a, b), float(whole.feed[at]), float(whole.feed[at + 1]))
+            enough = needed_deviation(max(turn, SHARP), speed, *self._limits) if any(self._limits) else np.inf
+            chord = min(self.spec.tolerance, ENOUGH * enough)
         if self._goes_on(left, float(whole.span[at]), right):
             whole.after[at] = SMOOTH
             return whole[:0]

@@ -44,6 +44,17 @@ class ProfileLimits:
             (code, which, shares) for code, which, shares in _shares(spec, machine, cycle_s) if (shares != 1.0).any()
         ]
 
+    @property
+    def weakest(self) -> tuple[float, float]:
+        """Acceleration and jerk (0: none) of the weakest linear axis when it cuts."""
+        channels = [self._spec.axes[i].channel for i in self._spec.linear]
+        limits = {lib.NC_DYNAMICS_ACCELERATION: self._machine.acceleration, lib.NC_DYNAMICS_JERK: self._machine.jerk}
+        for code, which, shares in self._shares:
+            if which == FEED_MOTIONS and code in limits:
+                limits[code] = limits[code] * shares
+        acceleration, jerk = (float(limit[channels].min()) for limit in limits.values())
+        return acceleration, jerk
+
     def time_filter(self, main: tuple[int, ...]) -> TimeFilter | None:
         """What smooths the speed (Tstab, Ttop, Tintgr) and queues the beginning (Entities), None if nothing does."""
         smooth = self._spec.smoothness

@@ -107,7 +107,7 @@ def test_single_block_sees_one_block(tmp_path):
 
 @pytest.mark.parametrize("pieces", [2, 5])
 def test_it_does_not_matter_how_a_curve_is_cut(shop, pieces):
-    """Arcs that bend at their ends alone, in four polynomials each or in several times as many: the same rise is taken away."""
+    """Arcs that bend at their ends alone: in four polynomials each or in many, the same rise is taken away."""
     setup = changed(SETUP_3, PNT="(PNT,CLP,CLP,QUI,POL)", JRK="(JRK,ENA,,,400,150,200)", **BENDS)
     times = []
     for cut in (4, 4 * pieces):
