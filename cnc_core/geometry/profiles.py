@@ -149,7 +149,7 @@ class Profiles:
             number = 1 + max(self._machines, default=0)
             kinematics = self._machine(spec, number, chunk)
             self._machines[number] = kinematics
-        limits = ProfileLimits(spec, self._dynamics, self._cycle_s)
+        limits = ProfileLimits(spec, self._dynamics, self._cycle_s, described=self._described)
         exact = self._described and spec.kind != POINTS
         self._open = _Open(spec, kinematics, number, self._edge_speed, limits, exact)
         self.report.profiles += 1

@@ -269,3 +269,15 @@ def test_polynomials_are_described_as_programmed(shop):
         assert [span for _, span, _ in made] == [10.0, 10.0]
         assert made[0][0].tolist() == [[0, 1, 0, 0, 0, 0], [0] * 6, [0] * 6]
         assert made[1][0].tolist() == [[10, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0] * 6]
+
+
+@pytest.mark.parametrize(("end", "moving"), [("X60", 1), ("X60Y60", 2), ("X60Y60Z60", 3)])
+def test_the_jerk_is_the_profiles_or_the_axes(shop, end, moving):
+    """On a line ENA limits the jerk along the profile, AXI that of every axis: the root of their number more."""
+    body, jerk = f"X0Y0Z0F9000\n{end}", {}
+    for mode in ("ENA", "AXI"):
+        result = planned(shop, body, changed(SETUP_3, JRK=f"(JRK,{mode})", CRV=None))
+        along = np.diff(result.samples["pos"][:, :3], n=3, axis=0) / 1e-9
+        jerk[mode] = float(np.linalg.norm(along, axis=1).max())
+    assert jerk["ENA"] == pytest.approx(50_000.0, rel=0.01)
+    assert jerk["AXI"] == pytest.approx(50_000.0 * np.sqrt(moving), rel=0.01)
