@@ -178,7 +178,11 @@ class Optimizer:
         records, errors = SetupFile(self.setup).resolve(self._variables)
         if errors:
             raise errors[0]
-        smt = records.general["SMT"]
+        smt, sms = records.general["SMT"], records.get("SMS")
+        if sms.word("C1") == "ENA":
+            raise sms.fail(900003, "SMS, C1: smoothing at C1-continuous points is not supported", "C1")
+        if sms.word("Progr") == "DIS":
+            raise sms.fail(900003, "SMS, Progr: the debug output in place of a program is not supported", "Progr")
         for name in ("Toll", "TollX", "TollV"):
             if name == "Toll" and not smt.number(name) > 0.0:
                 raise smt.fail(909205, "SMT, Toll: the tolerance must be positive", name)

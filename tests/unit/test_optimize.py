@@ -197,6 +197,8 @@ def test_contact_points_get_every_versor(bench):
         (SMT.format("G66") + "(SMS,2)\n", 909205),
         (SMT.format("G66") + "(SMS,,,,,,,,50)\n", 909205),
         (SMT.format("G66") + "(SMS,,,,4)\n", 909205),
+        (SMT.format("G66") + "(SMS,,,,,,,,,ENA,)\n", 900003),
+        (SMT.format("G66") + "(SMS,,,,,,,,,,DIS)\n", 900003),
     ],
 )
 def test_refused_setups(bench, change, number):

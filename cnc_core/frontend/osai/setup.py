@@ -170,6 +170,16 @@ class SetupFile:
             at += len(part) + 1
         return SetupLine(code, fields, place)
 
+    def variables(self) -> list[tuple[str, int, Place]]:
+        """Letter, number and place of every variable that a field names."""
+        found = []
+        for line in self.lines:
+            for text, column in line.fields:
+                if (named := VARIABLE.match(text)) and len(named[3]) <= VARIABLE_DIGITS:
+                    place = Place(line.place.file, line.place.line, column, line.place.source)
+                    found.append((named[2], int(named[3]), place))
+        return found
+
     def resolve(self, variables: Variables) -> tuple[Records, list[CncError]]:
         """The records with the variables' values of now, and every error found."""
         records, errors = Records(self.path), list(self.errors)

@@ -12,6 +12,7 @@ from cnc_core.frontend.osai.variables import Variables, variable_number
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 WORD = re.compile(rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])(\d+)(?![\d(]))")
 N_MAX = 2**31 - 1
+EXPRESSION = re.compile(r"[A-Za-z]\s*([+-]?\s*(?:[EL]?\s*\(|[EL]\d+\s*\())")
 SHOWN = 24
 VALUE_MAX = 1e9  # of a word: beyond that no axis, feed or knot makes sense
 
@@ -56,8 +57,9 @@ def shortened(text: str) -> str:
 
 def _malformed(text: str, at: int) -> Exception:
     offset = at + len(text[at:]) - len(text[at:].lstrip())
-    if re.match(r"[A-Za-z]\s*[+-]?\s*(?:[EL]?\s*\(|[EL]\d+\s*\()", text[offset:]):
-        return fail(909227, ERRORS[909227], offset)
+    expression = EXPRESSION.match(text, offset)
+    if expression:
+        return fail(909227, ERRORS[909227], expression.start(1))
     if not text[offset].isalpha():
         return fail(909226, f"unknown word {text[offset]}", offset)
     return fail(900004, f"{text[offset]} without a value", offset)
