@@ -51,6 +51,7 @@ CALLS_MAX = 20
 SUFFIXES = ("", ".osai", ".hsm", ".nc", ".txt")
 READ_ROWS = 4096
 STYLES: tuple[Style, ...] = ("free", "fine", "keep")  # the next one where the one before is no faster than the input
+FIRST_SHARE = 0.9  # of the progress when the first curves are made
 FASTER = 1.0 - 2e-5
 TIMED_POINTS = 200_000  # programs of more points are not planned
 
@@ -117,7 +118,7 @@ class Optimizer:
     def __init__(self, source: Path, setup: Path, out: Path, cell: CellConfig, tick: Callable[[float], None]) -> None:
         self.source, self.setup, self.out, self.cell, self.tick = source, setup, out, cell, tick
         self.result = OptimizeResult()
-        self._done = 0
+        self._done, self._shown = 0, 0.0
 
     def run(self) -> OptimizeResult:
         """Reads, smooths, writes; CncError for what is wrong with program or setup."""
@@ -158,7 +159,8 @@ class Optimizer:
 
     def _advance(self, points: int, total: int) -> None:
         self._done += points
-        self.tick(min(self._done / total, 1.0))
+        self._shown = max(self._shown, FIRST_SHARE * min(self._done / total, 1.0))
+        self.tick(self._shown)
 
     # reading
 

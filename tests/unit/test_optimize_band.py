@@ -165,3 +165,17 @@ def test_least_squares_agree_with_dense_algebra(count):
     assert normal.solved(right, begin, finish) == pytest.approx(wanted, abs=1e-7)
     whole = np.linalg.solve(left, right)
     assert normal.solved(right, begin[:0], finish[:0]) == pytest.approx(whole, abs=1e-6)
+
+
+def test_long_sections_of_many_groups(tmp_path):
+    """Groups of 100 points over unmarked corners and long chords: joints within the band, none keeps a bulge."""
+    points = np.vstack([raster(0.4, 0.005, seed=k) + np.array([0, 4.0 * k, 0]) for k in range(3)])
+    setup = setup_of(TOLL) + "(SMS,,,,,,,,100,,)\n"
+    result, before, after, made = run(tmp_path, points, setup)
+    assert result.groups >= 2
+    assert distance(points, samples(made)).max() <= TOLL
+    assert result.max_path_deviation_mm <= TOLL
+    assert after < before
+    for (a, span, _), (b, _, _) in pairwise(made):
+        for order in range(3):
+            assert value(a, span, order) == pytest.approx(value(b, 0.0, order), abs=1e-6)
