@@ -32,12 +32,15 @@ static double knot_cap2(const engine *e, const piece *p, const knot *k, const do
     return x;
 }
 
-/* Speeds of the axes: V^2 / q'^2 is convex where q' does not change its sign, so its tangent in the middle stays below. */
-static void add_axis_speeds(const engine *e, const piece *p, const knot *a, const knot *b, double *cap2) {
+/* Speeds of the axes: V^2 / q'^2 is convex where q' does not change its sign, so its tangent in the middle stays below.
+ * `slack`: by how much q' can be above its chord. */
+static void add_axis_speeds(const engine *e, const piece *p, const knot *a, const knot *b, const double *slack, double *cap2) {
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double most = greater(fabs(a->d1[i]), fabs(b->d1[i])), v = piece_v_max(e, p, i);
+        double above = slack ? slack[i] : 0.0, first = fabs(a->d1[i]), last = fabs(b->d1[i]), v = piece_v_max(e, p, i);
+        double most = greater(first, last) + above;
         if (most < 1e-12) continue;
-        double middle = 0.5 * (a->d1[i] + b->d1[i]), share = fabs(middle) > 0.0 ? (b->d1[i] - a->d1[i]) / middle : 1.0;
+        bool turns = a->d1[i] * b->d1[i] <= 0.0;
+        double middle = 0.5 * (first + last) + above, share = turns ? 1.0 : (last - first) / middle;
         double top2 = v * v / (middle * middle), least2 = v * v / (most * most);
         bool tangent = fabs(share) < TANGENT_SHARE;
         cap2[0] = lesser(cap2[0], tangent ? top2 * (1.0 + share) : least2);
@@ -52,15 +55,17 @@ static void set_bound(double cu, double cx, double *bound) {
     bound[1] = free ? 0.0 : -cx / cu;
 }
 
-/* `room`: acceleration of every axis that is left. Per axis: the rows at both knots, then their bounds. */
-uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows) {
+/* `room`: acceleration of every axis that is left; `slack`: what q' can be above its chord, NULL: nothing. Per axis: the
+ * rows at both knots, then their bounds. */
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const double *slack, span *out,
+                   double *rows) {
     uint32_t n = 0;
     out->rows = rows;
     out->accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
     out->length = b->s - a->s;
     out->cap2[0] = knot_cap2(e, p, a, room);
     out->cap2[1] = knot_cap2(e, p, b, room);
-    add_axis_speeds(e, p, a, b, out->cap2);
+    add_axis_speeds(e, p, a, b, slack, out->cap2);
     out->v_hard = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;

@@ -481,7 +481,11 @@ typedef struct strip {
     double length;
     const double *reserve;
 } strip;
-void curve_piece_spans(engine *e, piece *p, span *spans, const strip *strips, int n);
+double curve_cell_behind(const curve *c, const piece *p, double s, int *cell);
+void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out);
+
+/* curve_spans.c */
+void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands);
 
 /* mapping.c */
 void map_behind_element(engine *e);
@@ -522,7 +526,8 @@ const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
 bool log_available(const engine *e);
 
 /* bent.c */
-uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows);
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const double *slack, span *out,
+                   double *rows);
 double bent_need(const span *sp, double s, double soft2, double next);
 bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool braking);
 

@@ -1,5 +1,5 @@
 /* Stretches of a piece for the acceleration-limited planner: lines whole, arcs between knots (bent.c), polynomials
- * by the bounds of their cells (curve_piece.c);
+ * between certified ones (curve_spans.c);
  * cut where the zones begin in which the jumps of a corner use up acceleration (lookahead.c).
  */
 #include <math.h>
@@ -49,7 +49,7 @@ static double room_of(const engine *e, const piece *p, const double *reserve, in
 
 static void add_bent(builder *b, const knot *from, const knot *to) {
     if (to->s - from->s < TINY_MM) return;
-    b->rows += bent_rows(b->e, b->p, from, to, b->room, &b->spans[b->p->span_count++], b->rows);
+    b->rows += bent_rows(b->e, b->p, from, to, b->room, NULL, &b->spans[b->p->span_count++], b->rows);
 }
 
 /* ------------------------------------------------------------------------------------------------ knots */
@@ -145,7 +145,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
     p->span_count = 0;
-    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, strips, n);
+    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
