@@ -11,7 +11,7 @@
 #define ROW SPAN_ROW
 #define STANDS 1e-12       /* speeds squared */
 #define SHORTEST_MM 1e-12
-#define INSIDE 0.004       /* of the limits: what the chord of a row over a part of a stretch may miss */
+#define INSIDE 0.0005      /* of the limits: what the chord of a row over a part of a stretch may miss */
 #define TANGENT_SHARE 0.5  /* change of q' up to which that tangent is taken */
 #define HOP 0.5            /* share of the limits used between two standstills without a knot between */
 #define LONG 0.5           /* stretches longer than this share of the way of a ramp may need more than one u */
