@@ -15,9 +15,19 @@
 
 #define SHARE_LEFT 0.3 /* of E in the middle must be left as its lower bound */
 
-enum { FIRST = CURVE_ORDER - 1, METRIC = 2 * FIRST - 1, NORMAL = METRIC + FIRST - 2 }; /* numbers of p', E, N */
+enum { FIRST = CURVE_ORDER - 1, METRIC = 2 * FIRST - 1, NORMAL = METRIC + FIRST - 1 }; /* numbers of p', E, z N */
 
-/* Largest magnitudes over -1..1 of a polynomial and its first two derivatives. */
+/* i - k/2 */
+static const double SHARE[FIRST][METRIC] = {
+    {0.0, -0.5, -1.0, -1.5, -2.0, -2.5, -3.0, -3.5, -4.0},
+    {1.0, 0.5, 0.0, -0.5, -1.0, -1.5, -2.0, -2.5, -3.0},
+    {2.0, 1.5, 1.0, 0.5, 0.0, -0.5, -1.0, -1.5, -2.0},
+    {3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.0, -0.5, -1.0},
+    {4.0, 3.5, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5, 0.0},
+};
+static const double NUMBER[NORMAL] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+
+/* Largest magnitudes over -1..1 of a polynomial of n numbers and its first two derivatives. */
 typedef struct sums {
     double f, d1, d2;
 } sums;
@@ -25,61 +35,65 @@ typedef struct sums {
 static sums sums_of(const double *k, int n) {
     sums s = {0};
     for (int i = 0; i < n; i++) {
-        double m = fabs(k[i]);
+        double m = fabs(k[i]), slope = m * NUMBER[i];
         s.f += m;
-        s.d1 += m * i;
-        s.d2 += m * (i * (i - 1));
+        s.d1 += slope;
+        s.d2 += slope * NUMBER[i];
     }
+    s.d2 -= s.d1;
     return s;
 }
 
+/* Numbers of p' by the parameter. */
+static int order_of(const curve *c) {
+    int order = 1;
+    for (int i = 0; i < c->axes; i++)
+        for (int k = FIRST; k > order; k--)
+            if (c->c[i][k] != 0.0) order = k;
+    return order;
+}
+
 /* p'(z) for w = middle + half z. */
-static void tangent_about(const double *c, double middle, double half, double *out) {
-    double shifted[CURVE_ORDER], scale = half;
-    memcpy(shifted, c, sizeof shifted);
-    for (int i = 0; i < CURVE_ORDER; i++)
-        for (int k = CURVE_ORDER - 2; k >= i; k--) shifted[k] += middle * shifted[k + 1];
-    for (int i = 0; i < FIRST; i++, scale *= half) out[i] = (i + 1) * shifted[i + 1] * scale;
+static void tangent_about(const double *c, int order, double middle, double half, double *out) {
+    double about[CURVE_ORDER], scale = half;
+    memcpy(about, c, sizeof about);
+    for (int i = 0; i < order; i++)
+        for (int k = order - 1; k >= i && k > 0; k--) about[k] += middle * about[k + 1];
+    for (int i = 0; i < order; i++, scale *= half) out[i] = NUMBER[i + 1] * about[i + 1] * scale;
 }
 
-static void add_square(const double *p, double *e) {
-    for (int i = 0; i < FIRST; i++) {
-        if (p[i] == 0.0) continue;
-        for (int k = 0; k < FIRST; k++) e[i + k] += p[i] * p[k];
-    }
+static void add_square(const double *p, int order, double *e) {
+    for (int i = 0; i < order; i++)
+        for (int k = 0; k < order; k++) e[i + k] += p[i] * p[k];
 }
 
-/* p'' E - p' E'/2 */
-static void normal_of(const double *p, const double *e, double *n) {
-    memset(n, 0, sizeof(double) * NORMAL);
-    for (int i = 0; i < FIRST; i++) {
-        if (p[i] == 0.0) continue;
-        for (int k = 0; k < METRIC; k++) {
-            int at = i + k - 1; /* i p_i z^(i-1) e_k z^k - p_i z^i k e_k z^(k-1) / 2 */
-            if (at >= 0 && at < NORMAL) n[at] += p[i] * e[k] * (i - 0.5 * k);
-        }
-    }
+/* z (p'' E - p' E'/2) */
+static void normal_of(const double *p, int order, const double *e, double *n) {
+    for (int i = 0; i < order; i++)
+        for (int k = 0; k < 2 * order - 1; k++) n[i + k] += p[i] * e[k] * SHARE[i][k];
 }
 
 /* Bounds of q''' and q'''' of every axis between the parameters a and b; false where the speed changes too much to tell. */
 bool curve_certify(const curve *c, double a, double b, double *third, double *fourth) {
-    double p[NC_AXES][FIRST], e[METRIC] = {0}, n[NORMAL];
+    double p[NC_AXES][FIRST], e[METRIC] = {0};
     double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a);
+    int order = order_of(c);
     for (int i = 0; i < c->axes; i++) {
         if (!(c->moving >> i & 1)) continue;
-        tangent_about(c->c[i], middle, half, p[i]);
-        if (c->metric >> i & 1) add_square(p[i], e);
+        tangent_about(c->c[i], order, middle, half, p[i]);
+        if (c->metric >> i & 1) add_square(p[i], order, e);
     }
     if (c->natural > 0.0) e[0] = c->natural * c->natural * half * half;
-    sums s = sums_of(e, METRIC);
+    sums s = sums_of(e, 2 * order - 1);
     double least = 2.0 * e[0] - s.f;
     if (!(least > SHARE_LEFT * e[0])) return false;
     double inv = 1.0 / least, inv3 = inv * inv * inv, root = sqrt(inv), e1 = s.d1 * inv, e2 = s.d2 * inv;
     for (int i = 0; i < c->axes; i++) {
         third[i] = fourth[i] = 0.0;
         if (!(c->moving >> i & 1)) continue;
-        normal_of(p[i], e, n);
-        sums m = sums_of(n, NORMAL);
+        double n[NORMAL] = {0};
+        normal_of(p[i], order, e, n);
+        sums m = sums_of(n + 1, 3 * order - 3);
         third[i] = (m.d1 + 2.0 * m.f * e1) * inv * inv * root;
         fourth[i] = (m.d2 + (4.5 * m.d1 + 7.0 * m.f * e1) * e1 + 2.0 * m.f * e2) * inv3;
     }

@@ -12,13 +12,12 @@
 #include "engine_internal.h"
 
 #define USABLE 0.999     /* share of the acceleration limit that is planned with */
-#define LOSS 0.006       /* share of it that a stretch may lose before it is cut ... */
+#define LOSS 0.008       /* share of it that a stretch may lose before it is cut ... */
 #define GIVEN_UP 0.1     /* ... and from which on constant bounds are better */
-#define AT_ONCE 4        /* stretches that one certificate is cut into */
+#define AT_ONCE 8        /* stretches that one certificate is cut into */
 #define HALVINGS 6
 #define STOP_HALVINGS 3  /* at least, between two standstills */
 #define SHORTEST_MM 1e-5
-#define OVER_FEED 2.0    /* the largest override */
 #define TINY_MM 1e-9
 
 typedef struct builder {
@@ -37,8 +36,36 @@ typedef struct extent {
     double u, x;
 } extent;
 
-static void knot_at(const builder *b, double w, double s, knot *k) {
+typedef struct place {
+    knot at;
+    extent most;
+} place;
+
+/* What the limits of all axes let through at a knot. On the axes the length is measured over q' is a unit vector and q''
+ * is at right angles to it, so the acceleration along either is a weighted sum of theirs. */
+static extent extent_at(const builder *b, const knot *k) {
+    const engine *e = b->e;
+    const piece *p = b->p;
+    double along = 0.0, across = 0.0, u = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER, x = b->fast2;
+    for (int i = 0; i < b->c->axes; i++) {
+        double d1 = fabs(k->d1[i]), d2 = fabs(k->d2[i]), v = piece_v_max(e, p, i);
+        if (x * d1 * d1 > v * v) x = v * v / (d1 * d1);
+        if (!(b->c->metric >> i & 1)) continue;
+        along += d1 * b->room[i];
+        across += d2 * b->room[i];
+    }
+    if (b->c->metric) u = lesser(u, along);
+    if (b->c->metric && x * k->bend * k->bend > across) x = across / (k->bend * k->bend);
+    for (int i = 0; i < b->c->axes; i++) {
+        double d1 = fabs(k->d1[i]), most = b->room[i] + fabs(k->d2[i]) * x;
+        if (u * d1 > most) u = most / d1;
+    }
+    return (extent){u, x};
+}
+
+static void place_at(const builder *b, double w, double s, place *out) {
     curve_point at;
+    knot *k = &out->at;
     curve_at(b->c, w, &at);
     double bend2 = 0.0;
     for (int i = 0; i < b->c->axes; i++) {
@@ -49,44 +76,23 @@ static void knot_at(const builder *b, double w, double s, knot *k) {
     k->bend = sqrt(bend2);
     k->w = w;
     k->s = s;
+    out->most = extent_at(b, k);
 }
 
-/* Knot at the parameter w, inside a piece. */
-static void knot_inside(const builder *b, double w, knot *k) {
-    knot_at(b, w, b->p->dir * (curve_length_to(b->c, w) * b->scale - b->p->from), k);
+/* Inside of a piece, at the parameter w. */
+static void place_inside(const builder *b, double w, place *out) {
+    place_at(b, w, b->p->dir * (curve_length_to(b->c, w) * b->scale - b->p->from), out);
 }
 
-/* Knot s mm behind the start of the piece. */
-static void knot_behind(const builder *b, double s, knot *k) {
-    knot_at(b, curve_parameter(b->c, (b->p->from + b->p->dir * s) / b->scale), s, k);
+/* s mm behind the start of the piece. */
+static void place_behind(const builder *b, double s, place *out) {
+    place_at(b, curve_parameter(b->c, (b->p->from + b->p->dir * s) / b->scale), s, out);
 }
 
-/* What the limits of all axes let through at a knot. On the axes the length is measured over q' is a unit vector and q''
- * is at right angles to it, so the acceleration along either is a weighted sum of theirs. */
-static extent extent_at(const builder *b, const knot *k) {
-    const engine *e = b->e;
-    const piece *p = b->p;
-    double along = 0.0, across = 0.0, u = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER, x = b->fast2;
-    for (int i = 0; i < b->c->axes; i++) {
-        double d1 = fabs(k->d1[i]), d2 = fabs(k->d2[i]), v = piece_v_max(e, p, i);
-        if (d1 > 1e-12) x = lesser(x, v * v / (d1 * d1));
-        if (!(b->c->metric >> i & 1)) continue;
-        along += d1 * b->room[i];
-        across += d2 * b->room[i];
-    }
-    if (b->c->metric) u = lesser(u, along);
-    if (b->c->metric && k->bend > 1e-12) x = lesser(x, across / (k->bend * k->bend));
-    for (int i = 0; i < b->c->axes; i++)
-        if (fabs(k->d1[i]) > 1e-12) u = lesser(u, (b->room[i] + fabs(k->d2[i]) * x) / fabs(k->d1[i]));
-    for (int i = 0; i < b->c->axes; i++)
-        if (fabs(k->d2[i]) > 1e-12) x = lesser(x, (b->room[i] + fabs(k->d1[i]) * u) / fabs(k->d2[i]));
-    return (extent){u, x};
-}
-
-static extent extent_between(const builder *b, const knot *from, const knot *to) {
-    extent first = extent_at(b, from), last = extent_at(b, to);
-    double u = lesser(first.u, last.u), added = 2.0 * u * (to->s - from->s);
-    return (extent){u, lesser(greater(first.x, last.x), lesser(first.x, last.x) + added)};
+static extent extent_between(const place *from, const place *to) {
+    const extent *a = &from->most, *z = &to->most;
+    double u = lesser(a->u, z->u), added = 2.0 * u * (to->at.s - from->at.s);
+    return (extent){u, lesser(greater(a->x, z->x), lesser(a->x, z->x) + added)};
 }
 
 /* ------------------------------------------------------------------------------------------------ stretches */
@@ -102,84 +108,89 @@ static void add_constant(builder *b, double from, double to) {
 }
 
 /* Rows between two knots, or constant bounds where too little would be left of an axis. */
-static void add_stretch(builder *b, const knot *from, const knot *to, const double *third, const double *fourth) {
-    double h = to->s - from->s, room[NC_AXES], slack[NC_AXES], turn2 = 0.0;
+static void add_stretch(builder *b, const place *from, const place *to, const double *third, const double *fourth) {
+    double h = to->at.s - from->at.s, room[NC_AXES], slack[NC_AXES], turn2 = 0.0;
     if (h < TINY_MM) return;
-    extent most = extent_between(b, from, to);
+    extent most = extent_between(from, to);
     for (int i = 0; i < b->c->axes; i++) {
-        double steps = 0.5 * h * fabs(to->d2[i] - from->d2[i]), bend = 0.125 * h * h * fourth[i];
+        double steps = 0.5 * h * fabs(to->at.d2[i] - from->at.d2[i]), bend = 0.125 * h * h * fourth[i];
         slack[i] = 0.125 * h * h * third[i];
         double loss = (slack[i] + steps) * most.u + bend * most.x;
         if (!(loss <= GIVEN_UP * b->room[i])) {
-            add_constant(b, from->s, to->s);
+            add_constant(b, from->at.s, to->at.s);
             return;
         }
         room[i] = b->room[i] - loss;
         if (b->c->metric >> i & 1) turn2 += bend * bend;
     }
-    knot a = *from, z = *to;
+    knot a = from->at, z = to->at;
     a.bend = z.bend = greater(a.bend, z.bend) + sqrt(turn2);
     span *s = &b->spans[b->p->span_count++];
     b->rows += bent_rows(b->e, b->p, &a, &z, room, slack, s, b->rows);
     for (int k = 0; k < 2; k++) s->cap2[k] = lesser(s->cap2[k], b->fast2);
 }
 
-/* Into how many stretches the part between two knots has to be cut. */
-static int parts_needed(const builder *b, const knot *from, const knot *to, const double *third, const double *fourth) {
-    double h = to->s - from->s, worst = 0.0;
-    extent most = extent_between(b, from, to);
+/* Into how many stretches the part between two places has to be cut. */
+static int parts_needed(const builder *b, const place *from, const place *to, const double *third, const double *fourth) {
+    double h = to->at.s - from->at.s, worst = 0.0;
+    extent most = extent_between(from, to);
     for (int i = 0; i < b->c->axes; i++) {
         double loss = h * h * (0.625 * third[i] * most.u + 0.125 * fourth[i] * most.x);
-        worst = greater(worst, loss / b->room[i]);
+        if (loss > worst * b->room[i]) worst = loss / b->room[i];
     }
     double n = ceil(sqrt(worst / LOSS));
     return n < 1.0 ? 1 : n < INT_MAX ? (int)n : INT_MAX;
 }
 
-static void add_stretches(builder *b, const knot *from, const knot *to, int n, const double *third, const double *fourth) {
-    knot last = *from, next;
+static void add_stretches(builder *b, const place *from, const place *to, int n, const double *third, const double *fourth) {
+    place last = *from, next;
     for (int k = 1; k < n; k++) {
-        knot_inside(b, from->w + (to->w - from->w) * k / n, &next);
+        place_inside(b, from->at.w + (to->at.w - from->at.w) * k / n, &next);
         add_stretch(b, &last, &next, third, fourth);
         last = next;
     }
     add_stretch(b, &last, to, third, fourth);
 }
 
-/* From one knot to another; cut in halves at least `least` times, `halvings` at the most. */
-static void refine(builder *b, const knot *from, const knot *to, int halvings, int least) {
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least);
+
+/* From one place to another; cut in halves at least `least` times, `halvings` at the most. */
+static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
     double third[NC_AXES], fourth[NC_AXES];
-    int room = (int)SPANS_MAX - (int)b->p->span_count - b->spare;
-    bool sure = least <= 0 && curve_certify(b->c, from->w, to->w, third, fourth);
+    if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
+    int left = (int)SPANS_MAX - (int)b->p->span_count - b->spare;
+    bool sure = curve_certify(b->c, from->at.w, to->at.w, third, fourth);
     int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX;
-    if (n > AT_ONCE && halvings > 0 && room > 1 && to->s - from->s > SHORTEST_MM) {
-        knot middle;
-        knot_inside(b, 0.5 * (from->w + to->w), &middle);
-        if (middle.s > from->s && middle.s < to->s) {
-            refine(b, from, &middle, halvings - 1, least - 1);
-            refine(b, &middle, to, halvings - 1, least - 1);
-            return;
-        }
-    }
-    if (!sure && least > 0) sure = curve_certify(b->c, from->w, to->w, third, fourth);
-    if (!sure) add_constant(b, from->s, to->s);
-    else add_stretches(b, from, to, n < AT_ONCE ? n : room < AT_ONCE ? room > 1 ? room : 1 : AT_ONCE, third, fourth);
+    if (n > AT_ONCE && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
+    if (left < 1) left = 1;
+    if (sure) add_stretches(b, from, to, n < AT_ONCE && n < left ? n : left < AT_ONCE ? left : AT_ONCE, third, fourth);
+    else add_constant(b, from->at.s, to->at.s);
+}
+
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least) {
+    place middle;
+    if (to->at.s - from->at.s < SHORTEST_MM) return false;
+    place_inside(b, 0.5 * (from->at.w + to->at.w), &middle);
+    if (!(middle.at.s > from->at.s && middle.at.s < to->at.s)) return false;
+    refine(b, from, &middle, halvings - 1, least - 1);
+    refine(b, &middle, to, halvings - 1, least - 1);
+    return true;
 }
 
 /* Stretches of p, cut where the strips (zones of jumps) begin and end. `stands`: at both ends, and only there. */
 void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
-    double top = e->plan.ext_speed < NEVER ? p->v_hard : p->feed > 0 ? lesser(p->v_hard, OVER_FEED * p->feed) : p->v_hard;
+    double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, e->plan.reserve_override);
     builder b = {.e = e, .p = p, .c = c, .spans = spans, .rows = rows, .scale = p->whole / curve_length(c), .fast2 = top * top};
     b.spare = c->cells + n + HALVINGS;
-    knot from, to;
-    knot_behind(&b, 0.0, &from);
+    place from = {0}, to;
     for (int k = 0; k < n; k++) {
-        double end = k + 1 == n ? p->length : from.s + strips[k].length;
-        if (!(end > from.s)) continue;
-        knot_behind(&b, end, &to);
+        double end = k + 1 == n ? p->length : from.at.s + strips[k].length;
+        if (!(end > from.at.s)) continue;
         b.reserve = strips[k].reserve;
         for (int i = 0; i < e->cfg.axis_count; i++) b.room[i] = USABLE * piece_a_max(e, p, i) - b.reserve[i];
+        place_behind(&b, from.at.s, &from);
+        place_behind(&b, end, &to);
         refine(&b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0);
         from = to;
     }

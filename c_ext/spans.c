@@ -17,7 +17,7 @@
 bool spans_new(engine *e) {
     uint64_t slots = 1;
     while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t stretches = (size_t)(slots * SPANS_MAX);
+    size_t stretches = (size_t)(slots * SPANS_ROOM);
     e->plan.span_mask = slots - 1;
     e->plan.spans = calloc(stretches, sizeof(span));
     e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
@@ -135,7 +135,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
     uint64_t slot = i & e->plan.span_mask;
-    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * SPANS_MAX * SPAN_ROW * (uint64_t)e->cfg.axis_count};
+    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * SPANS_ROOM * SPAN_ROW * (uint64_t)e->cfg.axis_count};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
