@@ -14,6 +14,7 @@
 #define LENGTH_MISS 1e-6    /* mm by which the row's length and start may differ from its coefficients' */
 #define CELL_LEAST 1e-7     /* mm: what is left of a cell counts as the next one's */
 #define BOUND_POINTS 5      /* per cell */
+#define OVER_FEED 2.0       /* the largest override */
 #define BETWEEN 1.2         /* speeds squared may be that much larger between them */
 
 static uint16_t main_mask(const engine *e) {
@@ -213,7 +214,7 @@ void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
 /* Constant bounds over `length` mm of a cell. */
 void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out) {
     cell_bounds b = bound_cell(curve_of(e, p), cell);
-    double feed = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, e->plan.reserve_override);
+    double feed = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
     *out = (span){.length = length, .v_hard = speed_bound(e, p, &b, reserve)};
     out->accel = accel_bound(e, p, &b, reserve, fmin(out->v_hard, feed));
 }

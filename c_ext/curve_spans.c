@@ -18,6 +18,8 @@
 #define HALVINGS 6
 #define STOP_HALVINGS 3  /* at least, between two standstills */
 #define SHORTEST_MM 1e-5
+#define OVER_FEED 2.0    /* the largest override: what is planned under a lower one must hold when it comes */
+#define ROUNDING 1e-9
 #define TINY_MM 1e-9
 
 typedef struct builder {
@@ -28,7 +30,7 @@ typedef struct builder {
     double *rows, scale, room[NC_AXES];
     double fast2;         /* speeds squared that occur at the most: feed and override */
     const double *reserve;
-    int spare;            /* stretches kept for constant bounds of what is still to come */
+    int strips;
 } builder;
 
 /* Largest path acceleration, speed squared. */
@@ -114,7 +116,7 @@ static void add_stretch(builder *b, const place *from, const place *to, const do
     extent most = extent_between(from, to);
     for (int i = 0; i < b->c->axes; i++) {
         double steps = 0.5 * h * fabs(to->at.d2[i] - from->at.d2[i]), bend = 0.125 * h * h * fourth[i];
-        slack[i] = 0.125 * h * h * third[i];
+        slack[i] = 0.125 * h * h * third[i] + ROUNDING;
         double loss = (slack[i] + steps) * most.u + bend * most.x;
         if (!(loss <= GIVEN_UP * b->room[i])) {
             add_constant(b, from->at.s, to->at.s);
@@ -152,13 +154,20 @@ static void add_stretches(builder *b, const place *from, const place *to, int n,
     add_stretch(b, &last, to, third, fourth);
 }
 
+/* As many stretches as constant bounds from the parameter w on can take. */
+static int most_constant(const builder *b, double w) {
+    int cells = 0;
+    for (int k = 0; k < b->c->cells; k++) cells += b->p->dir > 0 ? b->c->w[k + 1] > w : b->c->w[k] < w;
+    return cells + b->strips + HALVINGS;
+}
+
 static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least);
 
 /* From one place to another; cut in halves at least `least` times, `halvings` at the most. */
 static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
     double third[NC_AXES], fourth[NC_AXES];
     if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
-    int left = (int)SPANS_MAX - (int)b->p->span_count - b->spare;
+    int left = (int)SPANS_MAX - (int)b->p->span_count - most_constant(b, from->at.w);
     bool sure = curve_certify(b->c, from->at.w, to->at.w, third, fourth);
     int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX;
     if (n > AT_ONCE && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
@@ -180,9 +189,9 @@ static bool cut_in_halves(builder *b, const place *from, const place *to, int ha
 /* Stretches of p, cut where the strips (zones of jumps) begin and end. `stands`: at both ends, and only there. */
 void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
-    double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, e->plan.reserve_override);
-    builder b = {.e = e, .p = p, .c = c, .spans = spans, .rows = rows, .scale = p->whole / curve_length(c), .fast2 = top * top};
-    b.spare = c->cells + n + HALVINGS;
+    double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
+    builder b = {.e = e, .p = p, .c = c, .spans = spans, .rows = rows, .scale = p->whole / curve_length(c), .fast2 = top * top,
+                 .strips = n};
     place from = {0}, to;
     for (int k = 0; k < n; k++) {
         double end = k + 1 == n ? p->length : from.at.s + strips[k].length;
