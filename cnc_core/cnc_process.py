@@ -256,10 +256,10 @@ class CncProcess:
     def _first_scan(self) -> bool:
         """Until the PLC has scanned once, so that what it commands before the start counts; False if it was lost.
 
-        A client that steps the cell by hand does not scan: the first cycle that it releases stands for it.
+        A client that asks or steps by hand does not scan (``scans_due`` 0, or it releases a cycle).
         """
         plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
-        while not self.stop_signal and plc.attached and not plc.scans and time.monotonic() < until:
+        while not self.stop_signal and plc.attached and plc.scans_due and not plc.scans and time.monotonic() < until:
             if self._released():
                 break
             self._look_at_plc()
