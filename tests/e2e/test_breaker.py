@@ -249,7 +249,7 @@ PATIENT = "import cnc_core.cnc_process as p; p.FIRST_SCAN_S = 1e9; from cnc_core
 
 @pytest.mark.parametrize("clock", ["realtime", "freerun", "lockstep"])
 def test_a_client_without_a_scan_is_not_waited_for(program: Write, clock: str) -> None:
-    """Who connects by hand is no scan runtime: the program starts when it attaches, however long a first scan may take."""
+    """Who connects by hand is no scan runtime: the program starts when it attaches, whatever a first scan may take."""
     name = f"hli-test-{os.getpid()}"
     arguments = ["cnc", str(program(T1)), "--name", name, "--clock", clock]
     cnc = subprocess.Popen([sys.executable, "-P", "-c", PATIENT, *arguments], stderr=subprocess.PIPE)
