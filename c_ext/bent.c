@@ -13,6 +13,7 @@
 #define SHORTEST_MM 1e-12
 #define INSIDE 0.0005      /* of the limits: what the chord of a row over a part of a stretch may miss */
 #define TANGENT_SHARE 0.5  /* change of q' up to which that tangent is taken */
+#define HOLD_PARTS 6.0     /* of a stretch that a feed hold brakes over, each as hard as its own limits allow */
 #define HOP 0.5            /* share of the limits used between two standstills without a knot between */
 #define LONG 0.5           /* stretches longer than this share of the way of a ramp may need more than one u */
 #define WORTH 0.8          /* they do if what one u reaches is below this share of what is possible where they begin */
@@ -247,16 +248,22 @@ static bent_step fine_forward(const span *sp, const part *o, double s, double x,
     return best;
 }
 
-/* As hard down as the limits allow where the path is, not at the far end of a long stretch. */
-static bent_step brake(const span *sp, double s, double x, const part *o, bool is_long) {
-    double low = -range_here(o, x).low, way = low > 0.0 ? 1.05 * x / (2.0 * low) : o->h;
-    if (!is_long || way >= o->h) return brake_over(o, x);
+/* As hard down as the limits allow over the next `way` mm, not as at the far end of the stretch. */
+static bent_step brake_near(const span *sp, double s, double x, double way) {
     span near;
     double rows[ROW * NC_AXES];
     part first;
     sub_span(sp, s, lesser(sp->length, s + greater(way, SHORT_MM)), &near, rows);
     part_from(&near, 0.0, &first);
     return brake_over(&first, x);
+}
+
+/* As hard down as the limits allow. The stored tail takes whole stretches, a hold parts of them. */
+static bent_step brake(const span *sp, double s, double x, const part *o, bool is_long, bool tail) {
+    double low = -range_here(o, x).low, way = low > 0.0 ? 1.05 * x / (2.0 * low) : o->h;
+    if (!tail) way = lesser(way, greater(sp->length / HOLD_PARTS, SHORT_MM));
+    else if (!is_long) return brake_over(o, x);
+    return way >= o->h ? brake_over(o, x) : brake_near(sp, s, x, way);
 }
 
 /* Whether more than one u would be worth it over the rest of the stretch. */
@@ -277,7 +284,7 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
         if (bend * top > 1.0) top = 1.0 / bend;
     }
     bool is_long = o.h * 2.0 * stand > LONG * greater(top, x);
-    if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, is_long || o.h * 2.0 * stand > LONG * x);
+    if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, is_long || o.h * 2.0 * stand > LONG * x, braking);
     double end = lesser(lesser(next, soft2), o.end_cap2), inv_h = 0.5 / o.h;
     if (x + end <= STANDS && !is_long) return hop(&o, soft2);
     range r = range_at(&o, x, -NEVER, NEVER);
