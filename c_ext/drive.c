@@ -21,6 +21,7 @@
 #define STAND_SPEED 1.0    /* mm/s: corners that had to be passed below it are stood at */
 #define STOP_MARGIN 0.98   /* of the estimated stopping distance: a stand nearer than that is not tried */
 #define BRAKES_AHEAD 1.6   /* window in planner intervals, over the stopping distance from full speed */
+#define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
 #define MAX_KNOTS 1000.0
 
 /* ------------------------------------------------------------------------------------------------ limits */
@@ -31,7 +32,7 @@ static jerk_config config_of(const engine_config *cfg) {
         c.a_max[i] = cfg->a_max[i];
         c.j_max[i] = cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
     }
-    c.window_knots = (int)fmin(MAX_KNOTS, fmax(2.0 * cfg->window, 64.0 + BRAKES_AHEAD * jerk_stop_knots(&c)));
+    c.window_knots = (int)fmin(MAX_KNOTS, fmax(KNOTS_PER_BLOCK * cfg->window, 64.0 + BRAKES_AHEAD * jerk_stop_knots(&c)));
     return c;
 }
 
@@ -54,12 +55,14 @@ bool drive_new(engine *e) {
     if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;
     e->drive.planner = jerk_new(&c, 2 * c.window_knots);
     e->drive.laws = calloc((size_t)e->drive.laws_max, sizeof(jerk_law));
-    return e->drive.planner && e->drive.laws;
+    for (int i = 0; i < 2; i++) e->plan.tails[i].place = calloc((size_t)e->drive.laws_max, sizeof(uint32_t));
+    return e->drive.planner && e->drive.laws && e->plan.tails[0].place && e->plan.tails[1].place;
 }
 
 void drive_free(engine *e) {
     jerk_free(e->drive.planner);
     free(e->drive.laws);
+    for (int i = 0; i < 2; i++) free(e->plan.tails[i].place);
 }
 
 /* ------------------------------------------------------------------------------------------------ path */
@@ -293,10 +296,16 @@ static void restart(engine *e) {
     d->has_last = d->open = d->restart = false;
 }
 
+/* Pieces change: what the tails were written from does not hold any more. */
+static void forget_tails(engine *e) {
+    for (int i = 0; i < 2; i++) e->plan.tails[i].edition = 0;
+}
+
 /* The run ring is fed anew from `head` on. */
 void drive_cut_run(engine *e, uint64_t head) {
     drive *d = &e->drive;
     if (!d->planner || d->next < head || d->restart) return;
+    forget_tails(e);
     int64_t n = jerk_ahead(d->planner);
     while (n > 0 && jerk_path(d->planner, n - 1)->tag >= head) n--;
     jerk_cut(d->planner, n, 0.0);
@@ -311,6 +320,7 @@ void drive_cut_run(engine *e, uint64_t head) {
 void drive_shorten(engine *e, uint64_t i, double s) {
     drive *d = &e->drive;
     if (!d->planner || d->restart || d->next < i || (d->next == i && d->at <= s)) return;
+    forget_tails(e);
     int64_t n = jerk_ahead(d->planner);
     while (n > 0 && jerk_path(d->planner, n - 1)->tag == i && jerk_path(d->planner, n - 1)->offset >= s - TINY_MM) n--;
     if (n > 0 && jerk_path(d->planner, n - 1)->tag == i) jerk_cut(d->planner, n - 1, s - jerk_path(d->planner, n - 1)->offset);
@@ -422,17 +432,37 @@ static void write_commit(engine *e, writer *w, bool changed) {
     w->v = jerk_speed(j);
 }
 
+/* The buffer holds this very plan already: it only begins later. */
+static bool tail_continues(engine *e, tail *t, const writer *from) {
+    const jerk_planner *j = e->drive.planner;
+    jerk_law law;
+    if (t->edition == 0 || t->edition != jerk_edition(j) || !(from->v > 0.0) || jerk_tail(j, &law, 1) != 1) return false;
+    t->first = t->place[jerk_used(j) - t->from];
+    while (steps_over(e, t->phases[t->first].piece) && t->phases[t->first].piece < from->piece) t->first++; /* events that are committed */
+    uint32_t i = t->first;
+    while (steps_over(e, t->phases[i].piece)) i++;
+    writer w = {.e = e, .out = t->phases, .count = i, .budget = NEVER};
+    write_law(&w, &law); /* a part of it may have been handed out */
+    return true;
+}
+
 /* What is left of the plan; false if it finds no room. */
 static bool write_tail(engine *e, tail *t, const writer *from) {
     drive *d = &e->drive;
+    if (tail_continues(e, t, from)) return true;
     writer w = {.e = e, .out = t->phases, .max = e->plan.tail_max, .piece = from->piece, .s = from->s, .v = from->v, .budget = NEVER};
     int64_t n = from->v > 0.0 ? jerk_tail(d->planner, d->laws, d->laws_max) : 0;
+    t->edition = 0;
     for (int64_t i = 0; i < n; i++) {
+        t->place[i] = w.count;
         pass_events(&w, d->laws[i].tag);
         if (writer_full(&w)) return false;
         write_law(&w, &d->laws[i]);
     }
+    t->first = 0;
     t->count = w.count;
+    t->edition = n > 0 ? jerk_edition(d->planner) : 0;
+    t->from = jerk_used(d->planner);
     t->piece = w.piece;
     t->s = w.s;
     return n < d->laws_max;

@@ -21,6 +21,7 @@ int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n) {
         if (error) return i > 0 ? i : error;
         p->ring[p->tail & p->mask] = *q;
         p->tight[p->tail & p->mask] = 1.0;
+        p->steps[p->tail & p->mask] = interval_steps(p, q);
         p->tail++;
         p->finished = false;
     }
