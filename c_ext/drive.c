@@ -9,7 +9,7 @@
 #include "engine_internal.h"
 
 #define TURN_STEP 0.1      /* rad of turn over an interval */
-#define CURVE_MISS 0.03     /* of the third derivative: beyond it an interval of a curve is halved, ... */
+#define CURVE_MISS 0.006    /* of the third derivative: beyond it an interval of a curve is halved, ... */
 #define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
 #define CURVE_SHORTEST 2e-3 /* mm */
 #define CURVE_NOISE 1e-3
@@ -187,17 +187,23 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
     return q;
 }
 
-/* Whether the planner's polynomial over q (jerk_knots.c) has the third derivative of the curve in the middle too. */
-static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) {
+/* How far the third derivative of the planner's polynomial over q (jerk_knots.c) misses the curve at the share t, over the largest of
+ * the interval: each axis by its jerk limit. */
+static double curve_miss(const engine *e, const piece *p, const jerk_interval *q, double t) {
     double d1[NC_AXES], d2[NC_AXES], d3[NC_AXES], most = 0.0, miss = 0.0;
-    derivatives(e, p, q->offset + 0.5 * q->length, d1, d2, d3);
+    derivatives(e, p, q->offset + t * q->length, d1, d2, d3);
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double middle = 1.5 * (q->d2[1][i] - q->d2[0][i]) / q->length - 0.25 * (q->d3[0][i] + q->d3[1][i]);
-        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : NEVER;
-        miss = fmax(miss, fabs(middle - d3[i]) - CURVE_NOISE * j / (v * v * v)); /* too little to matter at any speed */
-        most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))));
+        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : e->cfg.a_max[i] / e->cfg.cycle_s;
+        double off = fabs(jerk_third(q, t, i) - d3[i]) - CURVE_NOISE * j / (v * v * v); /* too little to matter at any speed */
+        miss = fmax(miss, off / j);
+        most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))) / j);
     }
-    return miss <= CURVE_MISS * most;
+    return miss > 0.0 ? miss / most : 0.0;
+}
+
+/* What misses evenly shows in the middle, what misses to either side at a quarter. */
+static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) {
+    return curve_miss(e, p, q, 0.5) <= CURVE_MISS && curve_miss(e, p, q, 0.25) <= CURVE_MISS;
 }
 
 /* The next interval of the path of a piece. */

@@ -40,6 +40,12 @@ static void inside(const jerk_interval *in, double t, int a, double *d1, double 
     *d3 = (2.0 * w + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5))) / (h * h);
 }
 
+double jerk_third(const jerk_interval *q, double t, int axis) {
+    double d1, d2, d3;
+    inside(q, t, axis, &d1, &d2, &d3);
+    return d3;
+}
+
 /* The part of an interval between two lengths of it. */
 void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out) {
     bool whole_start = from <= 0.0, whole_end = to >= in->length;

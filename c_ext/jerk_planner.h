@@ -74,6 +74,7 @@ double jerk_stop_knots(const jerk_config *config);  /* such intervals from full 
 
 int64_t jerk_room(const jerk_planner *p);
 int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n); /* taken, or a JERK_ error */
+double jerk_third(const jerk_interval *q, double t, int axis); /* third derivative that the planner takes at the share t of q */
 void jerk_finish(jerk_planner *p, int finished);    /* no more intervals will come (or they will again) */
 void jerk_override(jerk_planner *p, double feed, double rapid);
 void jerk_hold(jerk_planner *p, int hold);
