@@ -181,10 +181,13 @@ typedef struct marked_log {
 } marked_log;
 
 typedef struct tail {
-    phase *phases;
-    uint32_t count;
+    phase *phases;  /* first .. count - 1 */
+    uint32_t first, count;
     uint64_t piece; /* where it comes to rest */
     double s;
+    uint64_t edition; /* of the jerk-limited plan that it was written from (0: none); */
+    int64_t from;     /* law `from + i` of it, with the events ahead of it, begins at place[i] */
+    uint32_t *place;
 } tail;
 
 typedef struct need_key {
