@@ -2,9 +2,10 @@
 
 A ``PATH_MODE`` row holds until the next one.  ``code``: the length that F counts along (``PATH`` .. ``PLANE_OR_ALL``).
 ``degree``, ``fill_1``: channel indices of the plane's axes; ``plane``: index of the tangential axis or 255 (each axis
-outside the plane), ``length`` its largest speed (0: none).  ``pool``: the corner test (``NO_TEST`` .. ``SPATIAL_ANGLE``); ``angle``: rad, larger turns
-stop; ``radius``: rad, where slowing down begins (0: never); ``value``: smallest factor of the feed at a corner;
-``end``: largest change of direction per axis (0: not tested).  ``programmed_radius``: mm/s2 on arcs (0: no limit).
+outside the plane), ``length`` its largest speed (0: none).  ``pool``: the corner test (``NO_TEST`` ..
+``SPATIAL_ANGLE``); ``angle``: rad, larger turns stop; ``radius``: rad, where slowing down begins (0: never);
+``value``: smallest factor of the feed at a corner; ``end``: largest change of direction per axis (0: not tested).
+``programmed_radius``: mm/s2 on arcs (0: no limit).
 
 Corners that stop get ``EXACT_STOP``, corners that slow down ``end_speed``.  Motions that stop at their end anyway are
 not judged.  The last motion, and what stands behind it, waits for the next.

@@ -68,7 +68,7 @@ def test_the_fast_search_overruns_the_sensor(tmp_path):
 
 
 def test_absolute_encoder(tmp_path):
-    """Mode 64: nothing is searched, the encoder says the position; RZERO_OFFSET is driven, RZERO_PRESET counts if given."""
+    """Mode 64: no search, the encoder says the position; RZERO_OFFSET is driven, RZERO_PRESET counts if given."""
     config = "[isons]\nRZERO_MODE_X = 64\n"
     assert run(tmp_path, "G1X7F1\nG71X\n$A=$_Q0\n", config + SENSORS).variable("A") == 3
     out = run(tmp_path, "G1X7F1\nG71X\n$A=$_Q0\n", config + "RZERO_OFFSET_X = 2000\n" + SENSORS)
