@@ -211,8 +211,8 @@ class Preparation:
         elif item is None and self.pause.active:
             self.pause.ended()
         elif item is None:
-            for report in self.program.filter_reports:
-                self.port.message(str(report))
+            for text in self.program.filter_texts:
+                self.port.message(text)
             self._end(None)
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")

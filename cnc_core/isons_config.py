@@ -47,6 +47,8 @@ class HomingConfig(_Table):
     index: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.0
     index_offset: Finite = 0.0
     absolute: Finite | None = None
+    limit_negative: Finite | None = None
+    limit_positive: Finite | None = None
 
 
 def _whole_keys(table: dict[str, Any], what: str, highest: int) -> dict[str, Any]:

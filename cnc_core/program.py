@@ -19,6 +19,7 @@ from .errors import ERRORS, CncError, Place
 from .frontend.machine import ProgramMachine
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
 from .geometry.corner import Corners
+from .geometry.driven import Driven, Tap
 from .geometry.feed_control import FeedControl
 from .geometry.frames import Frames
 from .geometry.low_pass import LowPass
@@ -164,6 +165,8 @@ class Program:
         )
         self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance, described=programmed)
         self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
+        self._taps = [Tap(machine.start, machine.main, stage.code) for stage in self.filters]
+        self.filtered = Tap(machine.start, machine.main)  # deviations of all filters together
         self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
         contour: list[Stage] = [
             Corners(machine.start, machine.main, self._place),
@@ -171,11 +174,13 @@ class Program:
             DropZeroLength(),
             Orbit(machine.start, machine.main, self._place),
             Spline(machine.start, machine.main, self._place),
-            *self.filters,
+            self.filtered,
+            *(stage for pair in zip(self._taps, self.filters, strict=True) for stage in pair),
             DropZeroLength(),
             PathMode(machine.start, machine.main),
             self.contouring,
             self.smoothing,
+            Driven(machine.start, machine.main, [self.filtered, *self._taps]),
         ]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         machines = dict(cell.kinematic_machines)  # profiles add their own
@@ -195,8 +200,19 @@ class Program:
 
     @property
     def filter_reports(self) -> list[FilterReport]:
-        """Of the filters that have been used."""
+        """Of the filters that have been used; deviations of what is driven from what came into each."""
+        for tap, stage in zip(self._taps, self.filters, strict=True):
+            stage.report.deviation_mm, stage.report.cut_mm = tap.deviation_mm, tap.cut_mm
         return [stage.report for stage in self.filters if stage.report.blocks_in]
+
+    @property
+    def filter_texts(self) -> list[str]:
+        """What the filters have done, for the operator; of several together a line behind their own."""
+        reports, whole = self.filter_reports, self.filtered
+        texts = [str(report) for report in reports]
+        if len(reports) > 1:
+            texts.append(f"filters: deviation {whole.deviation_mm:.6f} mm, cut off {whole.cut_mm:.6f} mm")
+        return texts
 
     @property
     def errors(self) -> list[CncError]:

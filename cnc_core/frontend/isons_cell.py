@@ -40,7 +40,8 @@ class HomingSensors:
 
     ``negative``, ``positive``: where the sensor of a direction switches on; ``release``: how far back it switches off.
     ``index``: distance of the encoder's index marks, 0 none; ``index_offset``: position of one of them.
-    ``absolute``: what an absolute encoder says where the axis stands.
+    ``absolute``: what an absolute encoder says where the axis stands.  ``limit_negative``, ``limit_positive``: where
+    the limit switches of the drive switch on.
     """
 
     negative: float | None = None
@@ -49,6 +50,8 @@ class HomingSensors:
     index: float = 0.0
     index_offset: float = 0.0
     absolute: float | None = None
+    limit_negative: float | None = None
+    limit_positive: float | None = None
 
 
 @dataclass(frozen=True)

@@ -65,6 +65,23 @@ def test_g68_transports_the_other_axes(tmp_path):
     assert caught.value.code == 909117
 
 
+def test_g68_without_a_tangential_axis_limits_every_transported_one(tmp_path):
+    """G69 names none: X holds for whichever axis outside the plane is moved; -1 transports none, 0 all."""
+    text = "G60\nG69X200\nG68X{}\nF6\nG1X3{}4\n"
+    for axis in "ZA":
+        feed = [run(tmp_path, text.format(limit, axis)).moves[0] for limit in (0, 10, 1, -1)]
+        along = [row["feed"] * (5 / row["length"] if axis == "Z" else 1.0) for row in feed]
+        fast = 100 * 5 / 3 if axis == "Z" else 100
+        assert along == pytest.approx([fast, fast, 100, 100] if axis == "Z" else [100, 100, 60, 60])
+
+
+def test_g48_tells_its_name_once(tmp_path):
+    """The text of an error begins with what it is about."""
+    with pytest.raises(CncError) as caught:
+        run(tmp_path, "G48X\n")
+    assert caught.value.text == "G48: the axis lies in the plane (X)"
+
+
 def corner(folder, degrees, config=""):
     """The first of two motions with this turn between them."""
     turn = math.radians(degrees)

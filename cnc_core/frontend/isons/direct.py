@@ -9,7 +9,8 @@ from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.probe import trip
 from cnc_core.frontend.base.scanner import MotionWords, Row
-from cnc_core.frontend.isons.homing import ABSOLUTE, NoSensorError, Speeds, search
+from cnc_core.frontend.isons.homing import NoMethodError, NoSensorError, Speeds, search
+from cnc_core.frontend.isons.homing_modes import ABSOLUTE
 from cnc_core.frontend.isons.parameters import acceleration
 from cnc_core.frontend.isons.text import AXIS_LETTERS
 from cnc_core.frontend.isons_cell import HomingSensors
@@ -95,9 +96,10 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     overrun = (fast / PER_MINUTE) ** 2 / (2.0 * accel) if accel > 0.0 else 0.0
     sensors = executor.cell.homing.get(letter, HomingSensors())
     here = float(executor.modal.position[axis])
-    low, high = executor.output.limits.low[axis], executor.output.limits.high[axis]
     try:
-        ways = search(mode, here, sensors, Speeds(fast, slow, overrun), float(low), float(high))
+        ways = search(mode, here, sensors, Speeds(fast, slow, overrun))
+    except NoMethodError as wrong:
+        raise fail(909161, f"G71 {letter}: {wrong}", offset) from None
     except NoSensorError as missing:
         raise fail(1005, f"G71 {letter}: {ERRORS[1005]}: {missing}", offset) from None
     reference = ways[-1].target if ways else here
@@ -112,9 +114,16 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     if seconds * 1000.0 > p["TIME_OUT_HOME"]:
         raise fail(1005, f"G71 {letter}: {ERRORS[1005]} ({seconds:g} s)", offset)
     preset = p[f"RZERO_PRESET_{letter}"] * unit
-    if mode == ABSOLUTE and sensors.absolute is not None:
-        preset = sensors.absolute
+    if mode == ABSOLUTE and not p.given(f"RZERO_PRESET_{letter}"):  # the encoder says where the axis is
+        preset = _encoder(sensors, letter, offset) + float(place[axis]) - here
     executor.frame.home[axis] = float(place[axis]) - preset
     executor.frame.update()
     executor.homed.add(axis)
     return rows
+
+
+def _encoder(sensors: HomingSensors, letter: str, offset: int) -> float:
+    if sensors.absolute is None:
+        text = f"G71 {letter}: {ERRORS[1005]}: the axis has no absolute encoder (absolute of its homing table)"
+        raise fail(1005, text, offset)
+    return sensors.absolute

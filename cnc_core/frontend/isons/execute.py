@@ -255,6 +255,11 @@ class Executor:
         known = {**self.cell.tools, **self.machine.tools}
         if number != int(number) or number < 0 or (number and known and number not in known):
             raise fail(900014, f"T{number:g}: the machine has no such tool", offset)
+        if number and not known and not self._without_tools_told:
+            self._without_tools_told = True
+            self.warn(907042, f"T{number:g}: the machine has no tool table, diameter and length are 0", offset)
+
+    _without_tools_told = False
 
     def _speed(self, words: Words) -> list[Row]:
         speed = words.take("S")
@@ -436,7 +441,7 @@ class Executor:
         if len(axes) != 1:
             raise fail(900004, "G48: one axis is expected", offset)
         if axes[0] in self.plane_pair:
-            raise fail(909114, f"G48 {self.machine.axes[axes[0]]}: {ERRORS[909114]}", offset)
+            raise fail(909114, f"{ERRORS[909114]} ({self.machine.axes[axes[0]]})", offset)
         self.depth_axis = axes[0]
         self.modes_changed = True
 
