@@ -56,13 +56,24 @@ def pieces(curve: PPoly, main: int = 3) -> tuple[FloatArray, FloatArray, FloatAr
 
 
 def deviation(coef: FloatArray, ends: FloatArray, pos: FloatArray) -> float:
-    """Largest distance of the positions from the curve: nearest dense samples, then the exact feet on their pieces."""
+    """Largest distance of the positions from the curve: nearest dense samples, then the exact feet on their pieces.
+
+    Where the curve passes twice within the samples' distance the nearest one may be the other pass's: some more are tried.
+    """
     unit = normalised(coef, ends)
     w = np.linspace(0.0, 1.0, 200)
     dense = np.einsum("nak,kg->nga", unit, w ** np.arange(coef.shape[2])[:, None])
-    _, near = cKDTree(dense.reshape(-1, dense.shape[2])).query(pos)
-    candidates = [np.clip(near // len(w) + k, 0, len(unit) - 1) for k in (-1, 0, 1)]
-    return float(np.min([distance(unit[c], pos) for c in candidates], axis=0).max())
+    tree = cKDTree(dense.reshape(-1, dense.shape[2]))
+
+    def feet(near: Any, pos: FloatArray) -> FloatArray:
+        candidates = [np.clip(near // len(w) + k, 0, len(unit) - 1) for k in (-1, 0, 1)]
+        return np.asarray(np.min([distance(unit[c], pos) for c in candidates], axis=0))
+
+    far = feet(tree.query(pos)[1], pos)
+    for i in np.flatnonzero(far > 1e-6):
+        near = np.unique(tree.query(pos[i], 40)[1])
+        far[i] = feet(near, np.repeat(pos[i : i + 1], len(near), axis=0)).min()
+    return float(far.max())
 
 
 def cell_of(rng: np.random.Generator, names: str = "XYZ") -> CellConfig:
