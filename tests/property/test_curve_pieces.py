@@ -58,7 +58,7 @@ def pieces(curve: PPoly, main: int = 3) -> tuple[FloatArray, FloatArray, FloatAr
 def deviation(coef: FloatArray, ends: FloatArray, pos: FloatArray) -> float:
     """Largest distance of the positions from the curve: nearest dense samples, then the exact feet on their pieces.
 
-    Where the curve passes twice within the samples' distance the nearest one may be the other pass's: some more are tried.
+    Where the curve passes twice within the samples' distance the nearest one may be of the other pass: more are tried.
     """
     unit = normalised(coef, ends)
     w = np.linspace(0.0, 1.0, 200)
