@@ -65,7 +65,7 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
-    """(n,) distance of each position (n, axes) from its polynomial over 0..1: Newton from the nearest chords of a grid."""
+    """(n,) distance of each position (n, axes) from its polynomial over 0..1, by Newton from the nearest chords."""
     w = np.linspace(0.0, 1.0, grid + 1)
     points = np.einsum("nak,kg->nga", coef, w ** np.arange(coef.shape[2])[:, None])
     off, chord = points - pos[:, None, :], np.diff(points, axis=1)
