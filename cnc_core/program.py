@@ -191,6 +191,7 @@ class Program:
             (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
             AxisDynamics(*(cell.axis_values(name) for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3"))),
             cell.cycle_s,
+            described=programmed,
         )
         self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
         self.limits = AxisLimits(cell, self._place)
