@@ -365,14 +365,12 @@ class IsonsFrontEnd(BlockReader):
         executor = self.executor
         if self.compensated or executor.tip.on:
             return True
-        held = executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
-        return held and not self.has_go_block
+        return executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
 
     @property
-    def has_go_block(self) -> bool:
-        """There is a macro M_GOBLOCK."""
-        number = self.macros.event("M_GOBLOCK")
-        return number is not None and self.macros.find("M", number) is not None
+    def go_block_macro(self) -> Path | None:
+        """The macro M_GOBLOCK, None if there is none."""
+        return self.pause_macro("M_GOBLOCK")
 
     def go_on(self) -> BlockBatch:
         """The place has been found and the path is not left: functions again."""
@@ -418,10 +416,12 @@ class IsonsFrontEnd(BlockReader):
         if not jump:
             return True
         endless, checked = self._endless, self._collect
-        again = endless.came_back()
-        if not again and not (checked and endless.tired(self._steps)):
+        again, most = endless.came_back(), self.executor.cell.passes_max
+        many = bool(most) and endless.passes >= most and self.found and not self.answers
+        if not again and not many and not (checked and endless.tired(self._steps)):
             return True
         what = "comes back with everything as it was" if again else f"has come back {endless.passes} times"
+        what += " (isons.passes_max of the cell file)" if many and not checked else ""
         if not (checked and endless.moved):
             raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
         self.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
@@ -559,7 +559,7 @@ class IsonsFrontEnd(BlockReader):
         return self.executor.pause_mode
 
     def pause_macro(self, event: str) -> Path | None:
-        """Macro of M_PAUSE or M_GOPAUSE, None if there is none."""
+        """Macro of M_PAUSE, M_GOPAUSE or M_GOBLOCK, None if there is none."""
         number = self.macros.event(event)
         return None if number is None else self.macros.find("M", number)
 
@@ -568,10 +568,16 @@ class IsonsFrontEnd(BlockReader):
         """Pausing is more than to stand still."""
         return self.pause_mode == 4 or any(self.pause_macro(event) for event in PAUSE_EVENTS)
 
-    def macro_reader(self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64]) -> IsonsFrontEnd:
-        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C."""
+    def macro_reader(
+        self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64], *, going: bool = False
+    ) -> IsonsFrontEnd:
+        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C.
+
+        ``going``: to the place of a restart.
+        """
         reader = IsonsFrontEnd(path, machine, self.port, caller=self)
         reader.executor.counter = self.executor.tip.programmed(place)
+        reader.system.run_type = GO_BLOCK if going else NORMAL
         return reader
 
     def return_speed(self) -> float:
