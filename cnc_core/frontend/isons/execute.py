@@ -146,6 +146,7 @@ class Executor:
             and self.transform.identity
             and self.output.plain
             and not self.modes.mild_on
+            and not self.modes_changed  # the stages are told by the next block
             and not any(self.rotary_modes.values())
         )
 
