@@ -311,7 +311,7 @@ class Program:
             return begin if len(begin) else item
         before = Program(
             macro, self.cell, self.dialect, self.port, start=self._start,
-            reader=lambda machine: reader.macro_reader(macro, machine, passed.place, going=True),
+            reader=lambda machine: reader.macro_reader(macro, machine, passed.place, run_type=reader.SEARCHING),
         )  # fmt: skip
         self._approach = Approach(before, passed.place, rest)
         return self._again if len(self._again) else self.read()

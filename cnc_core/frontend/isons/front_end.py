@@ -62,7 +62,7 @@ LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
 SHARED_WORDS = (900005, 900011, 908005)  # words of several functions in one block
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
-NORMAL, GO_BLOCK = 0, 2  # $_X7
+NORMAL, GO_BLOCK, RETRACE = 0, 2, 3  # $_X7
 M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 Items = Sequence[Row | Wait]
@@ -559,9 +559,16 @@ class IsonsFrontEnd(BlockReader):
         return self.executor.pause_mode
 
     def pause_macro(self, event: str) -> Path | None:
-        """Macro of M_PAUSE, M_GOPAUSE or M_GOBLOCK, None if there is none."""
+        """Macro of M_PAUSE, M_GOPAUSE, M_GOBLOCK or M_GORETRACE, None if there is none."""
         number = self.macros.event(event)
         return None if number is None else self.macros.find("M", number)
+
+    RETRACING, SEARCHING = RETRACE, GO_BLOCK
+
+    @property
+    def retrace_macro(self) -> Path | None:
+        """The macro M_GORETRACE, None if there is none."""
+        return self.pause_macro("M_GORETRACE")
 
     @property
     def pauses(self) -> bool:
@@ -569,15 +576,15 @@ class IsonsFrontEnd(BlockReader):
         return self.pause_mode == 4 or any(self.pause_macro(event) for event in PAUSE_EVENTS)
 
     def macro_reader(
-        self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64], *, going: bool = False
+        self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64], *, run_type: int = NORMAL
     ) -> IsonsFrontEnd:
         """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C.
 
-        ``going``: to the place of a restart.
+        ``run_type``: $_X7 in the macro.
         """
         reader = IsonsFrontEnd(path, machine, self.port, caller=self)
         reader.executor.counter = self.executor.tip.programmed(place)
-        reader.system.run_type = GO_BLOCK if going else NORMAL
+        reader.system.run_type = run_type
         return reader
 
     def return_speed(self) -> float:

@@ -9,7 +9,6 @@ from cnc_core.frontend.isons_cell import EVENTS, IsonsCell
 
 CONVERTER = "nsimportfile.dll"  # may turn imported files into programs
 SUFFIXES = (".isons", ".nc", ".iso", ".txt", "")
-OWN_EVENTS = ("M_START", "M_END", "M_ERROR", "M_STOP", "M_GOBLOCK", "M_PAUSE", "M_GOPAUSE")  # retracing is the engine's
 
 
 class Macros:
