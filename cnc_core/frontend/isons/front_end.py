@@ -48,6 +48,7 @@ from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.retained import take_over
+from cnc_core.frontend.isons.selections import check_tool
 from cnc_core.frontend.isons.store import Store, UserScope
 from cnc_core.frontend.isons.system import System
 from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
@@ -453,7 +454,7 @@ class IsonsFrontEnd(BlockReader):
         """RESUME_T: back to the block of the last T, which then takes another tool; out of macros too."""
         if self._tool_place is None or len(self.flow.levels) < self._tool_place[0]:
             raise fail(909172, ERRORS[909172], offset)
-        self.executor.check_tool(number, offset)
+        check_tool(self.executor, number, offset)
         levels, mark, nest = self._tool_place
         del self.flow.levels[levels:]
         self.flow.level = self.flow.levels[-1]
