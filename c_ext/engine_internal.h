@@ -435,7 +435,8 @@ struct engine {
     engine_mode_command mode_command;
     bool watch_alive, watch_missed;
     double watch_since;
-    int watchdog_event, errors_lock;
+    int watchdog_event, retraced_event, errors_lock;
+    bool was_backward;        /* the last motion */
     engine_error errors[ERRORS_MAX];
     uint64_t errors_head, errors_done;
     uint32_t errors_lost, plc_error_id, plc_error_class;

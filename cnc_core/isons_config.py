@@ -72,6 +72,7 @@ class IsonsConfig(_Table):
     macro_folder: str = "."
     app_path: str = "."
     positioners: Annotated[int, Field(ge=0, le=machine_parameters.POSITIONERS_MAX)] = 4
+    passes_max: Annotated[int, Field(ge=0)] = 100_000
     io_block: Annotated[int, Field(ge=1, le=EXTERNAL_BLOCKS - IO_BLOCKS + 1)] = 1
 
     @model_validator(mode="before")
@@ -151,6 +152,7 @@ class IsonsConfig(_Table):
             app_path=self.app_path,
             positioners=self.positioners,
             io_block=self.io_block,
+            passes_max=self.passes_max,
             homing={name: HomingSensors(**sensors.model_dump()) for name, sensors in self.homing.items()},
         )
 

@@ -59,6 +59,7 @@ class IsonsCell:
     """``parameters``: by full name.  ``origins``, ``offsets``: mm or degrees by slot and axis letter.
 
     ``canopen``: values of a node's objects by (index, subindex).  ``events``: M number of the macro by event, -1 none.
+    ``passes_max``: jumps back after which a program that no machine drives counts as endless, 0: any number.
     ``io_block``: first block of the global external variables that holds inputs, outputs, $_K and $_PARM_.
     """
 
@@ -73,4 +74,5 @@ class IsonsCell:
     app_path: str = "."
     positioners: int = 4
     io_block: int = 1
+    passes_max: int = 100_000
     homing: dict[str, HomingSensors] = field(default_factory=dict)

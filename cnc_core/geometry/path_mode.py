@@ -7,8 +7,9 @@ outside the plane), ``length`` its largest speed (0: none).  ``pool``: the corne
 ``value``: smallest factor of the feed at a corner; ``end``: largest change of direction per axis (0: not tested).
 ``programmed_radius``: mm/s2 on arcs (0: no limit).
 
-Corners that stop get ``EXACT_STOP``, corners that slow down ``end_speed``.  Motions that stop at their end anyway are
-not judged.  The last motion, and what stands behind it, waits for the next.
+Corners that stop get ``EXACT_STOP``, corners that slow down ``end_speed``; what is in force at the motion behind a
+corner judges it.  Motions that stop at their end anyway are not judged.  The last motion, and what stands behind it,
+waits for the next.
 """
 
 from __future__ import annotations
@@ -103,8 +104,8 @@ class PathMode:
             out.append(self._rows(BlockBatch(batch.rows[begin:place], batch.pool)))
             begin = int(place) + 1
             if place < len(batch) and batch.rows["type"][place] == PATH_MODE:
-                out.append(self.drain())
                 self._settings = Settings.of(batch.rows[place], self._count)
+                out.append(BlockBatch.empty() if self._settings.acts else self.drain())
         return joined([part for part in out if len(part)])
 
     def drain(self) -> BlockBatch:
@@ -202,10 +203,11 @@ class PathMode:
         self._held = BlockBatch.empty()
         rows = batch.rows
         moving = np.flatnonzero((rows["type"] <= POLYNOMIAL) & ((rows["flags"] & ELEMENT) == 0))
-        if self._settings.test == NO_TEST or not len(moving):
+        if not len(moving):
             return batch
         if len(moving) > 1:
-            self._corners(rows, moving, start)
+            if self._settings.test != NO_TEST:
+                self._corners(rows, moving, start)
             start = rows["end"][moving[-2], : self._count].copy()
         last = int(moving[-1])
         stands = rows["flags"][last] & EXACT_STOP or (rows["flags"][last + 1 :] & STANDSTILL).any()

@@ -440,3 +440,16 @@ def test_tools_of_a_machine_without_a_table(tmp_path):
         with pytest.raises(CncError) as caught:
             run(tmp_path, "G1X1\nT999\n", table)
         assert (caught.value.code, caught.value.place.line) == (900014, 2)
+
+
+def test_a_converter_of_imported_files_is_not_passed_over(tmp_path):
+    """NsImportFile.dll would read the file: refused by name, beside the program and in the application's folder."""
+    files = {"a.isons": "G1X1\n"}
+    assert len(run(tmp_path, 'IMPORT "a.isons"\n', files=files).moves) == 1
+    for place in (tmp_path, tmp_path / "app"):
+        place.mkdir(exist_ok=True)
+        (place / "NsImportFile.DLL").write_bytes(b"MZ")
+        with pytest.raises(CncError, match="NsImportFile") as caught:
+            run(tmp_path, 'G1X2\nIMPORT "a.isons"\n', '[isons]\napp_path = "app"\n')
+        assert (caught.value.code, caught.value.place.line) == (900003, 2)
+        (place / "NsImportFile.DLL").unlink()

@@ -247,3 +247,23 @@ def test_filters_leave_no_motion_without_length(tmp_path):
     config = "[probe]\nX = 9.5\n"
     out = run(tmp_path, "G60\nG69X200\nG74X1Y3\nG1X9\nX9.1\nG102X20\nG1X20\n", config, programmed=True)
     assert out.xy[:, 0].tolist() == [9, 9.1, 9.5, 20]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "stops"),
+    [
+        ("G64", "G63", False),
+        ("G63", "G64", True),
+        ("G64", 'WRITE_PARMAC "SGLP" 100', True),
+        ('WRITE_PARMAC "SGLP" 100', 'WRITE_PARMAC "SGLP" 1000', False),
+        ("G75", "G64", True),
+        ("G64", "G62", True),
+    ],
+)
+def test_a_corner_where_the_mode_changes_is_judged(tmp_path, first, second, stops):
+    """By what is in force at the motion behind it; a change of mode does not hide the corner."""
+    flags = run(tmp_path, f"G60\n{first}\nG1X10F1\n{second}\nY10\nY20\n").moves["flags"]
+    if second == "G62":
+        assert not flags.any()  # it stands anyway, by the wait
+    else:
+        assert [bool(flag & EXACT_STOP) for flag in flags] == [stops, False, False]

@@ -11,13 +11,15 @@ from cnc_core.frontend.base.probe import trip
 from cnc_core.frontend.base.scanner import MotionWords, Row
 from cnc_core.frontend.isons.homing import NoMethodError, NoSensorError, Speeds, search
 from cnc_core.frontend.isons.homing_modes import ABSOLUTE
+from cnc_core.frontend.isons.motions import in_machine_coordinates, place_of, targets
 from cnc_core.frontend.isons.parameters import acceleration
 from cnc_core.frontend.isons.text import AXIS_LETTERS
 from cnc_core.frontend.isons_cell import HomingSensors
 from cnc_core.port import Wait
 
 if TYPE_CHECKING:
-    from cnc_core.frontend.isons.execute import Array, Executor, Words
+    from cnc_core.frontend.isons.execute import Array, Executor
+    from cnc_core.frontend.isons.words import Words
 
 PER_MINUTE = 60.0
 COMMAND_MAX = 2**31
@@ -47,11 +49,11 @@ def stop(executor: Executor, offset: int) -> list[Row | Wait]:
 def probe(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
     """G102: at ACQ_VEL to the target, or to where the sensor trips."""
     executor.not_compensated("G102", offset)
-    given = executor.targets(words)
+    given = targets(executor, words)
     if not given:
         raise fail(900004, "G102: axes with their targets are expected", offset)
     start = executor.modal.position
-    place = executor.place_of(given)
+    place = place_of(executor, given)
     found = trip(start, place, executor.machine.axes, executor.machine.probe)
     if found is None:
         executor.failure = CncError(909160).at(fail(909160, ERRORS[909160], offset).place)
@@ -66,7 +68,7 @@ def probe(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
 def way(executor: Executor, place: Array, speed_mm_min: float, n: int, offset: int) -> list[Row]:
     """A straight motion to a machine position, with a stop at its end."""
     words = MotionWords(axis={i: float(value) for i, value in enumerate(place)}, n=n, motion=1)
-    rows = executor.in_machine_coordinates(words, offset)
+    rows = in_machine_coordinates(executor, words, offset)
     for row in rows:
         row["feed"] = speed_mm_min / PER_MINUTE
         row["flags"] |= EXACT_STOP | PATH_FEED
