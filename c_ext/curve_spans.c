@@ -12,10 +12,13 @@
 #include "engine_internal.h"
 
 #define USABLE 0.999     /* share of the acceleration limit that is planned with */
-#define LOSS 0.008       /* share of it that a stretch may lose before it is cut ... */
-#define GIVEN_UP 0.1     /* ... and from which on constant bounds are better */
-#define AT_ONCE 8        /* stretches that one certificate is cut into */
-#define HALVINGS 6
+#define LOSS 0.008       /* share of it that a stretch may lose before it is cut, more where there would be too many, ... */
+#define MORE_LOSS 1.5    /* ... by so much each time ... */
+#define MOST_LOSS 0.25   /* ... up to that ... */
+#define GIVEN_UP 0.3     /* ... and from which on constant bounds are better */
+#define AT_ONCE 8        /* stretches that a certificate of a whole piece is cut into ... */
+#define OF_PART 4        /* ... and one of a part */
+#define HALVINGS 8
 #define STOP_HALVINGS 3  /* at least, between two standstills */
 #define SHORTEST_MM 1e-5
 #define OVER_FEED 2.0    /* the largest override: what is planned under a lower one must hold when it comes */
@@ -30,6 +33,10 @@ typedef struct builder {
     double *rows, scale, room[NC_AXES];
     double fast2;         /* speeds squared that occur at the most: feed and override */
     const double *reserve;
+    double loss;          /* share of the acceleration that a stretch may lose before it is cut */
+    bool starved;         /* there was no room for as many stretches */
+    bool counting;        /* only how many there would be, whatever the room */
+    int count;
     int strips;
 } builder;
 
@@ -43,24 +50,28 @@ typedef struct place {
     extent most;
 } place;
 
-/* What the limits of all axes let through at a knot. On the axes the length is measured over q' is a unit vector and q''
- * is at right angles to it, so the acceleration along either is a weighted sum of theirs. */
+/* The largest u and x that meet |q' u + q'' x| <= room on all axes: two axes together bound both, one axis the one by the
+ * other. */
 static extent extent_at(const builder *b, const knot *k) {
-    const engine *e = b->e;
     const piece *p = b->p;
-    double along = 0.0, across = 0.0, u = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER, x = b->fast2;
+    double u = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER, x = b->fast2;
     for (int i = 0; i < b->c->axes; i++) {
-        double d1 = fabs(k->d1[i]), d2 = fabs(k->d2[i]), v = piece_v_max(e, p, i);
+        double v = piece_v_max(b->e, p, i), d1 = k->d1[i], d2 = k->d2[i], room = b->room[i];
         if (x * d1 * d1 > v * v) x = v * v / (d1 * d1);
-        if (!(b->c->metric >> i & 1)) continue;
-        along += d1 * b->room[i];
-        across += d2 * b->room[i];
+        for (int j = 0; j < i; j++) {
+            double cross = fabs(d1 * k->d2[j] - k->d1[j] * d2);
+            double along = fabs(d2) * b->room[j] + fabs(k->d2[j]) * room, across = fabs(d1) * b->room[j] + fabs(k->d1[j]) * room;
+            if (u * cross > along) u = along / cross;
+            if (x * cross > across) x = across / cross;
+        }
     }
-    if (b->c->metric) u = lesser(u, along);
-    if (b->c->metric && x * k->bend * k->bend > across) x = across / (k->bend * k->bend);
     for (int i = 0; i < b->c->axes; i++) {
         double d1 = fabs(k->d1[i]), most = b->room[i] + fabs(k->d2[i]) * x;
         if (u * d1 > most) u = most / d1;
+    }
+    for (int i = 0; i < b->c->axes; i++) {
+        double d2 = fabs(k->d2[i]), most = b->room[i] + fabs(k->d1[i]) * u;
+        if (x * d2 > most) x = most / d2;
     }
     return (extent){u, x};
 }
@@ -140,7 +151,7 @@ static int parts_needed(const builder *b, const place *from, const place *to, co
         double loss = h * h * (0.625 * third[i] * most.u + 0.125 * fourth[i] * most.x);
         if (loss > worst * b->room[i]) worst = loss / b->room[i];
     }
-    double n = ceil(sqrt(worst / LOSS));
+    double n = ceil(sqrt(worst / b->loss));
     return n < 1.0 ? 1 : n < INT_MAX ? (int)n : INT_MAX;
 }
 
@@ -167,12 +178,15 @@ static bool cut_in_halves(builder *b, const place *from, const place *to, int ha
 static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
     double third[NC_AXES], fourth[NC_AXES];
     if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
-    int left = (int)SPANS_MAX - (int)b->p->span_count - most_constant(b, from->at.w);
+    int left = b->counting ? INT_MAX : (int)spans_max(b->e) - (int)b->p->span_count - most_constant(b, from->at.w);
     bool sure = curve_certify(b->c, from->at.w, to->at.w, third, fourth);
-    int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX;
-    if (n > AT_ONCE && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
-    if (left < 1) left = 1;
-    if (sure) add_stretches(b, from, to, n < AT_ONCE && n < left ? n : left < AT_ONCE ? left : AT_ONCE, third, fourth);
+    int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX, most = halvings < HALVINGS ? OF_PART : AT_ONCE;
+    if (n > most && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
+    if (n > most) n = most;
+    b->starved |= left < n;
+    if (n > left) n = left < 1 ? 1 : left;
+    if (b->counting) b->count += n;
+    else if (sure) add_stretches(b, from, to, n, third, fourth);
     else add_constant(b, from->at.s, to->at.s);
 }
 
@@ -186,21 +200,43 @@ static bool cut_in_halves(builder *b, const place *from, const place *to, int ha
     return true;
 }
 
+/* False if there was no room for stretches that lose as little as they should. */
+static bool add_strips(builder *b, const strip *strips, bool stands) {
+    piece *p = b->p;
+    double *rows = b->rows;
+    place from = {0}, to;
+    p->span_count = 0;
+    b->starved = false;
+    for (int k = 0; k < b->strips; k++) {
+        double end = k + 1 == b->strips ? p->length : from.at.s + strips[k].length;
+        if (!(end > from.at.s)) continue;
+        b->reserve = strips[k].reserve;
+        for (int i = 0; i < b->c->axes; i++) b->room[i] = USABLE * piece_a_max(b->e, p, i) - b->reserve[i];
+        place_behind(b, from.at.s, &from);
+        place_behind(b, end, &to);
+        refine(b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0);
+        from = to;
+    }
+    if (b->starved) b->rows = rows;
+    return !b->starved;
+}
+
+/* With k times as many stretches each of them loses 1/k^2 as much. */
+static void expect_less(builder *b, const strip *strips, bool stands) {
+    b->counting = true;
+    add_strips(b, strips, stands);
+    b->counting = false;
+    double share = b->count / (double)(spans_max(b->e) - (uint32_t)most_constant(b, b->p->dir > 0 ? 0.0 : 1.0));
+    b->loss = lesser(MOST_LOSS, LOSS * greater(MORE_LOSS, share * share));
+}
+
 /* Stretches of p, cut where the strips (zones of jumps) begin and end. `stands`: at both ends, and only there. */
 void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
     double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
     builder b = {.e = e, .p = p, .c = c, .spans = spans, .rows = rows, .scale = p->whole / curve_length(c), .fast2 = top * top,
-                 .strips = n};
-    place from = {0}, to;
-    for (int k = 0; k < n; k++) {
-        double end = k + 1 == n ? p->length : from.at.s + strips[k].length;
-        if (!(end > from.at.s)) continue;
-        b.reserve = strips[k].reserve;
-        for (int i = 0; i < e->cfg.axis_count; i++) b.room[i] = USABLE * piece_a_max(e, p, i) - b.reserve[i];
-        place_behind(&b, from.at.s, &from);
-        place_behind(&b, end, &to);
-        refine(&b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0);
-        from = to;
-    }
+                 .strips = n, .loss = LOSS};
+    if (add_strips(&b, strips, stands)) return;
+    expect_less(&b, strips, stands);
+    while (!add_strips(&b, strips, stands) && b.loss < MOST_LOSS) b.loss *= MORE_LOSS;
 }

@@ -72,8 +72,9 @@ typedef struct synch_table {
 
 typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piece_kind;
 
-#define SPANS_MAX 64u     /* stretches of a piece */
-#define SPANS_ROOM (SPANS_MAX + 1u) /* apart in memory, so that pieces do not share the lines of a cache */
+#define SPANS_MANY 160u   /* stretches of a piece at the most, ... */
+#define SPANS_FEW 64u     /* ... and where the window is wide */
+#define WIDE_WINDOW 512u
 #define SPAN_ROW 8u       /* numbers an axis has in a curved one */
 
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <= accel, v <= v_hard. Curved (rows; bent.c):
@@ -457,7 +458,10 @@ static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
 static inline double lesser(double a, double b) { return a < b ? a : b; }
 static inline double greater(double a, double b) { return a > b ? a : b; }
 
-static inline span *spans_of(const engine *e, uint64_t i) { return &e->plan.spans[(i & e->plan.span_mask) * SPANS_ROOM]; }
+static inline uint32_t spans_max(const engine *e) { return e->cfg.window > WIDE_WINDOW ? SPANS_FEW : SPANS_MANY; }
+/* Odd, so that pieces do not share the lines of a cache. */
+static inline uint32_t spans_room(const engine *e) { return spans_max(e) + 1u; }
+static inline span *spans_of(const engine *e, uint64_t i) { return &e->plan.spans[(i & e->plan.span_mask) * spans_room(e)]; }
 
 static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
 

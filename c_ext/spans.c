@@ -17,7 +17,7 @@
 bool spans_new(engine *e) {
     uint64_t slots = 1;
     while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t stretches = (size_t)(slots * SPANS_ROOM);
+    size_t stretches = (size_t)(slots * spans_room(e));
     e->plan.span_mask = slots - 1;
     e->plan.spans = calloc(stretches, sizeof(span));
     e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
@@ -125,8 +125,8 @@ static double zone(const engine *e, const piece *corner, const piece *p) {
     return (corner->corner_v + 2.0 * a * dt) * dt;
 }
 
-static bool too_many_turns(const piece *p) {
-    return fabs(p->sweep) / p->whole * p->length > (SPANS_MAX - 3) * TURN_STEP;
+static bool too_many_turns(const engine *e, const piece *p) {
+    return fabs(p->sweep) / p->whole * p->length > (spans_max(e) - 3) * TURN_STEP;
 }
 
 /* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
@@ -135,7 +135,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
     uint64_t slot = i & e->plan.span_mask;
-    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * SPANS_ROOM * SPAN_ROW * (uint64_t)e->cfg.axis_count};
+    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * spans_room(e) * SPAN_ROW * (uint64_t)e->cfg.axis_count};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
@@ -150,7 +150,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
         for (int a = 0; a < e->cfg.axis_count; a++) b.room[a] = room_of(e, p, strips[k].reserve, a);
-        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && too_many_turns(p))) straight_strip(&b, to - at);
+        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && too_many_turns(e, p))) straight_strip(&b, to - at);
         else arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
         at = to;
     }
