@@ -500,16 +500,27 @@ class Optimizer:
                 out.append(f"G0 {words}" if points.rapid[0] else f"G1 {words} F{feed:.9g}")
                 continue
             coef = fit.coef / self._factors(spec, fit.coef.shape[1])[None, :, None]
+            rates = self._rates(spec, points, fit)
             for i in range(len(fit.span)):
                 if end is None or np.abs(coef[i, :, 0] - end).max() > MEETS:
                     out += (["G60"] if end is not None else []) + ["G61 P5"]
                 end = evaluated(coef[i], float(fit.span[i]))[0]
-                feed = fit.feed or float(points.feed[min(int(fit.first[i]) + 1, len(points) - 1)])
+                feed = fit.feed or rates[i] * float(points.feed[min(int(fit.first[i]) + 1, len(points) - 1)])
                 feed = 60.0 * feed / (unit if unit == 25.4 else 1.0)
                 number = int(points.number[min(int(fit.first[i]), len(points) - 1)])
                 out.append(f"<*,{fit.span[i]:.17g},{number},{feed:.9g},{ENDS[int(fit.after[i])]}")
                 out += [f"<{n}," + ",".join(f"{c:.17g}" for c in coef[i, j]) for j, n in enumerate(names)]
         return out + (["G60"] if end is not None else [])
+
+    def _rates(self, spec: ProfileSpec, points: Points, fit: Fit) -> FloatArray:
+        """(polynomials,) length of the tip's way over that of the axes, where the input's feed is along the axes."""
+        if not (spec.five_axes and spec.point == "AXI" and spec.feed_on == "AXI") or len(points) < 2:
+            return np.ones(len(fit.span))
+        ways = self._columns(spec, points)[:, :3], points.values[:, list(spec.linear)]
+        tip, axes = (np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(w, axis=0), axis=1))]) for w in ways)
+        begin = np.minimum(fit.first, len(points) - 2)
+        end = np.maximum(np.append(fit.first[1:], len(points) - 1), begin + 1)
+        return np.asarray(np.maximum(tip[end] - tip[begin], MEETS) / np.maximum(axes[end] - axes[begin], MEETS))
 
     def _write_setup(self, records: Records, profiles: list[_Profile]) -> None:
         """The same setup for polynomials: CLP instead of AXI on five axes, every versor programmed."""
