@@ -19,7 +19,7 @@ import numpy as np
 from . import profile_jets as jets
 from . import profile_spline as spline
 from .optimizer_bspline import DEGREE
-from .optimizer_group import GAIN, Curve, Group, duration
+from .optimizer_group import Curve, Group, duration
 from .optimizer_reference import Driven, by_length, driven, graph_polyline, parameter, polyline, reference_of
 from .optimizer_types import FitReport, FloatArray, IntArray, Pace, Tolerances
 from .profile_blend import evaluated
@@ -126,7 +126,7 @@ class SectionFitter:
                 curve = self._smooth(fit, curve, a, end)
                 break
         free = self.style == "free"
-        if curve is None or (free and end - a > 1 and fit.cost(curve) >= self._driven_cost(a, end) * (1.0 - GAIN)):
+        if curve is None or (free and end - a > 1 and fit.cost(curve) >= self._driven_cost(a, end) * (1.0 + WORTH)):
             report.kept += 1
             curve = self._kept(a, end, state)
         report.deviation = max(report.deviation, fit.deviation(curve))
