@@ -257,9 +257,10 @@ def test_edge_speed_of_g67_within_a_small_tolerance(shop):
     result = planned(shop, "X0Y0Z0F6000\nX30\nY30", setup, cell=NO_JERK)
     bend = gentle_bend(round(np.pi / 2.0, 3))[0]
     slowest = result.samples["v"][30:-30].min()
-    assert slowest >= 0.97 * np.sqrt(1000.0 * 0.01 / bend)  # with the bend at its largest all along
-    assert slowest < 20.0 * 1000.0 * 0.002
-    assert result.max_ratio["acceleration"] == pytest.approx(1.0, abs=0.02)
+    along_one_axis = np.sqrt(1000.0 * 0.01 / bend)
+    assert 0.97 * along_one_axis < slowest < 1.03 * 2.0**0.25 * along_one_axis  # the bend lies between both axes
+    assert slowest < 0.2 * 20.0 * 1000.0 * 0.002  # what Acc asks for
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
 
 
 def test_polynomials_are_described_as_programmed(shop):
