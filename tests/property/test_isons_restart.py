@@ -96,7 +96,7 @@ def test_restart_at_a_marker(tmp_path, seed):
     tail = [told(row) for row in motions(again)[1:]]
     assert tail == [told(row) for row in whole][len(whole) - len(tail) :]
     assert len(tail) < len(whole)
-    assert reader.found
+    assert reader.search.found
 
 
 def test_places_that_are_not_reached(tmp_path):
