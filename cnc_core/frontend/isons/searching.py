@@ -66,7 +66,7 @@ class Search:
         """What is driven next depends on the blocks before: compensation, RTCP, corners, filters, MILD."""
         reader = self._reader
         executor = reader.executor
-        if reader.compensated or executor.tip.on:
+        if reader.compensated or executor.tip.on or executor.output.leaving:
             return True
         return executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
 
