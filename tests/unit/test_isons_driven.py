@@ -118,6 +118,7 @@ def test_reports_of_long_runs_do_not_depend_on_their_stretches(tmp_path):
     for size in (977, 4096):
         program, rows = Program(path, parse_config(CELL), "isons", programmed=True), []
         while (item := program.read(size)) is not None:
+            assert len(program.filtered._programmed.counts) < 3 * 4096 + size
             if isinstance(item, BlockBatch) and len(item):
                 rows.append(item.rows[item.rows["type"] == LINEAR])
         out = np.vstack([[0.0, 0.0], np.concatenate(rows)["end"][:-1, :2]])

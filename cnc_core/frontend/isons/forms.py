@@ -75,6 +75,12 @@ class Item:
     source: Callable[[], float] | None = None
 
     @property
+    def number(self) -> str:
+        """The value of an input with its decimals (NDECIMAL)."""
+        places = self.values.get("NDECIMAL")
+        return f"{self.value:g}" if places is None else f"{self.value:.{int(places)}f}"
+
+    @property
     def usable(self) -> bool:
         """The operator can reach it: visible, and not disabled (the guide inverts ENABLED)."""
         return self.values.get("VISIBLE", 1.0) > 0 and self.values.get("ENABLED", 0.0) <= 0
@@ -218,7 +224,7 @@ class Forms:
         lines = [f"FORM {self._form.text}{_properties(self._form)}"]
         for name, item in self._items.items():
             if item.values.get("VISIBLE", 1.0) > 0:
-                shown = f"{item.value:g}" if item.kind == INPUT else item.text
+                shown = item.number if item.kind == INPUT else item.text
                 lines.append(f"  {item.kind} {name}: {shown}{_properties(item)}")
         return "\n".join(lines)
 
