@@ -115,9 +115,10 @@ def plan_program(
             if change and event is Event.DONE:
                 change(engine)
         check.finish()
-        carried = program.frames.deviation + program.kinematics.deviation
+        carried = program.frames.deviation
         if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone
-            carried += program.smoothing.report.deviation
+            carried = max(carried, program.smoothing.report.deviation)  # of a frame: circles that were not smoothed
+        carried += program.kinematics.deviation
         out = _result(
             cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
         )

@@ -40,6 +40,7 @@ from .geometry.smoothing import Smoothing, SmoothingMachine
 from .geometry.spline import Spline
 from .geometry.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .kinematics.limits import AxisLimits
+from .kinematics.stage import TOLERANCE as CARRY_TOLERANCE
 from .kinematics.stage import KinematicsStage, ProgrammedView
 from .operator_answers import Operator, read_answers
 from .port import ChannelPort, OfflinePort, Wait
@@ -174,7 +175,9 @@ class Program:
         self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
         )
-        self.smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance, described=programmed)
+        carried = CARRY_TOLERANCE if cell.kinematic_machines else 0.0
+        smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance, described=programmed, carried=carried)
+        self.smoothing = smoothing
         self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
         self._taps = [Tap(machine.start, machine.main, stage.code) for stage in self.filters]
         self.filtered = Tap(machine.start, machine.main)  # deviations of all filters together
@@ -202,8 +205,11 @@ class Program:
             (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
             AxisDynamics(*(cell.axis_values(name) for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3"))),
             cell.cycle_s,
+            described=programmed,
         )
-        self.kinematics = KinematicsStage(machines, machine.start, machine.main, self._place)
+        self.kinematics = KinematicsStage(
+            machines, machine.start, machine.main, self._place, lambda: smoothing.carried or CARRY_TOLERANCE
+        )
         self.limits = AxisLimits(cell, self._place)
         parameter = ParameterFeed(len(machine.axes), machine.main)
         axes: Stage = Pipeline([self.kinematics, parameter, ProfileFilter(self.profiles.filters), self.limits])
