@@ -92,6 +92,23 @@ def test_coarse_paths_are_driven_as_reported(tmp_path, head):
     assert report["cut_mm"] == pytest.approx(cut, rel=0.01, abs=1e-3)
 
 
+@pytest.mark.parametrize("between", ["", "G62\n", "G4F0.01\n"])
+@pytest.mark.parametrize("head", ["G72X1Y7", "G72X1Y7Z1", "G73X1Y45Z5", "G106[0]X1A0.5B8"])
+def test_the_way_ahead_of_a_filter_does_not_count(tmp_path, head, between):
+    """Switched on where the contour begins: the same numbers as in front of the way there."""
+    body = "".join(f"X{x}Y{y}\n" for x, y in COARSE[1:])
+    found = []
+    for order in ("{on}{way}", "{way}{on}"):
+        text = order.format(on=f"G69X200\n{head}\n", way="G0X107.16Y130.27\n" + between)
+        path = tmp_path / "part.isons"
+        path.write_text(f"G60F3\n{text}G1\n{body}")
+        program = Program(path, parse_config(CELL), "isons", programmed=True)
+        list(program.batches())
+        found.append((program.filtered.deviation_mm, program.filtered.cut_mm))
+    assert found[0] == pytest.approx(found[1], abs=1e-6)
+    assert found[0][1] < 8
+
+
 def test_splines_of_the_lowest_orders_are_not_slower(tmp_path):
     """Orders 1 and 2 keep the path: no deviation, and no more time than without a filter."""
     bare = planned(tmp_path, COARSE, "", 3)

@@ -131,7 +131,11 @@ def test_scripts(tmp_path):
     path = tmp_path / "a.json"
     path.write_text(json.dumps(["YES", {"set": {"in1": 2}, "press": "B"}]))
     assert read_answers(path) == [Answer(press="YES"), Answer({"IN1": 2.0}, "B")]
-    for wrong in ("{", "{}", "[3]", '[{"set": {"a": "b"}}]', '[{"what": 1}]'):
+    for value in ('"b"', "NaN", "-Infinity", "true"):
+        path.write_text(f'[{{"set": {{"a": {value}}}}}]')
+        with pytest.raises(CncError):
+            read_answers(path)
+    for wrong in ("{", "{}", "[3]", '[{"what": 1}]'):
         path.write_text(wrong)
         with pytest.raises(CncError):
             read_answers(path)
