@@ -115,6 +115,7 @@ def test_an_input_has_no_caption(tmp_path):
         ("LIB_ADDLABEL L1\nLIB_LABELPRINT L1 G $A\n", 909151),
         ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 ALIGN 3\n", 909151),
         ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 DEST 3\n", 909151),
+        ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 MIN 10\nLIB_INPUTPROP I1 MAX 5\nLIB_SHOWFORM\n", 909151),
         ("LIB_FOO 3\n", 900002),
         ("LIB_ADDFORM X\n", 900002),
     ],

@@ -162,6 +162,10 @@ class Forms:
 
     def show(self, offset: int) -> None:
         """LIB_SHOWFORM."""
+        for name, item in self._items.items():
+            low, high = item.values.get("MIN", -HUGE), item.values.get("MAX", HUGE)
+            if low > high:
+                raise fail(909151, f"input {name}: MIN {low:g} is over MAX {high:g}", offset)
         self.shown = True
         self._port.message(self.described())
         self.poll(offset)

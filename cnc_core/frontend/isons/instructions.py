@@ -332,7 +332,16 @@ class Instructions:
         name = self._name("an event").upper()
         self._comma()
         value = self._formulas.argument("OPT")
-        return self._simple(lambda: self._f.macros.set_event(name, value(), self._start))
+
+        def run() -> Items:
+            macros, number = self._f.macros, value()
+            macros.set_event(name, number, self._start)
+            if number >= 0 and macros.find("M", int(number)) is None:
+                text = f"OPT {name}: macro M{number:g} not found beside the program or in the macro folder"
+                self._f.warn(909124, text, self._start)
+            return ()
+
+        return run
 
     def _read_parmac(self) -> Run:
         name = self._name("a parameter").upper()
