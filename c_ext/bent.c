@@ -56,7 +56,7 @@ static void set_bound(double cu, double cx, double *bound) {
     bound[1] = free ? 0.0 : -cx / cu;
 }
 
-/* `room`: acceleration of every axis that is left; `slack`: what q' can be above its chord, NULL: nothing. Per axis: the
+/* `room`: acceleration of every axis that is left; `slack`: what q' can be above its chord, NULL: not certified. Per axis: the
  * rows at both knots, then their bounds. */
 uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const double *slack, span *out,
                    double *rows) {
@@ -68,6 +68,7 @@ uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b
     out->cap2[1] = knot_cap2(e, p, b, room);
     add_axis_speeds(e, p, a, b, slack, out->cap2);
     out->v_hard = NEVER;
+    out->certified = slack != NULL;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
         double inv = 1.0 / room[i], *r = rows + ROW * n++;
@@ -93,6 +94,13 @@ typedef struct part {
 
 static double between(double a, double b, double t) { return a + t * (b - a); }
 
+/* A row inside a stretch, at the share t. Certified: of a law that keeps u over the whole stretch, on the chord between what
+ * it takes at both ends. So the law that was found for the stretch is always allowed, and what is certified for it holds. */
+static double row_u(const span *sp, const double *r, double t) {
+    double u = between(r[0], r[2], t);
+    return sp->certified ? u + 2.0 * sp->length * t * (1.0 - t) * (r[3] - r[1]) : u;
+}
+
 static void part_from(const span *sp, double s, part *o) {
     o->span = sp;
     o->end_cap2 = sp->cap2[1];
@@ -113,7 +121,7 @@ static void part_from(const span *sp, double s, part *o) {
     o->step = 4;
     for (int i = 0; i < o->n; i++) {
         const double *r = sp->rows + ROW * (uint32_t)i;
-        set_bound(between(r[0], r[2], o->t), between(r[1], r[3], o->t), o->local + 4 * i);
+        set_bound(row_u(sp, r, o->t), between(r[1], r[3], o->t), o->local + 4 * i);
         set_bound(r[2] + 2.0 * o->h * r[3], r[3], o->local + 4 * i + 2);
     }
 }
@@ -194,7 +202,7 @@ static bent_step hop(const part *o, double soft2) {
 static void sub_span(const span *sp, double s0, double s1, span *out, double *rows) {
     double t0 = s0 / sp->length, t1 = s1 / sp->length;
     bool bounded = greater(sp->cap2[0], sp->cap2[1]) < NEVER;
-    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .v_hard = sp->v_hard};
+    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .certified = sp->certified, .v_hard = sp->v_hard};
     out->cap2[0] = bounded ? between(sp->cap2[0], sp->cap2[1], t0) : lesser(sp->cap2[0], sp->cap2[1]);
     out->cap2[1] = bounded ? between(sp->cap2[0], sp->cap2[1], t1) : lesser(sp->cap2[0], sp->cap2[1]);
     if (s0 <= 0.0) out->cap2[0] = sp->cap2[0];
@@ -202,10 +210,10 @@ static void sub_span(const span *sp, double s0, double s1, span *out, double *ro
     for (uint32_t i = 0; i < sp->n_rows; i++) {
         const double *from = sp->rows + ROW * i;
         double *r = rows + ROW * i;
-        for (int k = 0; k < 2; k++) {
-            r[k] = between(from[k], from[k + 2], t0);
-            r[k + 2] = between(from[k], from[k + 2], t1);
-        }
+        r[0] = row_u(sp, from, t0);
+        r[1] = between(from[1], from[3], t0);
+        r[2] = row_u(sp, from, t1);
+        r[3] = between(from[1], from[3], t1);
         set_bound(r[0], r[1], r + 4);
         set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6);
     }
@@ -227,7 +235,7 @@ static bool rows_allow(const span *sp, double s, double x, double u) {
     double t = s / sp->length;
     for (uint32_t i = 0; i < sp->n_rows; i++) {
         const double *r = sp->rows + ROW * i;
-        if (fabs(between(r[0], r[2], t) * u + between(r[1], r[3], t) * x) > 1.0 + INSIDE) return false;
+        if (fabs(row_u(sp, r, t) * u + between(r[1], r[3], t) * x) > 1.0 + INSIDE) return false;
     }
     return true;
 }

@@ -85,6 +85,7 @@ typedef struct span {
     double cap2[2];
     const double *rows;    /* NULL: straight; r0 to r3 of each axis, and what they bound (bent.c) */
     uint8_t n_rows;
+    bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
 
 /* One place of a curved piece, mm of the piece as it is driven; w: parameter of a polynomial. */
