@@ -9,10 +9,11 @@
 #include "engine_internal.h"
 
 #define TURN_STEP 0.1      /* rad of turn over an interval */
-#define CURVE_MISS 0.03     /* of the third derivative: beyond it an interval of a curve is halved, ... */
+#define CURVE_MISS 0.006    /* of the third derivative: beyond it an interval of a curve is halved, ... */
 #define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
 #define CURVE_SHORTEST 2e-3 /* mm */
 #define CURVE_NOISE 1e-3
+#define STRAIGHT 1e-9      /* change of the tangent over an interval that does not bend */
 #define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define LEAST_MM 1e-6      /* of an interval of a curve, however much it bends */
@@ -21,6 +22,7 @@
 #define STAND_SPEED 1.0    /* mm/s: corners that had to be passed below it are stood at */
 #define STOP_MARGIN 0.98   /* of the estimated stopping distance: a stand nearer than that is not tried */
 #define BRAKES_AHEAD 1.6   /* window in planner intervals, over the stopping distance from full speed */
+#define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
 #define MAX_KNOTS 1000.0
 
 /* ------------------------------------------------------------------------------------------------ limits */
@@ -31,7 +33,7 @@ static jerk_config config_of(const engine_config *cfg) {
         c.a_max[i] = cfg->a_max[i];
         c.j_max[i] = cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
     }
-    c.window_knots = (int)fmin(MAX_KNOTS, fmax(2.0 * cfg->window, 64.0 + BRAKES_AHEAD * jerk_stop_knots(&c)));
+    c.window_knots = (int)fmin(MAX_KNOTS, fmax(KNOTS_PER_BLOCK * cfg->window, 64.0 + BRAKES_AHEAD * jerk_stop_knots(&c)));
     return c;
 }
 
@@ -54,12 +56,14 @@ bool drive_new(engine *e) {
     if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;
     e->drive.planner = jerk_new(&c, 2 * c.window_knots);
     e->drive.laws = calloc((size_t)e->drive.laws_max, sizeof(jerk_law));
-    return e->drive.planner && e->drive.laws;
+    for (int i = 0; i < 2; i++) e->plan.tails[i].place = calloc((size_t)e->drive.laws_max, sizeof(uint32_t));
+    return e->drive.planner && e->drive.laws && e->plan.tails[0].place && e->plan.tails[1].place;
 }
 
 void drive_free(engine *e) {
     jerk_free(e->drive.planner);
     free(e->drive.laws);
+    for (int i = 0; i < 2; i++) free(e->plan.tails[i].place);
 }
 
 /* ------------------------------------------------------------------------------------------------ path */
@@ -154,16 +158,25 @@ static double programmed_speed(const engine *e, const piece *p, double from, dou
     return v < NEVER ? v : 0.0;
 }
 
+/* A part of a curve that does not bend is a line. */
+static bool is_line(const engine *e, const piece *p, const jerk_interval *q) {
+    if (p->kind == PIECE_LINE) return true;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (fabs(q->d1[1][i] - q->d1[0][i]) > STRAIGHT || (fabs(q->d2[0][i]) + fabs(q->d2[1][i])) * q->length > STRAIGHT) return false;
+    return true;
+}
+
 /* Weights of the program as shares of the axes' limits. A limit of the path's acceleration or jerk becomes one of the axis that
  * moves most on a line, of all axes where the path bends. */
 static void set_shares(const engine *e, const piece *p, jerk_interval *q) {
     const motion_limits *l = &p->limits;
+    bool path = l->path_acceleration > 0 || l->path_jerk > 0, line = path && is_line(e, p, q);
     int most = 0;
     for (int i = 1; i < e->cfg.axis_count; i++)
         if (fabs(q->d1[0][i]) > fabs(q->d1[0][most])) most = i;
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        bool takes = p->kind != PIECE_LINE || i == most;
-        double along = p->kind == PIECE_LINE ? fabs(q->d1[0][i]) : 1.0, acc = l->acceleration[i], jerk = l->jerk[i];
+        bool takes = !line || i == most;
+        double along = line ? fabs(q->d1[0][i]) : 1.0, acc = l->acceleration[i], jerk = l->jerk[i];
         if (takes && l->path_acceleration > 0) acc = fmin(acc, (double)l->path_acceleration * along / e->cfg.a_max[i]);
         if (takes && l->path_jerk > 0 && e->cfg.j_max[i] > 0) jerk = fmin(jerk, (double)l->path_jerk * along / e->cfg.j_max[i]);
         q->acc_share[i] = (float)fmax(acc, LEAST_SHARE);
@@ -184,17 +197,23 @@ static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, do
     return q;
 }
 
-/* Whether the planner's polynomial over q (jerk_knots.c) has the third derivative of the curve in the middle too. */
-static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) {
+/* How far the third derivative of the planner's polynomial over q (jerk_knots.c) misses the curve at the share t, over the largest of
+ * the interval: each axis by its jerk limit. */
+static double curve_miss(const engine *e, const piece *p, const jerk_interval *q, double t) {
     double d1[NC_AXES], d2[NC_AXES], d3[NC_AXES], most = 0.0, miss = 0.0;
-    derivatives(e, p, q->offset + 0.5 * q->length, d1, d2, d3);
+    derivatives(e, p, q->offset + t * q->length, d1, d2, d3);
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double middle = 1.5 * (q->d2[1][i] - q->d2[0][i]) / q->length - 0.25 * (q->d3[0][i] + q->d3[1][i]);
-        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : NEVER;
-        miss = fmax(miss, fabs(middle - d3[i]) - CURVE_NOISE * j / (v * v * v)); /* too little to matter at any speed */
-        most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))));
+        double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : e->cfg.a_max[i] / e->cfg.cycle_s;
+        double off = fabs(jerk_third(q, t, i) - d3[i]) - CURVE_NOISE * j / (v * v * v); /* too little to matter at any speed */
+        miss = fmax(miss, off / j);
+        most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))) / j);
     }
-    return miss <= CURVE_MISS * most;
+    return miss > 0.0 ? miss / most : 0.0;
+}
+
+/* What misses evenly shows in the middle, what misses to either side at a quarter. */
+static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) {
+    return curve_miss(e, p, q, 0.5) <= CURVE_MISS && curve_miss(e, p, q, 0.25) <= CURVE_MISS;
 }
 
 /* The next interval of the path of a piece. */
@@ -293,10 +312,16 @@ static void restart(engine *e) {
     d->has_last = d->open = d->restart = false;
 }
 
+/* Pieces change: what the tails were written from does not hold any more. */
+static void forget_tails(engine *e) {
+    for (int i = 0; i < 2; i++) e->plan.tails[i].edition = 0;
+}
+
 /* The run ring is fed anew from `head` on. */
 void drive_cut_run(engine *e, uint64_t head) {
     drive *d = &e->drive;
     if (!d->planner || d->next < head || d->restart) return;
+    forget_tails(e);
     int64_t n = jerk_ahead(d->planner);
     while (n > 0 && jerk_path(d->planner, n - 1)->tag >= head) n--;
     jerk_cut(d->planner, n, 0.0);
@@ -311,6 +336,7 @@ void drive_cut_run(engine *e, uint64_t head) {
 void drive_shorten(engine *e, uint64_t i, double s) {
     drive *d = &e->drive;
     if (!d->planner || d->restart || d->next < i || (d->next == i && d->at <= s)) return;
+    forget_tails(e);
     int64_t n = jerk_ahead(d->planner);
     while (n > 0 && jerk_path(d->planner, n - 1)->tag == i && jerk_path(d->planner, n - 1)->offset >= s - TINY_MM) n--;
     if (n > 0 && jerk_path(d->planner, n - 1)->tag == i) jerk_cut(d->planner, n - 1, s - jerk_path(d->planner, n - 1)->offset);
@@ -422,17 +448,37 @@ static void write_commit(engine *e, writer *w, bool changed) {
     w->v = jerk_speed(j);
 }
 
+/* The buffer holds this very plan already: it only begins later. */
+static bool tail_continues(engine *e, tail *t, const writer *from) {
+    const jerk_planner *j = e->drive.planner;
+    jerk_law law;
+    if (t->edition == 0 || t->edition != jerk_edition(j) || !(from->v > 0.0) || jerk_tail(j, &law, 1) != 1) return false;
+    t->first = t->place[jerk_used(j) - t->from];
+    while (steps_over(e, t->phases[t->first].piece) && t->phases[t->first].piece < from->piece) t->first++; /* events that are committed */
+    uint32_t i = t->first;
+    while (steps_over(e, t->phases[i].piece)) i++;
+    writer w = {.e = e, .out = t->phases, .count = i, .budget = NEVER};
+    write_law(&w, &law); /* a part of it may have been handed out */
+    return true;
+}
+
 /* What is left of the plan; false if it finds no room. */
 static bool write_tail(engine *e, tail *t, const writer *from) {
     drive *d = &e->drive;
+    if (tail_continues(e, t, from)) return true;
     writer w = {.e = e, .out = t->phases, .max = e->plan.tail_max, .piece = from->piece, .s = from->s, .v = from->v, .budget = NEVER};
     int64_t n = from->v > 0.0 ? jerk_tail(d->planner, d->laws, d->laws_max) : 0;
+    t->edition = 0;
     for (int64_t i = 0; i < n; i++) {
+        t->place[i] = w.count;
         pass_events(&w, d->laws[i].tag);
         if (writer_full(&w)) return false;
         write_law(&w, &d->laws[i]);
     }
+    t->first = 0;
     t->count = w.count;
+    t->edition = n > 0 ? jerk_edition(d->planner) : 0;
+    t->from = jerk_used(d->planner);
     t->piece = w.piece;
     t->s = w.s;
     return n < d->laws_max;

@@ -159,6 +159,10 @@ int pending_event(engine *e) {
         ATOMIC_SET(e->watchdog_event, 0);
         return ENGINE_WATCHDOG;
     }
+    if (ATOMIC_GET(e->retraced_event)) {
+        ATOMIC_SET(e->retraced_event, 0);
+        return ENGINE_RETRACED;
+    }
     if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->geo.cycle) >= e->drain_from &&
         ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {
         ATOMIC_SET(e->expect_drain, 0);

@@ -188,10 +188,13 @@ typedef struct marked_log {
 } marked_log;
 
 typedef struct tail {
-    phase *phases;
-    uint32_t count;
+    phase *phases;  /* first .. count - 1 */
+    uint32_t first, count;
     uint64_t piece; /* where it comes to rest */
     double s;
+    uint64_t edition; /* of the jerk-limited plan that it was written from (0: none); */
+    int64_t from;     /* law `from + i` of it, with the events ahead of it, begins at place[i] */
+    uint32_t *place;
 } tail;
 
 typedef struct need_key {
@@ -439,7 +442,8 @@ struct engine {
     engine_mode_command mode_command;
     bool watch_alive, watch_missed;
     double watch_since;
-    int watchdog_event, errors_lock;
+    int watchdog_event, retraced_event, errors_lock;
+    bool was_backward;        /* the last motion */
     engine_error errors[ERRORS_MAX];
     uint64_t errors_head, errors_done;
     uint32_t errors_lost, plc_error_id, plc_error_class;

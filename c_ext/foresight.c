@@ -73,7 +73,7 @@ static bool append(struct foresight *f, forecast *to, phase ph) {
 /* The jerk-limited planner's stored tail is the rest of its plan. */
 static void rest_of_plan(engine *e, forecast *to) {
     const tail *t = &e->plan.tails[(ATOMIC_GET(e->commit) >> 1) & 1];
-    for (uint32_t i = 0; i < t->count; i++)
+    for (uint32_t i = t->first; i < t->count; i++)
         if (!append(e->foresight, to, t->phases[i])) return;
 }
 

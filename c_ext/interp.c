@@ -167,7 +167,7 @@ static bool fetch_phase(engine *e) {
     if (!__atomic_compare_exchange_n(&e->commit, &word, word | 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return fetch_phase(e);
     g->in_tail = true;
     g->tail_index = index;
-    g->tail_next = 0;
+    g->tail_next = e->plan.tails[index].first;
     return fetch_phase(e);
 }
 

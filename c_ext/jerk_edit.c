@@ -59,6 +59,7 @@ void jerk_reset(jerk_planner *p) {
     p->x = p->u = p->behind_mm = 0.0;
     p->wait = 0;
     p->plan.n = p->plan.next = 0;
+    p->plan.edition++;
     forget_laws(p);
 }
 

@@ -9,6 +9,7 @@
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
 #define SLOW 0.5         /* grid step over the length in which jerk changes a low speed */
+#define SLOWEST_STEP 0.1 /* of the step at a standstill: the finest where it is passed slowly */
 #define SLOW_FEED 1.0    /* the same for a low feed: of the speed that counts */
 #define SLOW_TAIL 0.6    /* and at the end of the window, where the plan comes to rest */
 #define LEAST_SHARE 0.25 /* of the jerk limit that the continuous motion keeps */
@@ -157,7 +158,7 @@ static extent window_extent(const jerk_planner *p) {
         if (e.end != p->head && asked_speed(p, q) <= 0.0) return e; /* an override of zero begins here */
         e.end++;
         e.length += q->length;
-        knots += ceil(q->length / p->spacing);
+        knots += ceil(q->length / steps_at(p, e.end - 1)->longest);
         blocks += (int)q->blocks;
         if (q->flags & JERK_STAND) {
             e.stands = true;
@@ -169,11 +170,15 @@ static extent window_extent(const jerk_planner *p) {
     return e;
 }
 
-/* Length over which the speed v can change much under the path jerk at q: the grid must resolve it. */
-static double slow_length(const jerk_planner *p, const jerk_interval *q, double v, double finest) {
+/* Step at a standstill on interval i of the ring. */
+static double finest_at(const jerk_planner *p, const grid *g, uint64_t i) { return fmin(steps_at(p, i)->finest, g->finest); }
+
+/* Length over which the speed v can change much under the path jerk on interval i: the grid must resolve it. */
+static double slow_length(const jerk_planner *p, const grid *g, uint64_t i, double v) {
+    const jerk_interval *q = ring_at(p, i);
     double jerk = 1e30;
     for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, jerk_max(p, q, a) / fmax(1e-9, fabs(q->d1[0][a])));
-    return fmin(p->spacing, fmax(finest, SLOW * v * sqrt(v / jerk)));
+    return fmin(steps_at(p, i)->longest, fmax(SLOWEST_STEP * finest_at(p, g, i), SLOW * v * sqrt(v / jerk)));
 }
 
 /* Cap on x (scaled) over an interval by feed and machine. */
@@ -183,12 +188,13 @@ static double feed_cap(const jerk_planner *p, const jerk_interval *q) {
     return s.soft;
 }
 
-/* Step at the knot between two pushed intervals: fine where it must be passed slowly or the feed changes. */
-static double knot_step(const jerk_planner *p, const jerk_interval *left, const jerk_interval *right, double finest) {
+/* Step at the knot ahead of interval i: fine where it must be passed slowly or the feed changes. */
+static double knot_step(const jerk_planner *p, const grid *g, uint64_t i) {
+    const jerk_interval *left = ring_at(p, i - 1), *right = ring_at(p, i);
     double before = feed_cap(p, left), after = feed_cap(p, right), open = fmin(before, after);
-    double cap = jump_cap(p, left, right, open);
-    if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) return p->spacing;
-    return slow_length(p, right, p->scale * sqrt(cap), finest);
+    double cap = jump_cap(p, left, right, open), longest = fmax(steps_at(p, i - 1)->longest, steps_at(p, i)->longest);
+    if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) return longest;
+    return slow_length(p, g, i, p->scale * sqrt(cap));
 }
 
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
@@ -206,22 +212,21 @@ static double turn_length(const jerk_planner *p, const jerk_interval *q) {
 /* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
 static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands) {
     double *step = g->step;
-    double finest = g->finest;
-    step[0] = p->at_rest ? finest : slow_length(p, ring_at(p, p->head), p->scale * sqrt(p->x), finest);
-    const jerk_interval *q = ring_at(p, p->head + (uint64_t)n - 1);
-    step[n] = stands ? finest : slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_TAIL, finest);
+    uint64_t head = p->head, end = head + (uint64_t)n - 1;
+    step[0] = p->at_rest ? finest_at(p, g, head) : slow_length(p, g, head, p->scale * sqrt(p->x));
+    step[n] = stands ? finest_at(p, g, end) : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL);
     for (int i = 1; i < n; i++) {
-        const jerk_interval *left = ring_at(p, p->head + i - 1), *right = ring_at(p, p->head + i);
-        step[i] = fmin(knot_step(p, left, right, finest), 2.0 * fmin(turn_length(p, left), turn_length(p, right)));
+        const jerk_interval *left = ring_at(p, head + i - 1), *right = ring_at(p, head + i);
+        step[i] = fmin(knot_step(p, g, head + i), 2.0 * fmin(turn_length(p, left), turn_length(p, right)));
     }
-    for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, p->head + i - 1)->length);
-    for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, p->head + i)->length);
+    for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, head + i - 1)->length);
+    for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, head + i)->length);
 }
 
 /* Length of the next planner interval, `d0` behind a knot with the step s0 and `d1` ahead of one with s1. */
-static double step_at(const jerk_planner *p, double d0, double s0, double d1, double s1) {
+static double step_at(double longest, double d0, double s0, double d1, double s1) {
     double behind = s0 + GRADING * d0, ahead = fmax(s1, (s1 + GRADING * d1) / (1.0 + GRADING));
-    return fmin(p->spacing, fmin(behind, ahead));
+    return fmin(longest, fmin(behind, ahead));
 }
 
 static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, double to) {
@@ -235,12 +240,13 @@ static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, do
 
 /* Lay the grid over one pushed interval, or the first `len` mm of it. */
 static bool fill_interval(jerk_planner *p, grid *g, int i, double len) {
-    const jerk_interval *q = ring_at(p, p->head + (uint64_t)i);
-    double turn = fmin(turn_length(p, q), slow_length(p, q, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED, g->finest));
+    const uint64_t at = p->head + (uint64_t)i;
+    const jerk_interval *q = ring_at(p, at);
+    double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED));
     for (double done = 0.0; done < len;) {
-        double left = len - done, step = fmin(turn, step_at(p, done, g->step[i], left, g->step[i + 1]));
+        double left = len - done, step = fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], left, g->step[i + 1]));
         double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? len : done + left / parts;
-        if (!add_part(p, g, p->head + (uint64_t)i, done, next)) return false;
+        if (!add_part(p, g, at, done, next)) return false;
         done = next;
     }
     return true;
@@ -253,7 +259,7 @@ static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
     g->rest_start = p->at_rest;
     g->stands = e->stands;
     g->land_from = g->land_to = -1.0;
-    g->finest = fmin(p->finest, e->length / 24.0);
+    g->finest = e->length / 24.0;
     if (n > g->max) return false;
     knot_steps(p, g, n, e->stands);
     double at = 0.0;

@@ -7,6 +7,7 @@
 #define EASY_SPEED 0.9
 #define EASY_BEND 0.6
 #define TINY 1e-14
+#define LEAST_KEPT 0.05  /* of x, from one knot to the next while it brakes */
 #define STIFFNESS 0.05   /* weight of jerk against the distance from the profile */
 
 /* What curvature alone allows on a segment. */
@@ -149,6 +150,21 @@ static bool project(jerk_planner *p, const grid *g, double stiffness) {
     return true;
 }
 
+/* A window that starts while it brakes: from there the speed cannot be above what all of the jerk makes of it. */
+static void keep_reachable(const jerk_planner *p, const grid *g, double *x) {
+    double at = p->x, u = p->u;
+    if (g->rest_start || u >= 0.0) return;
+    for (int k = 0; k < g->n - 1; k++) {
+        double acc, jerk, h = g->seg[k].h;
+        path_limits(p, &g->seg[k], &acc, &jerk);
+        double next = fmin(acc, u + h * jerk / sqrt(fmax(at, TINY)));
+        at = fmax(LEAST_KEPT * at, at + h * (u + next));
+        u = next;
+        if (at >= x[k + 1]) return;
+        x[k + 1] = at;
+    }
+}
+
 /* Present plan where it reaches, slow profile behind it. */
 bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink) {
     problem *b = &p->prob;
@@ -162,6 +178,7 @@ bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink) {
         double t = g->from_start[k] / g->land_from, feed = g->land_cap;
         b->guess[k] = feed + fmax(0.0, p->x - feed) * (1.0 - t * t * (3.0 - 2.0 * t));
     }
+    keep_reachable(p, g, b->guess);
     for (int k = 1; k < g->n; k++) b->guess[k] *= shrink;
     bound_rows(p, g);
     return project(p, g, STIFFNESS);

@@ -40,7 +40,7 @@ typedef struct grid {
     double *knot_cap;         /* n + 1: hard caps including jumps of derivatives */
     double *from_start;       /* n + 1: distance from the start, mm */
     double *step;             /* grid step at the knots of the pushed intervals */
-    double finest;            /* step at a standstill */
+    double finest;            /* no step at a standstill is longer: the window has to have some */
     double land_cap;          /* x of the feed there */
     double land_from, land_to; /* mm from the start: here a ramp down must not fall below the feed (empty: none) */
     int n, used, max;
@@ -118,7 +118,13 @@ typedef struct plan {
     uint64_t end;                         /* ring index of the first interval that it does not finish */
     double length;                        /* mm from `next` to the end */
     double lasts;                         /* mm: with more than that left it need not be planned again */
+    uint64_t edition;                     /* of the plan: see jerk_edition */
 } plan;
+
+/* What the limits along an interval ask of the grid, mm. */
+typedef struct steps {
+    double longest, finest; /* planner interval; step at a standstill */
+} steps;
 
 /* A law that was handed out, and the state ahead of it. */
 typedef struct handed {
@@ -133,10 +139,9 @@ typedef struct handed {
 struct jerk_planner {
     jerk_config cfg;
     double scale;                         /* F */
-    double finest;                        /* mm: grid step at a standstill */
-    double spacing;
     jerk_interval *ring;
     double *tight;                        /* as `ring` */
+    steps *steps;                         /* as `ring` */
     uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
     bool finished, hold, changed, at_rest;
     double feed_factor, rapid_factor;
@@ -170,9 +175,14 @@ static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) 
     return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) : 1e30;
 }
 
+static inline const steps *steps_at(const jerk_planner *p, uint64_t i) { return &p->steps[i & p->mask]; }
+
 /* jerk_knots.c */
 void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out);
 void ring_consume(jerk_planner *p, double length, bool whole);
+
+/* jerk_steps.c */
+steps interval_steps(const jerk_planner *p, const jerk_interval *q);
 
 /* jerk_grid.c */
 void grid_window(jerk_planner *p, grid *g, double reach);

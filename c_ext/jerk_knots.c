@@ -21,6 +21,7 @@ int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n) {
         if (error) return i > 0 ? i : error;
         p->ring[p->tail & p->mask] = *q;
         p->tight[p->tail & p->mask] = 1.0;
+        p->steps[p->tail & p->mask] = interval_steps(p, q);
         p->tail++;
         p->finished = false;
     }
@@ -37,6 +38,12 @@ static void inside(const jerk_interval *in, double t, int a, double *d1, double 
     *d1 = p + t * (v + t * (w + t * (c3 + t * (c4 + t * c5))));
     *d2 = (v + t * (2.0 * w + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5)))) / h;
     *d3 = (2.0 * w + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5))) / (h * h);
+}
+
+double jerk_third(const jerk_interval *q, double t, int axis) {
+    double d1, d2, d3;
+    inside(q, t, axis, &d1, &d2, &d3);
+    return d3;
 }
 
 /* The part of an interval between two lengths of it. */

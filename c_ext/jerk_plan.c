@@ -24,7 +24,7 @@
 #define LONGER 1.3
 #define REACH_FORGOTTEN 1e4 /* mm */
 #define TAIL_MORE 1.15   /* a window must be so much longer than what is left of the plan */
-#define LASTS 4.0         /* a plan is not made anew while so many stopping ways are left of it */
+#define LASTS 2.5         /* a plan is not made anew while so many stopping ways are left of it */
 
 /* Way from the largest speed of the plan to rest with the smallest limits. */
 static double stopping_way(const jerk_planner *p, const grid *g) {
@@ -58,6 +58,7 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
     }
     pl->n = g->n;
     pl->next = pl->since = 0;
+    pl->edition++;
     pl->rest_start = g->rest_start;
     pl->final = final;
     pl->stands = g->stands;

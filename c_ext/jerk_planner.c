@@ -6,10 +6,6 @@
 #include "jerk_internal.h"
 
 #define RING_MIN (1024 + HANDED_MAX)
-#define RAMP_PARTS 6.0      /* planner intervals over the ramp from rest to full acceleration, */
-#define STOP_PARTS 80.0     /* over the way from full speed to rest, */
-#define REST_PARTS 60.0     /* parts of that ramp next to a standstill, but no more than ... */
-#define FINEST_PARTS 2000.0 /* ... of the longest interval */
 #define DEFAULT_REFRESH 0.2 
 #define SHORT_WINDOW 50      /* blocks: here what is left of the window counts */
 #define SHORT_REFRESH 0.12
@@ -43,6 +39,7 @@ static void lay_out(jerk_planner *p, arena *m) {
     size_t n = (size_t)p->capacity, stages = n + 2 * LANES, blocks = stages / LANES + 1, axes = (size_t)p->cfg.axes;
     p->ring = take(m, sizeof *p->ring * (size_t)(p->mask + 1));
     p->tight = doubles(m, (size_t)(p->mask + 1));
+    p->steps = take(m, sizeof *p->steps * (size_t)(p->mask + 1));
     p->grid.seg = take(m, sizeof(segment) * n);
     p->grid.parts = take(m, sizeof(jerk_interval) * n);
     p->grid.knot_cap = doubles(m, n + 1);
@@ -65,41 +62,11 @@ static void lay_out(jerk_planner *p, arena *m) {
     p->plan.last = take(m, n + HANDED_MAX);
 }
 
-/* Way to rest from the speed v with constant jerk and acceleration. */
-static double stop_way(double v, double a, double j) {
-    double ramp = fmin(a, sqrt(v * j));
-    return 0.5 * v * (v / ramp + ramp / j);
-}
-
-/* The longest interval resolves the ramp to full acceleration, or the way to rest where that ramp is very short. */
-double jerk_spacing(const jerk_config *c) {
-    double spacing = 1e30;
-    for (int i = 0; i < c->axes; i++) {
-        double v = c->v_max[i], a = fmin(c->a_max[i], sqrt(v * c->j_max[i])), j = c->j_max[i], rest = a * a * a / (6.0 * j * j);
-        spacing = fmin(spacing, fmax(rest / RAMP_PARTS, stop_way(v, a, j) / STOP_PARTS));
-    }
-    return spacing;
-}
-
-/* Intervals of the planner's grid from full speed to rest. */
-double jerk_stop_knots(const jerk_config *c) {
-    double way = 0.0;
-    for (int i = 0; i < c->axes; i++) way = fmax(way, stop_way(c->v_max[i], c->a_max[i], c->j_max[i]));
-    return way / jerk_spacing(c);
-}
-
-/* Smallest limits: length of the ramp from rest to full acceleration, and the speed scale. */
 static void set_scales(jerk_planner *p) {
     const jerk_config *c = &p->cfg;
-    double length = 1e30, v = 0.0;
-    for (int i = 0; i < c->axes; i++) {
-        double t = c->a_max[i] / c->j_max[i];
-        length = fmin(length, c->j_max[i] * t * t * t / 6.0);
-        v = fmax(v, c->v_max[i]);
-    }
+    double v = 0.0;
+    for (int i = 0; i < c->axes; i++) v = fmax(v, c->v_max[i]);
     p->scale = v / 3.0;
-    p->spacing = c->spacing_mm > 0.0 ? c->spacing_mm : jerk_spacing(c);
-    p->finest = fmax(length / REST_PARTS, fmin(0.5 * length, p->spacing / FINEST_PARTS));
     if (!(c->refresh > 0.0)) p->cfg.refresh = c->window_blocks < SHORT_WINDOW ? SHORT_REFRESH : DEFAULT_REFRESH;
 }
 
@@ -303,7 +270,7 @@ int jerk_ready(const jerk_planner *p) {
     int blocks = 0;
     for (uint64_t i = p->head; i != p->tail; i++) {
         const jerk_interval *q = ring_at(p, i);
-        knots += ceil(q->length / p->spacing);
+        knots += ceil(q->length / steps_at(p, i)->longest);
         blocks += (int)q->blocks;
         if ((q->flags & JERK_STAND) || knots >= p->cfg.window_knots || blocks >= p->cfg.window_blocks) return 1;
     }
@@ -315,6 +282,10 @@ int64_t jerk_tail(const jerk_planner *p, jerk_law *laws, int64_t max) {
     for (int k = p->plan.next; k < p->plan.n && n < max; k++) law_of(p, k, &laws[n++]);
     return n;
 }
+
+uint64_t jerk_edition(const jerk_planner *p) { return p->plan.edition; }
+
+int64_t jerk_used(const jerk_planner *p) { return p->plan.next; }
 
 void jerk_tail_driven(jerk_planner *p) {
     while (p->plan.next < p->plan.n) hand_out(p);

@@ -70,11 +70,11 @@ typedef struct jerk_planner jerk_planner;
 jerk_planner *jerk_new(const jerk_config *config, int capacity); /* NULL: no memory or bad limits */
 void jerk_free(jerk_planner *p);
 int jerk_check_config(const jerk_config *config);
-double jerk_spacing(const jerk_config *config);     /* mm: longest planner interval, unless spacing_mm says so */
 double jerk_stop_knots(const jerk_config *config);  /* such intervals from full speed to rest */
 
 int64_t jerk_room(const jerk_planner *p);
 int64_t jerk_push(jerk_planner *p, const jerk_interval *intervals, int64_t n); /* taken, or a JERK_ error */
+double jerk_third(const jerk_interval *q, double t, int axis); /* third derivative that the planner takes at the share t of q */
 void jerk_finish(jerk_planner *p, int finished);    /* no more intervals will come (or they will again) */
 void jerk_override(jerk_planner *p, double feed, double rapid);
 void jerk_hold(jerk_planner *p, int hold);
@@ -102,6 +102,10 @@ int64_t jerk_tail(const jerk_planner *p, jerk_law *laws, int64_t max); /* from w
 int64_t jerk_laws_kept(void);                       /* laws that jerk_take_back can reach */
 /* The last `seconds` that were handed out are the plan's again; returns how many it were: less where a law could not be cut. */
 double jerk_take_back(jerk_planner *p, double seconds);
+/* As long as the edition is the same, what is left of the plan is what was left before less what was handed out since:
+ * jerk_used tells how many of its laws that are as a whole. */
+uint64_t jerk_edition(const jerk_planner *p);
+int64_t jerk_used(const jerk_planner *p);
 void jerk_tail_driven(jerk_planner *p);             /* the tail was executed: go on from its end, at rest */
 void jerk_at(const jerk_law *law, double t, jerk_state *out);
 int64_t jerk_sample(const jerk_law *laws, int64_t n, double dt, double *phase, jerk_state *out, int64_t max);

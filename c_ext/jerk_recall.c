@@ -85,6 +85,7 @@ double jerk_take_back(jerk_planner *p, double seconds) {
         if (pl->n + by > p->capacity + HANDED_MAX) return 0.0;
         shift_plan(pl, by);
     }
+    pl->edition++;
     for (uint64_t i = 0; i < n; i++) put_back(p, handed_at(p, --p->handed_count));
     pl->since = pl->since > (int)n ? pl->since - (int)n : 0;
     return t - seconds > LEAST_TIME ? t - hand_out_again(p, t - seconds) : t;

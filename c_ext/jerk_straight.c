@@ -161,6 +161,7 @@ bool plan_straight(jerk_planner *p) {
     profile t = fastest(m, length);
     plan *pl = &p->plan;
     pl->n = pl->next = pl->since = 0;
+    pl->edition++;
     pl->end = end;
     pl->rest_start = pl->final = pl->stands = true;
     pl->length = length;

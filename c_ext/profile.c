@@ -258,6 +258,7 @@ static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
             w.s = 0.0;
         }
     }
+    t->first = 0;
     t->count = w.count;
     t->piece = w.piece;
     t->s = w.s;
@@ -270,13 +271,15 @@ static bool resume_after_tail(engine *e) {
     if (!ATOMIC_GET(e->tail_done)) return false;
     const tail *t = &e->plan.tails[(word >> 1) & 1];
     double driven = 0.0;
-    for (uint32_t i = 0; i < t->count; i++) driven += t->phases[i].time;
+    for (uint32_t i = t->first; i < t->count; i++) driven += t->phases[i].time;
     e->plan.piece = t->piece;
     e->plan.s = t->s;
     e->plan.v = 0.0;
     e->plan.committed_s += driven;
     e->plan.written = word >> 2;
-    e->plan.tails[((word >> 1) & 1) ^ 1].count = 0;
+    tail *other = &e->plan.tails[((word >> 1) & 1) ^ 1];
+    other->first = other->count = 0;
+    other->edition = 0;
     e->drive.restart = true;
     e->plan.late = false;
     e->tail_done = 0;

@@ -41,11 +41,13 @@ static bool find_cut(engine *e, double margin, cut *c) {
 
 /* The motion that is taken back, and the stored tail behind it. */
 static bool longer_tail(const engine *e, const cut *c, const tail *old, tail *t) {
-    uint64_t n = e->plan.written - c->phase;
-    if (n + old->count > e->plan.tail_max) return false;
+    uint64_t n = e->plan.written - c->phase, kept = old->count - old->first;
+    if (n + kept > e->plan.tail_max) return false;
     for (uint64_t i = 0; i < n; i++) t->phases[i] = *phase_at(e, c->phase + i);
-    memcpy(t->phases + n, old->phases, old->count * sizeof(phase));
-    t->count = (uint32_t)n + old->count;
+    memcpy(t->phases + n, old->phases + old->first, kept * sizeof(phase));
+    t->first = 0;
+    t->count = (uint32_t)(n + kept);
+    t->edition = 0;
     t->piece = old->piece;
     t->s = old->s;
     return true;

@@ -3,6 +3,7 @@
 #include "smooth_internal.h"
 
 #define SAME 1e-9
+#define NOTHING 1e-9 /* mm: what rounding leaves between two pieces is none */
 
 static bool grow(void **data, size_t *room, size_t n, size_t size) {
     if (n <= *room) return true;
@@ -88,7 +89,7 @@ static void put_line(nc_smooth *s, double t1) {
         if (in_main(s, a)) main += d * d;
     }
     s->line.length = s->line.length_min = sqrt(main > SAME * SAME ? main : all);
-    if (!(s->line.length > 0.0)) return;
+    if (!(s->line.length > NOTHING)) return;
     if (whole_row(s, t1)) {
         s->line = s->held[s->held_first++].row;
     } else {

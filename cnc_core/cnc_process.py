@@ -436,6 +436,8 @@ class CncProcess:
                 self.modes.handle(command)
         elif event is Event.PLC_ERROR:
             self._plc_error()
+        elif event is Event.RETRACED and preparation:
+            preparation.retraced()
         elif event is Event.WATCHDOG:
             self._watchdog()
         elif event is Event.PROGRAM_END:

@@ -32,6 +32,7 @@ class PlanResult:
     lookahead: int = 0
     infeasible: int = 0
     filters: list[dict[str, Any]] = field(default_factory=list)
+    filtered: dict[str, float] = field(default_factory=dict)
     jerk_limited: bool = False
     samples: dict[str, Any] | None = None
 
@@ -47,6 +48,7 @@ class PlanResult:
             "lookahead": self.lookahead,
             "planner": "jerk-limited" if self.jerk_limited else "acceleration-limited",
             "filters": self.filters,
+            "filtered": self.filtered,
         }
 
 
@@ -113,13 +115,15 @@ def plan_program(
             if change and event is Event.DONE:
                 change(engine)
         check.finish()
-        carried = program.frames.deviation + program.kinematics.deviation
+        carried = program.frames.deviation
         if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone
-            carried += program.smoothing.report.deviation
+            carried = max(carried, program.smoothing.report.deviation)  # of a frame: circles that were not smoothed
+        carried += program.kinematics.deviation
         out = _result(
             cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
         )
         out.filters = [asdict(report) for report in program.filter_reports]
+        out.filtered = {"deviation_mm": program.filtered.deviation_mm, "cut_mm": program.filtered.cut_mm}
         return out
     finally:
         engine.close()

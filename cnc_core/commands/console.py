@@ -119,8 +119,8 @@ def open_program(
 def say_warnings(program: Any) -> None:
     for warning in program.reader.warnings:
         say_error(f"warning: {warning}")
-    for report in program.filter_reports:
-        say_error(report)
+    for text in program.filter_texts:
+        say_error(text)
 
 
 def one_of(option: str, value: str, choices: tuple[str, ...]) -> None:

@@ -20,6 +20,7 @@ from ..blocks import HAS_VALUE, NC_BLOCK, POLYNOMIAL, SMOOTHING, BlockBatch
 
 FloatArray = npt.NDArray[np.float64]
 TURN_MAX = np.radians(120.0)
+CARRIED_SHARE = 0.1
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,8 @@ class Smoothing:
     """Rows of the programmed contour in, elements and pieces out.
 
     ``tolerance``: mm, 0 = exactly until a row says otherwise.  ``rotary_tolerance``: degrees.  ``turn_max``: rad,
-    larger turns stay exact corners.  ``described``: rows are listed, not driven.
+    larger turns stay exact corners.  ``described``: rows are listed, not driven.  ``carried``: mm, what stages behind
+    this one may add to the deviation; so much of every tolerance is left to them, at most ``CARRIED_SHARE`` of it.
     """
 
     def __init__(
@@ -64,11 +66,15 @@ class Smoothing:
         turn_max: float = TURN_MAX,
         *,
         described: bool = False,
+        carried: float = 0.0,
     ) -> None:
         config = ffi.new("nc_smooth_config *")
         config.axes, config.main_axis, config.rotary = len(start), list(machine.main), machine.rotary
         config.accel, config.feed = machine.accel, machine.feed
-        config.tolerance, config.rotary_tolerance, config.turn_max = tolerance, rotary_tolerance, turn_max
+        self._carried = carried
+        self.carried = carried  # what is left to them now: less from the first tolerance on that has no room for it
+        config.tolerance = tolerance - self._left_to_carry(tolerance)
+        config.rotary_tolerance, config.turn_max = rotary_tolerance, turn_max
         handle = lib.nc_smooth_new(config, _full(start))
         if handle == ffi.NULL:
             raise MemoryError("smoothing")
@@ -91,15 +97,26 @@ class Smoothing:
         return self._taken()
 
     def _switched(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        """Rows that only say how to drive give way to a larger tolerance, and to none if nothing is driven."""
-        switch = (rows["type"] == SMOOTHING) & ((rows["flags"] & HAS_VALUE) != 0)
+        """Rows that only say how to drive give way to a larger tolerance, and to none if nothing is driven; every
+        tolerance is less what is left to the stages behind."""
+        switch = rows["type"] == SMOOTHING
         if not switch.any():
             return rows
         rows = rows.copy()
-        weak = switch & (self._described | (rows["value"] <= self._tolerance))
+        weak = switch & ((rows["flags"] & HAS_VALUE) != 0) & (self._described | (rows["value"] <= self._tolerance))
         for name in ("value", "length", "angle"):
             rows[name][weak] = 0.0
+        for at in np.flatnonzero(switch & (rows["value"] > 0.0)):
+            rows["value"][at] -= self._left_to_carry(float(rows["value"][at]))
         return rows
+
+    def _left_to_carry(self, tolerance: float) -> float:
+        """mm of a tolerance."""
+        if tolerance <= 0.0:
+            return 0.0
+        left = min(self._carried, CARRIED_SHARE * tolerance)
+        self.carried = min(self.carried, left)
+        return left
 
     def drain(self) -> BlockBatch:
         """The section in work ends where the program stands."""

@@ -61,6 +61,7 @@ class _Driven:
 
 class KinematicsStage:
     """``machines``: kinematics by number.  ``start``: (axes,) position of the axes.  ``place``: of (file, line).
+    ``tolerance``: mm, how far the tip may leave its path now.
 
     ``deviation``: mm, bound of what the tip has left its programmed path by so far.  ``used``: there was one.
     """
@@ -71,8 +72,10 @@ class KinematicsStage:
         start: FloatArray,
         main: tuple[int, int, int],
         place: Callable[[int, int], Place],
+        tolerance: Callable[[], float] = lambda: TOLERANCE,
     ) -> None:
         self._machines, self._main, self._place = machines, main, place
+        self._tolerance = tolerance
         self._count = len(start)
         self._kinematics: Kinematics | LengthCorrection | None = None
         self._length, self._ptp = 0.0, False
@@ -241,7 +244,7 @@ class KinematicsStage:
         least = np.where(rows["flags"] & BY_PARAMETER != 0, PARAMETER_PIECES, 1)
         counts = np.maximum(np.ceil(sweep / SWEEP), least).astype(np.int64)
         try:
-            pieces = cut(paths, counts, _Driven(kinematics, self._length), TOLERANCE)
+            pieces = cut(paths, counts, _Driven(kinematics, self._length), self._tolerance())
         except NotCarried as reason:
             raise self._refused_at(int(which[reason.index]), TOO_CLOSE, batch) from None
         except SingularMachine:

@@ -372,3 +372,30 @@ def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
     assert 0.5 < turning.sum() * cell.cycle_s < 1.5
     tip, _ = head_table(result.samples["pos"][turning])
     assert distance_to_segments(tip, np.array([(0, 0, 100), (x, 0, 100)])).max() < 1e-3
+
+
+@pytest.mark.parametrize("tolerance", [0.01, 0.002, 0.0005])
+@pytest.mark.parametrize("machine", MACHINES)
+def test_smoothing_and_kinematics_share_the_tolerance(machine: str, tolerance: float, tmp_path: Path) -> None:
+    """Corners of the tip while rotary axes turn: it leaves the programmed lines by the tolerance at most, in all."""
+    cell = load_config(ROOT / f"{machine}.toml")
+    rng, names = np.random.default_rng(3), list(cell.axes)
+    k = np.arange(25)
+    points = np.column_stack([3.0 * k, 4.0 * (k % 2), 0.3 * rng.uniform(-1, 1, 25), 15 + 3 * (k % 3), 4.0 * k])
+    points = np.round(points, 4)
+    blocks_ = [" ".join(f"{n}{v:.4f}" for n, v in zip(names, p, strict=True)) for p in points]
+    text = (
+        f"G90 T1 D1\n#KIN ID[9]\n#TRAFO ON\nG0 {blocks_[0]}\n#TIME 0.02\nG1 F3000\n"
+        + "\n".join(blocks_[1:])
+        + "\nM30\n"
+    )
+    path = tmp_path / "part.nc"
+    path.write_text(text)
+    result = plan_program(Program(path, cell, "isg", tolerance=tolerance), keep_samples=True)
+    tip, _ = MACHINES[machine](result.samples["pos"])
+    tip = tip[np.flatnonzero(np.linalg.norm(tip - points[0, :3], axis=1) < 1e-6)[-1] :]
+    a, step = points[:-1, :3], np.diff(points[:, :3], axis=0)
+    t = np.clip(((tip[:, None] - a) * step).sum(-1) / (step**2).sum(-1), 0.0, 1.0)
+    away = np.linalg.norm(tip[:, None] - a - t[..., None] * step, axis=2).min(axis=1)
+    assert 0.5 * tolerance < away.max() <= tolerance
+    assert away.max() <= result.path_deviation_mm <= tolerance

@@ -173,3 +173,27 @@ def test_law_solves_its_equation(c: float) -> None:
     assert state.s == pytest.approx(s, rel=1e-7)
     assert state.v == pytest.approx(v, rel=1e-6, abs=1e-6)
     assert state.a == pytest.approx(slope(s), rel=1e-6, abs=1e-4)
+
+
+def test_the_grid_is_as_fine_as_the_axes_that_move_ask_for() -> None:
+    """An axis that stops within micrometres but does not move changes nothing: the others are planned as without it."""
+    rows = contour(40, 2, per_block=2).intervals(100.0)  # the third axis of the rows stands
+    quick = Limits([300.0, 300.0, 20.0], [3000.0, 3000.0, 1000.0], [50000.0, 50000.0, 1e6])
+    assert run_stats(quick, rows) == run_stats(LIMITS[3], rows)
+
+
+def test_unequal_limits_ask_for_no_more_than_the_slowest_axis_does() -> None:
+    """On a slanting line an axis with 100 times the jerk of the others needs no finer grid than they do alone."""
+    direction = np.array([0.8, 0.6, 0.001])
+    rows = Chain(
+        [Line(np.zeros(3), direction / np.linalg.norm(direction), 30.0)] * 2, [100.0, 99.0], [False] * 2
+    ).intervals()
+    quick = Limits([300.0, 300.0, 20.0], [3000.0, 3000.0, 1000.0], [50000.0, 50000.0, 5e6])
+    assert run_stats(quick, rows)[0] <= 1.1 * run_stats(LIMITS[3], rows)[0]
+
+
+def run_stats(limits: Limits, rows: npt.NDArray[Any]) -> tuple[float, float]:
+    """Segments handed out and motion time over the path."""
+    planner = JerkPlanner(limits, window=120, knots=400)
+    laws = run(planner, rows)
+    return planner.stats["segments"], float(laws["time"].sum())
