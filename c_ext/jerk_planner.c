@@ -82,6 +82,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     p->at_rest = true;
     p->feed_factor = p->rapid_factor = 1.0;
     p->command_speed = -1.0;
+    p->was = speeds_now(p);
     p->reach = 1e30;
     arena m = {0};
     lay_out(p, &m);
