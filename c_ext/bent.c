@@ -11,8 +11,9 @@
 #define ROW SPAN_ROW
 #define STANDS 1e-12       /* speeds squared */
 #define SHORTEST_MM 1e-12
-#define INSIDE 0.004       /* of the limits: what the chord of a row over a part of a stretch may miss */
+#define INSIDE 0.0005      /* of the limits: what the chord of a row over a part of a stretch may miss */
 #define TANGENT_SHARE 0.5  /* change of q' up to which that tangent is taken */
+#define HOLD_PARTS 6.0     /* of a stretch that a feed hold brakes over, each as hard as its own limits allow */
 #define HOP 0.5            /* share of the limits used between two standstills without a knot between */
 #define LONG 0.5           /* stretches longer than this share of the way of a ramp may need more than one u */
 #define WORTH 0.8          /* they do if what one u reaches is below this share of what is possible where they begin */
@@ -32,12 +33,15 @@ static double knot_cap2(const engine *e, const piece *p, const knot *k, const do
     return x;
 }
 
-/* Speeds of the axes: V^2 / q'^2 is convex where q' does not change its sign, so its tangent in the middle stays below. */
-static void add_axis_speeds(const engine *e, const piece *p, const knot *a, const knot *b, double *cap2) {
+/* Speeds of the axes: V^2 / q'^2 is convex where q' does not change its sign, so its tangent in the middle stays below.
+ * `slack`: by how much q' can be above its chord. */
+static void add_axis_speeds(const engine *e, const piece *p, const knot *a, const knot *b, const double *slack, double *cap2) {
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double most = greater(fabs(a->d1[i]), fabs(b->d1[i])), v = piece_v_max(e, p, i);
+        double above = slack ? slack[i] : 0.0, first = fabs(a->d1[i]), last = fabs(b->d1[i]), v = piece_v_max(e, p, i);
+        double most = greater(first, last) + above;
         if (most < 1e-12) continue;
-        double middle = 0.5 * (a->d1[i] + b->d1[i]), share = fabs(middle) > 0.0 ? (b->d1[i] - a->d1[i]) / middle : 1.0;
+        bool turns = a->d1[i] * b->d1[i] <= 0.0;
+        double middle = 0.5 * (first + last) + above, share = turns ? 1.0 : (last - first) / middle;
         double top2 = v * v / (middle * middle), least2 = v * v / (most * most);
         bool tangent = fabs(share) < TANGENT_SHARE;
         cap2[0] = lesser(cap2[0], tangent ? top2 * (1.0 + share) : least2);
@@ -52,16 +56,19 @@ static void set_bound(double cu, double cx, double *bound) {
     bound[1] = free ? 0.0 : -cx / cu;
 }
 
-/* `room`: acceleration of every axis that is left. Per axis: the rows at both knots, then their bounds. */
-uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows) {
+/* `room`: acceleration of every axis that is left; `slack`: what q' can be above its chord, NULL: not certified. Per axis: the
+ * rows at both knots, then their bounds. */
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const double *slack, span *out,
+                   double *rows) {
     uint32_t n = 0;
     out->rows = rows;
     out->accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
     out->length = b->s - a->s;
     out->cap2[0] = knot_cap2(e, p, a, room);
     out->cap2[1] = knot_cap2(e, p, b, room);
-    add_axis_speeds(e, p, a, b, out->cap2);
+    add_axis_speeds(e, p, a, b, slack, out->cap2);
     out->v_hard = NEVER;
+    out->certified = slack != NULL;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
         double inv = 1.0 / room[i], *r = rows + ROW * n++;
@@ -87,6 +94,13 @@ typedef struct part {
 
 static double between(double a, double b, double t) { return a + t * (b - a); }
 
+/* A row inside a stretch, at the share t. Certified: of a law that keeps u over the whole stretch, on the chord between what
+ * it takes at both ends. So the law that was found for the stretch is always allowed, and what is certified for it holds. */
+static double row_u(const span *sp, const double *r, double t) {
+    double u = between(r[0], r[2], t);
+    return sp->certified ? u + 2.0 * sp->length * t * (1.0 - t) * (r[3] - r[1]) : u;
+}
+
 static void part_from(const span *sp, double s, part *o) {
     o->span = sp;
     o->end_cap2 = sp->cap2[1];
@@ -107,7 +121,7 @@ static void part_from(const span *sp, double s, part *o) {
     o->step = 4;
     for (int i = 0; i < o->n; i++) {
         const double *r = sp->rows + ROW * (uint32_t)i;
-        set_bound(between(r[0], r[2], o->t), between(r[1], r[3], o->t), o->local + 4 * i);
+        set_bound(row_u(sp, r, o->t), between(r[1], r[3], o->t), o->local + 4 * i);
         set_bound(r[2] + 2.0 * o->h * r[3], r[3], o->local + 4 * i + 2);
     }
 }
@@ -188,7 +202,7 @@ static bent_step hop(const part *o, double soft2) {
 static void sub_span(const span *sp, double s0, double s1, span *out, double *rows) {
     double t0 = s0 / sp->length, t1 = s1 / sp->length;
     bool bounded = greater(sp->cap2[0], sp->cap2[1]) < NEVER;
-    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .v_hard = sp->v_hard};
+    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .certified = sp->certified, .v_hard = sp->v_hard};
     out->cap2[0] = bounded ? between(sp->cap2[0], sp->cap2[1], t0) : lesser(sp->cap2[0], sp->cap2[1]);
     out->cap2[1] = bounded ? between(sp->cap2[0], sp->cap2[1], t1) : lesser(sp->cap2[0], sp->cap2[1]);
     if (s0 <= 0.0) out->cap2[0] = sp->cap2[0];
@@ -196,10 +210,10 @@ static void sub_span(const span *sp, double s0, double s1, span *out, double *ro
     for (uint32_t i = 0; i < sp->n_rows; i++) {
         const double *from = sp->rows + ROW * i;
         double *r = rows + ROW * i;
-        for (int k = 0; k < 2; k++) {
-            r[k] = between(from[k], from[k + 2], t0);
-            r[k + 2] = between(from[k], from[k + 2], t1);
-        }
+        r[0] = row_u(sp, from, t0);
+        r[1] = between(from[1], from[3], t0);
+        r[2] = row_u(sp, from, t1);
+        r[3] = between(from[1], from[3], t1);
         set_bound(r[0], r[1], r + 4);
         set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6);
     }
@@ -221,7 +235,7 @@ static bool rows_allow(const span *sp, double s, double x, double u) {
     double t = s / sp->length;
     for (uint32_t i = 0; i < sp->n_rows; i++) {
         const double *r = sp->rows + ROW * i;
-        if (fabs(between(r[0], r[2], t) * u + between(r[1], r[3], t) * x) > 1.0 + INSIDE) return false;
+        if (fabs(row_u(sp, r, t) * u + between(r[1], r[3], t) * x) > 1.0 + INSIDE) return false;
     }
     return true;
 }
@@ -242,16 +256,22 @@ static bent_step fine_forward(const span *sp, const part *o, double s, double x,
     return best;
 }
 
-/* As hard down as the limits allow where the path is, not at the far end of a long stretch. */
-static bent_step brake(const span *sp, double s, double x, const part *o, bool is_long) {
-    double low = -range_here(o, x).low, way = low > 0.0 ? 1.05 * x / (2.0 * low) : o->h;
-    if (!is_long || way >= o->h) return brake_over(o, x);
+/* As hard down as the limits allow over the next `way` mm, not as at the far end of the stretch. */
+static bent_step brake_near(const span *sp, double s, double x, double way) {
     span near;
     double rows[ROW * NC_AXES];
     part first;
     sub_span(sp, s, lesser(sp->length, s + greater(way, SHORT_MM)), &near, rows);
     part_from(&near, 0.0, &first);
     return brake_over(&first, x);
+}
+
+/* As hard down as the limits allow. The stored tail takes whole stretches, a hold parts of them. */
+static bent_step brake(const span *sp, double s, double x, const part *o, bool is_long, bool tail) {
+    double low = -range_here(o, x).low, way = low > 0.0 ? 1.05 * x / (2.0 * low) : o->h;
+    if (!tail) way = lesser(way, greater(sp->length / HOLD_PARTS, SHORT_MM));
+    else if (!is_long) return brake_over(o, x);
+    return way >= o->h ? brake_over(o, x) : brake_near(sp, s, x, way);
 }
 
 /* Whether more than one u would be worth it over the rest of the stretch. */
@@ -272,7 +292,7 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
         if (bend * top > 1.0) top = 1.0 / bend;
     }
     bool is_long = o.h * 2.0 * stand > LONG * greater(top, x);
-    if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, is_long || o.h * 2.0 * stand > LONG * x);
+    if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, is_long || o.h * 2.0 * stand > LONG * x, braking);
     double end = lesser(lesser(next, soft2), o.end_cap2), inv_h = 0.5 / o.h;
     if (x + end <= STANDS && !is_long) return hop(&o, soft2);
     range r = range_at(&o, x, -NEVER, NEVER);

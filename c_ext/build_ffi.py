@@ -85,6 +85,7 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
 
 SYNC_SOURCES = ["hli_sync.c", "hli_bench.c"]
 ENGINE_HEADERS = ["nc_block.h", "scan.h", "offset.h", "smooth.h", "contour.h", "engine.h", "jerk_planner.h", "topp2.h"]
+ENGINE_HEADERS += ["tube.h"]
 
 engine_ffi = module(
     "cnc_core._engine",

@@ -50,6 +50,15 @@ static double integrate(const curve *c, double a, double b, double *low, double 
     return half * sum;
 }
 
+/* Length from the start to the parameter w. */
+double curve_length_to(const curve *c, double w) {
+    if (c->natural > 0.0) return w * c->natural;
+    int i = 0;
+    while (i + 1 < c->cells && w > c->w[i + 1]) i++;
+    double low = 0.0, high = 0.0;
+    return c->s[i] + integrate(c, c->w[i], w, &low, &high);
+}
+
 void curve_position(const curve *c, double w, double *q) {
     for (int i = 0; i < c->axes; i++) q[i] = value(c->c[i], w);
 }

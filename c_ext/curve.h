@@ -39,8 +39,11 @@ bool curve_build(curve *c, const double *coefficients, int axes, int degree, dou
 bool curve_build_by_length(curve *c, const double *coefficients, int axes, int degree, double end, double length);
 static inline double curve_length(const curve *c) { return c->s[c->cells]; }
 double curve_parameter(const curve *c, double s);
+double curve_length_to(const curve *c, double w);
 void curve_position(const curve *c, double w, double *q);
 void curve_tangent(const curve *c, double w, double *d1);
 void curve_at(const curve *c, double w, curve_point *p);
 void curve_third(const curve *c, double w, double *d3); /* third derivative by arc length */
+/* curve_certify.c */
+bool curve_certify(const curve *c, double a, double b, double *third, double *fourth);
 #endif

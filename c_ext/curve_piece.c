@@ -1,6 +1,6 @@
 /* A polynomial as a piece of the engine: checks, evaluation, limits.
  *
- * Limits hold on stretches where they are constant. On a stretch, per axis, with m1 >= |q'| and m2 >= |q''| (derivatives
+ * Without jerk, limits hold between knots (curve_spans.c), or on stretches where they are constant: there, per axis, with m1 >= |q'| and m2 >= |q''| (derivatives
  * by arc length), two sufficient conditions for |q' a + q'' v^2| <= A are known:
  *     m1 a + m2 v^2 <= A                 any axis
  *     a^2 + (kappa v^2)^2 <= A^2         axes the length is measured over: there q' and q'' are orthogonal, |q'| = 1
@@ -14,6 +14,8 @@
 #define LENGTH_MISS 1e-6    /* mm by which the row's length and start may differ from its coefficients' */
 #define CELL_LEAST 1e-7     /* mm: what is left of a cell counts as the next one's */
 #define BOUND_POINTS 5      /* per cell */
+#define OVER_FEED 2.0       /* the largest override */
+#define BETWEEN 1.2         /* speeds squared may be that much larger between them */
 
 static uint16_t main_mask(const engine *e) {
     uint16_t mask = 0;
@@ -107,6 +109,24 @@ static double accel_bound(const engine *e, const piece *p, const cell_bounds *b,
 
 static const double no_reserve[NC_AXES];
 
+/* Largest speed squared anywhere on a cell of what its limits let through where the path acceleration helps, about. */
+static double fastest2(const engine *e, const piece *p, const curve *c, int cell) {
+    double most = 0.0;
+    for (int k = 0; k < BOUND_POINTS; k++) {
+        curve_point at;
+        curve_at(c, c->w[cell] + (c->w[cell + 1] - c->w[cell]) * k / (BOUND_POINTS - 1), &at);
+        double x = NEVER, across = 0.0, bend2 = 0.0;
+        for (int i = 0; i < c->axes; i++) {
+            if (fabs(at.d1[i]) > 1e-12) x = fmin(x, pow(piece_v_max(e, p, i) / at.d1[i], 2));
+            if (!(c->metric >> i & 1)) continue;
+            across += fabs(at.d2[i]) * piece_a_max(e, p, i);
+            bend2 += at.d2[i] * at.d2[i];
+        }
+        most = fmax(most, bend2 > 1e-24 ? fmin(x, across / bend2) : x);
+    }
+    return BETWEEN * most;
+}
+
 /* Fill p from the coefficients kept by curve_row_check; length, end and feed are set. */
 void curve_piece_build(engine *e, piece *p) {
     curve *c = &e->curves[p->origin & e->store_mask];
@@ -117,7 +137,7 @@ void curve_piece_build(engine *e, piece *p) {
     memset(c->bend, 0, sizeof c->bend);
     for (int k = 0; k < c->cells; k++) {
         cell_bounds b = bound_cell(c, k);
-        p->v_hard = fmax(p->v_hard, speed_bound(e, p, &b, no_reserve));
+        p->v_hard = fmax(p->v_hard, e->drive.planner ? speed_bound(e, p, &b, no_reserve) : sqrt(fastest2(e, p, c, k)));
         for (int i = 0; i < c->axes; i++) c->bend[i] = fmax(c->bend[i], b.d2[i]);
     }
     curve_piece_tangent(e, p, 0.0, p->tangent_in);
@@ -191,31 +211,19 @@ void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
     for (int i = 0; i < c->axes; i++) curvature[i] = fmax(curvature[i], c->bend[i]);
 }
 
-static void add_span(engine *e, piece *p, span *spans, const cell_bounds *b, const double *reserve, double length) {
-    span *s = &spans[p->span_count++];
-    s->rows = NULL;
-    s->length = length;
-    s->v_hard = speed_bound(e, p, b, reserve);
-    double feed = reachable(p, e->plan.reserve_override);
-    s->accel = accel_bound(e, p, b, reserve, fmin(s->v_hard, feed));
+/* Constant bounds over `length` mm of a cell. */
+void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out) {
+    cell_bounds b = bound_cell(curve_of(e, p), cell);
+    double feed = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
+    *out = (span){.length = length, .v_hard = speed_bound(e, p, &b, reserve)};
+    out->accel = accel_bound(e, p, &b, reserve, fmin(out->v_hard, feed));
 }
 
-/* Spans of p: its cells, cut where the strips (zones of jumps) begin and end. */
-void curve_piece_spans(engine *e, piece *p, span *spans, const strip *strips, int n) {
-    const curve *c = curve_of(e, p);
-    double scale = p->whole / curve_length(c), at = 0.0;
-    int cell = p->dir > 0 ? 0 : c->cells - 1, last = p->dir > 0 ? c->cells - 1 : 0;
-    while (cell != last && cell_ahead(c, p, cell, scale) <= 0.0) cell += p->dir;
-    cell_bounds b = bound_cell(c, cell);
-    for (int k = 0; k < n; k++) {
-        double end = k + 1 == n ? p->length : at + strips[k].length;
-        while (at < end) {
-            double cell_end = cell == last ? p->length : cell_ahead(c, p, cell, scale);
-            double to = fmin(end, cell_end);
-            if (to > at) add_span(e, p, spans, &b, strips[k].reserve, to - at);
-            at = to;
-            if (to < cell_end || cell == last) continue;
-            b = bound_cell(c, cell += p->dir);
-        }
-    }
+/* Where the cell ends that lies behind s, mm of the piece as it is driven; NEVER: the last one. */
+double curve_cell_behind(const curve *c, const piece *p, double s, int *cell) {
+    double scale = p->whole / curve_length(c);
+    int last = p->dir > 0 ? c->cells - 1 : 0;
+    *cell = p->dir > 0 ? 0 : c->cells - 1;
+    while (*cell != last && cell_ahead(c, p, *cell, scale) <= s) *cell += p->dir;
+    return *cell == last ? NEVER : cell_ahead(c, p, *cell, scale);
 }

@@ -13,6 +13,7 @@
 #define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
 #define CURVE_SHORTEST 2e-3 /* mm */
 #define CURVE_NOISE 1e-3
+#define STRAIGHT 1e-9      /* change of the tangent over an interval that does not bend */
 #define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
 #define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define LEAST_MM 1e-6      /* of an interval of a curve, however much it bends */
@@ -157,16 +158,25 @@ static double programmed_speed(const engine *e, const piece *p, double from, dou
     return v < NEVER ? v : 0.0;
 }
 
+/* A part of a curve that does not bend is a line. */
+static bool is_line(const engine *e, const piece *p, const jerk_interval *q) {
+    if (p->kind == PIECE_LINE) return true;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (fabs(q->d1[1][i] - q->d1[0][i]) > STRAIGHT || (fabs(q->d2[0][i]) + fabs(q->d2[1][i])) * q->length > STRAIGHT) return false;
+    return true;
+}
+
 /* Weights of the program as shares of the axes' limits. A limit of the path's acceleration or jerk becomes one of the axis that
  * moves most on a line, of all axes where the path bends. */
 static void set_shares(const engine *e, const piece *p, jerk_interval *q) {
     const motion_limits *l = &p->limits;
+    bool path = l->path_acceleration > 0 || l->path_jerk > 0, line = path && is_line(e, p, q);
     int most = 0;
     for (int i = 1; i < e->cfg.axis_count; i++)
         if (fabs(q->d1[0][i]) > fabs(q->d1[0][most])) most = i;
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        bool takes = p->kind != PIECE_LINE || i == most;
-        double along = p->kind == PIECE_LINE ? fabs(q->d1[0][i]) : 1.0, acc = l->acceleration[i], jerk = l->jerk[i];
+        bool takes = !line || i == most;
+        double along = line ? fabs(q->d1[0][i]) : 1.0, acc = l->acceleration[i], jerk = l->jerk[i];
         if (takes && l->path_acceleration > 0) acc = fmin(acc, (double)l->path_acceleration * along / e->cfg.a_max[i]);
         if (takes && l->path_jerk > 0 && e->cfg.j_max[i] > 0) jerk = fmin(jerk, (double)l->path_jerk * along / e->cfg.j_max[i]);
         q->acc_share[i] = (float)fmax(acc, LEAST_SHARE);

@@ -19,7 +19,7 @@ static bool allocate(engine *e) {
     e->element_mask = elements - 1;
     e->store_mask = stored - 1;
     e->store = calloc(stored, sizeof(piece));
-    e->plan.tail_max = (SPANS_MAX + 1) * (e->cfg.window + 64);
+    e->plan.tail_max = spans_room(e) * (e->cfg.window + 64);
     if (!drive_new(e) || !foresight_new(e) || !spans_new(e)) return false;
     e->elements = calloc(elements, sizeof(element));
     uint64_t run = power_of_two(e->cfg.window + RUN_MORE);
@@ -158,6 +158,10 @@ int pending_event(engine *e) {
     if (ATOMIC_GET(e->watchdog_event)) {
         ATOMIC_SET(e->watchdog_event, 0);
         return ENGINE_WATCHDOG;
+    }
+    if (ATOMIC_GET(e->retraced_event)) {
+        ATOMIC_SET(e->retraced_event, 0);
+        return ENGINE_RETRACED;
     }
     if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->geo.cycle) >= e->drain_from &&
         ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {

@@ -23,6 +23,7 @@
 #define ENGINE_MODE_COMMAND 8  /* the PLC has sent a mode command that the cell has to carry out */
 #define ENGINE_WATCHDOG 9      /* the PLC has not shown that it lives; reported once */
 #define ENGINE_PLC_ERROR 10    /* the PLC has sent an error record */
+#define ENGINE_RETRACED 11     /* the path is driven forward again behind backward motion; reported once */
 
 #define ENGINE_SPINDLES 6
 

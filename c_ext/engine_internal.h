@@ -72,7 +72,9 @@ typedef struct synch_table {
 
 typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piece_kind;
 
-#define SPANS_MAX 64u     /* stretches of a piece */
+#define SPANS_MANY 160u   /* stretches of a piece at the most, ... */
+#define SPANS_FEW 64u     /* ... and where the window is wide */
+#define WIDE_WINDOW 512u
 #define SPAN_ROW 8u       /* numbers an axis has in a curved one */
 
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <= accel, v <= v_hard. Curved (rows; bent.c):
@@ -83,6 +85,7 @@ typedef struct span {
     double cap2[2];
     const double *rows;    /* NULL: straight; r0 to r3 of each axis, and what they bound (bent.c) */
     uint8_t n_rows;
+    bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
 
 /* One place of a curved piece, mm of the piece as it is driven; w: parameter of a polynomial. */
@@ -434,7 +437,8 @@ struct engine {
     engine_mode_command mode_command;
     bool watch_alive, watch_missed;
     double watch_since;
-    int watchdog_event, errors_lock;
+    int watchdog_event, retraced_event, errors_lock;
+    bool was_backward;        /* the last motion */
     engine_error errors[ERRORS_MAX];
     uint64_t errors_head, errors_done;
     uint32_t errors_lost, plc_error_id, plc_error_class;
@@ -455,7 +459,10 @@ static inline bool is_motion(const piece *p) { return p->kind != PIECE_EVENT; }
 static inline double lesser(double a, double b) { return a < b ? a : b; }
 static inline double greater(double a, double b) { return a > b ? a : b; }
 
-static inline span *spans_of(const engine *e, uint64_t i) { return &e->plan.spans[(i & e->plan.span_mask) * SPANS_MAX]; }
+static inline uint32_t spans_max(const engine *e) { return e->cfg.window > WIDE_WINDOW ? SPANS_FEW : SPANS_MANY; }
+/* Odd, so that pieces do not share the lines of a cache. */
+static inline uint32_t spans_room(const engine *e) { return spans_max(e) + 1u; }
+static inline span *spans_of(const engine *e, uint64_t i) { return &e->plan.spans[(i & e->plan.span_mask) * spans_room(e)]; }
 
 static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
 
@@ -484,7 +491,11 @@ typedef struct strip {
     double length;
     const double *reserve;
 } strip;
-void curve_piece_spans(engine *e, piece *p, span *spans, const strip *strips, int n);
+double curve_cell_behind(const curve *c, const piece *p, double s, int *cell);
+void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out);
+
+/* curve_spans.c */
+void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands);
 
 /* mapping.c */
 void map_behind_element(engine *e);
@@ -525,7 +536,8 @@ const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
 bool log_available(const engine *e);
 
 /* bent.c */
-uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, span *out, double *rows);
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const double *slack, span *out,
+                   double *rows);
 double bent_need(const span *sp, double s, double soft2, double next);
 bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool braking);
 

@@ -6,6 +6,8 @@
 void engine_abort(engine *e) {
     log_program_end(e);
     ATOMIC_SET(e->expect_drain, 0);
+    ATOMIC_SET(e->retraced_event, 0);
+    e->was_backward = false;
     ATOMIC_SET(e->finished, 1);
     ATOMIC_SET(e->abort_now, 1);
 }

@@ -2,9 +2,17 @@
 #include <math.h>
 #include "jerk_internal.h"
 
+#define SMALL 1e-3 /* what the series leaves out behind y^4 is below rounding */
+
 /* sinh(r)/r, (cosh(r) - 1)/r^2 with y = r^2; sin and cos for y < 0. */
 static void entire(double y, double *s1, double *c2) {
-    if (fabs(y) < 1.0) {
+    if (y == 0.0) {
+        *s1 = 1.0;
+        *c2 = 0.5;
+    } else if (fabs(y) < SMALL) {
+        *s1 = 1.0 + y * (1.0 / 6.0 + y * (1.0 / 120.0 + y * (1.0 / 5040.0 + y * (1.0 / 362880.0))));
+        *c2 = 0.5 + y * (1.0 / 24.0 + y * (1.0 / 720.0 + y * (1.0 / 40320.0 + y * (1.0 / 3628800.0))));
+    } else if (fabs(y) < 1.0) {
         *s1 = 1.0 + y / 6.0 * (1.0 + y / 20.0 * (1.0 + y / 42.0 * (1.0 + y / 72.0 * (1.0 + y / 110.0 * (1.0 + y / 156.0 *
               (1.0 + y / 210.0 * (1.0 + y / 272.0)))))));
         *c2 = 0.5 * (1.0 + y / 12.0 * (1.0 + y / 30.0 * (1.0 + y / 56.0 * (1.0 + y / 90.0 * (1.0 + y / 132.0 * (1.0 + y / 182.0 *

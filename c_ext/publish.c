@@ -236,6 +236,8 @@ static void publish_bahn(engine *e) {
         memcpy(b->prog_name_r, e->program_name, sizeof e->program_name);
     }
     show_u8(&b->backward_active_r, motion && p->dir < 0);
+    if (motion && e->was_backward && p->dir >= 0) ATOMIC_SET(e->retraced_event, 1);
+    if (motion) e->was_backward = p->dir < 0;
     show_u8(&b->delete_distance_to_go_active_r, ATOMIC_GET(e->feed.shortcuts) != e->shortcut_requests || (motion && p->shortcut));
     publish_next_stop(e);
     foresight_publish(e);

@@ -1,5 +1,5 @@
 /* Stretches of a piece for the acceleration-limited planner: lines whole, arcs between knots (bent.c), polynomials
- * by the bounds of their cells (curve_piece.c);
+ * between certified ones (curve_spans.c);
  * cut where the zones begin in which the jumps of a corner use up acceleration (lookahead.c).
  */
 #include <math.h>
@@ -17,7 +17,7 @@
 bool spans_new(engine *e) {
     uint64_t slots = 1;
     while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t stretches = (size_t)(slots * SPANS_MAX);
+    size_t stretches = (size_t)(slots * spans_room(e));
     e->plan.span_mask = slots - 1;
     e->plan.spans = calloc(stretches, sizeof(span));
     e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
@@ -49,7 +49,7 @@ static double room_of(const engine *e, const piece *p, const double *reserve, in
 
 static void add_bent(builder *b, const knot *from, const knot *to) {
     if (to->s - from->s < TINY_MM) return;
-    b->rows += bent_rows(b->e, b->p, from, to, b->room, &b->spans[b->p->span_count++], b->rows);
+    b->rows += bent_rows(b->e, b->p, from, to, b->room, NULL, &b->spans[b->p->span_count++], b->rows);
 }
 
 /* ------------------------------------------------------------------------------------------------ knots */
@@ -125,8 +125,8 @@ static double zone(const engine *e, const piece *corner, const piece *p) {
     return (corner->corner_v + 2.0 * a * dt) * dt;
 }
 
-static bool too_many_turns(const piece *p) {
-    return fabs(p->sweep) / p->whole * p->length > (SPANS_MAX - 3) * TURN_STEP;
+static bool too_many_turns(const engine *e, const piece *p) {
+    return fabs(p->sweep) / p->whole * p->length > (spans_max(e) - 3) * TURN_STEP;
 }
 
 /* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
@@ -135,7 +135,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
     uint64_t slot = i & e->plan.span_mask;
-    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * SPANS_MAX * SPAN_ROW * (uint64_t)e->cfg.axis_count};
+    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * spans_room(e) * SPAN_ROW * (uint64_t)e->cfg.axis_count};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
@@ -145,12 +145,12 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
     p->span_count = 0;
-    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, strips, n);
+    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
         for (int a = 0; a < e->cfg.axis_count; a++) b.room[a] = room_of(e, p, strips[k].reserve, a);
-        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && too_many_turns(p))) straight_strip(&b, to - at);
+        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && too_many_turns(e, p))) straight_strip(&b, to - at);
         else arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
         at = to;
     }

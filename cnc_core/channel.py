@@ -13,7 +13,7 @@ from . import external
 from .blocks import BlockBatch
 from .config import CellConfig
 from .engine import Engine
-from .errors import CncError
+from .errors import CncError, Place
 from .frontend.machine import External
 from .operator_answers import Answer, Operator, Question
 from .pausing import Pause
@@ -211,8 +211,8 @@ class Preparation:
         elif item is None and self.pause.active:
             self.pause.ended()
         elif item is None:
-            for report in self.program.filter_reports:
-                self.port.message(str(report))
+            for text in self.program.filter_texts:
+                self.port.message(text)
             self._end(None)
         else:
             raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")
@@ -248,6 +248,24 @@ class Preparation:
             self.pause.resume()
         else:
             self.engine.hold(False)
+
+    def retraced(self) -> None:
+        """The path is driven forward again: what the program has for that is executed beside it and moves nothing."""
+        reader: Any = self.program.reader if self.program else None
+        path = getattr(reader, "retrace_macro", None)
+        if path is None or self.pause.active:
+            return
+        self._latch()
+        macro = Program(
+            path, self._cell, "isons", self.port, start=self.port.latched,
+            reader=lambda machine: reader.macro_reader(path, machine, self.port.latched, run_type=reader.RETRACING),
+        )  # fmt: skip
+        try:
+            while (item := macro.read()) is not None:
+                if item is Wait.CYCLE or (isinstance(item, BlockBatch) and len(item)):
+                    raise CncError(909174, place=Place(str(path)))
+        except CncError as error:
+            self._end(error)
 
     def take_rows(self) -> tuple[BlockBatch, int]:
         out = self._batch, self._first

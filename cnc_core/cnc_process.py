@@ -254,9 +254,14 @@ class CncProcess:
             pass
 
     def _first_scan(self) -> bool:
-        """Until the PLC has scanned once, so that what it commands before the start counts; False if it was lost."""
+        """Until the PLC has scanned once, so that what it commands before the start counts; False if it was lost.
+
+        A client that asks or steps by hand does not scan (``scans_due`` 0, or it releases a cycle).
+        """
         plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
-        while not self.stop_signal and plc.attached and not plc.scans and time.monotonic() < until:
+        while not self.stop_signal and plc.attached and plc.scans_due and not plc.scans and time.monotonic() < until:
+            if self._released():
+                break
             self._look_at_plc()
             time.sleep(0.0005)
         if self.options.clock == "realtime":
@@ -268,6 +273,11 @@ class CncProcess:
             if not self.side.plc.attached:
                 break
         return not self._plc_lost()
+
+    def _released(self) -> bool:
+        """Whether the PLC has let a cycle begin (lockstep)."""
+        ahead = (self.side.plc_turn.word - int(self.engine.state.cycle)) & 0xFFFFFFFF
+        return self.options.clock == "lockstep" and 0 < ahead < 1 << 31
 
     # ---------------------------------------------------------------- programs
     def start_program(self, path: Path) -> None:
@@ -426,6 +436,8 @@ class CncProcess:
                 self.modes.handle(command)
         elif event is Event.PLC_ERROR:
             self._plc_error()
+        elif event is Event.RETRACED and preparation:
+            preparation.retraced()
         elif event is Event.WATCHDOG:
             self._watchdog()
         elif event is Event.PROGRAM_END:

@@ -285,7 +285,11 @@ class CellConfig(_Table):
         table = data.get("isons") if isinstance(data, dict) else None
         if not isinstance(table, dict) or not any(key == key.upper() for key in table):
             return data
-        isons, axes = IsonsConfig.model_validate(table), data.get("axes", {name: {} for name in "XYZ"})
+        try:
+            isons = IsonsConfig.model_validate(table)
+        except ValidationError:
+            return data  # told, with its place, when the field is validated
+        axes = data.get("axes", {name: {} for name in "XYZ"})
         if not isinstance(axes, dict) or not all(isinstance(axis, dict) for axis in axes.values()):
             return data
         return data | {"axes": {name: isons.axis_settings(name, axis) | axis for name, axis in axes.items()}}
@@ -538,7 +542,9 @@ def parse_config(text: str, file: str = "") -> CellConfig:
         raise ConfigError(f"not TOML: {error}", _toml_place(file, text, str(error))) from None
     except ValidationError as error:
         first = error.errors()[0]
-        line = _line_of(text, str(first["loc"][-1])) if first["loc"] else 0
+        named = re.search(r"machine parameter (\w+)", first["msg"])
+        key = named[1] if named else str(first["loc"][-1]) if first["loc"] else ""
+        line = _line_of(text, key) if key else 0
         source = text.splitlines()[line - 1] if line else ""
         raise ConfigError("; ".join(_message(e) for e in error.errors()), Place(file, line, 1, source)) from None
 

@@ -46,6 +46,7 @@ class Event(IntEnum):
     MODE_COMMAND = lib.ENGINE_MODE_COMMAND
     WATCHDOG = lib.ENGINE_WATCHDOG
     PLC_ERROR = lib.ENGINE_PLC_ERROR
+    RETRACED = lib.ENGINE_RETRACED
 
 
 @dataclass(frozen=True)

@@ -279,9 +279,10 @@ ERRORS: dict[int, str] = {
     909151: "form: value out of range",
     909152: "the operator is asked, and nobody answers",
     909160: "ACQ SENSOR ERROR: the target was reached without the sensor",
+    909161: "homing: the mode is not known, or the simulated drive does not have it",
     909170: "restart: the program does not come to this place",
-    909171: "restart with M_GOBLOCK during tool radius compensation or RTCP",
     909172: "RESUME_T: no T has been executed in this program",
+    909174: "M_GORETRACE: the path goes on meanwhile, the macro cannot move axes, put out functions or wait",
     909173: "the program does not end, what follows is not executed",
     # our own: files, configuration, machine
     901001: "file not found",

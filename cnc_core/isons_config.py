@@ -47,6 +47,8 @@ class HomingConfig(_Table):
     index: Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)] = 0.0
     index_offset: Finite = 0.0
     absolute: Finite | None = None
+    limit_negative: Finite | None = None
+    limit_positive: Finite | None = None
 
 
 def _whole_keys(table: dict[str, Any], what: str, highest: int) -> dict[str, Any]:
@@ -70,6 +72,7 @@ class IsonsConfig(_Table):
     macro_folder: str = "."
     app_path: str = "."
     positioners: Annotated[int, Field(ge=0, le=machine_parameters.POSITIONERS_MAX)] = 4
+    passes_max: Annotated[int, Field(ge=0)] = 100_000
     io_block: Annotated[int, Field(ge=1, le=EXTERNAL_BLOCKS - IO_BLOCKS + 1)] = 1
 
     @model_validator(mode="before")
@@ -149,6 +152,7 @@ class IsonsConfig(_Table):
             app_path=self.app_path,
             positioners=self.positioners,
             io_block=self.io_block,
+            passes_max=self.passes_max,
             homing={name: HomingSensors(**sensors.model_dump()) for name, sensors in self.homing.items()},
         )
 

@@ -22,7 +22,9 @@ from .errors import ERRORS, CncError, Place
 from .frontend.osai.front_end import OsaiFrontEnd
 from .frontend.osai.setup import VARIABLE, Record, Records, SetupFile, SetupLine, Value
 from .geometry import profile_jets as jets
-from .geometry.optimizer import Fit, FitReport, SectionFitter, Tolerances, join_sections
+from .geometry.optimizer import SectionFitter, Style
+from .geometry.optimizer_joints import join_sections
+from .geometry.optimizer_types import Fit, FitReport, Pace, Tolerances
 from .geometry.profile_blend import evaluated
 from .geometry.profile_curves import Intervals
 from .geometry.profile_points import PointFilter, Points, automatic_codes
@@ -48,6 +50,9 @@ MEETS = 1e-7
 CALLS_MAX = 20
 SUFFIXES = ("", ".osai", ".hsm", ".nc", ".txt")
 READ_ROWS = 4096
+STYLES: tuple[Style, ...] = ("free", "fine", "keep")  # the next one where the one before is no faster than the input
+FASTER = 1.0 - 2e-5
+TIMED_POINTS = 200_000  # programs of more points are not planned
 
 
 @dataclass
@@ -63,6 +68,10 @@ class OptimizeResult:
     groups: int = 0
     joints: int = 0
     profiles: int = 0
+    kept: int = 0
+    max_path_deviation_mm: float = 0.0
+    time_before_s: float | None = None
+    time_after_s: float | None = None
     continuity: dict[str, float] = field(default_factory=dict)
     setup: str = ""
     comparison: dict[str, Any] | None = None
@@ -95,6 +104,9 @@ def expanded(path: Path, folder: Path | None = None, depth: int = 0) -> list[str
     return out
 
 
+Made = list[list[tuple[Fit, Points, bool]]]
+
+
 def _setup_of(out: Path) -> Path:
     return out.with_name(out.name + ".setup")
 
@@ -119,12 +131,30 @@ class Optimizer:
         self.tolerances = _tolerances(records)
         self.codes = {kind: MODES[records.general["SMT"].word(name)] for kind, name in EDGE_CODES.items()}
         self._own_length = records.get("TOL").maybe("Len") is not None
-        total = max(1, sum(len(p.points) for p in profiles))
-        made = [self._smoothed(p, lambda n: self._advance(n, total)) for p in profiles]
-        self._write(lines, profiles, made)
-        self._write_setup(records, profiles)
+        best: tuple[OptimizeResult, Made] | None = None
+        before = planned_time(lambda folder: _before(self.source, self.setup, folder), self.cell)
+        for style in STYLES:
+            self.result = OptimizeResult(time_before_s=before)
+            made = self._all_smoothed(profiles, style)
+            self._write(lines, profiles, made)
+            self._write_setup(records, profiles)
+            worth = before is not None and self.result.points_in <= TIMED_POINTS
+            after = planned_time(lambda folder: self.out, self.cell) if worth else None
+            self.result.time_after_s = after
+            if best is None or (after or np.inf) < (best[0].time_after_s or np.inf):
+                best = self.result, made
+            if after is None or before is None or after < before * FASTER:
+                break
+        assert best is not None
+        if best[0] is not self.result:
+            self.result, made = best
+            self._write(lines, profiles, made)
         self.tick(1.0)
         return self.result
+
+    def _all_smoothed(self, profiles: list[_Profile], style: Style) -> Made:
+        total, self._done, self.style = max(1, sum(len(p.points) for p in profiles)), 0, style
+        return [self._smoothed(p, lambda n: self._advance(n, total)) for p in profiles]
 
     def _advance(self, points: int, total: int) -> None:
         self._done += points
@@ -148,7 +178,11 @@ class Optimizer:
         records, errors = SetupFile(self.setup).resolve(self._variables)
         if errors:
             raise errors[0]
-        smt = records.general["SMT"]
+        smt, sms = records.general["SMT"], records.get("SMS")
+        if sms.word("C1") == "ENA":
+            raise sms.fail(900003, "SMS, C1: smoothing at C1-continuous points is not supported", "C1")
+        if sms.word("Progr") == "DIS":
+            raise sms.fail(900003, "SMS, Progr: the debug output in place of a program is not supported", "Progr")
         for name in ("Toll", "TollX", "TollV"):
             if name == "Toll" and not smt.number(name) > 0.0:
                 raise smt.fail(909205, "SMT, Toll: the tolerance must be positive", name)
@@ -251,21 +285,35 @@ class Optimizer:
                 begin = evaluated(parts[-1].coef[-1], float(parts[-1].span[-1]))[:2]
                 begin[1] /= np.linalg.norm(begin[1, linear])
             section = self._followed(spec, points[a : b + 1], begin)
-            fitter = SectionFitter(self._columns(spec, section), linear, versor, self.tolerances)
-            coef, span, first = fitter.fit(report, tick, begin)
+            columns = self._columns(spec, section)
+            fitter = SectionFitter(
+                columns, linear, versor, self.tolerances, spec.degree, begin, self._pace(spec, section), self.style
+            )
+            coef, span, first = fitter.fit(report, tick)
             after = np.full(len(span), SMOOTH, np.int64)
             after[-1] = STOP if b == len(points) - 1 else int(points.after[b])
-            parts.append(Fit(coef, span, first + a, after, self._kinds[at + b]))
+            kind = self._kinds[at + b]
+            parts.append(Fit(coef, span, first + a, after, kind, points=columns, at=fitter.at))
         fit = join_sections(parts, linear, versor, self.tolerances, report)
         result = self.result
         result.polynomials += len(fit.span)
         result.max_deviation_mm = max(result.max_deviation_mm, report.deviation)
         result.polyline_points += report.polyline_points
         result.points_dropped += max(0, len(points) - report.polyline_points)
+        result.max_path_deviation_mm = max(result.max_path_deviation_mm, report.band)
         result.groups += report.groups
+        result.kept += report.kept
         result.joints += report.joints
         self._measure(fit, linear)
         return fit
+
+    def _pace(self, spec: ProfileSpec, points: Points) -> Pace:
+        """What limits the speed of these points: their feed and the weakest linear axis."""
+        channels = [spec.axes[i].channel for i in spec.linear]
+        weakest = [float(np.min(self.cell.axis_values(f"{name}")[channels])) for name in ("a_max_mm_s2", "j_max_mm_s3")]
+        own = [[d for i in spec.linear if (d := getattr(spec.axes[i].cutting, n))] for n in ("acceleration", "jerk")]
+        acceleration, jerk = (min([w, *o]) if w > 0.0 else w for w, o in zip(weakest, own, strict=True))
+        return Pace(float(points.feed[1:].max()), acceleration, jerk)
 
     def _single(self, point: Points, spec: ProfileSpec) -> tuple[Fit, Points, bool]:
         """A profile of one point is a line to it."""
@@ -291,11 +339,12 @@ class Optimizer:
 
     def _slopes(self, spec: ProfileSpec, points: Points, begin: FloatArray | None) -> FloatArray:
         """(n, 3) direction of the smoothed path at each point: chords of noisy points tell little of it."""
-        fitter = SectionFitter(points.values[:, list(spec.linear)], [0, 1, 2], [], self.tolerances)
-        coef, span, _ = fitter.fit(FitReport(), lambda n: None, None if begin is None else begin[:, :3])
+        xyz, given = points.values[:, list(spec.linear)], None if begin is None else begin[:, :3]
+        fitter = SectionFitter(xyz, [0, 1, 2], [], self.tolerances, spec.degree, given)
+        coef, span, _ = fitter.fit(FitReport(), lambda n: None)
         breaks = np.concatenate([[0.0], np.cumsum(span)])
-        k = np.clip(np.searchsorted(breaks, fitter.u, side="right") - 1, 0, len(span) - 1)
-        return jets.of_columns(coef[k], fitter.u - breaks[k], 1)[:, 0]
+        k = np.clip(np.searchsorted(breaks, fitter.at, side="right") - 1, 0, len(span) - 1)
+        return jets.of_columns(coef[k], fitter.at - breaks[k], 1)[:, 0]
 
     # the tangential axis
 
@@ -506,6 +555,7 @@ def _tolerances(records: Records) -> Tolerances:
         split_other=sms.number("SplitX"),
         split_versor=sms.number("SplitV"),
         reach=smt.number("Racc"),
+        reach_other=smt.number("RaccX"),
         reach_versor=smt.number("RaccV"),
         condition=int(sms.number("Cond")),
         condition_other=int(sms.number("CondX")),
@@ -557,6 +607,32 @@ def _curvature(j: FloatArray) -> FloatArray:
     return np.asarray((j[:, 2] - (j[:, 2] * t).sum(axis=1)[:, None] * t) / speed**2)
 
 
+def _before(source: Path, setup: Path, folder: Path) -> Path:
+    """The input with this setup as a program that runs."""
+    before = folder / "before.osai"
+    lines = expanded(source)
+    (folder / "setup").write_text(setup.read_text(encoding="utf-8"), encoding="utf-8")
+    if any(BEGIN.match(line) for line in lines):
+        lines = ["(HSM,setup)", *(line for line in lines if not SETUP_LINE.match(line))]
+    else:
+        first, last = _middle(lines)
+        lines = [*lines[: first or 0], "(HSM,setup)", "G61", *lines[first or 0 : last], "G60", *lines[last:]]
+    before.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return before
+
+
+def planned_time(program: Callable[[Path], Path], cell: CellConfig) -> float | None:
+    """Machining time, s, of the program that ``program`` puts into a folder; None where it cannot be planned."""
+    from .planning import plan_program  # noqa: PLC0415
+    from .program import Program  # noqa: PLC0415
+
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            return plan_program(Program(program(Path(folder)), cell, "osai")).motion_time_s
+        except CncError:
+            return None
+
+
 def compare(source: Path, out: Path, setup: Path, cell: CellConfig) -> dict[str, Any]:
     """Machining time, s, and root mean square of the jerk of both programs on a cell."""
     from .planning import plan_program  # noqa: PLC0415
@@ -564,15 +640,7 @@ def compare(source: Path, out: Path, setup: Path, cell: CellConfig) -> dict[str,
 
     found = {}
     with tempfile.TemporaryDirectory() as folder:
-        before = Path(folder) / "before.osai"
-        lines = expanded(source)
-        (Path(folder) / "setup").write_text(setup.read_text(encoding="utf-8"), encoding="utf-8")
-        if any(BEGIN.match(line) for line in lines):
-            lines = ["(HSM,setup)", *(line for line in lines if not SETUP_LINE.match(line))]
-        else:
-            first, last = _middle(lines)
-            lines = [*lines[: first or 0], "(HSM,setup)", "G61", *lines[first or 0 : last], "G60", *lines[last:]]
-        before.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        before = _before(source, setup, Path(folder))
         for name, path in (("before", before), ("after", out)):
             result = plan_program(Program(path, cell, "osai"), keep_samples=True)
             assert result.samples is not None

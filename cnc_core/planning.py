@@ -32,6 +32,7 @@ class PlanResult:
     lookahead: int = 0
     infeasible: int = 0
     filters: list[dict[str, Any]] = field(default_factory=list)
+    filtered: dict[str, float] = field(default_factory=dict)
     jerk_limited: bool = False
     samples: dict[str, Any] | None = None
 
@@ -47,6 +48,7 @@ class PlanResult:
             "lookahead": self.lookahead,
             "planner": "jerk-limited" if self.jerk_limited else "acceleration-limited",
             "filters": self.filters,
+            "filtered": self.filtered,
         }
 
 
@@ -121,6 +123,7 @@ def plan_program(
             cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
         )
         out.filters = [asdict(report) for report in program.filter_reports]
+        out.filtered = {"deviation_mm": program.filtered.deviation_mm, "cut_mm": program.filtered.cut_mm}
         return out
     finally:
         engine.close()

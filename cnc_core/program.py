@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -19,6 +20,7 @@ from .errors import ERRORS, CncError, Place
 from .frontend.machine import ProgramMachine
 from .geometry.contour import AHEAD, BEHIND, Contouring, ContourMachine
 from .geometry.corner import Corners
+from .geometry.driven import Driven, Tap
 from .geometry.feed_control import FeedControl
 from .geometry.frames import Frames
 from .geometry.low_pass import LowPass
@@ -79,6 +81,15 @@ def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
 def _contour_machine(cell: CellConfig) -> ContourMachine:
     smoothing = _smoothing_machine(cell)
     return ContourMachine(cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell))
+
+
+@dataclass
+class Approach:
+    """On the way to the place of a restart: a macro, the place, the path from there on."""
+
+    macro: Program
+    place: npt.NDArray[np.float64]
+    rest: BlockBatch
 
 
 class FrontEnd(Protocol):
@@ -159,6 +170,7 @@ class Program:
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
         self._passed: Passed | None = None  # of a restart: rows ahead of the place are left out
+        self._approach: Approach | None = None  # of a restart: a macro on the way to the place
         self._again = BlockBatch.empty()  # functions that a restart puts out again
         self.compensation = compensation = RadiusCompensation(
             machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
@@ -167,6 +179,8 @@ class Program:
         smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance, described=programmed, carried=carried)
         self.smoothing = smoothing
         self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
+        self._taps = [Tap(machine.start, machine.main, stage.code) for stage in self.filters]
+        self.filtered = Tap(machine.start, machine.main)  # deviations of all filters together
         self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
         contour: list[Stage] = [
             Corners(machine.start, machine.main, self._place),
@@ -174,11 +188,13 @@ class Program:
             DropZeroLength(),
             Orbit(machine.start, machine.main, self._place),
             Spline(machine.start, machine.main, self._place),
-            *self.filters,
+            self.filtered,
+            *(stage for pair in zip(self._taps, self.filters, strict=True) for stage in pair),
             DropZeroLength(),
             PathMode(machine.start, machine.main),
             self.contouring,
             self.smoothing,
+            Driven(machine.start, machine.main, [self.filtered, *self._taps]),
         ]
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         machines = dict(cell.kinematic_machines)  # profiles add their own
@@ -189,6 +205,7 @@ class Program:
             (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
             AxisDynamics(*(cell.axis_values(name) for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3"))),
             cell.cycle_s,
+            described=programmed,
         )
         self.kinematics = KinematicsStage(
             machines, machine.start, machine.main, self._place, lambda: smoothing.carried or CARRY_TOLERANCE
@@ -200,8 +217,19 @@ class Program:
 
     @property
     def filter_reports(self) -> list[FilterReport]:
-        """Of the filters that have been used."""
+        """Of the filters that have been used; deviations of what is driven from what came into each."""
+        for tap, stage in zip(self._taps, self.filters, strict=True):
+            stage.report.deviation_mm, stage.report.cut_mm = tap.deviation_mm, tap.cut_mm
         return [stage.report for stage in self.filters if stage.report.blocks_in]
+
+    @property
+    def filter_texts(self) -> list[str]:
+        """What the filters have done, for the operator; of several together a line behind their own."""
+        reports, whole = self.filter_reports, self.filtered
+        texts = [str(report) for report in reports]
+        if len(reports) > 1:
+            texts.append(f"filters: deviation {whole.deviation_mm:.6f} mm, cut off {whole.cut_mm:.6f} mm")
+        return texts
 
     @property
     def errors(self) -> list[CncError]:
@@ -215,6 +243,8 @@ class Program:
 
         CncError for the first wrong block, behind all rows before it.
         """
+        if self._approach is not None:
+            return self._approaching(self._approach, rows)
         item = self._read(rows)
         return item if self._passed is None or isinstance(item, Wait) else self._behind_place(item)
 
@@ -267,14 +297,12 @@ class Program:
 
     def _go_on_in_path(self, reader: Any, passed: Passed, restart: Restart) -> None:
         """The path behind the place depends on blocks before it: the stages keep what they hold."""
-        if reader.has_go_block:
-            raise CncError(909171, f"{ERRORS[909171]}: {restart}", Place(str(self.path)))
         passed.count = reader.block_count
         self._passed = passed
         self._searching.found()
         self._again = reader.go_on()
 
-    def _behind_place(self, item: BlockBatch | None) -> BlockBatch | None:
+    def _behind_place(self, item: BlockBatch | None) -> BlockBatch | Wait | None:
         """Rows behind the place of a restart; the first ones behind functions and the way there."""
         passed = self._passed
         assert passed is not None
@@ -282,11 +310,34 @@ class Program:
         if item is not None and not len(rest):
             return rest
         self._passed = None
+        reader: Any = self.reader
+        macro = reader.go_block_macro
+        if macro is None:
+            begin = self._from(self._start, passed.place, rest, self._again)
+            return begin if len(begin) else item
+        before = Program(
+            macro, self.cell, self.dialect, self.port, start=self._start,
+            reader=lambda machine: reader.macro_reader(macro, machine, passed.place, run_type=reader.SEARCHING),
+        )  # fmt: skip
+        self._approach = Approach(before, passed.place, rest)
+        return self._again if len(self._again) else self.read()
+
+    def _approaching(self, approach: Approach, rows: int) -> BlockBatch | Wait | None:
+        """Rows of the macro, then from its end to the place, then what was found there."""
+        item = approach.macro.read(rows)
+        if item is not None:
+            return item
+        self._approach = None
+        begin = self._from(approach.macro.limits.last, approach.place, approach.rest, BlockBatch.empty())
+        return begin if len(begin) else self.read(rows)
+
+    def _from(
+        self, here: npt.NDArray[np.float64], place: npt.NDArray[np.float64], rest: BlockBatch, ahead: BlockBatch
+    ) -> BlockBatch:
+        """``ahead``, the way from ``here`` to the place, the rest of the path."""
         like = rest.rows[0] if len(rest) else np.zeros(1, NC_BLOCK)[0]
         speed = self.reader.return_speed()  # type: ignore[attr-defined]
-        way = way_to(passed.place, self._start, speed, like)
-        begin = joined([part for part in (self._again, way, rest) if len(part)])
-        return begin if len(begin) else item
+        return joined([part for part in (ahead, way_to(place, here, speed, like), rest) if len(part)])
 
     def _wait(self, item: Wait) -> BlockBatch | Wait | None:
         """A wait, behind what the stages hold as far as it asks for that."""
@@ -314,8 +365,9 @@ class Program:
             raise item
         assert item is not None
         self._next = None
-        if isinstance(self.port, OfflinePort):
-            self.port.moved(self.limits.last)
+        moved = getattr(self.port, "moved", None)  # of a channel without a machine, a search around it or not
+        if moved is not None:
+            moved(self.limits.last)
         return item
 
     def begin_stop(self, position: npt.NDArray[np.float64]) -> None:

@@ -648,7 +648,7 @@ class HLI_SIDE_PLC(Structure):
         ("generation", UDINT),
         ("attached", UDINT),
         ("finished", UDINT),
-        ("step_due", UDINT),
+        ("scans_due", UDINT),
         ("scans", ULINT),
         ("fill_1", BYTE * 16),
     ]

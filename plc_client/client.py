@@ -38,7 +38,7 @@ class Hli(Areas):
     A context manager; ``close()`` gives the PLC's place back.  Made by ``connect()``.
     """
 
-    def __init__(self, segment: Segment, role: Role = "plc") -> None:
+    def __init__(self, segment: Segment, role: Role = "plc", scans_due: bool = False) -> None:
         super().__init__(segment)
         self.name = segment.name
         self.role = role
@@ -56,11 +56,11 @@ class Hli(Areas):
         self._open = True
         if role == "plc":
             with segment.locked():
-                self._register()
+                self._register(scans_due)
         clock.set_source(lambda: self.cell_time_ns)
 
     # -- registration
-    def _register(self) -> None:
+    def _register(self, scans_due: bool) -> None:
         plc, me = self.plc, os.getpid()
         attached = lib.hs_load_u32(self._attached)
         if attached and lib.hs_process_alive(plc.pid, plc.start):
@@ -68,6 +68,7 @@ class Hli(Areas):
         lib.hs_store_u32(self._attached, 0)
         plc.pid, plc.start = me, lib.hs_process_start(me)
         plc.finished = plc.scans = plc.heartbeat = 0
+        plc.scans_due = scans_due
         self.sidecar.cnc_turn.waiters = self.sidecar.clah_answer.waiters = 0  # a dead predecessor may have left some
         self.release_until(lib.hs_load_u32(self._cnc_turn))
         plc.generation = (plc.generation + 1) & 0xFFFFFFFF
@@ -204,7 +205,8 @@ def connect(name: str = DEFAULT_NAME, wait_s: float = 0.0, role: Role = "plc", p
     """Attach to a running CNC, waiting up to ``wait_s`` seconds for it (0: not at all).
 
     ``role="plc"`` takes the PLC's place and, with ``present``, sets ``plc_present_w`` everywhere; in lockstep the CNC
-    then stands until ``step()``.  ``role="reader"`` only looks.
+    then stands until ``step()``, with other clocks the program starts.  ``present=False`` is for a scan runtime, which
+    sets it with its first scan: the program starts behind that one.  ``role="reader"`` only looks.
     Raises HliNotFound, HliNotReady, HliVersionError, HliAccessError, HliInUse (there is a PLC already).
     """
     if role not in ("plc", "reader"):
@@ -219,7 +221,7 @@ def connect(name: str = DEFAULT_NAME, wait_s: float = 0.0, role: Role = "plc", p
                 raise
             time.sleep(_RETRY_S)
     try:
-        hli = Hli(segment, role)
+        hli = Hli(segment, role, scans_due=not present)
     except HliError:
         segment.close()
         raise

@@ -67,6 +67,8 @@ class Inside:
                 self.preparation.pump()
             elif event is Event.RECORD_FULL:
                 self._take()
+            elif event is Event.RETRACED:
+                self.preparation.retraced()
             else:
                 assert event in (Event.DONE, Event.PROGRAM_END), event
         self._take()

@@ -8,11 +8,7 @@ from typing import Protocol
 from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.detect import detect as detect
-from cnc_core.frontend.isg import IsgFrontEnd
-from cnc_core.frontend.iso import IsoFrontEnd
-from cnc_core.frontend.isons import IsonsFrontEnd
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.frontend.osai import OsaiFrontEnd
 from cnc_core.port import ChannelPort, Wait
 
 DIALECTS = ("isg", "iso", "isons", "osai")
@@ -46,14 +42,25 @@ def create(
     *,
     lenient: bool = False,
 ) -> FrontEnd:
-    """The front end of ``dialect`` for one program; ``lenient`` as the dialect understands it."""
+    """The front end of ``dialect`` for one program; ``lenient`` as the dialect understands it.
+
+    Only its own package is imported: the others would be most of what a process needs to start.
+    """
     if dialect == "isg":
+        from cnc_core.frontend.isg import IsgFrontEnd  # noqa: PLC0415
+
         return IsgFrontEnd(path, machine, port, collect=collect, lenient=lenient)
     if dialect == "iso":
+        from cnc_core.frontend.iso import IsoFrontEnd  # noqa: PLC0415
+
         return IsoFrontEnd(path, machine, port, collect=collect)
     if dialect == "isons":
+        from cnc_core.frontend.isons.front_end import IsonsFrontEnd  # noqa: PLC0415
+
         return IsonsFrontEnd(path, machine, port, collect=collect)
     if dialect == "osai":
+        from cnc_core.frontend.osai import OsaiFrontEnd  # noqa: PLC0415
+
         return OsaiFrontEnd(path, machine, port, collect=collect, lenient=lenient)
     known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"
     raise CncError(901003, f"dialect {dialect} is not available yet{known}", Place(file=str(path)))

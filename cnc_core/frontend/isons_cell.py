@@ -40,7 +40,8 @@ class HomingSensors:
 
     ``negative``, ``positive``: where the sensor of a direction switches on; ``release``: how far back it switches off.
     ``index``: distance of the encoder's index marks, 0 none; ``index_offset``: position of one of them.
-    ``absolute``: what an absolute encoder says where the axis stands.
+    ``absolute``: what an absolute encoder says where the axis stands.  ``limit_negative``, ``limit_positive``: where
+    the limit switches of the drive switch on.
     """
 
     negative: float | None = None
@@ -49,6 +50,8 @@ class HomingSensors:
     index: float = 0.0
     index_offset: float = 0.0
     absolute: float | None = None
+    limit_negative: float | None = None
+    limit_positive: float | None = None
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,7 @@ class IsonsCell:
     """``parameters``: by full name.  ``origins``, ``offsets``: mm or degrees by slot and axis letter.
 
     ``canopen``: values of a node's objects by (index, subindex).  ``events``: M number of the macro by event, -1 none.
+    ``passes_max``: jumps back after which a program that no machine drives counts as endless, 0: any number.
     ``io_block``: first block of the global external variables that holds inputs, outputs, $_K and $_PARM_.
     """
 
@@ -70,4 +74,5 @@ class IsonsCell:
     app_path: str = "."
     positioners: int = 4
     io_block: int = 1
+    passes_max: int = 100_000
     homing: dict[str, HomingSensors] = field(default_factory=dict)

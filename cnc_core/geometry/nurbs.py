@@ -1,7 +1,8 @@
 """Spline filter: the vertices of a run are control points of a clamped uniform B-spline, driven in short segments.
 
 FILTER row: ``code`` ``NURBS``; ``length`` mm, a longer segment ends the run; ``value`` order (degree + 1), 1: as
-programmed; ``radius`` mm, length of the segments that come out.  Unit weights, ends exact.
+programmed, 2: the same path without stops inside; ``radius`` mm, length of the segments that come out.  Unit weights,
+ends exact.
 
 Interior knots are uniform, so a span depends on ``degree + 1`` control points and on the clamped ends only: it is
 evaluated as soon as no knot of it can belong to the end any more.
@@ -81,14 +82,23 @@ class SplineFilter(RunFilter):
     def _taken(self, rows: Rows, start: FloatArray) -> Rows:
         if not len(self._rows):
             self._begin(start)
+        if self._degree == 1:
+            return self._polygon(rows)
         self._points = np.vstack([self._points, rows["end"][:, : self.count]])
         self._rows = np.concatenate([self._rows, rows])
         return self._evaluated(self._number - max(self._degree, 2 * self._degree - 2), None)
 
+    def _polygon(self, rows: Rows) -> Rows:
+        """Order 2: the curve is the control polygon, its corners stay; all but the last row, which may be the end."""
+        rows = np.concatenate([self._rows, rows])
+        out, self._rows = rows[:-1].copy(), rows[-1:]
+        out["flags"] &= ~np.uint16(EXACT_STOP)
+        return out
+
     def finish(self) -> Rows:
         if not len(self._rows):
             return self._rows
-        if self._number == 1:  # a run of one segment stays as it is
+        if self._degree == 1 or self._number == 1:  # a run of one segment stays as it is
             out, self._rows = self._rows, EMPTY
             return out
         degree = min(self._degree, self._number)
@@ -175,7 +185,7 @@ class SplineFilter(RunFilter):
         used, (first, until) = self.used, spans
         line = self._points[max(0, first - 1 - self._first) : until + degree + 1 - self._first, used]
         if len(driven) > 1:
-            self.note(farthest(driven[:, used], line, self.report.deviation_mm), 0.0)
+            self.note(farthest(driven[:, used], line, self.report.segments_deviation_mm), 0.0)
         self._trace = np.vstack([self._trace, driven[1:]])
         self._trace_spans = np.concatenate([self._trace_spans, at])
         reached = self._out_span - degree // 2 - 1  # control points whose part of the curve has come out

@@ -1,13 +1,15 @@
 """What the programmed feed refers to, how fast corners and arcs are passed: rows say it, this stage carries it out.
 
 A ``PATH_MODE`` row holds until the next one.  ``code``: the length that F counts along (``PATH`` .. ``PLANE_OR_ALL``).
-``degree``, ``fill_1``: channel indices of the plane's axes; ``plane``: index of the tangential axis or 255, ``length``
-its largest speed (0: none).  ``pool``: the corner test (``NO_TEST`` .. ``SPATIAL_ANGLE``); ``angle``: rad, larger turns
-stop; ``radius``: rad, where slowing down begins (0: never); ``value``: smallest factor of the feed at a corner;
-``end``: largest change of direction per axis (0: not tested).  ``programmed_radius``: mm/s2 on arcs (0: no limit).
+``degree``, ``fill_1``: channel indices of the plane's axes; ``plane``: index of the tangential axis or 255 (each axis
+outside the plane), ``length`` its largest speed (0: none).  ``pool``: the corner test (``NO_TEST`` ..
+``SPATIAL_ANGLE``); ``angle``: rad, larger turns stop; ``radius``: rad, where slowing down begins (0: never);
+``value``: smallest factor of the feed at a corner; ``end``: largest change of direction per axis (0: not tested).
+``programmed_radius``: mm/s2 on arcs (0: no limit).
 
-Corners that stop get ``EXACT_STOP``, corners that slow down ``end_speed``.  Motions that stop at their end anyway are
-not judged.  The last motion, and what stands behind it, waits for the next.
+Corners that stop get ``EXACT_STOP``, corners that slow down ``end_speed``; what is in force at the motion behind a
+corner judges it.  Motions that stop at their end anyway are not judged.  The last motion, and what stands behind it,
+waits for the next.
 """
 
 from __future__ import annotations
@@ -102,8 +104,8 @@ class PathMode:
             out.append(self._rows(BlockBatch(batch.rows[begin:place], batch.pool)))
             begin = int(place) + 1
             if place < len(batch) and batch.rows["type"][place] == PATH_MODE:
-                out.append(self.drain())
                 self._settings = Settings.of(batch.rows[place], self._count)
+                out.append(BlockBatch.empty() if self._settings.acts else self.drain())
         return joined([part for part in out if len(part)])
 
     def drain(self) -> BlockBatch:
@@ -155,7 +157,7 @@ class PathMode:
         driven = (rows["flags"] & (RAPID | PATH_FEED) == 0) & (rows["type"] != POLYNOMIAL) & (rows["feed"] > 0)
         length = self._reference(rows, whole, inside, outside)
         rows["feed"] = np.where(driven, rows["feed"] * rows["length"] / np.maximum(length, SMALL), rows["feed"])
-        if settings.tangential != NO_AXIS and settings.tangential_speed > 0.0:
+        if settings.tangential_speed > 0.0:
             self._transported(rows, delta, whole, length, driven)
         if settings.arc_accel > 0.0:
             most = np.sqrt(settings.arc_accel * rows["radius"]) * rows["length"] / np.maximum(curve, SMALL)
@@ -180,8 +182,12 @@ class PathMode:
     def _transported(
         self, rows: Rows, delta: FloatArray, whole: FloatArray, length: FloatArray, driven: npt.NDArray[np.bool_]
     ) -> None:
-        """Where the tangential axis would be too fast, F counts along all axes."""
-        speed = np.abs(delta[:, self._settings.tangential]) * rows["feed"] / np.maximum(rows["length"], SMALL)
+        """Where a transported axis would be too fast, F counts along all axes."""
+        settings = self._settings
+        others = [i for i in range(self._count) if i not in settings.axes]
+        axes = others if settings.tangential == NO_AXIS else [settings.tangential]
+        way = np.abs(delta[:, axes]).max(axis=1, initial=0.0)
+        speed = way * rows["feed"] / np.maximum(rows["length"], SMALL)
         fast = driven & (speed > self._settings.tangential_speed)
         rows["feed"] = np.where(fast, rows["feed"] * length / np.maximum(whole, SMALL), rows["feed"])
 
@@ -197,10 +203,11 @@ class PathMode:
         self._held = BlockBatch.empty()
         rows = batch.rows
         moving = np.flatnonzero((rows["type"] <= POLYNOMIAL) & ((rows["flags"] & ELEMENT) == 0))
-        if self._settings.test == NO_TEST or not len(moving):
+        if not len(moving):
             return batch
         if len(moving) > 1:
-            self._corners(rows, moving, start)
+            if self._settings.test != NO_TEST:
+                self._corners(rows, moving, start)
             start = rows["end"][moving[-2], : self._count].copy()
         last = int(moving[-1])
         stands = rows["flags"][last] & EXACT_STOP or (rows["flags"][last + 1 :] & STANDSTILL).any()

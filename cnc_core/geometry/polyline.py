@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core._engine import ffi, lib
+
 from ..blocks import ELEMENT, FILTER, HAS_VALUE, LINEAR, PATH_FEED, PIECE, POLYNOMIAL, RAPID, BlockBatch
 from .polynomial import joined
 
@@ -27,16 +29,15 @@ NOISE, NURBS, FINE_NOISE, SHORT, LOW_PASS, FEED_CONTROL = 1, 2, 3, 4, 5, 6
 NO_AXIS = 255
 SAME_MM = 1e-9
 CLOSE_MM = 1e-6  # of a largest distance
-HALVINGS, STRETCHES_MAX = 60, 4096
-NEAR_BLOCK = 512  # points compared at a time
 
 
 @dataclass
 class FilterReport:
     """What a filter has done so far: rows that entered it, rows that came out of it.
 
-    ``deviation_mm``: how far the path that is driven leaves the one that came in.  ``cut_mm``: how far what came in
-    lies beside the path that is driven (corners that are cut off).
+    ``segments_deviation_mm``: how far the segments that come out leave the path that came in; ``segments_cut_mm``: how
+    far what came in lies beside them (corners that are cut off).  ``deviation_mm``, ``cut_mm``: the same of the path
+    that is driven in the end, behind all filters (``driven.py``).
     """
 
     name: str
@@ -44,6 +45,8 @@ class FilterReport:
     blocks_out: int = 0
     deviation_mm: float = 0.0
     cut_mm: float = 0.0
+    segments_deviation_mm: float = 0.0
+    segments_cut_mm: float = 0.0
 
     def __str__(self) -> str:
         return (
@@ -68,63 +71,28 @@ def turns_of(delta: FloatArray, axes: tuple[int, int]) -> FloatArray:
     return np.where(moves, turn, 0.0)
 
 
-def _to_segments(points: FloatArray, line: FloatArray) -> FloatArray:
-    """(n, m - 1) of points (n, k) to each segment of a polyline (m, k)."""
-    begin, way = line[:-1], np.diff(line, axis=0)
-    square = np.maximum((way**2).sum(axis=1), 1e-300)
-    offset = points[:, None, :] - begin
-    share = np.clip((offset * way).sum(axis=2) / square, 0.0, 1.0)
-    rest = offset - share[:, :, None] * way
-    return np.asarray(np.sqrt((rest**2).sum(axis=2)))
-
-
 def distances(points: FloatArray, line: FloatArray) -> FloatArray:
     """(n,) of points (n, k) to a polyline (m, k)."""
-    if not len(points):
-        return np.zeros(0)
-    if len(line) == 1:
-        return np.asarray(np.linalg.norm(points - line[0], axis=1))
-    parts = range(0, len(points), NEAR_BLOCK)
-    return np.concatenate([_to_segments(points[i : i + NEAR_BLOCK], line).min(axis=1) for i in parts])
+    out = np.empty(len(points))
+    if lib.nc_distances(_doubles(points), len(points), _doubles(line), *line.shape, _doubles(out)) < 0:
+        raise MemoryError("distances")
+    return out
 
 
 def farthest(mine: FloatArray, other: FloatArray, known: float = 0.0) -> float:
     """Largest distance of any point of the polyline ``mine`` from ``other``, to ``CLOSE_MM``.
 
-    A stretch of length L with d and e at its ends holds no point farther than (d + e + L) / 2; and the distance from
-    one segment is convex along it, so none farther than the larger one of its ends.  Stretches that may beat what has
-    been found are halved.  ``known``: smaller values are of no interest.
+    ``known``: smaller values are of no interest.
     """
-    found = distances(mine, other)
-    largest = max(known, float(found.max()))
-    if len(mine) < 2 or len(other) < 2:
-        return largest
-    begin, end = mine[:-1], mine[1:]
-    at_begin, at_end = found[:-1], found[1:]
-    for _ in range(HALVINGS):
-        length = np.sqrt(((end - begin) ** 2).sum(axis=1))
-        may = np.flatnonzero((at_begin + at_end + length) / 2.0 > largest + CLOSE_MM)[:STRETCHES_MAX]
-        may = may[_convex_bound(begin[may], end[may], other) > largest + CLOSE_MM]
-        if not len(may):
-            break
-        middle = 0.5 * (begin[may] + end[may])
-        at_middle = distances(middle, other)
-        largest = max(largest, float(at_middle.max()))
-        at_begin = np.concatenate([at_begin[may], at_middle])
-        at_end = np.concatenate([at_middle, at_end[may]])
-        begin, end = np.vstack([begin[may], middle]), np.vstack([middle, end[may]])
-    return largest
+    most = float(lib.nc_farthest(_doubles(mine), len(mine), _doubles(other), *other.shape, known, CLOSE_MM))
+    if most < 0.0:
+        raise MemoryError("farthest")
+    return most
 
 
-def _convex_bound(begin: FloatArray, end: FloatArray, other: FloatArray) -> FloatArray:
-    """(n,) no point between ``begin`` and ``end`` (n, k) is farther from ``other``."""
-    parts = [
-        np.maximum(_to_segments(begin[i : i + NEAR_BLOCK], other), _to_segments(end[i : i + NEAR_BLOCK], other)).min(
-            axis=1
-        )
-        for i in range(0, len(begin), NEAR_BLOCK)
-    ]
-    return np.concatenate(parts) if parts else np.zeros(0)
+def _doubles(array: FloatArray) -> Any:
+    """For C; the array lives as long as the pointer."""
+    return ffi.from_buffer("double[]", np.ascontiguousarray(array, dtype=np.float64))
 
 
 class RunFilter(ABC):
@@ -251,13 +219,14 @@ class RunFilter(ABC):
         the first ``behind`` of ``after``.
         """
         report, before, after = self.report, before[:, self.used], after[:, self.used]
-        report.deviation_mm = farthest(after[behind:], before, report.deviation_mm)
-        report.cut_mm = farthest(before[: len(before) - ahead], after, report.cut_mm)
+        report.segments_deviation_mm = farthest(after[behind:], before, report.segments_deviation_mm)
+        report.segments_cut_mm = farthest(before[: len(before) - ahead], after, report.segments_cut_mm)
 
     def note(self, deviation_mm: float, cut_mm: float) -> None:
         """A deviation, and what was cut off."""
         report = self.report
-        report.deviation_mm, report.cut_mm = max(report.deviation_mm, deviation_mm), max(report.cut_mm, cut_mm)
+        report.segments_deviation_mm = max(report.segments_deviation_mm, deviation_mm)
+        report.segments_cut_mm = max(report.segments_cut_mm, cut_mm)
 
 
 EMPTY: Rows = BlockBatch.empty().rows

@@ -65,17 +65,21 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
-    """(n,) distance of each position (n, axes) from its polynomial over 0..1: Newton from the best minima on a grid."""
+    """(n,) distance of each position (n, axes) from its polynomial over 0..1, by Newton from the nearest chords."""
     w = np.linspace(0.0, 1.0, grid + 1)
     points = np.einsum("nak,kg->nga", coef, w ** np.arange(coef.shape[2])[:, None])
-    far = np.linalg.norm(points - pos[:, None, :], axis=2)
+    off, chord = points - pos[:, None, :], np.diff(points, axis=1)
+    best = np.linalg.norm(off, axis=2).min(axis=1)
+    long2 = (chord * chord).sum(axis=2)
+    share = np.clip(-(off[:, :-1] * chord).sum(axis=2) / np.where(long2 > 0.0, long2, 1.0), 0.0, 1.0)
+    far = np.linalg.norm(off[:, :-1] + share[..., None] * chord, axis=2)
     first = derivative(coef)
     second = derivative(first)
-    best = far.min(axis=1)
     beside = np.pad(far, ((0, 0), (1, 1)), constant_values=np.inf)
     minima = np.where((far <= beside[:, :-2]) & (far <= beside[:, 2:]), far, np.inf)
+    each = np.arange(len(pos))
     for start in np.argsort(minima, axis=1)[:, :4].T:
-        u = w[start]
+        u = w[start] + share[each, start] / grid
         for _ in range(12):
             d, d1, d2 = value(coef, u) - pos, value(first, u), value(second, u)
             slope = (d1 * d1).sum(axis=1)

@@ -7,13 +7,14 @@ there is chosen so that on straight lines its middle is e from the corner, exact
 Polynomials that run with their parameter are joined C2 in it, so that the path goes on without a jump of speed.
 
 An edge of transition 67 is passed at the speed that the axes can stand.  A jump of velocity has no jerk limit that it
-keeps, so the edge gets a piece of the same kind that leaves it by no more than the fit tolerance (Tol), driven at that
-speed; without a tolerance the edge stays exact.
+keeps, so the edge gets a quintic that leaves it by no more than the fit tolerance (Tol), driven at that speed; it
+begins where it has the least curvature that this deviation allows.  Without a tolerance the edge stays exact.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import lru_cache
 
 import numpy as np
 
@@ -25,6 +26,9 @@ from .profile_points import FloatArray
 SHARP = np.radians(0.05)  # smaller turns need no piece
 BACK = np.radians(179.0)  # beyond that nothing connects
 SHRINKS = 24
+BEND_SAMPLES = 129
+ENOUGH = 1.5  # times the deviation that a speed needs
+LEAST = 1e-5  # mm that an edge is left by at least
 GRID = np.linspace(0.0, 1.0, 17)
 
 
@@ -38,10 +42,55 @@ def tangent_length(turn: float, deviation: float) -> float:
     return float(radius_of(turn, deviation) * np.tan(turn / 2.0))
 
 
-def evaluated(coef: FloatArray, u: float) -> FloatArray:
-    """(3, columns) value, first and second derivative of one polynomial (columns, order)."""
+def gentle_handle(turn: float) -> float:
+    """Speed at the ends of the joining quintic, over its reach, at which curvature and its change limit a motion least.
+
+    Found by minimising the larger of both over the deviation from the corner, for turns of 30 to 150 degrees; the
+    piece begins farther from the corner than a circle of the same deviation.
+    """
+    return float(2.2 - 0.17 * turn * turn)
+
+
+def gentle_reach(turn: float, deviation: float) -> float:
+    """Distance from the corner at which that quintic begins on straight lines: its middle is ``deviation`` off."""
+    return float(16.0 * deviation / ((16.0 - 5.0 * gentle_handle(turn)) * np.sin(turn / 2.0)))
+
+
+@lru_cache(maxsize=4096)
+def gentle_bend(turn: float) -> tuple[float, float]:
+    """Largest curvature and change of curvature of that piece on straight lines, for a deviation of 1."""
+    handle, reach = gentle_handle(turn), gentle_reach(turn, 1.0)
+    a, b = np.array([1.0, 0.0]), np.array([np.cos(turn), np.sin(turn)])
+    start, end = np.array([-a * reach, a, 0.0 * a]), np.array([b * reach, b, 0.0 * b])
+    coef = joining(start, end, [0, 1], handle * reach)
+    u = np.linspace(0.0, 1.0, BEND_SAMPLES)
+    d1, d2, d3 = (np.array([evaluated(coef, float(x), 4)[k] for x in u]) for k in (1, 2, 3))
+    speed = np.linalg.norm(d1, axis=1)[:, None]
+    t = d1 / speed
+    gain = (d2 * t).sum(axis=1)[:, None]
+    across, third = d2 - gain * t, d3 - (d3 * t).sum(axis=1)[:, None] * t
+    bend = np.linalg.norm(across, axis=1) / speed[:, 0] ** 2
+    change = np.linalg.norm(third / speed**3 - 3.0 * gain * across / speed**4, axis=1)
+    return float(bend.max()), float(np.hypot(change, bend**2).max())
+
+
+def needed_deviation(turn: float, speed: float, acceleration: float, jerk: float) -> float:
+    """Deviation from the corner at which the limits (0: none) let the piece be driven at ``speed``."""
+    bend, change = gentle_bend(round(turn, 3))
+    for_bend = bend * speed**2 / acceleration if acceleration > 0.0 else 0.0
+    for_change = float(np.sqrt(change * speed**3 / jerk)) if jerk > 0.0 else 0.0
+    return max(for_bend, for_change, LEAST)
+
+
+def round_handle(turn: float) -> float:
+    """The same for a piece whose middle is as far off as that of the circle with the same tangent length."""
+    return float(3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0))) if turn > 1e-6 else 1.6
+
+
+def evaluated(coef: FloatArray, u: float, orders: int = 3) -> FloatArray:
+    """(orders, columns) value, first and second derivative .. of one polynomial (columns, order)."""
     out, c = [], coef
-    for _ in range(3):
+    for _ in range(orders):
         out.append(c @ u ** np.arange(c.shape[1]) if c.shape[1] else np.zeros(len(coef)))
         c = c[:, 1:] * np.arange(1, c.shape[1])
     return np.array(out)
@@ -50,15 +99,23 @@ def evaluated(coef: FloatArray, u: float) -> FloatArray:
 class Blends:
     """Intervals in, intervals out; the last one of a curve waits for the curve behind its transition.
 
-    ``edge_speed``: mm/s from the derivatives (columns,) on both sides of an edge.
+    ``edge_speed``: mm/s from the derivatives (columns,) on both sides of an edge.  ``limits``: acceleration and jerk of
+    the weakest linear axis, 0: none.  ``exact``: edges of 67 stay as they are.
     """
 
-    def __init__(self, spec: ProfileSpec, edge_speed: Callable[[FloatArray, FloatArray], float]) -> None:
-        self.spec, self._linear, self._edge_speed = spec, list(spec.linear), edge_speed
+    def __init__(
+        self,
+        spec: ProfileSpec,
+        edge_speed: Callable[[FloatArray, FloatArray], float],
+        limits: tuple[float, float] = (0.0, 0.0),
+        *,
+        exact: bool = False,
+    ) -> None:
+        self.spec, self._linear, self._edge_speed, self._limits = spec, list(spec.linear), edge_speed, limits
         self._held: Intervals | None = None
         self.count = 0
         self._by_parameter = spec.kind != POINTS and not spec.feed_by_length
-        self._codes = (BLEND, PASS) if spec.tolerance > 0.0 else (BLEND,)
+        self._codes = (BLEND, PASS) if spec.tolerance > 0.0 and not exact else (BLEND,)
 
     def push(self, intervals: Intervals, final: bool) -> Intervals:
         columns = len(self.spec.columns)
@@ -83,7 +140,11 @@ class Blends:
         left, right = whole.coef[at], whole.coef[at + 1]
         a, b = evaluated(left, whole.span[at])[1], evaluated(right, 0.0)[1]
         turn, passed = self._turn(a, b), whole.after[at] == PASS
-        chord = self.spec.tolerance if passed else self.spec.chord
+        chord = self.spec.chord
+        if passed:
+            speed = min(self._edge_speed(a, b), float(whole.feed[at]), float(whole.feed[at + 1]))
+            enough = needed_deviation(max(turn, SHARP), speed, *self._limits) if any(self._limits) else np.inf
+            chord = min(self.spec.tolerance, ENOUGH * enough)
         if self._goes_on(left, float(whole.span[at]), right):
             whole.after[at] = SMOOTH
             return whole[:0]
@@ -91,9 +152,11 @@ class Blends:
             whole.after[at] = STOP
             return whole[:0]
         shorter = min(self._chord(left, whole.span[at]), self._chord(right, whole.span[at + 1]))
-        reach = min(tangent_length(max(turn, SHARP), chord), 0.5 * shorter)
+        wanted = gentle_reach if passed else tangent_length
+        handle = gentle_handle(turn) if passed else round_handle(turn)
+        reach = min(wanted(max(turn, SHARP), chord), 0.5 * shorter)
         for _ in range(SHRINKS):
-            made = self._made(left, float(whole.span[at]), right, turn, reach, chord)
+            made = self._made(left, float(whole.span[at]), right, handle, reach, chord)
             if made is not None:
                 break
             reach *= 0.7
@@ -137,7 +200,7 @@ class Blends:
         return float(np.linalg.norm(moved[self._linear]))
 
     def _made(
-        self, left: FloatArray, span: float, right: FloatArray, turn: float, reach: float, chord: float
+        self, left: FloatArray, span: float, right: FloatArray, handle: float, reach: float, chord: float
     ) -> tuple[FloatArray, float, float, float] | None:
         """(coefficients, span, cut of the left curve, cut of the right one); None if it is too far off the corner."""
         corner = right[:, 0]
@@ -146,7 +209,6 @@ class Blends:
         if u0 is None or u1 is None:
             return None
         start, end = evaluated(left, u0), evaluated(right, u1)
-        handle = 3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)) if turn > 1e-6 else 1.6
         if self._by_parameter:
             length = handle * reach / max(self._rate(start[1], end[1]), 1e-300)
             coef = spline.quintic(start[:1], end[:1], start[None, 1:], end[None, 1:], np.array([length]))[0]

@@ -1,7 +1,8 @@
 """Smoothing of a profile's speed over time (JRK Tstab, Ttop, Tintgr), and what is queued before it starts (Entities).
 
-Each driven row has the share of its feed that limits in its bends leave on average.  The shares are opened over
-a window of time, the largest share that holds for a whole window around a row: a rise that would not last is not begun.
+Each driven row is looked at in ``PARTS`` parts, so that it does not matter how a curve is cut into polynomials: every
+part has the share of its feed that limits in its bends leave on average.  The shares are opened over a window of time,
+the largest share that holds for a whole window around a part: a rise that would not last is not begun.
 What changes of speed are left are spread into the constant stretches beside them: the mean over Tintgr of the least
 share within half of it on either side, which is nowhere above the share itself.
 Sections end where the axes stand.  Programmed feeds are not filtered, only what limits make of them.
@@ -22,7 +23,8 @@ from .polynomial import coefficients, derivative, joined, normalised
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]
-GRID = np.linspace(0.0, 1.0, 9)
+PARTS = 8
+GRID = np.linspace(0.0, 1.0, PARTS + 1)
 ENTITIES_MAX = 10000
 LONG = 0.5  # of the window: rows that last longer are not lowered, their one share says too little of them
 
@@ -49,7 +51,7 @@ class TimeFilter:
 
 @dataclass
 class _Caps:
-    """Driven rows in their order: share of the feed, nominal time s, whether a section ends behind the row."""
+    """Parts of driven rows in their order: share of the feed, nominal time s, whether a section ends behind it."""
 
     share: FloatArray
     time: FloatArray
@@ -123,8 +125,9 @@ class ProfileFilter:
                 break
             rows = batch.rows.copy()
             part = rows[driven]
-            feed = (part["flags"] & RAPID == 0) & (caps.time <= LONG * max(filter_.window_s, filter_.merge_s))
-            part["feed"][feed] *= share[first:last][feed]
+            time = caps.time.reshape(-1, PARTS).sum(axis=1)
+            feed = (part["flags"] & RAPID == 0) & (time <= LONG * max(filter_.window_s, filter_.merge_s))
+            part["feed"][feed] *= _mean(share[first:last].reshape(-1, PARTS))[feed]
             rows[driven] = part
             out.append(BlockBatch(rows, batch.pool))
             self._past = (self._past + caps).recent(filter_.reach_s)
@@ -166,16 +169,23 @@ class _Queue:
 def _caps(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) -> _Caps:
     if not len(rows):
         return _Caps.none()
-    share = np.ones(len(rows))
+    share = np.ones((len(rows), PARTS))
     rapid = rows["flags"] & RAPID != 0
     curves = rows["type"] == POLYNOMIAL
     if curves.any():
         speed = _curve_speed(rows[curves], pool, filter_)
         speed = np.minimum(1.0, speed / np.maximum(rows["feed"][curves], 1e-9)[:, None])
-        share[curves] = 1.0 / (1.0 / np.maximum(speed, 1e-6)).mean(axis=1)
-    time = rows["length"] / np.maximum(rows["feed"] * share, 1e-6)
+        share[curves] = _mean(np.stack([speed[:, :-1], speed[:, 1:]], axis=2))
+    time = (rows["length"] / PARTS)[:, None] / np.maximum(rows["feed"][:, None] * share, 1e-6)
     time[rapid] = 0.0
-    return _Caps(share, time, rapid | (rows["flags"] & EXACT_STOP != 0))
+    ends = np.zeros((len(rows), PARTS), np.bool_)
+    ends[:, -1] = rapid | (rows["flags"] & EXACT_STOP != 0)
+    return _Caps(share.ravel(), time.ravel(), ends.ravel())
+
+
+def _mean(share: FloatArray) -> FloatArray:
+    """Share of the speed over equal lengths (last axis) in which the same time passes."""
+    return np.asarray(1.0 / (1.0 / np.maximum(share, 1e-6)).mean(axis=-1))
 
 
 def _curve_speed(rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter) -> FloatArray:

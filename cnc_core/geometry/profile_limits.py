@@ -2,7 +2,8 @@
 
 ``DYNAMICS`` rows at its beginning set them for feed and rapid motions, rows at its end free them; the planner keeps
 them all along, in bends and along the path.  No setup raises a limit of the machine, but for the jerk: with JRK DIS the
-axes run on S ramps alone, whatever their jerk.
+axes run on S ramps alone, whatever their jerk.  Where the jerk is the profile's (ENA) that along the path is limited
+too: on straight stretches all axes together have it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from .profile_filter import TimeFilter
 
 FloatArray = npt.NDArray[np.float64]
 FEED_MOTIONS, RAPID_MOTIONS = 0, 1  # ``value`` of a DYNAMICS row
+PATH_JERK = 4  # place of the jerk in a row of limits of the path
 LOWEST = 1e-6  # share that the engine takes
 HIGHEST_JERK = 1e4  # the same
 S_RAMP_CYCLES = 4  # in which an axis reaches its acceleration where no jerk limit holds
@@ -38,11 +40,23 @@ class AxisDynamics:
 class ProfileLimits:
     """Rows that set and free the limits of one profile."""
 
-    def __init__(self, spec: ProfileSpec, machine: AxisDynamics, cycle_s: float) -> None:
+    def __init__(self, spec: ProfileSpec, machine: AxisDynamics, cycle_s: float, *, described: bool = False) -> None:
         self._spec, self._machine = spec, machine
+        self._jerk = None if described else _path_jerk(spec, machine)  # what is ENA alone is no row for readers
         self._shares = [
             (code, which, shares) for code, which, shares in _shares(spec, machine, cycle_s) if (shares != 1.0).any()
         ]
+
+    @property
+    def weakest(self) -> tuple[float, float]:
+        """Acceleration and jerk (0: none) of the weakest linear axis when it cuts."""
+        channels = [self._spec.axes[i].channel for i in self._spec.linear]
+        limits = {lib.NC_DYNAMICS_ACCELERATION: self._machine.acceleration, lib.NC_DYNAMICS_JERK: self._machine.jerk}
+        for code, which, shares in self._shares:
+            if which == FEED_MOTIONS and code in limits:
+                limits[code] = limits[code] * shares
+        acceleration, jerk = (float(limit[channels].min()) for limit in limits.values())
+        return acceleration, jerk
 
     def time_filter(self, main: tuple[int, ...]) -> TimeFilter | None:
         """What smooths the speed (Tstab, Ttop, Tintgr) and queues the beginning (Entities), None if nothing does."""
@@ -59,17 +73,20 @@ class ProfileLimits:
         return TimeFilter(window, velocity, acceleration, main, smooth.merge_s, smooth.entities)
 
     def begin(self) -> BlockBatch:
-        return self._rows(None)
+        return self._rows(True)
 
     def end(self) -> BlockBatch:
-        return self._rows(1.0)
+        return self._rows(False)
 
-    def _rows(self, share: float | None) -> BlockBatch:
-        rows = np.zeros(len(self._shares), NC_BLOCK)
+    def _rows(self, held: bool) -> BlockBatch:
+        rows = np.zeros(len(self._shares) + (self._jerk is not None), NC_BLOCK)
         rows["type"], rows["count"], rows["file"] = DYNAMICS, self._spec.count, self._spec.file
-        for row, (code, which, shares) in zip(rows, self._shares, strict=True):
+        for row, (code, which, shares) in zip(rows, self._shares, strict=False):
             row["code"], row["value"] = code, which
-            row["end"][: len(shares)] = shares if share is None else share
+            row["end"][: len(shares)] = shares if held else 1.0
+        if self._jerk is not None:
+            rows[-1]["code"], rows[-1]["value"] = lib.NC_DYNAMICS_PATH, FEED_MOTIONS
+            rows[-1]["end"][PATH_JERK] = self._jerk if held else 0.0
         return BlockBatch(rows)
 
 
@@ -84,6 +101,16 @@ def _shares(spec: ProfileSpec, machine: AxisDynamics, cycle_s: float) -> Iterato
             yield lib.NC_DYNAMICS_JERK, which, _s_ramps(spec, machine, acceleration, cycle_s)
         else:
             yield lib.NC_DYNAMICS_JERK, which, _share(_jerks(spec, own, machine), machine.jerk)
+
+
+def _path_jerk(spec: ProfileSpec, machine: AxisDynamics) -> float | None:
+    """Jerk along the profile when it cuts (ENA): that of the weakest linear axis."""
+    if spec.smoothness.jerk != "profile":
+        return None
+    jerks = _jerks(spec, {axis.channel: axis.cutting for axis in spec.axes}, machine)
+    linear = [spec.axes[i].channel for i in spec.linear]
+    limits = [jerk for i in linear if machine.jerk[i] > 0 and (jerk := jerks.get(i)) is not None]
+    return min(limits) if len(limits) == len(linear) else None
 
 
 def _jerks(spec: ProfileSpec, own: Mapping[int, Dynamics], machine: AxisDynamics) -> dict[int, float | None]:

@@ -11,6 +11,7 @@ from ..profile import PASS, SMOOTH, STOP, Marks, ProfileChunk, ProfileSpec
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
+STILL = 1e-9  # mm: whatever NullMov says, nothing moves
 REVERSAL = np.radians(170.0)  # a curve cannot turn like this: such a point is an edge whatever EDG says
 
 
@@ -129,9 +130,9 @@ class PointFilter:
         linear = list(self.spec.linear)
         others = [i for i in range(moved.shape[1]) if i not in linear]
         far = np.linalg.norm(moved[:, linear], axis=1)
-        still = far < limit if limit > 0.0 else far == 0.0
+        still = far < max(limit, STILL)
         if others:
-            still &= moved[:, others].max(axis=1) <= min(limit, 1e-3)
+            still &= moved[:, others].max(axis=1) <= min(max(limit, STILL), 1e-3)
         return np.asarray(still)
 
 

@@ -64,10 +64,11 @@ class _Open:
         number: int,
         edge_speed: Callable[[ProfileSpec, FloatArray, FloatArray], float],
         limits: ProfileLimits,
+        exact: bool,
     ) -> None:
         self.spec, self.kinematics, self.number, self.limits = spec, kinematics, number, limits
         self.curves = Curves(spec, tool_directions(spec, kinematics)) if spec.kind == POINTS else None
-        self.blends = Blends(spec, partial(edge_speed, spec))
+        self.blends = Blends(spec, partial(edge_speed, spec), limits.weakest, exact=exact)
         self.first: ProfileChunk | None = None
         self.approach: ProfileChunk | None = None  # the same until the machine stands where the profile begins
         self.switched = kinematics is not None and spec.point != "AXI"
@@ -87,6 +88,7 @@ class Profiles:
     ``machines``: kinematics by number; those of profiles are added.  ``limits``: lowest and highest position, (axes,)
     each.  ``dynamics``: what the axes can do.  ``cycle_s``: period of the interpolator.
     ``filters``: of the profiles' speeds, by their rows' block count.
+    ``described``: rows for reading: polynomials stay as they are programmed, edges of G67 between them exact.
     """
 
     def __init__(
@@ -97,8 +99,10 @@ class Profiles:
         limits: tuple[FloatArray, FloatArray],
         dynamics: AxisDynamics,
         cycle_s: float,
+        *,
+        described: bool = False,
     ) -> None:
-        self._dynamics, self._cycle_s = dynamics, cycle_s
+        self._dynamics, self._cycle_s, self._described = dynamics, cycle_s, described
         self._main, self._place = [i for i in main if i >= 0], place
         self._machines, self._limits = machines, limits
         self._open: _Open | None = None
@@ -145,8 +149,9 @@ class Profiles:
             number = 1 + max(self._machines, default=0)
             kinematics = self._machine(spec, number, chunk)
             self._machines[number] = kinematics
-        limits = ProfileLimits(spec, self._dynamics, self._cycle_s)
-        self._open = _Open(spec, kinematics, number, self._edge_speed, limits)
+        limits = ProfileLimits(spec, self._dynamics, self._cycle_s, described=self._described)
+        exact = self._described and spec.kind != POINTS
+        self._open = _Open(spec, kinematics, number, self._edge_speed, limits, exact)
         self.report.profiles += 1
         if found := limits.time_filter(tuple(self._main)):
             while len(self.filters) >= PROFILES_KEPT:

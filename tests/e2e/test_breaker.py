@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from conftest import T1, Outcome, command, wait_for_cycle
 
+from hli import layout
 from plc_client import connect
 
 Cli = Callable[..., Outcome]
@@ -238,6 +239,28 @@ def test_steps_and_channels_are_checked(program: Write) -> None:
             with pytest.raises(ValueError, match="channel 3"):
                 hli.exchange(0, 1, channel=3)
             assert hli.step(5) == 5
+    finally:
+        cnc.send_signal(signal.SIGINT)
+        cnc.communicate(timeout=90)
+
+
+PATIENT = "import cnc_core.cnc_process as p; p.FIRST_SCAN_S = 1e9; from cnc_core.cli import main; main()"
+
+
+@pytest.mark.parametrize("clock", ["realtime", "freerun", "lockstep"])
+def test_a_client_without_a_scan_is_not_waited_for(program: Write, clock: str) -> None:
+    """Who connects by hand is no scan runtime: the program starts when it attaches, whatever a first scan may take."""
+    name = f"hli-test-{os.getpid()}"
+    arguments = ["cnc", str(program(T1)), "--name", name, "--clock", clock]
+    cnc = subprocess.Popen([sys.executable, "-P", "-c", PATIENT, *arguments], stderr=subprocess.PIPE)
+    try:
+        with connect(name, wait_s=60) as hli:
+            end = time.monotonic() + 60
+            while hli.phase < layout.HLI_PHASE_RUNNING and time.monotonic() < end:
+                if clock == "lockstep":
+                    hli.step(timeout_s=60)
+                time.sleep(0.001)
+            assert hli.phase >= layout.HLI_PHASE_RUNNING
     finally:
         cnc.send_signal(signal.SIGINT)
         cnc.communicate(timeout=90)

@@ -186,3 +186,22 @@ def test_t27_events_reach_the_plc_where_the_path_passes_them(cli: Cli, program: 
     second = first + np.hypot(70, 50) + np.hypot(10, 20)
     assert seen[::2] == [1.0, 0.0]
     assert seen[1::2] == pytest.approx([1000 * first, 1000 * second], abs=200.0)
+
+
+def test_a_retrace_ends_with_its_macro(cli: Cli, program: Write) -> None:
+    """M_GORETRACE: outputs come as soon as the path is driven forward again, $_X7 is 3; it moves nothing."""
+    part = program("OPT M_GORETRACE 40\nGLOBAL $N\n$N=5\nG60F6\nG1X20\nX60\n", "part.isons")
+    macro = part.parent / "M40.isons"
+    macro.write_text('GLOBAL $N\n$_O3=1\nADD_VAR $_X7\nADD_VAR $N\nADD_VAR $_Q0\nSAVE_VAR "at.txt"\n')
+    plc = Path(__file__).with_name("plc_isons_retrace.py")
+    run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
+    assert run["end"] == "completed", run["errors"]
+    kind, shared, place = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
+    result = run["plc"]["result"]
+    assert (kind, shared) == (3, 5)
+    assert result["back"] < 15
+    assert result["back"] - 0.01 <= place <= result["at"] < 16
+    assert 0 < result["scans"] <= 4
+    macro.write_text("$_O3=1\nG0Z5\n")
+    run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
+    assert (run["end"], [error["code"] for error in run["errors"]]) == ("error", [909174])

@@ -100,18 +100,13 @@ def test_restart_at_a_marker(tmp_path, seed):
 
 
 def test_places_that_are_not_reached(tmp_path):
-    """Error 909170; under tool radius compensation with M_GOBLOCK 909171; options that are none."""
+    """Error 909170; options that are none."""
     path = tmp_path / "part.isons"
     path.write_text("T1\nG1X1\nG41\nX5\nX9\nG40\n")
     for restart, code in ((Restart(99), 909170), (Restart(2, 2), 909170), (Restart(marker="K", value=1), 909170)):
         with pytest.raises(CncError) as caught:
             rows_of(path, restart)
         assert caught.value.code == code
-    path.write_text("OPT M_GOBLOCK 8\nT1\nG1X1\nG41\nX5\nX9\nG40\n")
-    (tmp_path / "M8.isons").write_text("G0Z50\n")
-    with pytest.raises(CncError) as caught:
-        rows_of(path, Restart(6))
-    assert caught.value.code == 909171
     path.write_text("D4\nG1X1\nG41\nG2X5R9\nG1X9\n")  # what is wrong in the stretch before
     with pytest.raises(CncError) as caught:
         rows_of(path, Restart(5))
@@ -130,6 +125,44 @@ def test_go_block_macro(tmp_path):
     rows, reader, _ = rows_of(path, Restart(4), np.array([1.0, 2.0, 3.0, 0.0]))
     assert [row["end"][:3].tolist() for row in motions(rows)] == [[1, 2, 50], [20, 10, 50], [20, 10, 3], [20, 30, 3]]
     assert (reader.store.common.values["S"], reader.store.scope.values["A"]) == (2, 0)
+
+
+def test_positions_are_known_behind_a_restart(tmp_path):
+    """$_Q, which the machine answers, tells where the axes are, during the search and behind it."""
+    path = tmp_path / "part.isons"
+    path.write_text("G1X1F1\n$B=$_Q0\nX5\nX7\n$A=$_Q0\nG1X9\n")
+    for line in (2, 3, 4, 5):
+        reader = rows_of(path, Restart(line), np.array([-3.0, 0, 0, 0]))[1]
+        assert (reader.store.scope.values["B"], reader.store.scope.values["A"]) == (1, 7)
+
+
+@pytest.mark.parametrize(
+    "head", ["G41", "G30R0.4A20", "G69X200\nG72X1Y20Z4A0.3", 'WRITE_PARMAC "MILD_X" 200\nG49X']
+)
+@pytest.mark.parametrize("restart", [Restart(11), Restart(marker="K", value=1)])
+def test_go_block_macro_where_the_path_reaches_back(tmp_path, head, restart):
+    """The macro is executed from where the axes are, then comes the rest of the same path; what it sets is its own."""
+    path = tmp_path / "part.isons"
+    lines = [f"G1X{i * 5}Y{3 * (i % 2)}" for i in range(8)]
+    body = "\n".join([*lines[:5], "$K=1", *lines[5:]])
+    text = f"OPT M_GOBLOCK 8\nF3T1\n{head}\n{body}\nG40\n$A=$_X7\nG1X60\nG0Z1\n"
+    path.write_text(text)
+    macro = "GLOBAL $S\nGLOBAL $P\n$S=$_X7\nG91\nG0Z50\nG90\nG1F1X[$_C0+1]Y[$_C1]\n$P=$_C0\n"
+    (tmp_path / "M8.isons").write_text(macro)
+    start = np.array([1.0, 2.0, 3.0, 0.0])
+    whole = driven(rows_of(path, start=start)[0])
+    rows, reader, _ = rows_of(path, restart, start)
+    moves = driven(rows)
+    assert moves[0]["end"][:3].tolist() == [1, 2, 53]
+    place, values = moves[2]["end"][:4], reader.store.common.values
+    assert moves[1]["end"][:2] == pytest.approx([place[0] + 1, place[1]])
+    assert (values["S"], reader.store.scope.values["A"], values["P"]) == (2, 0, pytest.approx(place[0]))
+    behind = len(whole) - (len(moves) - 3)
+    assert behind > 0
+    assert whole[behind - 1]["end"][:4] == pytest.approx(place)
+    assert [told(row) for row in moves[3:]] == [pytest.approx(told(row), abs=1e-7) for row in whole[behind:]]
+    functions = [int(row["code"]) for row in rows if row["type"] == T]
+    assert functions == [1]
 
 
 def test_resume_behind_a_broken_tool(tmp_path):

@@ -154,6 +154,7 @@ def test_rapid_lines_begin_and_end_at_rest(shop):
     """G00: straight, rapid, zero speed at both ends; the curves before and behind are of their own."""
     program = shop.profile("X0Y0Z0F3000\nX5\nX10Y1\nG00X40Y10\nG1X45\nX50Y12", PLAIN, programmed=False)
     rows = np.concatenate([b.rows for b in program.batches()])
+    rows = rows[rows["type"] <= 3]
     assert (rows["flags"] & RAPID > 0).tolist() == [False, False, True, False, False]
     assert (rows["flags"] & EXACT_STOP > 0).tolist() == [False, True, True, False, True]
     program = shop.profile("X0Y0Z0F3000\nX5\nX10Y1\nG00X40Y10\nG1X45\nX50Y12", PLAIN, programmed=False)

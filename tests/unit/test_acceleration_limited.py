@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from cnc_core.config import CellConfig
+from cnc_core.engine import Engine
 from cnc_core.picture import plan_picture
 from cnc_core.planning import PlanResult, plan_program
 from cnc_core.program import Program
@@ -45,6 +46,44 @@ def test_a_circle_takes_the_shortest_time(program: Callable[..., Path], radius: 
     assert result.motion_time_s <= 1.01 * fastest_circle(radius, feed)
     assert result.max_ratio["acceleration"] <= 1.01
     assert result.infeasible == 0
+
+
+def hardest_stop(angle: float, way: int, radius: float, v: float, h: float = 0.005) -> float:
+    """Way to rest on a circle from speed v at an angle (way: 1, -1): the least path acceleration at every place."""
+    x, s = v * v, 0.0
+    while x > 0 and s < 10 * radius:
+        c, n = np.cos(angle + way * s / radius), np.sin(angle + way * s / radius)
+        d1, d2 = way * np.array([-n, c]), -np.array([c, n]) / radius
+        x += 2 * h * float((-(A + np.sign(d1) * d2 * x) / (np.abs(d1) + 1e-12)).max())
+        s += h
+    return s
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_hold_on_a_circle_takes_the_shortest_way(program: Callable[..., Path], seed: int) -> None:
+    """From the second cycle behind the hold on: at most 1.05 of braking as hard as the axes allow at every place."""
+    rng = np.random.default_rng(seed)
+    radius, moment, side = float(rng.uniform(5, 30)), 50 * int(rng.integers(3, 12)), int(rng.choice([2, 3]))
+    feed = float(rng.uniform(0.3, 0.9)) * np.sqrt(A * radius)
+    path = program(f"F{60 * feed:g}\n" + f"G{side} I{radius:g} J0\n" * 4 + "M30\n")
+    calls = iter(range(100_000))
+
+    def live(engine: Engine) -> None:
+        k = 50 * (next(calls) + 1)
+        engine.set_override(1.0, moment <= k < moment + 600)
+
+    result = plan_program(Program(path, CellConfig(), "isg"), window=60, jerk=False, live=(50, live), keep_samples=True)
+    assert result.samples is not None
+    q = result.samples["pos"][:, :2] - np.array([radius, 0.0])
+    angle = np.unwrap(np.arctan2(q[:, 1], q[:, 0]))
+    s = np.abs(angle - angle[0]) * radius
+    at = moment + 2
+    v, way = float(s[at + 1] - s[at - 1]) / 0.002, 1 if angle[-1] > angle[0] else -1
+    stop = float(s[moment + 590] - s[at])
+    assert v > 0.5 * feed
+    assert s[moment + 500] == s[moment + 590]
+    assert stop <= 1.05 * hardest_stop(angle[at], way, radius, v)
+    assert result.max_ratio["acceleration"] <= 1.01
 
 
 def test_unequal_axes_keep_their_speeds_between_knots(tmp_path: Path) -> None:

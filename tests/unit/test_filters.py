@@ -9,7 +9,7 @@ import pytest
 import shapely
 from scipy.interpolate import BSpline
 
-from cnc_core.blocks import FILTER, HAS_VALUE, LINEAR, NC_BLOCK, BlockBatch, M
+from cnc_core.blocks import EXACT_STOP, FILTER, HAS_VALUE, LINEAR, NC_BLOCK, BlockBatch, M
 from cnc_core.geometry.feed_control import FeedControl
 from cnc_core.geometry.low_pass import LowPass
 from cnc_core.geometry.noise import Noise
@@ -75,7 +75,7 @@ def test_streams_give_the_same_in_any_pieces(kind, values, seed):
         parts, other = through(kind, points, values, size)
         assert parts["end"] == pytest.approx(whole["end"], abs=1e-6)
         assert other.report.blocks_out == len(whole)
-        assert other.report.deviation_mm == pytest.approx(stage.report.deviation_mm, abs=0.02)
+        assert other.report.segments_deviation_mm == pytest.approx(stage.report.segments_deviation_mm, abs=0.02)
 
 
 @pytest.mark.parametrize(("kind", "values"), CASES)
@@ -86,11 +86,11 @@ def test_reported_deviation_is_true(kind, values):
     before, after = shapely.LineString(points), shapely.LineString(np.vstack([points[0], whole["end"][:, :3]]))
     driven = max(before.distance(shapely.Point(p)) for p in shapely.get_coordinates(shapely.segmentize(after, 0.01)))
     cut = max(after.distance(shapely.Point(p)) for p in shapely.get_coordinates(shapely.segmentize(before, 0.01)))
-    assert stage.report.deviation_mm == pytest.approx(driven, abs=0.02)
-    assert stage.report.cut_mm == pytest.approx(cut, abs=0.03)
+    assert stage.report.segments_deviation_mm == pytest.approx(driven, abs=0.02)
+    assert stage.report.segments_cut_mm == pytest.approx(cut, abs=0.03)
 
 
-@pytest.mark.parametrize("order", [2, 3, 4, 5, 7])
+@pytest.mark.parametrize("order", [3, 4, 5, 7])
 def test_spline_is_the_clamped_uniform_one(order):
     """Every vertex that comes out lies on scipy's spline."""
     points, degree = zigzag(9, 40), order - 1
@@ -98,6 +98,18 @@ def test_spline_is_the_clamped_uniform_one(order):
     knots = np.clip(np.arange(len(points) + order) - degree, 0, len(points) - degree).astype(float)
     curve = BSpline(knots, points, degree)(np.linspace(0, len(points) - degree, 20001))
     assert distances(out["end"][:, :3], curve).max() < 1e-5
+
+
+def test_the_spline_of_order_two_is_the_programmed_path():
+    """Its control polygon, segment by segment; no exact stops inside, as for the other orders."""
+    points = zigzag(9, 40)
+    stage = SplineFilter(points[0].copy(), (0, 1, 2))
+    stage.push(BlockBatch(setting(stage.code, length=5.0, value=2, radius=0.2)))
+    rows = rows_of(points)
+    rows["flags"] |= EXACT_STOP
+    out = np.concatenate([*(stage.push(BlockBatch(rows[i : i + 7])).rows for i in range(0, 39, 7)), stage.drain().rows])
+    assert (out["end"] == rows["end"]).all()
+    assert [bool(flags & EXACT_STOP) for flags in out["flags"]] == [False] * 38 + [True]
 
 
 def test_other_rows_end_a_run_and_keep_their_place():

@@ -377,7 +377,7 @@ def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
 @pytest.mark.parametrize("tolerance", [0.01, 0.002, 0.0005])
 @pytest.mark.parametrize("machine", MACHINES)
 def test_smoothing_and_kinematics_share_the_tolerance(machine: str, tolerance: float, tmp_path: Path) -> None:
-    """Corners of the tip while rotary axes turn: it leaves the programmed lines by the tolerance at most."""
+    """Corners of the tip while rotary axes turn: it leaves the programmed lines by the tolerance at most, in all."""
     cell = load_config(ROOT / f"{machine}.toml")
     rng, names = np.random.default_rng(3), list(cell.axes)
     k = np.arange(25)

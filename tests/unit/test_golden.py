@@ -43,7 +43,8 @@ def lines_of(path):
     front_end = create(path.parent.name.partition("_")[0], path, MACHINE, port, collect=True)
     start = MACHINE.start.copy()
     limits, dynamics = MACHINE.limits, AxisDynamics(MACHINE.velocity, np.full(4, 3000.0), np.full(4, 50000.0))
-    profiles = Profiles(MACHINE.main, lambda file, line: Place(line=line), {}, limits, dynamics, 0.001)
+    place = lambda file, line: Place(line=line)  # noqa: E731
+    profiles = Profiles(MACHINE.main, place, {}, limits, dynamics, 0.001, described=True)
     for item in read_all(front_end, rows=3):
         if isinstance(item, Wait):
             yield {"wait": item.value}

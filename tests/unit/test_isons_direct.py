@@ -4,12 +4,13 @@ import pytest
 from isons_programs import run
 
 from cnc_core.blocks import EVENT, EVENT_COMMAND, EXACT_STOP
-from cnc_core.config import load_config
+from cnc_core.config import load_config, parse_config
 from cnc_core.errors import CncError, ConfigError
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
 SENSORS = "[isons.homing.X]\nnegative = -20\npositive = 30\nindex = 8\nindex_offset = 1\nabsolute = 3\n"
+SENSORS += "limit_negative = -50\nlimit_positive = 60\n"
 HOMING = (
     "[isons]\nRZERO_MODE_X = {}\nRZERO_VEL_X = 1000\nRZERO_VELF_X = 100\nRZERO_OFFSET_X = 5000\nRZERO_PRESET_X = 1000\n"
 )
@@ -37,6 +38,16 @@ def homed(folder, mode, more=""):
         (128 + 256 * 5, [-20, -19.9, -15]),
         (128 + 256 * 19, [30, 29.9]),
         (128 + 256 * 34, [1]),
+        (128 + 256 * 1, [-50, -49.9, -47]),
+        (128 + 256 * 2, [60, 59.9, 57]),
+        (128 + 256 * 3, [30, 29.9, 25]),
+        (128 + 256 * 4, [30, 29.9, 30, 33]),
+        (128 + 256 * 6, [-20, -19.9, -20, -23]),
+        (128 + 256 * 17, [-50, -49.9]),
+        (128 + 256 * 18, [60, 59.9]),
+        (128 + 256 * 20, [30, 29.9, 30]),
+        (128 + 256 * 21, [-20, -19.9]),
+        (64, []),
     ],
 )
 def test_every_rzero_mode(tmp_path, mode, ends):
@@ -57,21 +68,39 @@ def test_the_fast_search_overruns_the_sensor(tmp_path):
 
 
 def test_absolute_encoder(tmp_path):
-    """Mode 64: nothing is searched, the encoder says the position."""
-    out = homed(tmp_path, 64)
-    assert out.variable("A") == 3
-
-
-@pytest.mark.parametrize("mode", [10, 128 + 256 * 7])
-def test_homing_that_finds_nothing(tmp_path, mode):
-    """Error 1005 of the guide."""
-    with pytest.raises(CncError) as caught:
-        homed(tmp_path, mode)
-    assert (caught.value.code, caught.value.place.line) == (1005, 1)
-    with pytest.raises(CncError) as caught:
-        run(tmp_path, "G71X\n")
+    """Mode 64: no search, the encoder says the position; RZERO_OFFSET is driven, RZERO_PRESET counts if given."""
+    config = "[isons]\nRZERO_MODE_X = 64\n"
+    assert run(tmp_path, "G1X7F1\nG71X\n$A=$_Q0\n", config + SENSORS).variable("A") == 3
+    out = run(tmp_path, "G1X7F1\nG71X\n$A=$_Q0\n", config + "RZERO_OFFSET_X = 2000\n" + SENSORS)
+    assert (out.variable("A"), out.xy[-1, 0]) == (5, 9)
+    with pytest.raises(CncError, match="no absolute encoder") as caught:
+        run(tmp_path, "G71X\n", config)
     assert caught.value.code == 1005
-    with pytest.raises(CncError) as caught:
+
+
+def test_methods_that_nobody_has(tmp_path):
+    """A method the drive does not have is refused by name, a mode that is none by the cell file and WRITE_PARMAC."""
+    for method in (0, 7, 23, 36, 100):
+        with pytest.raises(CncError, match=f"RZERO_MODE {128 + 256 * method}: .*no homing method {method}") as caught:
+            homed(tmp_path, 128 + 256 * method)
+        assert (caught.value.code, caught.value.place.line) == (909161, 1)
+    for mode in (-1, 10, 31, 33, 65, 129, 256, 0.5):
+        with pytest.raises(ConfigError, match=f"isons: machine parameter RZERO_MODE_X.*{mode}") as wrong:
+            parse_config(f"[axes.X]\n[axes.Y]\n[isons]\nRZERO_MODE_X = {mode}\n", "cell.toml")
+        assert (wrong.value.place.file, wrong.value.place.line) == ("cell.toml", 4)
+        with pytest.raises(CncError) as caught:
+            run(tmp_path, f'WRITE_PARMAC "RZERO_MODE_X" {mode}\n')
+        assert caught.value.code == 900012
+
+
+def test_homing_that_finds_nothing(tmp_path):
+    """Error 1005 of the guide says what is missing."""
+    for mode, missing in ((0, "negative home sensor"), (9, "encoder index"), (128 + 256, "limit_negative"),
+                          (128 + 256 * 18, "limit_positive"), (128 + 256 * 19, "positive home sensor")):  # fmt: skip
+        with pytest.raises(CncError, match=missing) as caught:
+            run(tmp_path, "G71X\n", f"[isons]\nRZERO_MODE_X = {mode}\n")
+        assert (caught.value.code, caught.value.place.line) == (1005, 1)
+    with pytest.raises(CncError, match=r"TIME_OUT_HOME \(") as caught:
         homed(tmp_path, 0, "TIME_OUT_HOME = 100\n")
     assert caught.value.code == 1005
 

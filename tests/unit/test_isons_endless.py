@@ -53,6 +53,17 @@ def test_a_counted_endless_program_is_not_followed_for_ever(tmp_path, monkeypatc
     assert (out.errors, [warning.code for warning in out.reader.warnings]) == ([], [909173])
 
 
+def test_a_counted_endless_program_is_not_planned_for_ever(tmp_path):
+    """Where no machine drives, isons.passes_max jumps back are the end, and it is said so; LOOPs do not count."""
+    text = "@A\nG91\nG1X1\nLOOP 90\n$A=$A+1\nEND_LOOP\nGOTO A\n"
+    with pytest.raises(CncError) as caught:
+        run(tmp_path, text, "[isons]\npasses_max = 70\n")
+    assert (caught.value.code, "70 times (isons.passes_max" in str(caught.value)) == (907001, True)
+    long = "@A\nG91\nG1X1\n$N=$N+1\nIF $N<{}\nGOTO A\nEND_IF\n"
+    assert len(run(tmp_path, long.format(70), "[isons]\npasses_max = 70\n").moves) == 70
+    assert len(run(tmp_path, long.format(200), "[isons]\npasses_max = 0\n").moves) == 200
+
+
 @pytest.mark.parametrize(
     "text",
     [

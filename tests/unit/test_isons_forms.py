@@ -59,6 +59,8 @@ def test_a_form_writes_its_variables(tmp_path):
     assert port.messages[0].startswith("FORM Tool data (BACKCOLOR BLUE)")
     assert port.messages[-1] == "FORM Tool data closed"
     assert not reader.forms.shown
+    assert "FORM input IN1: 50 is over MAX 10, taken is 10" in port.messages
+    assert sum("taken is" in message for message in port.messages) == 1
 
 
 def test_messages_answer_in_x13(tmp_path):
@@ -84,6 +86,12 @@ def test_checking_takes_dialogs_as_acknowledged(tmp_path):
     out = run(tmp_path, FORM + "LIB_SHOWFORM\nG1X1\n")
     assert out.port.messages[1] == "FORM Tool data closed"
     assert len(out.moves) == 1
+
+
+def test_an_input_has_no_caption(tmp_path):
+    """What is wrong is told in a sentence."""
+    with pytest.raises(CncError, match="an input has no property CLOSEFORM"):
+        run(tmp_path, "LIB_ADDINPUT I1\nLIB_INPUTPROP I1 CLOSEFORM 1\n")
 
 
 @pytest.mark.parametrize(

@@ -428,3 +428,28 @@ def test_functions_with_their_own_words_in_one_block(tmp_path):
     assert (error.code, error.place.column) == (900012, 13)
     assert error_of(tmp_path, "G0G1X1\n").code == 900011
     assert error_of(tmp_path, "G1X5G1X6\n").code == 900011
+
+
+def test_tools_of_a_machine_without_a_table(tmp_path):
+    """Any T, diameter and length 0, and a warning; with a table its tools only."""
+    out = run(tmp_path, "T999\n$A=$_X6\n$B=$_U0\nT7\n")
+    assert (out.variable("A"), out.variable("B")) == (999, 0)
+    assert [warning.code for warning in out.reader.warnings] == [907042]
+    for table in ("[tools.1]\nradius_mm = 2.0\n", "[isons.tools.1]\ndiameter = 4.0\n"):
+        assert run(tmp_path, "T1\n$B=$_U0\nT0\n", table).variable("B") == 4
+        with pytest.raises(CncError) as caught:
+            run(tmp_path, "G1X1\nT999\n", table)
+        assert (caught.value.code, caught.value.place.line) == (900014, 2)
+
+
+def test_a_converter_of_imported_files_is_not_passed_over(tmp_path):
+    """NsImportFile.dll would read the file: refused by name, beside the program and in the application's folder."""
+    files = {"a.isons": "G1X1\n"}
+    assert len(run(tmp_path, 'IMPORT "a.isons"\n', files=files).moves) == 1
+    for place in (tmp_path, tmp_path / "app"):
+        place.mkdir(exist_ok=True)
+        (place / "NsImportFile.DLL").write_bytes(b"MZ")
+        with pytest.raises(CncError, match="NsImportFile") as caught:
+            run(tmp_path, 'G1X2\nIMPORT "a.isons"\n', '[isons]\napp_path = "app"\n')
+        assert (caught.value.code, caught.value.place.line) == (900003, 2)
+        (place / "NsImportFile.DLL").unlink()

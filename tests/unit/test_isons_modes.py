@@ -65,6 +65,23 @@ def test_g68_transports_the_other_axes(tmp_path):
     assert caught.value.code == 909117
 
 
+def test_g68_without_a_tangential_axis_limits_every_transported_one(tmp_path):
+    """G69 names none: X holds for whichever axis outside the plane is moved; -1 transports none, 0 all."""
+    text = "G60\nG69X200\nG68X{}\nF6\nG1X3{}4\n"
+    for axis in "ZA":
+        feed = [run(tmp_path, text.format(limit, axis)).moves[0] for limit in (0, 10, 1, -1)]
+        along = [row["feed"] * (5 / row["length"] if axis == "Z" else 1.0) for row in feed]
+        fast = 100 * 5 / 3 if axis == "Z" else 100
+        assert along == pytest.approx([fast, fast, 100, 100] if axis == "Z" else [100, 100, 60, 60])
+
+
+def test_g48_tells_its_name_once(tmp_path):
+    """The text of an error begins with what it is about."""
+    with pytest.raises(CncError) as caught:
+        run(tmp_path, "G48X\n")
+    assert caught.value.text == "G48: the axis lies in the plane (X)"
+
+
 def corner(folder, degrees, config=""):
     """The first of two motions with this turn between them."""
     turn = math.radians(degrees)
@@ -230,3 +247,23 @@ def test_filters_leave_no_motion_without_length(tmp_path):
     config = "[probe]\nX = 9.5\n"
     out = run(tmp_path, "G60\nG69X200\nG74X1Y3\nG1X9\nX9.1\nG102X20\nG1X20\n", config, programmed=True)
     assert out.xy[:, 0].tolist() == [9, 9.1, 9.5, 20]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "stops"),
+    [
+        ("G64", "G63", False),
+        ("G63", "G64", True),
+        ("G64", 'WRITE_PARMAC "SGLP" 100', True),
+        ('WRITE_PARMAC "SGLP" 100', 'WRITE_PARMAC "SGLP" 1000', False),
+        ("G75", "G64", True),
+        ("G64", "G62", True),
+    ],
+)
+def test_a_corner_where_the_mode_changes_is_judged(tmp_path, first, second, stops):
+    """By what is in force at the motion behind it; a change of mode does not hide the corner."""
+    flags = run(tmp_path, f"G60\n{first}\nG1X10F1\n{second}\nY10\nY20\n").moves["flags"]
+    if second == "G62":
+        assert not flags.any()  # it stands anyway, by the wait
+    else:
+        assert [bool(flag & EXACT_STOP) for flag in flags] == [stops, False, False]

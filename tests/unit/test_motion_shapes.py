@@ -9,7 +9,7 @@ import pytest
 from drive import drive, line_rows, ratios
 from scipy.spatial import cKDTree
 
-from cnc_core.cli import open_program
+from cnc_core.commands.console import open_program
 from cnc_core.config import parse_config
 from cnc_core.planning import PlanResult, plan_program
 

@@ -2,8 +2,10 @@
 
 import numpy as np
 import pytest
-from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed
+from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves
 
+from cnc_core.config import parse_config
+from cnc_core.geometry.profile_blend import gentle_bend
 from cnc_core.geometry.profile_filter import _Caps, _spread
 from cnc_core.planning import plan_program
 
@@ -225,3 +227,57 @@ def test_straight_curves_without_a_jerk_limit(shop):
     result = plan_program(program, jerk=False)
     assert result.motion_time_s == pytest.approx(1.8 + 1000.0 / 60.0 / 3000.0, abs=2e-3)
     assert result.max_ratio["acceleration"] <= 1.0
+
+
+NO_JERK = parse_config(
+    "cycle_s = 0.002\n" + "".join(f"[axes.{a}]\na_max_mm_s2 = 1000.0\nj_max_mm_s3 = 0.0\n" for a in "XYZ")
+)
+
+
+@pytest.mark.parametrize(("acc", "turn"), [(1, 90), (1, 45), (2, 90), (2, 120), (4, 90), (4, 45)])
+def test_edge_speed_of_g67(shop, acc, turn):
+    """vs = Acc Amax Tc / |t2 - t1| (4.3): 120 and 169.7056 mm/min with Acc 1, more with more; within Tol."""
+    a = np.radians(turn)
+    setup = changed(SETUP_3, JRK="(JRK,DIS)", CRV=None, EDG=f"(EDG,30,0,G67,{acc})", THR="(THR,0.05,0.0001,0,0,0.05)")
+    body = f"X0Y0Z0F6000\nX30\nX{30 + 30 * np.cos(a):.9f}Y{30 * np.sin(a):.9f}"
+    result = planned(shop, body, setup, cell=NO_JERK)
+    wanted = acc * 1000.0 * 0.002 / max(1.0 - np.cos(a), np.sin(a))
+    if (acc, turn) in ((1, 90), (1, 45)):
+        assert 60.0 * wanted == pytest.approx({90: 120.0, 45: 169.7056}[turn], abs=1e-4)
+    away = np.linalg.norm(result.samples["pos"][:, :2] - [30.0, 0.0], axis=1)
+    at = int(away.argmin())
+    assert result.samples["v"][at - 30 : at + 30].min() == pytest.approx(wanted, rel=0.01)
+    assert away.min() <= 0.05 + 1e-3
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
+
+
+def test_edge_speed_of_g67_within_a_small_tolerance(shop):
+    """What the acceleration of the axes allows on the piece within Tol comes before Acc."""
+    setup = changed(SETUP_3, JRK="(JRK,DIS)", CRV=None, EDG="(EDG,30,0,G67,20)", THR="(THR,0.01,0.0001,0,0,0.05)")
+    result = planned(shop, "X0Y0Z0F6000\nX30\nY30", setup, cell=NO_JERK)
+    bend = gentle_bend(round(np.pi / 2.0, 3))[0]
+    slowest = result.samples["v"][30:-30].min()
+    assert slowest == pytest.approx(np.sqrt(1000.0 * 0.01 / bend), rel=0.03)
+    assert slowest == pytest.approx(267.0 / 60.0, rel=0.03)
+
+
+def test_polynomials_are_described_as_programmed(shop):
+    """``blocks`` shows length and coefficients of every polynomial as programmed, at edges of G67 too."""
+    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)", JRK="(JRK,ENA)")
+    for code in (0, 1, 2):
+        made = curves(shop.profile(corner_polynomials(code, 10.0), setup))
+        assert [span for _, span, _ in made] == [10.0, 10.0]
+        assert made[0][0].tolist() == [[0, 1, 0, 0, 0, 0], [0] * 6, [0] * 6]
+        assert made[1][0].tolist() == [[10, 0, 0, 0, 0, 0], [0, 1, 0, 0, 0, 0], [0] * 6]
+
+
+@pytest.mark.parametrize(("end", "moving"), [("X60", 1), ("X60Y60", 2), ("X60Y60Z60", 3)])
+def test_the_jerk_is_the_profiles_or_the_axes(shop, end, moving):
+    """On a line ENA limits the jerk along the profile, AXI that of every axis: the root of their number more."""
+    body, jerk = f"X0Y0Z0F9000\n{end}", {}
+    for mode in ("ENA", "AXI"):
+        result = planned(shop, body, changed(SETUP_3, JRK=f"(JRK,{mode})", CRV=None))
+        along = np.diff(result.samples["pos"][:, :3], n=3, axis=0) / 1e-9
+        jerk[mode] = float(np.linalg.norm(along, axis=1).max())
+    assert jerk["ENA"] == pytest.approx(50_000.0, rel=0.01)
+    assert jerk["AXI"] == pytest.approx(50_000.0 * np.sqrt(moving), rel=0.01)

@@ -127,8 +127,9 @@ def test_detection(tmp_path):
 @pytest.mark.parametrize(
     ("body", "wanted"),
     [
-        ("X0Y0Z0F100\nX(E1+E2)", (909227, 4, 1)),
-        ("X0Y0Z0F100\nXE(E2)", (909227, 4, 1)),
+        ("X0Y0Z0F100\nX(E1+E2)", (909227, 4, 2)),
+        ("X0Y0Z0F100\nX5 Y-(E1)", (909227, 4, 5)),
+        ("X0Y0Z0F100\nXE(E2)", (909227, 4, 2)),
         ("X0Y0F100", (909225, 3, 1)),
         ("G91X0Y0Z0F100", (909225, 3, 1)),
         ("X0Y0Z0", (900006, 3, 1)),
@@ -570,3 +571,15 @@ def test_edges_of_rotary_positions(shop, kind):
     rows = rows[rows["type"] == 3]
     stops = rows["end"][(rows["flags"] & 2) != 0][:, 0]
     assert stops == pytest.approx([10.0, 25.0])
+
+
+def test_setup_fields_of_unset_variables_warn(tmp_path):
+    """A variable that nobody assigned is 0 with a warning at its field; one that the program assigned is no matter."""
+    shop = Workshop(tmp_path)
+    setup = changed(SETUP_3, THR="(THR,E1,0.0001,E2,0.001,0.05)")
+    program = shop.program("(HSM,CONFIG1)\nE2=1\nG61\nX0Y0Z0F100\nX1\nG60\n", setup)
+    list(program.batches())
+    line = next(i for i, text in enumerate(setup.splitlines(), 1) if text.startswith("(THR"))
+    found = [(w.code, w.place.line, w.place.column) for w in program.reader.warnings if w.code == 909102]
+    assert found == [(909102, line, 6)]
+    shop.close()

@@ -103,3 +103,22 @@ def test_single_block_sees_one_block(tmp_path):
             cnc.level(cnc.bahn.continue_machining, False)
     seen = [round(x, 3) for i, x in enumerate(stops) if not i or abs(x - stops[i - 1]) > 1e-6]
     assert [x for x in seen if x] == [5.0, 25.0, 30.0, 35.0]
+
+
+@pytest.mark.parametrize("pieces", [2, 5])
+def test_it_does_not_matter_how_a_curve_is_cut(shop, pieces):
+    """Arcs that bend at their ends alone: in four polynomials each or in many, the same rise is taken away."""
+    setup = changed(SETUP_3, PNT="(PNT,CLP,CLP,QUI,POL)", JRK="(JRK,ENA,,,400,150,200)", **BENDS)
+    times = []
+    for cut in (4, 4 * pieces):
+        lines = []
+        for k in range(8):  # y = 0.002 (x - 6)^4 over 0..12, mirrored in every other one; x is the parameter
+            for i in range(cut):
+                arc = np.polynomial.Polynomial([0.0, 0.0, 0.0, 0.0, 0.002 if k % 2 == 0 else -0.002])
+                y = arc(np.polynomial.Polynomial([12.0 * i / cut - 6.0, 1.0])).coef
+                y[0] -= arc(6.0)
+                lines += [f"<*,{12.0 / cut:.12f},1,12000,5", f"<X,{12.0 * k + 12.0 * i / cut:.12f},1,0,0,0,0"]
+                lines += ["<Y," + ",".join(f"{c:.12f}" for c in y) + ",0", "<Z,0,0,0,0,0,0"]
+        program = shop.profile("\n".join(lines), setup, head="G61 P5", programmed=False)
+        times.append(plan_program(program).motion_time_s)
+    assert times[1] == pytest.approx(times[0], rel=0.03)

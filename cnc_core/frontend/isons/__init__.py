@@ -1,5 +1,1 @@
-"""Front end of the IsoNs dialect."""
-
-from cnc_core.frontend.isons.front_end import IsonsFrontEnd
-
-__all__ = ["IsonsFrontEnd"]
+"""Front end of the IsoNs dialect (``front_end.IsonsFrontEnd``; the cell file reads ``parameters`` without it)."""

@@ -9,14 +9,17 @@ from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.probe import trip
 from cnc_core.frontend.base.scanner import MotionWords, Row
-from cnc_core.frontend.isons.homing import ABSOLUTE, NoSensorError, Speeds, search
+from cnc_core.frontend.isons.homing import NoMethodError, NoSensorError, Speeds, search
+from cnc_core.frontend.isons.homing_modes import ABSOLUTE
+from cnc_core.frontend.isons.motions import in_machine_coordinates, place_of, targets
 from cnc_core.frontend.isons.parameters import acceleration
 from cnc_core.frontend.isons.text import AXIS_LETTERS
 from cnc_core.frontend.isons_cell import HomingSensors
 from cnc_core.port import Wait
 
 if TYPE_CHECKING:
-    from cnc_core.frontend.isons.execute import Array, Executor, Words
+    from cnc_core.frontend.isons.execute import Array, Executor
+    from cnc_core.frontend.isons.words import Words
 
 PER_MINUTE = 60.0
 COMMAND_MAX = 2**31
@@ -46,11 +49,11 @@ def stop(executor: Executor, offset: int) -> list[Row | Wait]:
 def probe(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
     """G102: at ACQ_VEL to the target, or to where the sensor trips."""
     executor.not_compensated("G102", offset)
-    given = executor.targets(words)
+    given = targets(executor, words)
     if not given:
         raise fail(900004, "G102: axes with their targets are expected", offset)
     start = executor.modal.position
-    place = executor.place_of(given)
+    place = place_of(executor, given)
     found = trip(start, place, executor.machine.axes, executor.machine.probe)
     if found is None:
         executor.failure = CncError(909160).at(fail(909160, ERRORS[909160], offset).place)
@@ -65,7 +68,7 @@ def probe(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
 def way(executor: Executor, place: Array, speed_mm_min: float, n: int, offset: int) -> list[Row]:
     """A straight motion to a machine position, with a stop at its end."""
     words = MotionWords(axis={i: float(value) for i, value in enumerate(place)}, n=n, motion=1)
-    rows = executor.in_machine_coordinates(words, offset)
+    rows = in_machine_coordinates(executor, words, offset)
     for row in rows:
         row["feed"] = speed_mm_min / PER_MINUTE
         row["flags"] |= EXACT_STOP | PATH_FEED
@@ -95,9 +98,10 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     overrun = (fast / PER_MINUTE) ** 2 / (2.0 * accel) if accel > 0.0 else 0.0
     sensors = executor.cell.homing.get(letter, HomingSensors())
     here = float(executor.modal.position[axis])
-    low, high = executor.output.limits.low[axis], executor.output.limits.high[axis]
     try:
-        ways = search(mode, here, sensors, Speeds(fast, slow, overrun), float(low), float(high))
+        ways = search(mode, here, sensors, Speeds(fast, slow, overrun))
+    except NoMethodError as wrong:
+        raise fail(909161, f"G71 {letter}: {wrong}", offset) from None
     except NoSensorError as missing:
         raise fail(1005, f"G71 {letter}: {ERRORS[1005]}: {missing}", offset) from None
     reference = ways[-1].target if ways else here
@@ -112,9 +116,16 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     if seconds * 1000.0 > p["TIME_OUT_HOME"]:
         raise fail(1005, f"G71 {letter}: {ERRORS[1005]} ({seconds:g} s)", offset)
     preset = p[f"RZERO_PRESET_{letter}"] * unit
-    if mode == ABSOLUTE and sensors.absolute is not None:
-        preset = sensors.absolute
+    if mode == ABSOLUTE and not p.given(f"RZERO_PRESET_{letter}"):  # the encoder says where the axis is
+        preset = _encoder(sensors, letter, offset) + float(place[axis]) - here
     executor.frame.home[axis] = float(place[axis]) - preset
     executor.frame.update()
     executor.homed.add(axis)
     return rows
+
+
+def _encoder(sensors: HomingSensors, letter: str, offset: int) -> float:
+    if sensors.absolute is None:
+        text = f"G71 {letter}: {ERRORS[1005]}: the axis has no absolute encoder (absolute of its homing table)"
+        raise fail(1005, text, offset)
+    return sensors.absolute

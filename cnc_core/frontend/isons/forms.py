@@ -121,7 +121,7 @@ class Forms:
         key = SPELLINGS.get(name.upper(), name.upper())
         known = PROPERTIES.get(key)
         if known is None or kind not in known.kinds:
-            raise fail(909150, f"a {kind} has no property {name}", offset)
+            raise fail(909150, f"{'an' if kind == INPUT else 'a'} {kind} has no property {name}", offset)
         return key, known
 
     def set_property(self, kind: str, name: str, key: str, value: float, offset: int) -> None:
@@ -190,7 +190,10 @@ class Forms:
         if item is None or item.kind != INPUT or not item.usable:
             raise fail(909152, f"the form has no input {name} that can be used", offset)
         low, high = item.values.get("MIN", -HUGE), item.values.get("MAX", HUGE)
-        item.value = min(max(value, low), high)
+        item.value = max(min(value, high), low)
+        if item.value != value:
+            bound = f"over MAX {high:g}" if value > high else f"below MIN {low:g}"
+            self._port.message(f"FORM input {name}: {value:g} is {bound}, taken is {item.value:g}")
         if item.dest is not None:
             item.dest(item.value)
 

@@ -48,6 +48,7 @@ from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.retained import take_over
+from cnc_core.frontend.isons.selections import check_tool
 from cnc_core.frontend.isons.store import Store, UserScope
 from cnc_core.frontend.isons.system import System
 from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
@@ -62,7 +63,7 @@ LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
 SHARED_WORDS = (900005, 900011, 908005)  # words of several functions in one block
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
-NORMAL, GO_BLOCK = 0, 2  # $_X7
+NORMAL, GO_BLOCK, RETRACE = 0, 2, 3  # $_X7
 M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 Items = Sequence[Row | Wait]
@@ -365,14 +366,12 @@ class IsonsFrontEnd(BlockReader):
         executor = self.executor
         if self.compensated or executor.tip.on:
             return True
-        held = executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
-        return held and not self.has_go_block
+        return executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
 
     @property
-    def has_go_block(self) -> bool:
-        """There is a macro M_GOBLOCK."""
-        number = self.macros.event("M_GOBLOCK")
-        return number is not None and self.macros.find("M", number) is not None
+    def go_block_macro(self) -> Path | None:
+        """The macro M_GOBLOCK, None if there is none."""
+        return self.pause_macro("M_GOBLOCK")
 
     def go_on(self) -> BlockBatch:
         """The place has been found and the path is not left: functions again."""
@@ -418,10 +417,12 @@ class IsonsFrontEnd(BlockReader):
         if not jump:
             return True
         endless, checked = self._endless, self._collect
-        again = endless.came_back()
-        if not again and not (checked and endless.tired(self._steps)):
+        again, most = endless.came_back(), self.executor.cell.passes_max
+        many = bool(most) and endless.passes >= most and self.found and not self.answers
+        if not again and not many and not (checked and endless.tired(self._steps)):
             return True
         what = "comes back with everything as it was" if again else f"has come back {endless.passes} times"
+        what += " (isons.passes_max of the cell file)" if many and not checked else ""
         if not (checked and endless.moved):
             raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
         self.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
@@ -453,7 +454,7 @@ class IsonsFrontEnd(BlockReader):
         """RESUME_T: back to the block of the last T, which then takes another tool; out of macros too."""
         if self._tool_place is None or len(self.flow.levels) < self._tool_place[0]:
             raise fail(909172, ERRORS[909172], offset)
-        self.executor.check_tool(number, offset)
+        check_tool(self.executor, number, offset)
         levels, mark, nest = self._tool_place
         del self.flow.levels[levels:]
         self.flow.level = self.flow.levels[-1]
@@ -559,19 +560,32 @@ class IsonsFrontEnd(BlockReader):
         return self.executor.pause_mode
 
     def pause_macro(self, event: str) -> Path | None:
-        """Macro of M_PAUSE or M_GOPAUSE, None if there is none."""
+        """Macro of M_PAUSE, M_GOPAUSE, M_GOBLOCK or M_GORETRACE, None if there is none."""
         number = self.macros.event(event)
         return None if number is None else self.macros.find("M", number)
+
+    RETRACING, SEARCHING = RETRACE, GO_BLOCK
+
+    @property
+    def retrace_macro(self) -> Path | None:
+        """The macro M_GORETRACE, None if there is none."""
+        return self.pause_macro("M_GORETRACE")
 
     @property
     def pauses(self) -> bool:
         """Pausing is more than to stand still."""
         return self.pause_mode == 4 or any(self.pause_macro(event) for event in PAUSE_EVENTS)
 
-    def macro_reader(self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64]) -> IsonsFrontEnd:
-        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C."""
+    def macro_reader(
+        self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64], *, run_type: int = NORMAL
+    ) -> IsonsFrontEnd:
+        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C.
+
+        ``run_type``: $_X7 in the macro.
+        """
         reader = IsonsFrontEnd(path, machine, self.port, caller=self)
         reader.executor.counter = self.executor.tip.programmed(place)
+        reader.system.run_type = run_type
         return reader
 
     def return_speed(self) -> float:

@@ -9,10 +9,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from cnc_core.frontend.isons.homing_modes import ABSOLUTE, BY_INDEX, DRIVE, METHOD, NO_SEARCH, SENSOR_MODE_MAX
 from cnc_core.frontend.isons_cell import HomingSensors
 
-BY_INDEX, NO_SEARCH, ABSOLUTE, DRIVE, METHOD = (8, 9), 32, 64, 128, 256
-MODE_MAX = 9
+AT_LIMIT, INWARDS, WITHOUT_INDEX = (1, 2), (4, 6), 16  # DS402 methods; from 17 on those of 1 on, without index
 
 
 @dataclass(frozen=True)
@@ -36,16 +36,20 @@ class NoSensorError(Exception):
     """The search finds nothing: what is missing."""
 
 
-def search(mode: int, here: float, sensors: HomingSensors, speeds: Speeds, low: float, high: float) -> list[Way]:
+class NoMethodError(Exception):
+    """There is no such mode, or the simulated drive does not know it: which one."""
+
+
+def search(mode: int, here: float, sensors: HomingSensors, speeds: Speeds) -> list[Way]:
     """The ways of a search, the last one ending at the reference; none where nothing has to move."""
     if mode in (NO_SEARCH, ABSOLUTE):
         return []
     if mode >= DRIVE and mode % METHOD == DRIVE:
-        return _by_drive(mode // METHOD, here, sensors, speeds, low, high)
+        return _by_drive(mode // METHOD, here, sensors, speeds)
     if mode in BY_INDEX:
         return [Way(_index(here, 1 if mode == BY_INDEX[1] else -1, sensors), speeds.slow)]
-    if not 0 <= mode <= MODE_MAX:
-        raise NoSensorError(f"RZERO_MODE {mode} is not known")
+    if not 0 <= mode <= SENSOR_MODE_MAX:
+        raise NoMethodError(f"RZERO_MODE {mode} is not known")
     direction = 1 if mode % 2 else -1
     edge, ways = _edge(direction, sensors), []
     if (edge - here) * direction > 0:
@@ -78,25 +82,37 @@ def _index(here: float, direction: int, sensors: HomingSensors) -> float:
     return sensors.index_offset + ahead * sensors.index
 
 
-def _by_drive(
-    method: int, here: float, sensors: HomingSensors, speeds: Speeds, low: float, high: float
-) -> list[Way]:
-    """DS402: 1, 2, 17, 18 limit switches; 3..6, 19..22 home switch; 33, 34 index; 35, 37 here; 1..6 end on an index."""
+def _limit(direction: int, sensors: HomingSensors) -> float:
+    """Where the limit switch of a direction switches."""
+    edge = sensors.limit_positive if direction > 0 else sensors.limit_negative
+    if edge is None:
+        name = "positive" if direction > 0 else "negative"
+        raise NoSensorError(f"the axis has no {name} limit switch (limit_{name} of its homing table)")
+    return edge
+
+
+def _by_drive(method: int, here: float, sensors: HomingSensors, speeds: Speeds) -> list[Way]:
+    """DS402: 1, 2, 17, 18 limit switches; 3..6, 19..22 home switch; 33, 34 index; 35, 37 here; 1..6 end on an index.
+
+    3 and 5 end where the home switch releases, the index beside it; 4 and 6 where it switches, the index inside.
+    """
     if method in (35, 37):
         return []
     if method in (33, 34):
         return [Way(_index(here, 1 if method == 34 else -1, sensors), speeds.slow)]
-    base = method - 16 if method > 16 else method
+    base = method - WITHOUT_INDEX if method > WITHOUT_INDEX else method
     if base not in range(1, 7):
-        raise NoSensorError(f"the simulated drive has no homing method {method}")
-    if base <= 2:
+        raise NoMethodError(f"RZERO_MODE {DRIVE + METHOD * method}: the simulated drive has no homing method {method}")
+    if base in AT_LIMIT:
         direction = 1 if base == 2 else -1
-        edge = high if direction > 0 else low
+        edge = _limit(direction, sensors)
     else:
         direction = 1 if base <= 4 else -1
         edge = _edge(direction, sensors)
     ways = [Way(edge, speeds.fast)] if (edge - here) * direction > 0 else []
     ways.append(Way(edge - direction * sensors.release, speeds.slow))
-    if method <= 14:
-        ways.append(Way(_index(ways[-1].target, -direction, sensors), speeds.slow))
+    if base in INWARDS:
+        ways.append(Way(edge, speeds.slow))
+    if method < WITHOUT_INDEX:
+        ways.append(Way(_index(ways[-1].target, direction if base in INWARDS else -direction, sensors), speeds.slow))
     return ways

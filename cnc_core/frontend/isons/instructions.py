@@ -14,7 +14,6 @@ from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.isons import parameters
 from cnc_core.frontend.isons.dialogs import Dialogs
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, LIVE, Formulas, Number, variable_name
-from cnc_core.frontend.isons.macros import OWN_EVENTS
 from cnc_core.frontend.isons.text import word_or_text
 from cnc_core.port import Wait
 
@@ -333,15 +332,7 @@ class Instructions:
         name = self._name("an event").upper()
         self._comma()
         value = self._formulas.argument("OPT")
-
-        def run() -> Items:
-            self._f.macros.set_event(name, value(), self._start)
-            if name not in OWN_EVENTS:
-                text = f"OPT {name} is stored: backward motion calls no macros"
-                self._f.warn(907042, text, self._start)
-            return ()
-
-        return run
+        return self._simple(lambda: self._f.macros.set_event(name, value(), self._start))
 
     def _read_parmac(self) -> Run:
         name = self._name("a parameter").upper()

@@ -7,8 +7,8 @@ from pathlib import Path
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.isons_cell import EVENTS, IsonsCell
 
+CONVERTER = "nsimportfile.dll"  # may turn imported files into programs
 SUFFIXES = (".isons", ".nc", ".iso", ".txt", "")
-OWN_EVENTS = ("M_START", "M_END", "M_ERROR", "M_STOP", "M_GOBLOCK", "M_PAUSE", "M_GOPAUSE")  # retracing is the engine's
 
 
 class Macros:
@@ -59,8 +59,16 @@ class Macros:
             folders, text = [self._app], text[len("$APPPATH") :].lstrip("/")
         else:
             folders = [*self._folders[:1], caller.parent]
+        self._no_converter(name, offset)
         for folder in folders:
             path = folder / text
             if path.is_file():
                 return path
         raise fail(901001, f"IMPORT: file not found: {name}", offset)
+
+    def _no_converter(self, name: str, offset: int) -> None:
+        """What would read imported files in place of this front end cannot be called."""
+        for folder in (self._folders[0], self._app):
+            found = [path for path in (folder.iterdir() if folder.is_dir() else ()) if path.name.lower() == CONVERTER]
+            if found:
+                raise fail(900003, f"IMPORT {name}: {found[0]} would read the file, it cannot be called", offset)

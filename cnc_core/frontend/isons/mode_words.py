@@ -9,7 +9,8 @@ from cnc_core.frontend.isons.path_modes import DEPTH_OFF
 from cnc_core.frontend.isons.text import AXIS_LETTERS
 
 if TYPE_CHECKING:
-    from cnc_core.frontend.isons.execute import Executor, Words
+    from cnc_core.frontend.isons.execute import Executor
+    from cnc_core.frontend.isons.words import Words
 
 DEPTH_MAX = 2**20
 ORDER_MAX = 7

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import difflib
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from cnc_core.frontend.isons.homing_modes import is_mode
 from cnc_core.frontend.isons.text import AXIS_LETTERS
 
 HUGE = 1e12
@@ -22,7 +24,10 @@ PANEL = "operator panel and hand wheel are not simulated"
 
 @dataclass(frozen=True)
 class Parameter:
-    """``whole``: an integer.  ``stored``: why it does not act, empty if it does.  ``acts``: what it does."""
+    """``whole``: an integer.  ``stored``: why it does not act, empty if it does.  ``acts``: what it does.
+
+    ``fits``: of a value in the range, whether there is such a one; ``choices``: which there are.
+    """
 
     default: float
     low: float = -HUGE
@@ -30,6 +35,8 @@ class Parameter:
     whole: bool = False
     acts: str = ""
     stored: str = ""
+    fits: Callable[[float], bool] = lambda _: True
+    choices: str = ""
 
 
 def _not_negative(default: float = 0.0, acts: str = "", stored: str = "", high: float = HUGE) -> Parameter:
@@ -82,7 +89,9 @@ AXIS: dict[str, Parameter] = {
     "VMAX": _not_negative(acts="velocity of the axis in the cell, 0: that of [axes]"),
     "VJOG": _not_negative(stored=PANEL),
     "ACC_JOG": _not_negative(stored=PANEL),
-    "RZERO_MODE": _choice(0, 0, 65535, acts="how G71 searches"),
+    "RZERO_MODE": Parameter(
+        0, 0, 65535, True, "how G71 searches", fits=is_mode, choices="0 to 9, 32, 64 or 128 + 256 * method"
+    ),
     "RZERO_OFFSET": Parameter(0.0, acts="way behind the reference, system units"),
     "RZERO_PRESET": Parameter(0.0, acts="position there, system units"),
     "RZERO_VEL": _not_negative(acts="fast search, mm/min, 0: FEEDDEF"),
@@ -147,6 +156,8 @@ def wrong_value(name: str, known: Parameter, value: float) -> str:
         return f"{name} is a whole number, not {value:g}"
     if not known.low <= value <= known.high:
         return f"{name} = {value:g} is not in {known.low:g}..{known.high:g}"
+    if not known.fits(value):
+        return f"{name} = {value:g} is none of {known.choices}"
     return ""
 
 

@@ -94,8 +94,8 @@ class PathModes:
         adaptive = self.filtering and self.filters.feed_control > 0
         row["code"], row["pool"] = FEED_ALONG[self.mode], THRESHOLDS if adaptive else CORNER_TEST[self.mode]
         row["degree"], row["fill_1"], row["plane"] = *plane, NO_AXIS
-        if self.mode == 68 and self.tangential is not None and self.transport_limit:
-            row["plane"] = self.tangential
+        if self.mode == 68 and self.transport_limit:
+            row["plane"] = NO_AXIS if self.tangential is None else self.tangential
             row["length"] = max(self.transport_limit, 0.0) or 1e-9
         stop = p["SGLP"] / 10.0
         row["angle"] = math.radians(stop)

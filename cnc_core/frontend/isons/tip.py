@@ -16,7 +16,8 @@ from cnc_core.frontend.machine import TipMachine
 from cnc_core.port import Wait
 
 if TYPE_CHECKING:
-    from cnc_core.frontend.isons.execute import Array, Executor, Words
+    from cnc_core.frontend.isons.execute import Array, Executor
+    from cnc_core.frontend.isons.words import Words
 
 VALUES, ON = 103, 104
 NO_KINEMATICS = 910106

@@ -42,6 +42,28 @@ class WordBlock:
         return not (self.g or self.values or self.named or self.signs or self.m or self.hm or self.indexed)
 
 
+@dataclass
+class Words:
+    """A block's words with their values.  ``used``: words that a function has taken."""
+
+    block: WordBlock
+    values: dict[str, float]
+    indices: dict[int, float]
+    used: set[str] = field(default_factory=set)
+
+    @property
+    def codes(self) -> dict[int, int]:
+        """Offset by G function."""
+        return {code: offset for code, offset, _ in self.block.g}
+
+    def offset(self, name: str) -> int:
+        return self.block.offsets.get(name, 0)
+
+    def take(self, name: str) -> float | None:
+        self.used.add(name)
+        return self.values.get(name)
+
+
 class WordParser:
     """Reads the words of one block."""
 

@@ -12,6 +12,7 @@ from cnc_core.profile import SMOOTH, ProfileChunk
 
 FloatArray = npt.NDArray[np.float64]
 SEPARATORS = (62, 66, 67)
+SHORTEST = 1e-9  # distance of knots that are not equal
 JUNCTION = 1e-6  # mm by which a spline may begin elsewhere than the one before ends
 
 
@@ -139,6 +140,9 @@ class BsplineProfile(Profile):
         if not knots[-1] > knots[0]:
             raise fail(909242, "all knots are equal", offset)
         all_knots = np.array(knots)
+        steps = np.diff(all_knots)
+        if (steps[steps > 0.0] < SHORTEST).any():
+            raise fail(909242, f"knots stand closer than {SHORTEST:g}, but are not equal", offset)
         inner = all_knots[1:-1]
         if (inner[degree:] == inner[:-degree])[1:-1].any() or (
             all_knots[degree + 1 :] == all_knots[: -degree - 1]

@@ -292,6 +292,9 @@ class OsaiFrontEnd(BlockReader):
             self._spec_ok = False
             self._skip_profile()
             return
+        for letter, number, place in self._setup.variables():
+            if not self._variables.known(letter, number):
+                self._warn(909102, f"the setup reads {letter}{number}, which was never assigned: 0", place)
         self._enter(records, int(degree))
 
     def _skip_profile(self) -> None:

@@ -10,9 +10,12 @@ import numpy.typing as npt
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.profile import VERSOR_LETTERS, Context, Profile
+from cnc_core.frontend.osai.words import VALUE_MAX, shortened
 from cnc_core.profile import PASS, SMOOTH, STOP, ProfileChunk
 
 FloatArray = npt.NDArray[np.float64]
+SHORTEST = 1e-9
+REACH_MAX = 1e12  # of a coefficient at the polynomial's end
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
 HEADER = ("length", "block number", "feed", "transition")
 GAP_MAX = 1e-6  # mm, degrees; versors without a unit
@@ -80,10 +83,10 @@ class PolynomialProfile(Profile):
         out = []
         for text, offset in parts:
             if not NUMBER.match(text):
-                raise fail(900004, f"{text!r} is no number", offset)
+                raise fail(900004, f"{shortened(text)!r} is no number", offset)
             value = float(text)
             if not abs(value) < 1e30:
-                raise fail(900012, f"{text}: out of range", offset)
+                raise fail(900012, f"{shortened(text)}: out of range", offset)
             out.append(value)
         return out
 
@@ -91,12 +94,15 @@ class PolynomialProfile(Profile):
         if len(parts) != 4:
             raise fail(909232, f"a polynomial's header has {', '.join(HEADER)}", begin)
         header = self._numbers(parts)
-        if not header[0] > 0:
-            raise fail(909232, f"the length {header[0]:g} is not positive", parts[0][1])
+        if not SHORTEST <= header[0] <= VALUE_MAX:
+            text_ = "is not positive" if not header[0] > 0 else f"lies outside {SHORTEST:g} to {VALUE_MAX:g}"
+            raise fail(909232, f"the length {header[0]:g} {text_}", parts[0][1])
         if header[1] != int(header[1]) or not 0 <= header[1] < 2**31:
             raise fail(909232, f"the block number {header[1]:g} is no whole number from 0 on", parts[1][1])
         if not header[2] > 0:
             raise fail(900006, "the feed is not positive", parts[2][1])
+        if header[2] > VALUE_MAX:
+            raise fail(900012, f"the feed {header[2]:g} is out of range", parts[2][1])
         if header[3] != int(header[3]):
             raise fail(909232, f"the transition {header[3]:g} is no whole number", parts[3][1])
         self._group = Group(header, Place(self.context.path, self.context.line, 1, text))
@@ -136,6 +142,10 @@ class PolynomialProfile(Profile):
             coef[i] = group.axes.get(name, 0.0)
             if name not in group.axes:
                 coef[i, 0] = self.spec.start[self.spec.axes[i].channel] / self.factor[i]
+        reach = (np.abs(coef) * group.span ** np.arange(coef.shape[1])).max(axis=1)
+        if not reach.max() <= REACH_MAX:
+            name = self.columns[int(reach.argmax())]
+            raise CncError(900012, f"{name}: the polynomial runs out of range", group.place)
         self._check_continuity(coef, group)
         self._end = coef @ group.span ** np.arange(coef.shape[1])
         self._done.append((group, coef * self.factor[:, None]))

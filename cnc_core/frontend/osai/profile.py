@@ -14,7 +14,7 @@ from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.columns import ColumnReader, Columns
 from cnc_core.frontend.osai.variables import Variables
-from cnc_core.frontend.osai.words import Words, parse
+from cnc_core.frontend.osai.words import VALUE_MAX, Words, parse
 from cnc_core.profile import SMOOTH, VERSORS, ProfileChunk, ProfileSpec
 
 FloatArray = npt.NDArray[np.float64]
@@ -191,7 +191,7 @@ class PointProfile(Profile):
     def _first_special(self, columns: Columns) -> int | None:
         """The first line that may be wrong, or that is to be warned of."""
         given, feeds = columns.values[:, :-1], columns.values[:, -1]
-        wrong = feeds <= 0
+        wrong = (feeds <= 0) | (np.abs(columns.values) > VALUE_MAX).any(axis=1)  # NaN, no word, is no such number
         for i, letter in enumerate(self.letters):
             group = next((g for g in VERSORS if letter in g), None)
             if group is not None and i >= len(self.names) and group not in (*self.spec.versors, *self._ignored):

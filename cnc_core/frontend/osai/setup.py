@@ -21,6 +21,9 @@ LINE = re.compile(r"\s*\(\s*([A-Za-z0-9]+)\s*(,.*)?\)\s*$")
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?$")
 VARIABLE = re.compile(r"([+-]?)([EL])(\d+)$")
 LINES_MAX = 1000
+VALUE_MAX = 1e12
+VARIABLE_DIGITS = 6
+SHOWN = 40
 
 Value = float | str | None
 Variables = Callable[[str, int], float]
@@ -167,6 +170,16 @@ class SetupFile:
             at += len(part) + 1
         return SetupLine(code, fields, place)
 
+    def variables(self) -> list[tuple[str, int, Place]]:
+        """Letter, number and place of every variable that a field names."""
+        found = []
+        for line in self.lines:
+            for text, column in line.fields:
+                if (named := VARIABLE.match(text)) and len(named[3]) <= VARIABLE_DIGITS:
+                    place = Place(line.place.file, line.place.line, column, line.place.source)
+                    found.append((named[2], int(named[3]), place))
+        return found
+
     def resolve(self, variables: Variables) -> tuple[Records, list[CncError]]:
         """The records with the variables' values of now, and every error found."""
         records, errors = Records(self.path), list(self.errors)
@@ -203,11 +216,11 @@ def _value(line: SetupLine, spec: Field, text: str, column: int, variables: Vari
         return spec.default
     if spec.letter:
         if len(text) != 1 or not text.isalpha():
-            raise _error(line, 909205, f"{what}: {text!r} is no axis name", column)
+            raise _error(line, 909205, f"{what}: {text[:SHOWN]!r} is no axis name", column)
         return text
     if spec.words:
         if text not in spec.words:
-            raise _error(line, 909205, f"{what}: {text!r} is none of {', '.join(spec.words)}", column)
+            raise _error(line, 909205, f"{what}: {text[:SHOWN]!r} is none of {', '.join(spec.words)}", column)
         return text
     return _checked(line, spec, _number(line, text, what, column, variables), column)
 
@@ -215,14 +228,18 @@ def _value(line: SetupLine, spec: Field, text: str, column: int, variables: Vari
 def _number(line: SetupLine, text: str, what: str, column: int, variables: Variables) -> float:
     variable = VARIABLE.match(text)
     if variable:
+        if len(variable[3]) > VARIABLE_DIGITS:
+            raise _error(line, 909205, f"{what}: there is no such variable", column)
         return (-1.0 if variable[1] == "-" else 1.0) * variables(variable[2], int(variable[3]))
     if not NUMBER.match(text):
-        raise _error(line, 909205, f"{what}: {text!r} is neither a number nor an E or L variable", column)
+        raise _error(line, 909205, f"{what}: {text[:SHOWN]!r} is neither a number nor an E or L variable", column)
     return float(text)
 
 
 def _checked(line: SetupLine, spec: Field, value: float, column: int) -> float:
     what = f"{line.code}, {spec.name}"
+    if not abs(value) <= VALUE_MAX:
+        raise _error(line, 909205, f"{what}: the number is out of range, {VALUE_MAX:g} at most", column)
     if spec.whole and value != int(value):
         raise _error(line, 909205, f"{what}: {value:g} is no whole number", column)
     if not spec.low <= value <= spec.high:

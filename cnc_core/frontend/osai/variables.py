@@ -20,6 +20,16 @@ NUMBER_MAX = 100_000
 VALUES_MAX = 1e30
 
 
+def variable_number(digits: str, letter: str, offset: int) -> int:
+    """Number of a variable; too large ones are an error, however many digits they have."""
+    plain = digits.lstrip("0") or "0"
+    if len(plain) > len(str(NUMBER_MAX)) or int(plain) > NUMBER_MAX:
+        raise fail(
+            900012, f"{letter}{plain[:12]}{'..' if len(plain) > 12 else ''}: variables go up to {NUMBER_MAX}", offset
+        )
+    return int(plain)
+
+
 class Variables:
     """Values by letter and number; what was never assigned is 0."""
 
@@ -33,8 +43,6 @@ class Variables:
         return (letter, number) in self._values
 
     def assign(self, letter: str, number: int, value: float, offset: int) -> None:
-        if number > NUMBER_MAX:
-            raise fail(900012, f"{letter}{number}: variables go up to {NUMBER_MAX}", offset)
         if not abs(value) < VALUES_MAX:
             raise fail(900012, f"{letter}{number}: value out of range", offset)
         self._values[letter, number] = value
@@ -73,7 +81,7 @@ class Formulas(ExpressionParser):
         stream, token = self._stream, self._stream.current
         if token.kind is Kind.VARIABLE:
             stream.next()
-            return self._values(token.text[0], int(token.text[1:]))
+            return self._values(token.text[0], variable_number(token.text[1:], token.text[0], token.offset))
         if token.kind is Kind.NUMBER:
             return float(stream.next().text)
         name = token.text.upper() if token.kind is Kind.NAME else ""
@@ -116,4 +124,5 @@ def assignment(text: str, variables: Variables, begin: int) -> None:
     value = Formulas(stream, variables).expression()
     if not stream.at_end:
         raise fail(900004, f"{stream.describe()} behind the assignment", stream.current.offset)
-    variables.assign(target.text[0], int(target.text[1:]), value, target.offset)
+    number = variable_number(target.text[1:], target.text[0], target.offset)
+    variables.assign(target.text[0], number, value, target.offset)

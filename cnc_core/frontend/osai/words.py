@@ -7,11 +7,14 @@ from dataclasses import dataclass, field
 
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
-from cnc_core.frontend.osai.variables import Variables
+from cnc_core.frontend.osai.variables import Variables, variable_number
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
 WORD = re.compile(rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])(\d+)(?![\d(]))")
 N_MAX = 2**31 - 1
+EXPRESSION = re.compile(r"[A-Za-z]\s*([+-]?\s*(?:[EL]?\s*\(|[EL]\d+\s*\())")
+SHOWN = 24
+VALUE_MAX = 1e9  # of a word: beyond that no axis, feed or knot makes sense
 
 
 @dataclass
@@ -34,20 +37,29 @@ def parse(text: str, variables: Variables, letters: str, warn_unset: list[str] |
             raise _malformed(text, at)
         letter, offset = found[1], found.start(1)
         if found[4]:
-            value = (-1.0 if found[3] == "-" else 1.0) * variables(found[4], int(found[5]))
-            if warn_unset is not None and not variables.known(found[4], int(found[5])):
+            index = variable_number(found[5], found[4], found.start(4))
+            value = (-1.0 if found[3] == "-" else 1.0) * variables(found[4], index)
+            if warn_unset is not None and not variables.known(found[4], index):
                 warn_unset.append(found[4] + found[5])
         else:
             value = float(found[2])
+        if not abs(value) <= (N_MAX if letter == "N" else VALUE_MAX):
+            raise fail(900012, f"{letter}: {shortened(found[0].strip()[1:])} is out of range", offset)
         _take(words, letter, value, offset, letters)
         at = found.end()
     return words
 
 
+def shortened(text: str) -> str:
+    """A number as an error shows it: not with hundreds of digits."""
+    return text if len(text) <= SHOWN else f"{text[:SHOWN]}.. ({len(text)} characters)"
+
+
 def _malformed(text: str, at: int) -> Exception:
     offset = at + len(text[at:]) - len(text[at:].lstrip())
-    if re.match(r"[A-Za-z]\s*[+-]?\s*(?:[EL]?\s*\(|[EL]\d+\s*\()", text[offset:]):
-        return fail(909227, ERRORS[909227], offset)
+    expression = EXPRESSION.match(text, offset)
+    if expression:
+        return fail(909227, ERRORS[909227], expression.start(1))
     if not text[offset].isalpha():
         return fail(909226, f"unknown word {text[offset]}", offset)
     return fail(900004, f"{text[offset]} without a value", offset)

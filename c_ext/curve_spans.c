@@ -1,0 +1,242 @@
+/* Stretches of a polynomial for the acceleration-limited planner: rows at knots (bent.c) where they are certified.
+ *
+ * Between two knots the planner sees q' and q'' of every axis on their chords and a constant path acceleration u. What is
+ * driven differs from that by at most
+ *     |u| h^2/8 max|q'''| + x h^2/8 max|q''''| + |u| h/2 |change of q''|      (x = v^2; the last: x changes as well as q'')
+ * with bounds that hold everywhere between them (curve_certify.c), and the largest u and x that the rows let through. That
+ * much of the acceleration is not planned with. Where it would be much the stretch is cut; where cutting does not help,
+ * because the curvature changes within micrometres, the constant bounds of the cells are left (curve_piece.c).
+ */
+#include <limits.h>
+#include <math.h>
+#include "engine_internal.h"
+
+#define USABLE 0.999     /* share of the acceleration limit that is planned with */
+#define LOSS 0.008       /* share of it that a stretch may lose before it is cut, more where there would be too many, ... */
+#define MORE_LOSS 1.5    /* ... by so much each time ... */
+#define MOST_LOSS 0.25   /* ... up to that ... */
+#define GIVEN_UP 0.3     /* ... and from which on constant bounds are better */
+#define AT_ONCE 8        /* stretches that a certificate of a whole piece is cut into ... */
+#define OF_PART 4        /* ... and one of a part */
+#define HALVINGS 8
+#define STOP_HALVINGS 3  /* at least, between two standstills */
+#define SHORTEST_MM 1e-5
+#define OVER_FEED 2.0    /* the largest override: what is planned under a lower one must hold when it comes */
+#define ROUNDING 1e-9
+#define TINY_MM 1e-9
+
+typedef struct builder {
+    engine *e;
+    piece *p;
+    const curve *c;
+    span *spans;
+    double *rows, scale, room[NC_AXES];
+    double fast2;         /* speeds squared that occur at the most: feed and override */
+    const double *reserve;
+    double loss;          /* share of the acceleration that a stretch may lose before it is cut */
+    bool starved;         /* there was no room for as many stretches */
+    bool counting;        /* only how many there would be, whatever the room */
+    int count;
+    int strips;
+} builder;
+
+/* Largest path acceleration, speed squared. */
+typedef struct extent {
+    double u, x;
+} extent;
+
+typedef struct place {
+    knot at;
+    extent most;
+} place;
+
+/* The largest u and x that meet |q' u + q'' x| <= room on all axes: two axes together bound both, one axis the one by the
+ * other. */
+static extent extent_at(const builder *b, const knot *k) {
+    const piece *p = b->p;
+    double u = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER, x = b->fast2;
+    for (int i = 0; i < b->c->axes; i++) {
+        double v = piece_v_max(b->e, p, i), d1 = k->d1[i], d2 = k->d2[i], room = b->room[i];
+        if (x * d1 * d1 > v * v) x = v * v / (d1 * d1);
+        for (int j = 0; j < i; j++) {
+            double cross = fabs(d1 * k->d2[j] - k->d1[j] * d2);
+            double along = fabs(d2) * b->room[j] + fabs(k->d2[j]) * room, across = fabs(d1) * b->room[j] + fabs(k->d1[j]) * room;
+            if (u * cross > along) u = along / cross;
+            if (x * cross > across) x = across / cross;
+        }
+    }
+    for (int i = 0; i < b->c->axes; i++) {
+        double d1 = fabs(k->d1[i]), most = b->room[i] + fabs(k->d2[i]) * x;
+        if (u * d1 > most) u = most / d1;
+    }
+    for (int i = 0; i < b->c->axes; i++) {
+        double d2 = fabs(k->d2[i]), most = b->room[i] + fabs(k->d1[i]) * u;
+        if (x * d2 > most) x = most / d2;
+    }
+    return (extent){u, x};
+}
+
+static void place_at(const builder *b, double w, double s, place *out) {
+    curve_point at;
+    knot *k = &out->at;
+    curve_at(b->c, w, &at);
+    double bend2 = 0.0;
+    for (int i = 0; i < b->c->axes; i++) {
+        k->d1[i] = b->p->dir * at.d1[i];
+        k->d2[i] = at.d2[i];
+        if (b->c->metric >> i & 1) bend2 += at.d2[i] * at.d2[i];
+    }
+    k->bend = sqrt(bend2);
+    k->w = w;
+    k->s = s;
+    out->most = extent_at(b, k);
+}
+
+/* Inside of a piece, at the parameter w. */
+static void place_inside(const builder *b, double w, place *out) {
+    place_at(b, w, b->p->dir * (curve_length_to(b->c, w) * b->scale - b->p->from), out);
+}
+
+/* s mm behind the start of the piece. */
+static void place_behind(const builder *b, double s, place *out) {
+    place_at(b, curve_parameter(b->c, (b->p->from + b->p->dir * s) / b->scale), s, out);
+}
+
+static extent extent_between(const place *from, const place *to) {
+    const extent *a = &from->most, *z = &to->most;
+    double u = lesser(a->u, z->u), added = 2.0 * u * (to->at.s - from->at.s);
+    return (extent){u, lesser(greater(a->x, z->x), lesser(a->x, z->x) + added)};
+}
+
+/* ------------------------------------------------------------------------------------------------ stretches */
+/* Constant bounds, cell by cell. */
+static void add_constant(builder *b, double from, double to) {
+    for (double at = from; at < to;) {
+        int cell;
+        double end = lesser(to, curve_cell_behind(b->c, b->p, at, &cell));
+        span *s = &b->spans[b->p->span_count++];
+        curve_cell_span(b->e, b->p, cell, b->reserve, end - at, s);
+        at = end;
+    }
+}
+
+/* Rows between two knots, or constant bounds where too little would be left of an axis. */
+static void add_stretch(builder *b, const place *from, const place *to, const double *third, const double *fourth) {
+    double h = to->at.s - from->at.s, room[NC_AXES], slack[NC_AXES], turn2 = 0.0;
+    if (h < TINY_MM) return;
+    extent most = extent_between(from, to);
+    for (int i = 0; i < b->c->axes; i++) {
+        double steps = 0.5 * h * fabs(to->at.d2[i] - from->at.d2[i]), bend = 0.125 * h * h * fourth[i];
+        slack[i] = 0.125 * h * h * third[i] + ROUNDING;
+        double loss = (slack[i] + steps) * most.u + bend * most.x;
+        if (!(loss <= GIVEN_UP * b->room[i])) {
+            add_constant(b, from->at.s, to->at.s);
+            return;
+        }
+        room[i] = b->room[i] - loss;
+        if (b->c->metric >> i & 1) turn2 += bend * bend;
+    }
+    knot a = from->at, z = to->at;
+    a.bend = z.bend = greater(a.bend, z.bend) + sqrt(turn2);
+    span *s = &b->spans[b->p->span_count++];
+    b->rows += bent_rows(b->e, b->p, &a, &z, room, slack, s, b->rows);
+    for (int k = 0; k < 2; k++) s->cap2[k] = lesser(s->cap2[k], b->fast2);
+}
+
+/* Into how many stretches the part between two places has to be cut. */
+static int parts_needed(const builder *b, const place *from, const place *to, const double *third, const double *fourth) {
+    double h = to->at.s - from->at.s, worst = 0.0;
+    extent most = extent_between(from, to);
+    for (int i = 0; i < b->c->axes; i++) {
+        double loss = h * h * (0.625 * third[i] * most.u + 0.125 * fourth[i] * most.x);
+        if (loss > worst * b->room[i]) worst = loss / b->room[i];
+    }
+    double n = ceil(sqrt(worst / b->loss));
+    return n < 1.0 ? 1 : n < INT_MAX ? (int)n : INT_MAX;
+}
+
+static void add_stretches(builder *b, const place *from, const place *to, int n, const double *third, const double *fourth) {
+    place last = *from, next;
+    for (int k = 1; k < n; k++) {
+        place_inside(b, from->at.w + (to->at.w - from->at.w) * k / n, &next);
+        add_stretch(b, &last, &next, third, fourth);
+        last = next;
+    }
+    add_stretch(b, &last, to, third, fourth);
+}
+
+/* As many stretches as constant bounds from the parameter w on can take. */
+static int most_constant(const builder *b, double w) {
+    int cells = 0;
+    for (int k = 0; k < b->c->cells; k++) cells += b->p->dir > 0 ? b->c->w[k + 1] > w : b->c->w[k] < w;
+    return cells + b->strips + HALVINGS;
+}
+
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least);
+
+/* From one place to another; cut in halves at least `least` times, `halvings` at the most. */
+static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
+    double third[NC_AXES], fourth[NC_AXES];
+    if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
+    int left = b->counting ? INT_MAX : (int)spans_max(b->e) - (int)b->p->span_count - most_constant(b, from->at.w);
+    bool sure = curve_certify(b->c, from->at.w, to->at.w, third, fourth);
+    int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX, most = halvings < HALVINGS ? OF_PART : AT_ONCE;
+    if (n > most && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
+    if (n > most) n = most;
+    b->starved |= left < n;
+    if (n > left) n = left < 1 ? 1 : left;
+    if (b->counting) b->count += n;
+    else if (sure) add_stretches(b, from, to, n, third, fourth);
+    else add_constant(b, from->at.s, to->at.s);
+}
+
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least) {
+    place middle;
+    if (to->at.s - from->at.s < SHORTEST_MM) return false;
+    place_inside(b, 0.5 * (from->at.w + to->at.w), &middle);
+    if (!(middle.at.s > from->at.s && middle.at.s < to->at.s)) return false;
+    refine(b, from, &middle, halvings - 1, least - 1);
+    refine(b, &middle, to, halvings - 1, least - 1);
+    return true;
+}
+
+/* False if there was no room for stretches that lose as little as they should. */
+static bool add_strips(builder *b, const strip *strips, bool stands) {
+    piece *p = b->p;
+    double *rows = b->rows;
+    place from = {0}, to;
+    p->span_count = 0;
+    b->starved = false;
+    for (int k = 0; k < b->strips; k++) {
+        double end = k + 1 == b->strips ? p->length : from.at.s + strips[k].length;
+        if (!(end > from.at.s)) continue;
+        b->reserve = strips[k].reserve;
+        for (int i = 0; i < b->c->axes; i++) b->room[i] = USABLE * piece_a_max(b->e, p, i) - b->reserve[i];
+        place_behind(b, from.at.s, &from);
+        place_behind(b, end, &to);
+        refine(b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0);
+        from = to;
+    }
+    if (b->starved) b->rows = rows;
+    return !b->starved;
+}
+
+/* With k times as many stretches each of them loses 1/k^2 as much. */
+static void expect_less(builder *b, const strip *strips, bool stands) {
+    b->counting = true;
+    add_strips(b, strips, stands);
+    b->counting = false;
+    double share = b->count / (double)(spans_max(b->e) - (uint32_t)most_constant(b, b->p->dir > 0 ? 0.0 : 1.0));
+    b->loss = lesser(MOST_LOSS, LOSS * greater(MORE_LOSS, share * share));
+}
+
+/* Stretches of p, cut where the strips (zones of jumps) begin and end. `stands`: at both ends, and only there. */
+void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands) {
+    const curve *c = curve_of(e, p);
+    double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
+    builder b = {.e = e, .p = p, .c = c, .spans = spans, .rows = rows, .scale = p->whole / curve_length(c), .fast2 = top * top,
+                 .strips = n, .loss = LOSS};
+    if (add_strips(&b, strips, stands)) return;
+    expect_less(&b, strips, stands);
+    while (!add_strips(&b, strips, stands) && b.loss < MOST_LOSS) b.loss *= MORE_LOSS;
+}

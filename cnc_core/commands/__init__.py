@@ -1,0 +1,10 @@
+"""The commands of ``hli-cosim`` by what they are about, in the order in which the help lists them."""
+
+# isort: off
+from . import program
+from . import cell
+from . import online
+from . import export
+from . import bench
+
+__all__ = ["bench", "cell", "export", "online", "program"]

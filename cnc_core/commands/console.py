@@ -1,0 +1,146 @@
+"""What all commands share: the app, the two consoles, options, programs and errors as they are printed."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from rich.console import Console
+from rich.progress import Progress
+from rich.table import Table
+
+app = typer.Typer(
+    name="hli-cosim",
+    help="Open co-simulation of a CNC and a PLC over an emulated ISG/Beckhoff HLI.",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+)
+out = Console(highlight=False, soft_wrap=True, markup=False)
+err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
+
+DIALECT_HELP = "isg, iso, isons or osai; default: by content and file extension"
+File = Annotated[Path, typer.Argument(help="NC program")]
+Config = Annotated[Path | None, typer.Option("--config", help="cell.toml; default: the built-in machine X Y Z")]
+Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
+Lenient = Annotated[
+    bool, typer.Option("--lenient", help="isg: unknown # commands and undefined M functions are warnings")
+]
+Answers = Annotated[
+    Path | None, typer.Option("--answers", help="JSON list of answers to the program's dialogs (isons)")
+]
+StartLine = Annotated[int | None, typer.Option("--start-line", help="take the program up at this line (isons)")]
+StartPass = Annotated[int, typer.Option("--start-pass", min=1, help="which time that line is reached")]
+StartMarker = Annotated[
+    str | None, typer.Option("--start-marker", metavar="NAME=VALUE", help="take it up where a variable gets a value")
+]
+Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
+Watched = Annotated[
+    list[str] | None, typer.Option("--watch", metavar="SYMBOL", help="record this symbol at every scan; repeatable")
+]
+Forced = Annotated[
+    list[str] | None, typer.Option("--force", metavar="SYMBOL=VALUE", help="hold this symbol at a value; repeatable")
+]
+
+
+emitted: list[bool] = []
+
+
+def emit(value: Any) -> None:
+    """One JSON value on one line of standard output."""
+    emitted.append(True)
+    sys.stdout.write(json.dumps(value) + "\n")
+
+
+def say_error(error: object) -> None:
+    """An error on standard error, as FILE:LINE:COL: CODE: text with the source line under it."""
+    sys.stderr.write(f"{error}\n")
+
+
+@contextmanager
+def progress(title: str) -> Iterator[Callable[[float], None]]:
+    """A bar on a terminal, nothing in a pipe; call the result with the share done (None-length: pulsing)."""
+    with Progress(console=err, transient=True, disable=not err.is_terminal) as bar:
+        task = bar.add_task(title, total=None)
+
+        def tick(share: float) -> None:
+            bar.update(task, total=1.0, completed=share)
+
+        yield tick
+
+
+def load(config: Path | None) -> Any:
+    from ..config import load_config  # noqa: PLC0415
+
+    cell = load_config(config)
+    for warning in cell.warnings():
+        err.print(f"warning: {warning}")
+    return cell
+
+
+def open_program(
+    file: Path,
+    config: Path | None,
+    dialect: str | None,
+    *,
+    collect: bool = False,
+    lenient: bool = False,
+    tolerance: float = 0.0,
+    programmed: bool = False,
+    answers: Path | None = None,
+    restart: tuple[int | None, int, str | None] = (None, 1, None),
+) -> Any:
+    """The program, its dialect said on standard error when it was not given."""
+    from ..program import Program  # noqa: PLC0415
+    from ..restart import Restart  # noqa: PLC0415
+
+    program = Program(
+        file,
+        load(config),
+        dialect,
+        collect=collect,
+        lenient=lenient,
+        tolerance=tolerance,
+        programmed=programmed,
+        answers=answers,
+        restart=Restart.of(*restart),
+    )
+    if dialect is None:
+        err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
+    return program
+
+
+def say_warnings(program: Any) -> None:
+    for warning in program.reader.warnings:
+        say_error(f"warning: {warning}")
+    for text in program.filter_texts:
+        say_error(text)
+
+
+def one_of(option: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise typer.BadParameter(f"{option} {value}: choose from {', '.join(choices)}")
+
+
+def say_run_errors(result: Any) -> None:
+    for warning in result.warnings:
+        say_error(f"warning: {warning}")
+    for e in result.errors:
+        place = f"{e['file']}:{e['line']}:{e['column']}: " if e["line"] else ""
+        say_error(f"{place}{e['code']}: {e['text']}")
+        if e["line"] and result.error_text and e["line"] == result.errors[0]["line"]:
+            say_error(f"    {result.error_text}")
+
+
+def say_figures(title: str, value: dict[str, Any]) -> None:
+    """A table of named figures, one a row."""
+    table = Table("figure", "value", title=title)
+    for key, item in value.items():
+        table.add_row(key, json.dumps(item))
+    out.print(table)

@@ -1,0 +1,165 @@
+"""The path of the input that the optimizer may not leave: chords between points, or the curve the NC would drive.
+
+Where the curve through the points stays near its chords (points close together) the chords are the reference; where it
+bends away from them (sparse points on a curve, corners that nothing marks) it is that curve, as a fine polyline.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from . import profile_jets as jets
+from . import profile_spline as spline
+from .profile_curves import steps_of
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+PIECES = 8  # of a bent chord
+STRAIGHT = 2  # of a straight one
+STRAIGHT_SHARE = 0.2  # of the tolerance: a curve nearer than that to its chord counts as the chord
+
+
+@dataclass
+class Reference:
+    """``values`` (n, columns) of the vertices, ``u`` (n,) their parameter, ``point`` (n,): number of the input's point
+    at or ahead of each, ``weight`` (n,) of each in a fit, ``given`` (n,): it is a point of the input."""
+
+    values: FloatArray
+    u: FloatArray
+    point: IntArray
+    weight: FloatArray
+    given: npt.NDArray[np.bool_]
+
+    def __getitem__(self, which: slice) -> Reference:
+        return Reference(self.values[which], self.u[which], self.point[which], self.weight[which], self.given[which])
+
+
+@dataclass
+class Driven:
+    """The curve that the NC puts through the points: polynomials (n, columns, 6) over ``steps`` (n,)."""
+
+    coef: FloatArray
+    steps: FloatArray
+
+
+def driven(values: FloatArray, linear: list[int], degree: int, begin: FloatArray | None) -> Driven:
+    """The curve through all points of a section; ``begin``: (2, columns) value and direction behind G62."""
+    steps = np.maximum(steps_of(values, linear), 1e-9)
+    degree = 3 if len(values) == 2 else degree
+    windows = []
+    for first in range(0, len(values), spline.CORE):
+        low, high = max(0, first - spline.HALO), min(len(values), first + spline.CORE + spline.HALO)
+        stop = min(first + spline.CORE, len(values))
+        clamp = None
+        if low == 0 and begin is not None:
+            clamp = begin[1] * float(np.linalg.norm((values[1] - values[0])[linear])) / steps[0]
+        windows.append(spline.Window(values[low:high], steps[low : high - 1], slice(first - low, stop - low), clamp))
+    states = np.concatenate(spline.derivatives(windows, degree))
+    return Driven((spline.cubic if degree == 3 else spline.hermite)(values, states, steps), steps)
+
+
+def reference_of(values: FloatArray, linear: list[int], tolerance: float, made: Driven) -> Reference:
+    """The reference of one section; with ``tolerance`` 0 the driven curve all along."""
+    n = len(values)
+    coef, steps = made.coef, made.steps
+    at = np.arange(1, PIECES) / PIECES
+    share = np.tile(at, n - 1) * np.repeat(steps, PIECES - 1)
+    bent = jets.of_columns(np.repeat(coef, PIECES - 1, axis=0), share)[:, 0].reshape(n - 1, PIECES - 1, -1)
+    chord = np.diff(values, axis=0)
+    line = chord[:, None, linear]
+    from_start = bent[:, :, linear] - values[:-1, None, linear]
+    along = np.einsum("nkc,nkc->nk", from_start, np.broadcast_to(line, from_start.shape))
+    along = np.clip(along / np.maximum((line * line).sum(axis=2), 1e-300), 0.0, 1.0)
+    off = np.linalg.norm(from_start - along[:, :, None] * line, axis=2).max(axis=1)
+    straight = off <= STRAIGHT_SHARE * tolerance
+    counts = np.where(straight, STRAIGHT, PIECES)
+    firsts = np.concatenate([[0], np.cumsum(counts)])
+    out = np.zeros((int(firsts[-1]) + 1, values.shape[1]))
+    point = np.concatenate([np.repeat(np.arange(n - 1), counts), [n - 1]])
+    out[firsts] = values
+    for k in range(1, STRAIGHT):
+        out[firsts[:-1][straight] + k] = (values[:-1] + chord * (k / STRAIGHT))[straight]
+    for k in range(1, PIECES):
+        out[firsts[:-1][~straight] + k] = bent[~straight, k - 1]
+    given = np.zeros(len(out), np.bool_)
+    given[firsts] = True
+    u = parameter(out, linear)
+    weight = np.zeros(len(out))
+    half = 0.5 * np.diff(u)
+    weight[:-1] += half
+    weight[1:] += half
+    return Reference(out, u, point, np.maximum(weight, 1e-12), given)
+
+
+def by_length(made: Driven, linear: list[int], pieces: int) -> tuple[FloatArray, FloatArray]:
+    """(n pieces, columns, 6) and (n pieces,): quintics over the length of the driven curve, C2, that meet its value,
+    direction and curvature in every point and ``pieces`` - 1 times in between."""
+    n = len(made.steps)
+    share = np.tile(np.arange(pieces) / pieces, n) * np.repeat(made.steps, pieces)
+    coef = np.concatenate([np.repeat(made.coef, pieces, axis=0), made.coef[-1:]])
+    j = jets.of_columns(coef, np.append(share, made.steps[-1]))
+    speed = np.linalg.norm(j[:, 1][:, linear], axis=1)
+    speed = np.where(speed > 1e-9, speed, np.maximum(np.linalg.norm(j[:, 1], axis=1), 1e-12))[:, None]
+    gain = (j[:, 1][:, linear] * j[:, 2][:, linear]).sum(axis=1)[:, None] / speed
+    first = j[:, 1] / speed
+    states = np.stack([first, (j[:, 2] - first * gain) / speed**2], axis=1)
+    length = _lengths(made, linear, pieces)
+    return spline.hermite(j[:, 0], states, length), length
+
+
+def _lengths(made: Driven, linear: list[int], pieces: int) -> FloatArray:
+    """(n pieces,) lengths of the parts of every polynomial, by Gauss' formula."""
+    x, w = np.polynomial.legendre.leggauss(8)
+    h = np.repeat(made.steps / pieces, pieces)
+    begin = np.tile(np.arange(pieces), len(made.steps)) * h
+    at = begin[:, None] + 0.5 * h[:, None] * (x + 1.0)
+    j = jets.of_columns(np.repeat(np.repeat(made.coef, pieces, axis=0), 8, axis=0), at.ravel(), 1)[:, 0]
+    speed = np.linalg.norm(j[:, linear], axis=1)
+    speed = np.where(speed > 1e-9, speed, np.maximum(np.linalg.norm(j, axis=1), 1e-12)).reshape(-1, 8)
+    return np.asarray(0.5 * h * (speed @ w))
+
+
+def parameter(values: FloatArray, linear: list[int]) -> FloatArray:
+    """(n,) length along the vertices; where the linear axes rest, of what else moves."""
+    moved = np.diff(values, axis=0)
+    chord = np.linalg.norm(moved[:, linear], axis=1)
+    rest = np.linalg.norm(moved, axis=1)
+    return np.concatenate([[0.0], np.cumsum(np.where(chord > 0.0, chord, np.maximum(rest, 1e-9)))])
+
+
+def polyline(points: FloatArray, tolerance: float) -> IntArray:
+    """Numbers of the points that a polyline within ``tolerance`` of all points needs (Douglas and Peucker)."""
+    keep, stack = np.zeros(len(points), np.bool_), [(0, len(points) - 1)]
+    keep[[0, -1]] = True
+    while stack:
+        a, b = stack.pop()
+        if b - a < 2:
+            continue
+        chord, inside = points[b] - points[a], points[a + 1 : b] - points[a]
+        share = np.clip(inside @ chord / max(float(chord @ chord), 1e-300), 0.0, 1.0)
+        far = np.linalg.norm(inside - share[:, None] * chord, axis=1)
+        worst = int(far.argmax())
+        if far[worst] > tolerance:
+            keep[a + 1 + worst] = True
+            stack += [(a, a + 1 + worst), (a + 1 + worst, b)]
+    return np.flatnonzero(keep)
+
+
+def graph_polyline(u: FloatArray, values: FloatArray, tolerance: float) -> IntArray:
+    """The same for the graph of one column over the parameter; the deviation is that of the value."""
+    keep, stack = np.zeros(len(u), np.bool_), [(0, len(u) - 1)]
+    keep[[0, -1]] = True
+    while stack:
+        a, b = stack.pop()
+        if b - a < 2:
+            continue
+        share = (u[a + 1 : b] - u[a]) / max(u[b] - u[a], 1e-300)
+        far = np.abs(values[a + 1 : b] - values[a] - share * (values[b] - values[a]))
+        worst = int(far.argmax())
+        if far[worst] > tolerance:
+            keep[a + 1 + worst] = True
+            stack += [(a, a + 1 + worst), (a + 1 + worst, b)]
+    return np.flatnonzero(keep)
