@@ -118,6 +118,7 @@ typedef struct plan {
     uint64_t end;                         /* ring index of the first interval that it does not finish */
     double length;                        /* mm from `next` to the end */
     double lasts;                         /* mm: with more than that left it need not be planned again */
+    double refresh;                       /* share of it after which it is planned again all the same */
     uint64_t edition;                     /* of the plan: see jerk_edition */
 } plan;
 

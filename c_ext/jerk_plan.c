@@ -28,6 +28,8 @@
 #define ABOVE_BEFORE 1.001 /* of x: room for a solver that starts at the cap */
 #define TAIL_ONLY 1.0005 /* of x, elsewhere */
 #define LASTS 2.5         /* a plan is not made anew while so many stopping ways are left of it */
+#define JUST_COVERS 2.6   /* stopping ways: a shorter plan begins to brake for its end soon, so ... */
+#define JUST_REFRESH 0.1  /* ... it is made anew after so much of it */
 
 /* Way from the largest speed of the plan to rest with the smallest limits. */
 static double stopping_way(const jerk_planner *p, const grid *g) {
@@ -67,7 +69,9 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
     pl->stands = g->stands;
     pl->end = end;
     pl->length = g->from_start[g->n];
-    pl->lasts = LASTS * stopping_way(p, g);
+    double way = stopping_way(p, g);
+    pl->lasts = LASTS * way;
+    pl->refresh = pl->length < JUST_COVERS * way ? fmin(p->cfg.refresh, JUST_REFRESH) : p->cfg.refresh;
 }
 
 /* Time over the first `length` mm, to compare plans; rest intervals are exact, others by the mean speed. */

@@ -143,7 +143,7 @@ static bool worth_planning(const jerk_planner *p) {
     if (p->hold || p->wait > 0) return false;
     if (!pl->final) return true;
     if (pl->stands || !more_path(p)) return false;
-    return pl->since >= p->cfg.refresh * pl->n && pl->length < pl->lasts;
+    return pl->since >= pl->refresh * pl->n && pl->length < pl->lasts;
 }
 
 static double thread_cpu_s(void) {
