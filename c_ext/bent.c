@@ -67,7 +67,7 @@ uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b
     out->cap2[0] = knot_cap2(e, p, a, room);
     out->cap2[1] = knot_cap2(e, p, b, room);
     add_axis_speeds(e, p, a, b, slack, out->cap2);
-    out->v_hard = NEVER;
+    double most = 1.0 / out->accel, bend = 0.0;
     out->certified = slack != NULL;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
@@ -78,7 +78,11 @@ uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b
         r[3] = b->d2[i] * inv;
         set_bound(r[0], r[1], r + 4);
         set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6); /* in terms of x at the start */
+        most = greater(most, greater(fabs(r[0]), fabs(r[2])));
+        bend = greater(bend, lesser(fabs(r[1]), fabs(r[3])));
     }
+    out->stand = 1.0 / greater(most, 1e-30);
+    out->bend = (float)bend;
     out->n_rows = (uint8_t)n;
     return ROW * n;
 }
@@ -167,6 +171,7 @@ double bent_need(const span *sp, double s, double soft2, double next) {
 
 /* Path acceleration that all rows allow at a standstill. */
 static double standing(const part *o) {
+    if (o->t <= 0.0) return o->span->stand;
     double most = 1.0 / o->accel;
     for (int i = 0; i < o->n; i++) {
         const double *r = o->span->rows + ROW * (uint32_t)i;
@@ -202,7 +207,8 @@ static bent_step hop(const part *o, double soft2) {
 static void sub_span(const span *sp, double s0, double s1, span *out, double *rows) {
     double t0 = s0 / sp->length, t1 = s1 / sp->length;
     bool bounded = greater(sp->cap2[0], sp->cap2[1]) < NEVER;
-    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .certified = sp->certified, .v_hard = sp->v_hard};
+    double most = 1.0 / sp->accel;
+    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .certified = sp->certified, .bend = sp->bend};
     out->cap2[0] = bounded ? between(sp->cap2[0], sp->cap2[1], t0) : lesser(sp->cap2[0], sp->cap2[1]);
     out->cap2[1] = bounded ? between(sp->cap2[0], sp->cap2[1], t1) : lesser(sp->cap2[0], sp->cap2[1]);
     if (s0 <= 0.0) out->cap2[0] = sp->cap2[0];
@@ -216,7 +222,9 @@ static void sub_span(const span *sp, double s0, double s1, span *out, double *ro
         r[3] = between(from[1], from[3], t1);
         set_bound(r[0], r[1], r + 4);
         set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6);
+        most = greater(most, greater(fabs(r[0]), fabs(r[2])));
     }
+    out->stand = 1.0 / greater(most, 1e-30);
 }
 
 /* Range of u by the rows at the start alone. */
@@ -268,9 +276,9 @@ static bent_step brake_near(const span *sp, double s, double x, double way) {
 
 /* As hard down as the limits allow. The stored tail takes whole stretches, a hold parts of them. */
 static bent_step brake(const span *sp, double s, double x, const part *o, bool is_long, bool tail) {
+    if (tail && !is_long) return brake_over(o, x);
     double low = -range_here(o, x).low, way = low > 0.0 ? 1.05 * x / (2.0 * low) : o->h;
     if (!tail) way = lesser(way, greater(sp->length / HOLD_PARTS, SHORT_MM));
-    else if (!is_long) return brake_over(o, x);
     return way >= o->h ? brake_over(o, x) : brake_near(sp, s, x, way);
 }
 
@@ -286,13 +294,11 @@ static bool wants_parts(const part *o, double x, double u, double end, double so
 bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool braking) {
     part o;
     part_from(sp, s, &o);
-    double stand = standing(&o), top = lesser(soft2, lesser(o.cap2, NEVER));
-    for (int i = 0; i < o.n; i++) {
-        double bend = lesser(fabs(sp->rows[ROW * (uint32_t)i + 1]), fabs(sp->rows[ROW * (uint32_t)i + 3]));
-        if (bend * top > 1.0) top = 1.0 / bend;
-    }
-    bool is_long = o.h * 2.0 * stand > LONG * greater(top, x);
-    if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, is_long || o.h * 2.0 * stand > LONG * x, braking);
+    double stand = standing(&o), ramp2 = o.h * 2.0 * stand;
+    if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, ramp2 > LONG * x, braking);
+    double top = lesser(soft2, o.cap2);
+    if ((double)sp->bend * top > 1.0) top = 1.0 / (double)sp->bend;
+    bool is_long = ramp2 > LONG * greater(top, x);
     double end = lesser(lesser(next, soft2), o.end_cap2), inv_h = 0.5 / o.h;
     if (x + end <= STANDS && !is_long) return hop(&o, soft2);
     range r = range_at(&o, x, -NEVER, NEVER);

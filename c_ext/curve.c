@@ -59,6 +59,14 @@ double curve_length_to(const curve *c, double w) {
     return c->s[i] + integrate(c, c->w[i], w, &low, &high);
 }
 
+/* Length between two parameters where the speed changes little: four points. */
+double curve_length_between(const curve *c, double a, double b) {
+    static const double node[2] = {0.3399810435848563, 0.8611363115940526}, weight[2] = {0.6521451548625461, 0.3478548451374538};
+    double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a), sum = 0.0;
+    for (int k = 0; k < 2; k++) sum += weight[k] * (speed(c, middle - half * node[k]) + speed(c, middle + half * node[k]));
+    return half * sum;
+}
+
 void curve_position(const curve *c, double w, double *q) {
     for (int i = 0; i < c->axes; i++) q[i] = value(c->c[i], w);
 }

@@ -40,6 +40,7 @@ bool curve_build_by_length(curve *c, const double *coefficients, int axes, int d
 static inline double curve_length(const curve *c) { return c->s[c->cells]; }
 double curve_parameter(const curve *c, double s);
 double curve_length_to(const curve *c, double w);
+double curve_length_between(const curve *c, double a, double b);
 void curve_position(const curve *c, double w, double *q);
 void curve_tangent(const curve *c, double w, double *d1);
 void curve_at(const curve *c, double w, curve_point *p);

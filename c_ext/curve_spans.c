@@ -16,7 +16,7 @@
 #define MORE_LOSS 1.5    /* ... by so much each time ... */
 #define MOST_LOSS 0.25   /* ... up to that ... */
 #define GIVEN_UP 0.3     /* ... and from which on constant bounds are better */
-#define AT_ONCE 8        /* stretches that a certificate of a whole piece is cut into ... */
+#define AT_ONCE 12       /* stretches that a certificate of a whole piece is cut into ... */
 #define OF_PART 4        /* ... and one of a part */
 #define HALVINGS 8
 #define STOP_HALVINGS 3  /* at least, between two standstills */
@@ -158,7 +158,8 @@ static int parts_needed(const builder *b, const place *from, const place *to, co
 static void add_stretches(builder *b, const place *from, const place *to, int n, const double *third, const double *fourth) {
     place last = *from, next;
     for (int k = 1; k < n; k++) {
-        place_inside(b, from->at.w + (to->at.w - from->at.w) * k / n, &next);
+        double w = from->at.w + (to->at.w - from->at.w) * k / n;
+        place_at(b, w, last.at.s + b->scale * curve_length_between(b->c, last.at.w, w), &next);
         add_stretch(b, &last, &next, third, fourth);
         last = next;
     }

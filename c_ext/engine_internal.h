@@ -80,10 +80,15 @@ typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piec
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <= accel, v <= v_hard. Curved (rows; bent.c):
  * per axis |r0 u + r1 x| <= 1 at its start, |r2 u + r3 x| <= 1 at its end, x <= cap2 at both. */
 typedef struct span {
-    double length, accel, v_hard;
+    double length, accel;
+    union {
+        double v_hard;     /* straight */
+        double stand;      /* curved: path acceleration that the rows allow at a standstill */
+    };
     double need2;          /* largest speed squared at the start from which everything ahead can be met */
     double cap2[2];
     const double *rows;    /* NULL: straight; r0 to r3 of each axis, and what they bound (bent.c) */
+    float bend;            /* 1 / bend: speed squared that the axes allow while u is zero, about */
     uint8_t n_rows;
     bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
