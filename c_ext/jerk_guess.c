@@ -220,7 +220,8 @@ bool guess_stop(jerk_planner *p, const grid *g) {
     b->guess[0] = p->x;
     for (int k = 1; k < g->n; k++) {
         double t = g->from_start[k] / d;
-        b->guess[k] = fmax(TINY, p->x * pow(1.0 - t, 4.0 / 3.0) * (1.0 + beta * t));
+        double cap = fmin(g->knot_cap[k], fmin(g->seg[k - 1].soft, g->seg[k].soft));
+        b->guess[k] = fmax(TINY, fmin(cap, p->x * pow(1.0 - t, 4.0 / 3.0) * (1.0 + beta * t)));
     }
     b->guess[g->n] = 0.0;
     bound_rows(p, g);

@@ -36,8 +36,7 @@ bool plan_ramp(jerk_planner *p) {
         double target = g->seg[0].soft;
         brake b = brake_estimate(p, p->scale * sqrt(target));
         double top = 1.01 * b.top * b.top / (p->scale * p->scale);
-        for (int k = 0; k < g->n && g->from_start[k] < tries[i] * b.distance; k++)
-            g->seg[k].soft = fmin(g->seg[k].cap, fmax(g->seg[k].soft, top));
+        allow_present(p, g, tries[i] * b.distance, top);
         g->land_cap = target;
         g->land_from = tries[i] * b.distance;
         g->land_to = 3.0 * g->land_from;
@@ -52,7 +51,7 @@ bool plan_ramp(jerk_planner *p) {
 static bool try_stop(jerk_planner *p, double distance) {
     grid *g = &p->grid;
     if (!grid_to(p, g, distance) || g->n < 2) return false;
-    for (int k = 0; k < g->n; k++) g->seg[k].soft = g->seg[k].cap;
+    allow_present(p, g, INFINITY, INFINITY);
     p->stats.hold_solves++;
     problem_from_grid(p, g, p->x, p->u);
     if (!guess_stop(p, g)) return false;

@@ -118,6 +118,7 @@ typedef struct plan {
     uint64_t end;                         /* ring index of the first interval that it does not finish */
     double length;                        /* mm from `next` to the end */
     double lasts;                         /* mm: with more than that left it need not be planned again */
+    double refresh;                       /* share of it after which it is planned again all the same */
     uint64_t edition;                     /* of the plan: see jerk_edition */
 } plan;
 
@@ -125,6 +126,11 @@ typedef struct plan {
 typedef struct steps {
     double longest, finest; /* planner interval; step at a standstill */
 } steps;
+
+/* What operator and program ask for: mm/s in place of all feeds (< 0: none), and the overrides. */
+typedef struct speeds {
+    double command, feed, rapid;
+} speeds;
 
 /* A law that was handed out, and the state ahead of it. */
 typedef struct handed {
@@ -146,6 +152,7 @@ struct jerk_planner {
     bool finished, hold, changed, at_rest;
     double feed_factor, rapid_factor;
     double command_speed;                 /* mm/s; < 0: none */
+    speeds was;                           /* under which the present plan was made */
     int capacity;                         /* segments a grid can hold */
     double behind_mm, behind_share;       /* reach of a jump behind the head, and what it leaves */
     double x, u;                          /* scaled state at the head */
@@ -169,10 +176,17 @@ static inline double acc_max(const jerk_planner *p, const jerk_interval *q, int 
 static inline double jerk_max(const jerk_planner *p, const jerk_interval *q, int axis) { return p->cfg.j_max[axis] * share_of(q->jerk_share[axis]); }
 
 /* Speed that the operator and the program ask for over q, mm/s. */
-static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) {
-    if (p->command_speed >= 0.0) return p->command_speed;
+static inline double asked_under(const speeds *s, const jerk_interval *q) {
+    if (s->command >= 0.0) return s->command;
     if (q->flags & JERK_FIXED && q->feed > 0) return q->feed;
-    return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? p->rapid_factor : p->feed_factor) : 1e30;
+    return q->feed > 0 ? q->feed * (q->flags & JERK_RAPID ? s->rapid : s->feed) : 1e30;
+}
+
+static inline speeds speeds_now(const jerk_planner *p) { return (speeds){p->command_speed, p->feed_factor, p->rapid_factor}; }
+
+static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) {
+    const speeds now = speeds_now(p);
+    return asked_under(&now, q);
 }
 
 static inline const steps *steps_at(const jerk_planner *p, uint64_t i) { return &p->steps[i & p->mask]; }
@@ -222,6 +236,7 @@ double bend_inside(const jerk_planner *p, const segment *s, double x, double u, 
 void plan_accept(jerk_planner *p, const grid *g, bool final);
 void plan_window(jerk_planner *p);
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
+void allow_present(jerk_planner *p, grid *g, double reach, double top);
 
 /* jerk_straight.c */
 bool plan_straight(jerk_planner *p);

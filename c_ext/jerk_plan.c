@@ -24,7 +24,12 @@
 #define LONGER 1.3
 #define REACH_FORGOTTEN 1e4 /* mm */
 #define TAIL_MORE 1.15   /* a window must be so much longer than what is left of the plan */
+#define TAIL_AND 1.003   /* of x, where the feeds before allow it */
+#define ABOVE_BEFORE 1.001 /* of x: room for a solver that starts at the cap */
+#define TAIL_ONLY 1.0005 /* of x, elsewhere */
 #define LASTS 2.5         /* a plan is not made anew while so many stopping ways are left of it */
+#define JUST_COVERS 2.6   /* stopping ways: a shorter plan begins to brake for its end soon, so ... */
+#define JUST_REFRESH 0.1  /* ... it is made anew after so much of it */
 
 /* Way from the largest speed of the plan to rest with the smallest limits. */
 static double stopping_way(const jerk_planner *p, const grid *g) {
@@ -64,7 +69,9 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
     pl->stands = g->stands;
     pl->end = end;
     pl->length = g->from_start[g->n];
-    pl->lasts = LASTS * stopping_way(p, g);
+    double way = stopping_way(p, g);
+    pl->lasts = LASTS * way;
+    pl->refresh = pl->length < JUST_COVERS * way ? fmin(p->cfg.refresh, JUST_REFRESH) : p->cfg.refresh;
 }
 
 /* Time over the first `length` mm, to compare plans; rest intervals are exact, others by the mean speed. */
@@ -200,20 +207,39 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
     return false;
 }
 
-/* Above the caps (an override was reduced, a hold was released): what the stored tail drives stays allowed. */
-static void allow_tail(jerk_planner *p, grid *g) {
+/* Cap on x (scaled) by the feeds that the present plan was made under. */
+static double cap_before(const jerk_planner *p, const jerk_interval *q) {
+    double feed = fmin(1e15, asked_under(&p->was, q) * VEL_USABLE / p->scale);
+    return feed * feed;
+}
+
+/* Above the caps (an override was reduced, a hold was released): what the stored tail drives stays allowed over `reach` mm. A little more of it where
+ * the feed was higher, next to nothing else: plan upon plan it would add up. */
+static void allow_tail(jerk_planner *p, grid *g, double reach) {
     const plan *pl = &p->plan;
-    double at = 0.0, margin = 1.003;
+    double at = 0.0;
     int i = pl->next;
-    for (int k = 0; k < g->n && i < pl->n; k++) {
+    for (int k = 0; k < g->n && i < pl->n && g->from_start[k] < reach; k++) {
+        segment *s = &g->seg[k];
         double most = 0.0, end = g->from_start[k + 1];
-        while (i < pl->n) {
+        while (i < pl->n && at < end - 1e-9) { /* what begins where the segment ends is not of it */
             most = fmax(most, fmax(pl->x[i], pl->x[i + 1]));
             if (at + pl->h[i] > end + 1e-9) break;
             at += pl->h[i++];
         }
-        if (most * margin > g->seg[k].soft && g->seg[k].soft < g->seg[k].cap) g->seg[k].soft = fmin(g->seg[k].cap, most * margin);
+        double allowed = fmin(TAIL_AND * most, fmax(cap_before(p, s->q), TAIL_ONLY * most));
+        if (allowed > s->soft && s->soft < s->cap) s->soft = fmin(s->cap, allowed);
     }
+}
+
+/* On the way down over `reach` mm: what the stored tail drives, and the feeds that the plan was made under, up to x = `top`. Never the
+ * speed of here behind the place where a lower feed begins. */
+void allow_present(jerk_planner *p, grid *g, double reach, double top) {
+    for (int k = 0; k < g->n && g->from_start[k] < reach; k++) {
+        segment *s = &g->seg[k];
+        s->soft = fmin(s->cap, fmax(s->soft, fmin(top, ABOVE_BEFORE * cap_before(p, s->q))));
+    }
+    allow_tail(p, g, reach);
 }
 
 static bool above_soft(const jerk_planner *p, const grid *g) {
@@ -255,13 +281,19 @@ void plan_window(jerk_planner *p) {
     p->wait = 1 + g->n / 10;
     if (!above && (solve_window(p, g, true, 1.0) || solve_shorter(p, g, TAIL_MORE * left))) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
-        else plan_accept(p, g, p->prob.solved);
+        else {
+            plan_accept(p, g, p->prob.solved);
+            p->was = speeds_now(p);
+        }
         reach_further(p, g);
         return;
     }
     if (g->rest_start) {
         grid_window(p, g, 1e30);
-        if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) plan_accept(p, g, false);
+        if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) {
+            plan_accept(p, g, false);
+            p->was = speeds_now(p);
+        }
         return;
     }
     if (changed) {
@@ -270,6 +302,6 @@ void plan_window(jerk_planner *p) {
     }
     if (!changed && !above) return;
     grid_window(p, g, 1e30);
-    allow_tail(p, g);
+    allow_tail(p, g, INFINITY);
     if (solve_window(p, g, true, 1.0)) plan_accept(p, g, p->prob.solved);
 }

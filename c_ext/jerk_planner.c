@@ -82,6 +82,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
     p->at_rest = true;
     p->feed_factor = p->rapid_factor = 1.0;
     p->command_speed = -1.0;
+    p->was = speeds_now(p);
     p->reach = 1e30;
     arena m = {0};
     lay_out(p, &m);
@@ -142,7 +143,7 @@ static bool worth_planning(const jerk_planner *p) {
     if (p->hold || p->wait > 0) return false;
     if (!pl->final) return true;
     if (pl->stands || !more_path(p)) return false;
-    return pl->since >= p->cfg.refresh * pl->n && pl->length < pl->lasts;
+    return pl->since >= pl->refresh * pl->n && pl->length < pl->lasts;
 }
 
 static double thread_cpu_s(void) {

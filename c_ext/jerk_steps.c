@@ -33,6 +33,7 @@ steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
         m = (along){fmin(m.v, own.v / rate), fmin(m.a, own.a / rate), fmin(m.j, own.j / rate)};
     }
     steps out = steps_for(m);
+    if (!(most.longest > 0.0)) most = out; /* no axis moves here: a parameter runs on (profiles) */
     out.longest = fmin(out.longest, most.longest);
     out.finest = fmin(out.finest, most.finest);
     if (p->cfg.spacing_mm > 0.0) out.longest = p->cfg.spacing_mm;

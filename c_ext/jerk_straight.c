@@ -162,6 +162,7 @@ bool plan_straight(jerk_planner *p) {
     plan *pl = &p->plan;
     pl->n = pl->next = pl->since = 0;
     pl->edition++;
+    p->was = speeds_now(p);
     pl->end = end;
     pl->rest_start = pl->final = pl->stands = true;
     pl->length = length;

@@ -11,6 +11,7 @@ import select
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -71,11 +72,10 @@ class Operator:
                 return None
             name, equals, value = (part.strip() for part in line.partition("="))
             if equals and name.upper() in question.inputs:
-                try:
-                    values[name.upper()] = float(value)
+                number = _number(value)
+                if number is not None:
+                    values[name.upper()] = number
                     continue
-                except ValueError:
-                    pass
             elif name.upper() in question.buttons or (not name and not question.buttons):
                 return Answer(values, name.upper())
             sys.stdout.write("not understood\n")
@@ -85,6 +85,15 @@ class Operator:
             if select.select([sys.stdin], [], [], LOOK_S)[0]:
                 return sys.stdin.readline() or None
         return None
+
+
+def _number(text: str) -> float | None:
+    """A finite number, None if the text is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if isfinite(value) else None
 
 
 def _prompt(question: Question) -> str:
@@ -111,7 +120,7 @@ def _answer(entry: Any, path: Path) -> Answer:
     if isinstance(entry, dict) and set(entry) <= {"set", "press"}:
         values, press = entry.get("set", {}), entry.get("press", "")
         numbers = isinstance(values, dict) and all(
-            isinstance(v, int | float) and not isinstance(v, bool) for v in values.values()
+            isinstance(v, int | float) and not isinstance(v, bool) and isfinite(v) for v in values.values()
         )
         if numbers and isinstance(press, str):
             return Answer({name.upper(): float(v) for name, v in values.items()}, press)

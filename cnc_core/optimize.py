@@ -51,6 +51,7 @@ CALLS_MAX = 20
 SUFFIXES = ("", ".osai", ".hsm", ".nc", ".txt")
 READ_ROWS = 4096
 STYLES: tuple[Style, ...] = ("free", "fine", "keep")  # the next one where the one before is no faster than the input
+FIRST_SHARE = 0.9  # of the progress when the first curves are made
 FASTER = 1.0 - 2e-5
 TIMED_POINTS = 200_000  # programs of more points are not planned
 
@@ -117,7 +118,7 @@ class Optimizer:
     def __init__(self, source: Path, setup: Path, out: Path, cell: CellConfig, tick: Callable[[float], None]) -> None:
         self.source, self.setup, self.out, self.cell, self.tick = source, setup, out, cell, tick
         self.result = OptimizeResult()
-        self._done = 0
+        self._done, self._shown = 0, 0.0
 
     def run(self) -> OptimizeResult:
         """Reads, smooths, writes; CncError for what is wrong with program or setup."""
@@ -158,7 +159,8 @@ class Optimizer:
 
     def _advance(self, points: int, total: int) -> None:
         self._done += points
-        self.tick(min(self._done / total, 1.0))
+        self._shown = max(self._shown, FIRST_SHARE * min(self._done / total, 1.0))
+        self.tick(self._shown)
 
     # reading
 
@@ -498,16 +500,27 @@ class Optimizer:
                 out.append(f"G0 {words}" if points.rapid[0] else f"G1 {words} F{feed:.9g}")
                 continue
             coef = fit.coef / self._factors(spec, fit.coef.shape[1])[None, :, None]
+            rates = self._rates(spec, points, fit)
             for i in range(len(fit.span)):
                 if end is None or np.abs(coef[i, :, 0] - end).max() > MEETS:
                     out += (["G60"] if end is not None else []) + ["G61 P5"]
                 end = evaluated(coef[i], float(fit.span[i]))[0]
-                feed = fit.feed or float(points.feed[min(int(fit.first[i]) + 1, len(points) - 1)])
+                feed = fit.feed or rates[i] * float(points.feed[min(int(fit.first[i]) + 1, len(points) - 1)])
                 feed = 60.0 * feed / (unit if unit == 25.4 else 1.0)
                 number = int(points.number[min(int(fit.first[i]), len(points) - 1)])
                 out.append(f"<*,{fit.span[i]:.17g},{number},{feed:.9g},{ENDS[int(fit.after[i])]}")
                 out += [f"<{n}," + ",".join(f"{c:.17g}" for c in coef[i, j]) for j, n in enumerate(names)]
         return out + (["G60"] if end is not None else [])
+
+    def _rates(self, spec: ProfileSpec, points: Points, fit: Fit) -> FloatArray:
+        """(polynomials,) length of the tip's way over that of the axes, where the input's feed is along the axes."""
+        if not (spec.five_axes and spec.point == "AXI" and spec.feed_on == "AXI") or len(points) < 2:
+            return np.ones(len(fit.span))
+        ways = self._columns(spec, points)[:, :3], points.values[:, list(spec.linear)]
+        tip, axes = (np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(w, axis=0), axis=1))]) for w in ways)
+        begin = np.minimum(fit.first, len(points) - 2)
+        end = np.maximum(np.append(fit.first[1:], len(points) - 1), begin + 1)
+        return np.asarray(np.maximum(tip[end] - tip[begin], MEETS) / np.maximum(axes[end] - axes[begin], MEETS))
 
     def _write_setup(self, records: Records, profiles: list[_Profile]) -> None:
         """The same setup for polynomials: CLP instead of AXI on five axes, every versor programmed."""

@@ -276,31 +276,32 @@ class Program:
             raise
 
     def _search(self, restart: Restart, reader: Any) -> None:
-        reader.search(restart.line, restart.passes, restart.marker, restart.value)
+        search = reader.search
+        search.search(restart.line, restart.passes, restart.marker, restart.value)
         passed = Passed(self._start)
-        while not reader.found:
+        while not search.found:
             item = reader.read(BATCH_ROWS)
             if item is None:
                 raise CncError(909170, f"{ERRORS[909170]}: {restart}", Place(str(self.path)))
             if isinstance(item, BlockBatch):
-                reader.note(item)
+                search.note(item)
                 passed.rest(self.pipeline.push(item))
             elif item is not Wait.CYCLE or not self._compensated:
                 passed.rest(self.pipeline.drain())
-        if reader.path_reaches_back:
+        if search.path_reaches_back:
             self._go_on_in_path(reader, passed, restart)
             return
         self.pipeline.drain()
         self.pipeline.resync(self._start)
         self._searching.found()
-        reader.take_up(self._start)
+        search.take_up(self._start)
 
     def _go_on_in_path(self, reader: Any, passed: Passed, restart: Restart) -> None:
         """The path behind the place depends on blocks before it: the stages keep what they hold."""
         passed.count = reader.block_count
         self._passed = passed
         self._searching.found()
-        self._again = reader.go_on()
+        self._again = reader.search.go_on()
 
     def _behind_place(self, item: BlockBatch | None) -> BlockBatch | Wait | None:
         """Rows behind the place of a restart; the first ones behind functions and the way there."""
@@ -311,7 +312,7 @@ class Program:
             return rest
         self._passed = None
         reader: Any = self.reader
-        macro = reader.go_block_macro
+        macro = reader.search.go_block_macro
         if macro is None:
             begin = self._from(self._start, passed.place, rest, self._again)
             return begin if len(begin) else item

@@ -137,7 +137,7 @@ class Tap:
         ends = np.vstack([self._before, self._chords.last])
         self._programmed, self._driven = _Polyline(ends, -1), _Polyline(ends[1:], -1)
         self._first, self._until = 0, -1  # counts of the blocks that are compared
-        self._judged, self._new = 1, 0  # vertices judged; driven points that are not
+        self._judged, self._new = 2, 0  # vertices judged or ahead of it all; driven points that are not judged
 
     @property
     def active(self) -> bool:

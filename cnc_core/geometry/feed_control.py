@@ -18,6 +18,7 @@ import numpy as np
 from .polyline import EMPTY, FEED_CONTROL, FloatArray, Rows, RunFilter
 
 FAR = 1e9
+AHEAD_MAX = 65536  # rows held at the most
 
 
 class FeedControl(RunFilter):
@@ -39,7 +40,7 @@ class FeedControl(RunFilter):
         self.limits = np.array(row["end"][: self.count])
         self.samples, self.inertia = max(1, int(row["value"])), float(row["radius"])
         self.dead, self.floor = float(row["length"]), float(row["angle"])
-        self.accel, self.ahead = float(row["length_min"]), max(1, int(row["pool"]))
+        self.accel, self.ahead = float(row["length_min"]), min(max(1, int(row["pool"])), AHEAD_MAX)
         self._forget()
 
     def _forget(self) -> None:

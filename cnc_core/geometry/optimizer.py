@@ -27,7 +27,8 @@ from .profile_blend import evaluated
 KNOTS_FROM = (12, 4)  # every so manieth bend is a first knot
 WORTH = 0.0005  # share of the time that more polynomials must save
 SPARSE = 4.0  # points per polynomial below which knots at every point are tried too
-KEPT = 0.01  # share of the tolerance within which the driven curve is kept
+KEPT = 0.1  # share of the tolerance within which the driven curve is kept
+SHORTEST = 1e-6  # mm, of a polynomial at the end of a group
 KEPT_PIECES = (1, 2, 4)
 
 Style = Literal["free", "fine", "keep"]  # few polynomials, two for every point, or the driven curve as it is
@@ -66,7 +67,21 @@ class SectionFitter:
         self.at = np.zeros(len(values))  # parameter of each point, along the whole section
 
     def fit(self, report: FitReport, tick: Callable[[int], None]) -> tuple[FloatArray, FloatArray, IntArray]:
-        """(coefficients, spans, number of the point at or ahead of each polynomial's beginning)."""
+        """(coefficients, spans, number of the point at or ahead of each polynomial's beginning).
+
+        Where a group that keeps the driven curve does not meet the one before within the tolerance, all keep it.
+        """
+        own = FitReport()
+        made = self._groups(own, tick)
+        if own.kept and own.band > self.tolerances.linear and self.style != "keep":
+            self.style, own = "keep", FitReport()
+            made = self._groups(own, lambda n: None)
+        report.deviation, report.band = max(report.deviation, own.deviation), max(report.band, own.band)
+        for name in ("polyline_points", "groups", "kept"):
+            setattr(report, name, getattr(report, name) + getattr(own, name))
+        return made
+
+    def _groups(self, report: FitReport, tick: Callable[[int], None]) -> tuple[FloatArray, FloatArray, IntArray]:
         n, size = len(self.values), self.tolerances.group
         coefs, spans, firsts = [], [], []
         state, a, done = self.begin, 0, 0.0
@@ -76,9 +91,10 @@ class SectionFitter:
             beyond = min(b + max(size // 10, 20), n - 1)
             curve = self._group(a, beyond, b, state, report)
             at = curve.at[: b - a + 1]
-            keep = curve.breaks[:-1] < at[-1] - 1e-9 * (curve.breaks[-1] - curve.breaks[0])
+            cut = curve.breaks[-1] if b == n - 1 else at[-1]  # in the middle of a polynomial as a rule
+            keep = curve.breaks[:-1] < cut - SHORTEST
             coefs.append(curve.coef[keep])
-            spans.append(np.diff(curve.breaks)[keep])
+            spans.append(np.minimum(np.diff(curve.breaks)[keep], cut - curve.breaks[:-1][keep]))
             begins = curve.breaks[:-1][keep]
             firsts.append(np.clip(np.searchsorted(at, begins + 1e-12, side="right") - 1, 0, b - a) + a)
             self.at[a : b + 1] = at - at[0] + done

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 USED = 0.97  # share of the tolerance that the fit uses
 REFINEMENTS = 30
-STIFF = 1e-7  # of the penalty to begin with: what no point decides
+STIFF = 1e-5  # of the penalty to begin with: what no point decides
 RELAXATIONS = 24
 START = 1e-4  # weight of the curvature to begin with, times the length of a polynomial to the fourth
 REACH = 3  # polynomials on either side over which weights change evenly

@@ -17,7 +17,10 @@ from .profile_curves import steps_of
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
-PIECES = 8  # of a bent chord
+LOOKS = 8  # at the driven curve over each chord
+BENT_LEAST = 4  # pieces of a bent chord
+HALVINGS = 10
+FINE = 40.0  # .. halved until they lie within this part of the tolerance of the curve
 STRAIGHT = 2  # of a straight one
 STRAIGHT_SHARE = 0.2  # of the tolerance: a curve nearer than that to its chord counts as the chord
 
@@ -61,31 +64,53 @@ def driven(values: FloatArray, linear: list[int], degree: int, begin: FloatArray
     return Driven((spline.cubic if degree == 3 else spline.hermite)(values, states, steps), steps)
 
 
+def _off_chords(made: Driven, xyz: FloatArray, linear: list[int]) -> FloatArray:
+    """(n - 1,) how far the driven curve bends away from each chord."""
+    off, line = np.zeros(len(xyz) - 1), np.diff(xyz, axis=0)
+    square = np.maximum((line * line).sum(axis=1), 1e-300)
+    for k in range(1, LOOKS):
+        away = jets.of_columns(made.coef[:, linear], k / LOOKS * made.steps)[:, 0] - xyz[:-1]
+        along = np.clip((away * line).sum(axis=1) / square, 0.0, 1.0)
+        off = np.maximum(off, np.linalg.norm(away - along[:, None] * line, axis=1))
+    return off
+
+
+def _split(made: Driven, linear: list[int], sagitta: float, bent: npt.NDArray[np.bool_]) -> tuple[IntArray, FloatArray]:
+    """Number of the chord and share of its parameter of every vertex but the last: bent chords are halved until their
+    pieces lie within ``sagitta`` of the curve, straight ones once."""
+    chord = np.repeat(np.arange(len(bent)), np.where(bent, BENT_LEAST, STRAIGHT))
+    low = np.concatenate([np.arange(BENT_LEAST) / BENT_LEAST if b else np.arange(STRAIGHT) / STRAIGHT for b in bent])
+    width = np.where(bent, 1.0 / BENT_LEAST, 1.0 / STRAIGHT)[chord]
+    open_ = bent[chord]
+    for _ in range(HALVINGS):
+        k = np.flatnonzero(open_)
+        if not len(k):
+            break
+        at = (low[k] + width[k] * w for w in (0.0, 0.5, 1.0))
+        a, m, b = (jets.of_columns(made.coef[chord[k]][:, linear], x * made.steps[chord[k]])[:, 0] for x in at)
+        line = b - a
+        along = ((m - a) * line).sum(axis=1) / np.maximum((line * line).sum(axis=1), 1e-300)
+        wide = np.linalg.norm(m - a - np.clip(along, 0.0, 1.0)[:, None] * line, axis=1) > sagitta
+        open_[k] = wide
+        k = k[wide]
+        width[k] *= 0.5
+        chord, low = np.append(chord, chord[k]), np.append(low, low[k] + width[k])
+        width, open_ = np.append(width, width[k]), np.append(open_, np.ones(len(k), np.bool_))
+    order = np.lexsort((low, chord))
+    return chord[order], low[order]
+
+
 def reference_of(values: FloatArray, linear: list[int], tolerance: float, made: Driven) -> Reference:
-    """The reference of one section; with ``tolerance`` 0 the driven curve all along."""
-    n = len(values)
-    coef, steps = made.coef, made.steps
-    at = np.arange(1, PIECES) / PIECES
-    share = np.tile(at, n - 1) * np.repeat(steps, PIECES - 1)
-    bent = jets.of_columns(np.repeat(coef, PIECES - 1, axis=0), share)[:, 0].reshape(n - 1, PIECES - 1, -1)
-    chord = np.diff(values, axis=0)
-    line = chord[:, None, linear]
-    from_start = bent[:, :, linear] - values[:-1, None, linear]
-    along = np.einsum("nkc,nkc->nk", from_start, np.broadcast_to(line, from_start.shape))
-    along = np.clip(along / np.maximum((line * line).sum(axis=2), 1e-300), 0.0, 1.0)
-    off = np.linalg.norm(from_start - along[:, :, None] * line, axis=2).max(axis=1)
-    straight = off <= STRAIGHT_SHARE * tolerance
-    counts = np.where(straight, STRAIGHT, PIECES)
-    firsts = np.concatenate([[0], np.cumsum(counts)])
-    out = np.zeros((int(firsts[-1]) + 1, values.shape[1]))
-    point = np.concatenate([np.repeat(np.arange(n - 1), counts), [n - 1]])
-    out[firsts] = values
-    for k in range(1, STRAIGHT):
-        out[firsts[:-1][straight] + k] = (values[:-1] + chord * (k / STRAIGHT))[straight]
-    for k in range(1, PIECES):
-        out[firsts[:-1][~straight] + k] = bent[~straight, k - 1]
-    given = np.zeros(len(out), np.bool_)
-    given[firsts] = True
+    """The reference of one section."""
+    off = _off_chords(made, values[:, linear], linear)
+    bent = (off > STRAIGHT_SHARE * tolerance) & (np.diff(values[:, linear], axis=0) ** 2 > 0.0).any(axis=1)
+    point, share = _split(made, linear, tolerance / FINE, bent)
+    out = values[point] + share[:, None] * np.diff(values, axis=0)[point]
+    curved = bent[point] & (share > 0.0)
+    out[curved] = jets.of_columns(made.coef[point[curved]], share[curved] * made.steps[point[curved]])[:, 0]
+    out = np.vstack([out, values[-1:]])
+    given = np.append(share == 0.0, True)
+    point = np.append(point, len(values) - 1)
     u = parameter(out, linear)
     weight = np.zeros(len(out))
     half = 0.5 * np.diff(u)

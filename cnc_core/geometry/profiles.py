@@ -333,7 +333,7 @@ class Profiles:
         return BlockBatch(np.insert(rows, places, np.concatenate(inserted)), batch.pool)
 
     def _turn(self, open_: _Open, row: Any, start: FloatArray, end: FloatArray) -> npt.NDArray[Any]:
-        """A line to where the curve of ``row`` begins; the first one leads to the profile."""
+        """A line to where the curve of ``row`` begins, F in mm or degrees a minute; the first leads to the profile."""
         first, spec = open_.approach, open_.spec
         if first is not None:
             rapid = bool(len(first.rapid) and first.rapid[0])
@@ -341,8 +341,6 @@ class Profiles:
             open_.approach = None
         else:
             rapid, feed, line, n = False, float(row["feed"]), int(row["line"]), int(row["n"])
-        if row is not None and row["flags"] & BY_PARAMETER:  # that of the parameter: here mm, as the planner counts it
-            feed *= open_.stretch or 1.0
         return line_row(
             start, end, self._main, rapid, feed=feed or TURNING, line=line, n=n, count=spec.count, file=spec.file
         )

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Protocol
 
 import numpy as np
@@ -21,6 +22,7 @@ from . import jets
 
 FloatArray = npt.NDArray[np.float64]
 Vector = tuple[float, float, float]
+ANGLES_DEG = (0.0, 37.0, 90.0, 143.0)  # of the rotary axes, at which a chain is looked at
 SINGULAR = 1e-6  # volume that the directions of the linear axes span at least
 
 
@@ -129,9 +131,12 @@ class Chain:
         return links, before @ self.tool_step.matrix
 
     def _check(self) -> None:
-        n = 1 + max([*self.linear, *self.rotary])
-        _, map_, _, _ = self._walk(jets.constant(np.zeros(n), 1), 0.0)
-        if abs(float(np.linalg.det(map_[0, 0]))) < 1e-6:
+        """The linear axes may be dependent at single poses (of rotary axes below them), not at all of them."""
+        turns = np.array(list(product(ANGLES_DEG, repeat=len(self.rotary))))
+        q = np.zeros((len(turns), 3, 1 + max([*self.linear, *self.rotary])))
+        q[:, 0, list(self.rotary)] = turns
+        _, map_, _, _ = self._walk(q, 0.0)
+        if np.abs(np.linalg.det(map_[:, 0])).max() < 1e-6:
             raise ValueError("the three linear axes do not span the space")
 
     def _walk(self, q: FloatArray, length: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:

@@ -37,6 +37,13 @@ def program(seed):
                         "$_O3=$A",
                         "G20\nDX0.5\nG21",
                         "USER_ZERO 1\nG92 XY\nX3Y1\nUSER_ZERO 0",
+                        "G1DX1\nG3DX4DY0R3\nG1",
+                        "G1051X1Y1I2J2\nG1DX1\nG1050",
+                        "G36X1A\nG1A[$A*100]\nG36X0A",
+                        "$B=$_Q0\nG1X[$B/10+0.7]",
+                        "IF $A>2\nG1DX1.5\nELSE\nG1DY1.5\nEND_IF",
+                        'LIB_MESSAGE "on?" "cap" 1 3\nIF $_X13=1\nG1DX2\nELSE\nG1DX3\nEND_IF',
+                        "G1DY1\nG63\nDX2\nG64\nDY1",
                     ]
                 )
             )
@@ -96,7 +103,7 @@ def test_restart_at_a_marker(tmp_path, seed):
     tail = [told(row) for row in motions(again)[1:]]
     assert tail == [told(row) for row in whole][len(whole) - len(tail) :]
     assert len(tail) < len(whole)
-    assert reader.found
+    assert reader.search.found
 
 
 def test_places_that_are_not_reached(tmp_path):
@@ -250,6 +257,18 @@ def test_restart_where_the_path_reaches_back(tmp_path, seed):
         pieces = sum(float(row["value"]) for row in moves if row["flags"] & PIECE)
         covered = sum(float(row["length"]) for row in motions(again) if row["flags"] & ELEMENT)
         assert pieces == pytest.approx(covered, abs=1e-6)
+
+
+@pytest.mark.parametrize("line", range(5, 14))
+def test_restart_beside_the_end_of_compensation(tmp_path, line):
+    """Behind G40 the axes stand beside the contour until a motion of the plane leaves it."""
+    path = tmp_path / "part.isons"
+    path.write_text("G60G63F3\nD3\nG41\nG1X10\nX20Y9\nX30\nY15\nG40\nG62\nZ7\nX-20\nX1\nY9\n")
+    start = np.array([5.0, 6.0, 7.5, 0.0])
+    whole, moves = (driven(rows_of(path, restart, start)[0]) for restart in (None, Restart(line)))
+    behind = next(i for i, row in enumerate(whole) if row["count"] >= line)
+    assert moves[0]["end"][:4] == pytest.approx(whole[behind - 1]["end"][:4])
+    assert [told(row) for row in moves[1:]] == [pytest.approx(told(row), abs=1e-7) for row in whole[behind:]]
 
 
 def test_restart_under_rtcp(tmp_path):

@@ -18,6 +18,7 @@ from cnc_core.engine import Event
 from hli import layout
 
 AXES = 3
+HARMLESS = (Event.DONE, Event.PROGRAM_END, Event.WATCHDOG, Event.RECORD_FULL, Event.RETRACED)
 PROGRAM = """N10 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
 N20 G01 X30 Y0 F6000
 N30 X30 Y40
@@ -103,7 +104,7 @@ def run(cnc: Inside, cycles: int) -> None:
         elif event is Event.PLC_ERROR:
             cnc.engine.take_plc_error()
         else:
-            assert event in (Event.DONE, Event.PROGRAM_END, Event.WATCHDOG, Event.RECORD_FULL), event
+            assert event in HARMLESS, event
         cnc._take()
 
 

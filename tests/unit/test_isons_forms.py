@@ -63,6 +63,15 @@ def test_a_form_writes_its_variables(tmp_path):
     assert sum("taken is" in message for message in port.messages) == 1
 
 
+def test_inputs_are_shown_with_their_decimals(tmp_path):
+    """NDECIMAL."""
+    text = "LIB_ADDINPUT I1\n$V=3.14159\nLIB_INPUTSETVALUE I1 $V\n{}LIB_SHOWFORM\n"
+    for places, shown in ((None, "3.14159"), (2, "3.14"), (0, "3")):
+        line = "" if places is None else f"LIB_INPUTPROP I1 NDECIMAL {places}\n"
+        _, port, _ = answered(tmp_path, text.format(line), [Answer()])
+        assert f"input I1: {shown}" in port.messages[0].replace(" (NDECIMAL", "\n(NDECIMAL").splitlines()[1]
+
+
 def test_messages_answer_in_x13(tmp_path):
     """0 OK, 1 YES, 2 NO; in the order of the script."""
     text = 'LIB_MESSAGE "a\\Nb" "cap" 1 3\n$A=$_X13\nLIB_MESSAGE a,cap,1,0\n$B=$_X13\nLIB_MESSAGE a cap 0 1\n$C=$_X13\n'
@@ -106,6 +115,7 @@ def test_an_input_has_no_caption(tmp_path):
         ("LIB_ADDLABEL L1\nLIB_LABELPRINT L1 G $A\n", 909151),
         ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 ALIGN 3\n", 909151),
         ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 DEST 3\n", 909151),
+        ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 MIN 10\nLIB_INPUTPROP I1 MAX 5\nLIB_SHOWFORM\n", 909151),
         ("LIB_FOO 3\n", 900002),
         ("LIB_ADDFORM X\n", 900002),
     ],
@@ -122,7 +132,11 @@ def test_scripts(tmp_path):
     path = tmp_path / "a.json"
     path.write_text(json.dumps(["YES", {"set": {"in1": 2}, "press": "B"}]))
     assert read_answers(path) == [Answer(press="YES"), Answer({"IN1": 2.0}, "B")]
-    for wrong in ("{", "{}", "[3]", '[{"set": {"a": "b"}}]', '[{"what": 1}]'):
+    for value in ('"b"', "NaN", "-Infinity", "true"):
+        path.write_text(f'[{{"set": {{"a": {value}}}}}]')
+        with pytest.raises(CncError):
+            read_answers(path)
+    for wrong in ("{", "{}", "[3]", '[{"what": 1}]'):
         path.write_text(wrong)
         with pytest.raises(CncError):
             read_answers(path)

@@ -453,3 +453,9 @@ def test_a_converter_of_imported_files_is_not_passed_over(tmp_path):
             run(tmp_path, 'G1X2\nIMPORT "a.isons"\n', '[isons]\napp_path = "app"\n')
         assert (caught.value.code, caught.value.place.line) == (900003, 2)
         (place / "NsImportFile.DLL").unlink()
+
+
+def test_events_without_a_macro_are_warned_of(tmp_path):
+    """OPT names a macro that is not there: told where it is programmed; -1 is none."""
+    out = run(tmp_path, "G1X1\nOPT M_PAUSE 32\nOPT M_GOPAUSE 33\nOPT M_STOP -1\n", files={"M33.isons": "G4F1\n"})
+    assert [(warning.code, warning.place.line) for warning in out.reader.warnings] == [(909124, 2)]

@@ -267,3 +267,11 @@ def test_a_corner_where_the_mode_changes_is_judged(tmp_path, first, second, stop
         assert not flags.any()  # it stands anyway, by the wait
     else:
         assert [bool(flag & EXACT_STOP) for flag in flags] == [stops, False, False]
+
+
+def test_g49_takes_a_number_or_axes(tmp_path):
+    """Both together are refused; the depth of G69 has no bound but that of whole numbers."""
+    with pytest.raises(CncError) as caught:
+        run(tmp_path, "G49 0 X\n")
+    assert caught.value.code == 900004
+    assert len(run(tmp_path, "G60G69X2000000\nG66X1Y2\nG1X1F1\nX2\n", programmed=True).moves) == 2

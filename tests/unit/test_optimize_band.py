@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from osai_programs import SETUP_3, changed, curves, value
+from osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
 from scipy.interpolate import BSpline
 
 from cnc_core.config import CellConfig
@@ -165,3 +165,29 @@ def test_least_squares_agree_with_dense_algebra(count):
     assert normal.solved(right, begin, finish) == pytest.approx(wanted, abs=1e-7)
     whole = np.linalg.solve(left, right)
     assert normal.solved(right, begin[:0], finish[:0]) == pytest.approx(whole, abs=1e-6)
+
+
+def test_long_sections_of_many_groups(tmp_path):
+    """Groups of 100 points over unmarked corners and long chords: joints within the band, none keeps a bulge."""
+    points = np.vstack([raster(0.4, 0.005, seed=k) + np.array([0, 4.0 * k, 0]) for k in range(3)])
+    setup = setup_of(TOLL) + "(SMS,,,,,,,,100,,)\n"
+    result, before, after, made = run(tmp_path, points, setup)
+    assert result.groups >= 2
+    assert distance(points, samples(made)).max() <= TOLL
+    assert result.max_path_deviation_mm <= TOLL
+    assert after < before
+    for (a, span, _), (b, _, _) in pairwise(made):
+        for order in range(3):
+            assert value(a, span, order) == pytest.approx(value(b, 0.0, order), abs=1e-6)
+
+
+def test_feed_along_the_axes_stays_that(tmp_path):
+    """AXI points on five axes, feed along the axes: the tip's polynomials take as long."""
+    setup = changed(SETUP_5, PNT="(PNT,AXI,AXI,QUI)", TOL="(TOL,100,,0,-90,100)", JRK="(JRK,ENA)", CRV=None)
+    q = np.linspace(0, 30, 61)
+    lines = [f"X{a:.5f}Y{np.sin(a / 5):.5f}Z400A{a:.5f}B{10 + a / 3:.5f}" for a in q]
+    (tmp_path / "SETUP").write_text(setup + f"(SMT,{TOLL},{TOLL},{TOLL / 10},1,1,1,G66,G66,G66)\n")
+    text = ["G0" + lines[0], "(HSM,SETUP)", "G61", lines[0] + "F600", *lines[1:], "G60", ""]
+    (tmp_path / "in.osai").write_text("\n".join(text))
+    result = optimize(*(tmp_path / name for name in ("in.osai", "SETUP", "out.osai")), CELL_5)
+    assert result.time_after_s == pytest.approx(result.time_before_s, rel=0.01)

@@ -257,8 +257,10 @@ def test_edge_speed_of_g67_within_a_small_tolerance(shop):
     result = planned(shop, "X0Y0Z0F6000\nX30\nY30", setup, cell=NO_JERK)
     bend = gentle_bend(round(np.pi / 2.0, 3))[0]
     slowest = result.samples["v"][30:-30].min()
-    assert slowest == pytest.approx(np.sqrt(1000.0 * 0.01 / bend), rel=0.03)
-    assert slowest == pytest.approx(267.0 / 60.0, rel=0.03)
+    along_one_axis = np.sqrt(1000.0 * 0.01 / bend)
+    assert 0.97 * along_one_axis < slowest < 1.03 * 2.0**0.25 * along_one_axis  # the bend lies between both axes
+    assert slowest < 0.2 * 20.0 * 1000.0 * 0.002  # what Acc asks for
+    assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
 
 
 def test_polynomials_are_described_as_programmed(shop):
@@ -281,3 +283,18 @@ def test_the_jerk_is_the_profiles_or_the_axes(shop, end, moving):
         jerk[mode] = float(np.linalg.norm(along, axis=1).max())
     assert jerk["ENA"] == pytest.approx(50_000.0, rel=0.01)
     assert jerk["AXI"] == pytest.approx(50_000.0 * np.sqrt(moving), rel=0.01)
+
+
+CORNERS = {
+    "inside": "X0Y0Z0K0F600\nX10Y0Z0K0\nX20Y0Z0K0\nX20Y0Z0K0\nX20Y0Z0K1\nX20Y10Z0K2\nX20Y20Z0K3\nK4\nK4\nK4\nK4",
+    "at the end": "X0Y0Z0K0F600\nX10Y0Z0K0\nX20Y0Z0K0\nX20Y10Z0K0\nX20Y10Z0K1\nX20Y10Z0K2\nK3\nK3\nK3\nK3",
+}
+
+
+@pytest.mark.parametrize("body", CORNERS.values(), ids=CORNERS)
+def test_control_points_that_coincide_make_a_corner(shop, body):
+    """The curve passes its triple control point at rest while the parameter runs on: driven to its end, legally."""
+    result = planned(shop, body, changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)"), head="G61P3")
+    assert result.samples["pos"][-1] == pytest.approx([20.0, 20.0 if "X20Y20" in body else 10.0, 0.0], abs=1e-9)
+    assert 0.3 < result.motion_time_s < 3.0
+    assert max(v for v in result.max_ratio.values() if v) <= 1.02

@@ -583,3 +583,15 @@ def test_setup_fields_of_unset_variables_warn(tmp_path):
     found = [(w.code, w.place.line, w.place.column) for w in program.reader.warnings if w.code == 909102]
     assert found == [(909102, line, 6)]
     shop.close()
+
+
+def test_one_virtualisation_ends_alone(tmp_path):
+    """(TCP) ends TCP, not the UPR beside it: G61 is refused until that ends too."""
+    shop = Workshop(tmp_path)
+    body = "(HSM,CONFIG1)\nG61\nX0Y0Z0F100\nX1\nG60\n"
+    for text in ("(UPR,1)\n(TCP,1)\n(TCP)\n", "(UPR,1)\n(UVC,0)\n"):
+        with pytest.raises(CncError) as caught:
+            list(shop.program(text + body, SETUP_3).batches())
+        assert caught.value.code == 909223
+    list(shop.program("(UPR,1)\n(TCP,1)\n(TCP)\n(UPR)\n" + body, SETUP_3).batches())
+    shop.close()

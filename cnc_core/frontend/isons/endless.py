@@ -11,6 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from cnc_core._engine import ffi
+from cnc_core.errors import ERRORS, CncError
+from cnc_core.frontend.base.flow import Mark
+from cnc_core.frontend.base.lexer import fail
 
 if TYPE_CHECKING:
     from cnc_core.frontend.isons.front_end import IsonsFrontEnd
@@ -73,6 +76,38 @@ class Endless:
         if not self._near or live or reader.asks or not reader.system.rests:
             return False
         return self._state() == self._near and self._rest() == self._far
+
+    def jumped_back(self, offset: int, jump: bool) -> bool:
+        """The program goes back: False if it does not get anywhere so."""
+        reader = self._reader
+        reader.forms.poll(offset)
+        if not jump:
+            return True
+        checked = reader._collect
+        again, most = self.came_back(), reader.executor.cell.passes_max
+        many = bool(most) and self.passes >= most and reader.search.found and not reader.answers
+        if not again and not many and not (checked and self.tired(reader.steps)):
+            return True
+        what = "comes back with everything as it was" if again else f"has come back {self.passes} times"
+        what += " (isons.passes_max of the cell file)" if many and not checked else ""
+        if not (checked and self.moved):
+            raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
+        reader.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
+        self._leave_out()
+        return False
+
+    def _does_not_end(self, error: CncError) -> CncError:
+        reader = self._reader
+        if reader._collect:
+            self._leave_out()
+        return error
+
+    def _leave_out(self) -> None:
+        """The rest of the file is compiled, the program ends."""
+        reader = self._reader
+        source = reader.flow.file.source
+        reader._visit(Mark(source.position, reader.modal.line), Mark(reader.flow.file.path.stat().st_size, 0))
+        reader._finish()
 
     def _state(self) -> tuple[Any, ...]:
         """Place, open loops, variables."""

@@ -75,6 +75,12 @@ class Item:
     source: Callable[[], float] | None = None
 
     @property
+    def number(self) -> str:
+        """The value of an input with its decimals (NDECIMAL)."""
+        places = self.values.get("NDECIMAL")
+        return f"{self.value:g}" if places is None else f"{self.value:.{int(places)}f}"
+
+    @property
     def usable(self) -> bool:
         """The operator can reach it: visible, and not disabled (the guide inverts ENABLED)."""
         return self.values.get("VISIBLE", 1.0) > 0 and self.values.get("ENABLED", 0.0) <= 0
@@ -156,6 +162,10 @@ class Forms:
 
     def show(self, offset: int) -> None:
         """LIB_SHOWFORM."""
+        for name, item in self._items.items():
+            low, high = item.values.get("MIN", -HUGE), item.values.get("MAX", HUGE)
+            if low > high:
+                raise fail(909151, f"input {name}: MIN {low:g} is over MAX {high:g}", offset)
         self.shown = True
         self._port.message(self.described())
         self.poll(offset)
@@ -218,7 +228,7 @@ class Forms:
         lines = [f"FORM {self._form.text}{_properties(self._form)}"]
         for name, item in self._items.items():
             if item.values.get("VISIBLE", 1.0) > 0:
-                shown = f"{item.value:g}" if item.kind == INPUT else item.text
+                shown = item.number if item.kind == INPUT else item.text
                 lines.append(f"  {item.kind} {name}: {shown}{_properties(item)}")
         return "\n".join(lines)
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import EVENT, EVENT_OVERRIDE, POLYNOMIAL, BlockBatch, M, S, T
-from cnc_core.errors import ERRORS, CncError
+from cnc_core.blocks import POLYNOMIAL, BlockBatch
+from cnc_core.errors import CncError
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level, Mark
 from cnc_core.frontend.base.lexer import TokenStream, fail
@@ -36,19 +35,19 @@ from cnc_core.frontend.isons import codes
 from cnc_core.frontend.isons.canopen import Nodes
 from cnc_core.frontend.isons.clock import Clock
 from cnc_core.frontend.isons.control import Control
-from cnc_core.frontend.isons.direct import way
 from cnc_core.frontend.isons.endless import Endless
 from cnc_core.frontend.isons.execute import Executor
 from cnc_core.frontend.isons.forms import Forms
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
 from cnc_core.frontend.isons.instructions import Instructions
+from cnc_core.frontend.isons.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
 from cnc_core.frontend.isons.lookahead import look_ahead_command
 from cnc_core.frontend.isons.macros import Macros
 from cnc_core.frontend.isons.output import OFF
 from cnc_core.frontend.isons.parameters import Parameters
 from cnc_core.frontend.isons.positioners import Positioners
 from cnc_core.frontend.isons.retained import take_over
-from cnc_core.frontend.isons.selections import check_tool
+from cnc_core.frontend.isons.searching import GO_BLOCK, NORMAL, RETRACE, Search
 from cnc_core.frontend.isons.store import Store, UserScope
 from cnc_core.frontend.isons.system import System
 from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
@@ -63,21 +62,8 @@ LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
 SHARED_WORDS = (900005, 900011, 908005)  # words of several functions in one block
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
-NORMAL, GO_BLOCK, RETRACE = 0, 2, 3  # $_X7
-M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
-MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
-
-
-@dataclass
-class LevelData:
-    """What the dialect keeps with a program level.  ``arguments``: of an HM call, taken from the end."""
-
-    kind: str
-    scope: UserScope
-    arguments: list[float] = field(default_factory=list)
-    degrees: bool = False
 
 
 class IsonsFrontEnd(BlockReader):
@@ -122,21 +108,18 @@ class IsonsFrontEnd(BlockReader):
         if caller is None:
             port.retained["isons"] = self.executor
         self._queue.extend(self.executor.mode_rows(0))
+        self._endless = Endless(self)
         self.control = Control(
             self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
-            self._jumped_back,
+            self._endless.jumped_back,
         )
         self.idle_blocks_max = IDLE_BLOCKS
-        self._endless = Endless(self)
         self._ticks = 0  # waits so far: time has passed between them
         self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
-        self.found = True  # no place is searched for
-        self._search: tuple[int, int] | None = None  # line and passes left
-        self._steps, self._passed = 0, -1  # blocks executed; when the line of the search was reached last
-        self._last: dict[int, Row] = {}  # functions of the stretch that was searched, by what they replace
-        self._return_to: tuple[int, npt.NDArray[np.float64]] | None = None  # level, place behind a macro
+        self.search = Search(self)
+        self.steps = 0  # blocks executed
         self._block_mark = START  # of the block that is being executed
-        self._tool_place: tuple[int, Mark, list[Any]] | None = None  # of the last T: level, block, open loops
+        self.tool_place: tuple[int, Mark, list[Any]] | None = None  # of the last T: level, block, open loops
         self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
         self._written: set[str] = set()  # files of this program
         self.flow.level.user = LevelData(MAIN, self.store.scope)
@@ -232,7 +215,7 @@ class IsonsFrontEnd(BlockReader):
         if block.empty:
             return ()
         if "T" in block.values:
-            self._tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
+            self.tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
         items = self.executor.execute(block)
         rows = [item for item in items if not isinstance(item, Wait)]
         self._endless.rows += len(rows)
@@ -247,7 +230,7 @@ class IsonsFrontEnd(BlockReader):
         elif self.executor.calls:
             kind, number, offset, arguments = self.executor.calls[0]
             items += self._before_macro()
-            self._call_macro(kind, number, arguments, offset)
+            call_macro(self, kind, number, arguments, offset)
         return items
 
     def _before_macro(self) -> list[Row | Wait]:
@@ -283,7 +266,7 @@ class IsonsFrontEnd(BlockReader):
         if prepared.live and not self._drained and self._not_yet(prepared):
             self.flow.source.seek(prepared.begin)
             return
-        self._steps += 1
+        self.steps += 1
         self._block_mark = Mark(prepared.begin, self.modal.line)
         if prepared.drain and not self._drained:
             self._queue.extend(self.held_rows())
@@ -330,170 +313,13 @@ class IsonsFrontEnd(BlockReader):
         self.flow.close()
         return wrong[0]
 
-    # restart
-
-    def search(self, line: int, passes: int, marker: str, value: float) -> None:
-        """Execute without a machine until the place is reached (``found``); every block goes through the parser."""
-        self.found, self._scan = False, False
-        self.system.run_type = GO_BLOCK
-        if marker:
-            self.store.watched = (marker, value)
-        else:
-            self._search = (line, passes)
-
     def _stop_here(self) -> bool:
-        if self.found:
-            return False
-        if self._search is None:
-            self.found = self.store.watch_hit
-        elif self.flow.file.number == 0 and self.modal.line == self._search[0] - 1 and self._passed != self._steps:
-            self._passed = self._steps
-            self._search = (self._search[0], self._search[1] - 1)
-            self.found = self._search[1] == 0
-        return self.found
-
-    def note(self, rows: BlockBatch) -> None:
-        """Functions that the search has passed: the last ones of each kind are put out again."""
-        override = (rows.rows["type"] == EVENT) & (rows.rows["code"] == EVENT_OVERRIDE)
-        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T)) | override]:
-            group = next((i for i, codes in enumerate(M_GROUPS) if int(row["code"]) in codes), None)
-            if row["type"] != M or group is not None:
-                self._last[(100 + group) if row["type"] == M and group is not None else int(row["type"])] = row.copy()
-
-    @property
-    def path_reaches_back(self) -> bool:
-        """What is driven next depends on the blocks before: compensation, RTCP, corners, filters, MILD."""
-        executor = self.executor
-        if self.compensated or executor.tip.on:
-            return True
-        return executor.output.corners.active or executor.modes.filtering or executor.modes.mild_on
-
-    @property
-    def go_block_macro(self) -> Path | None:
-        """The macro M_GOBLOCK, None if there is none."""
-        return self.pause_macro("M_GOBLOCK")
-
-    def go_on(self) -> BlockBatch:
-        """The place has been found and the path is not left: functions again."""
-        self.system.run_type, self.store.watched, self._scan = NORMAL, None, True
-        kinds = sorted(self._last, key=lambda k: (k != T, k != S, k))
-        return BlockBatch(np.array([self._last[kind] for kind in kinds])) if kinds else BlockBatch.empty()
-
-    def take_up(self, start: npt.NDArray[np.float64]) -> None:
-        """The place has been found: functions again, the macro M_GOBLOCK, then the way from ``start`` to it."""
-        place = self.modal.position
-        self.system.run_type, self.store.watched, self._scan = NORMAL, None, True
-        for kind in sorted(self._last, key=lambda k: (k != T, k != S, k)):
-            self._queue.append(np.array([self._last[kind]]))
-        self.modal.set_position(start)
-        self.executor.output.moved_to(start)
-        if self._event("M_GOBLOCK"):
-            self._return_to = (len(self.flow.levels) - 1, place)
-            self.executor.counter = place
-            self.system.run_type = GO_BLOCK
-        else:
-            self._go_to(place)
-
-    def _go_to(self, place: npt.NDArray[np.float64]) -> None:
-        """To where the program goes on, at VRIPOSO."""
-        self.executor.counter = None
-        self.system.run_type = NORMAL
-        speed = self.parameters.speed("VRIPOSO") or self.modal.feed * self.parameters["FEEDRES"]
-        self._queue.extend(way(self.executor, place, speed, 0, 0))
-
-    # program levels
-
-    def _call(self, kind: str, path: Path | None, mark: Mark, data: LevelData, offset: int) -> None:
-        file = self.flow.file if path is None else self.flow.file_of(path)
-        try:
-            self.flow.call(Level(file, mark, kind, user=data))
-        except CncError as error:
-            error.place.column = error.place.column or offset
-            raise
-
-    def _jumped_back(self, offset: int, jump: bool) -> bool:
-        """The program goes back: False if it does not get anywhere so."""
-        self.forms.poll(offset)
-        if not jump:
-            return True
-        endless, checked = self._endless, self._collect
-        again, most = endless.came_back(), self.executor.cell.passes_max
-        many = bool(most) and endless.passes >= most and self.found and not self.answers
-        if not again and not many and not (checked and endless.tired(self._steps)):
-            return True
-        what = "comes back with everything as it was" if again else f"has come back {endless.passes} times"
-        what += " (isons.passes_max of the cell file)" if many and not checked else ""
-        if not (checked and endless.moved):
-            raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
-        self.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
-        self._leave_out()
-        return False
-
-    def _does_not_end(self, error: CncError) -> CncError:
-        if self._collect:
-            self._leave_out()
-        return error
-
-    def _leave_out(self) -> None:
-        """The rest of the file is compiled, the program ends."""
-        source = self.flow.file.source
-        self._visit(Mark(source.position, self.modal.line), Mark(self.flow.file.path.stat().st_size, 0))
-        self._finish()
-
-    def call_subroutine(self, name: str, offset: int) -> None:
-        """GOSUB."""
-        mark = self.control.target(name, offset)
-        self._call(SUBROUTINE, None, mark, LevelData(SUBROUTINE, self.store.scope), offset)
-
-    def return_from_subroutine(self, offset: int) -> None:
-        if self._data.kind != SUBROUTINE:
-            raise fail(909123, "RETURN without GOSUB", offset)
-        self.flow.leave()
-
-    def resume_tool(self, number: float, offset: int) -> None:
-        """RESUME_T: back to the block of the last T, which then takes another tool; out of macros too."""
-        if self._tool_place is None or len(self.flow.levels) < self._tool_place[0]:
-            raise fail(909172, ERRORS[909172], offset)
-        check_tool(self.executor, number, offset)
-        levels, mark, nest = self._tool_place
-        del self.flow.levels[levels:]
-        self.flow.level = self.flow.levels[-1]
-        self.flow.level.nest[:] = copy.deepcopy(nest)
-        self.executor.tool_instead = int(number)
-        self._closing, self._failed = False, None
-        self.flow.jump(mark)
-
-    def call_import(self, name: str, offset: int) -> None:
-        path = self.macros.imported(name, self.flow.file.path, offset)
-        self.port.message(f"StartImport {name}")
-        self._call(IMPORTED, path, START, LevelData(IMPORTED, self.store.scope), offset)
-
-    def end_import(self, offset: int) -> None:
-        if self._data.kind != IMPORTED:
-            raise fail(909123, "END_IMPORT outside an imported file", offset)
-        self.flow.leave()
-
-    def _call_macro(self, kind: str, number: int, arguments: list[float], offset: int) -> None:
-        path = self.macros.find(kind, number)
-        if path is None:
-            raise fail(909124, f"macro {kind}{number} not found beside the program or in the macro folder", offset)
-        self._call(MACRO, path, START, LevelData(MACRO, UserScope(), arguments), offset)
-
-    def macro_arguments(self, offset: int) -> list[float]:
-        """Arguments of the innermost macro that have not been taken."""
-        for level in reversed(self.flow.levels):
-            if level.user.kind == MACRO:
-                arguments: list[float] = level.user.arguments
-                return arguments
-        raise fail(909121, "GET outside an HM macro", offset)
+        return self.search.stop_here()
 
     def _move(self) -> None:
         super()._move()
         self.store.scope = self._data.scope
-        if self._return_to is not None and len(self.flow.levels) == self._return_to[0]:
-            (_, place), self._return_to = self._return_to, None
-            self._queue.extend(self.held_rows())
-            self._go_to(place)
+        self.search.arrived()
 
     def _level_ended(self) -> None:
         """The end of a file."""

@@ -11,7 +11,7 @@ from cnc_core.blocks import DWELL
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.scanner import Row
-from cnc_core.frontend.isons import parameters
+from cnc_core.frontend.isons import levels, parameters
 from cnc_core.frontend.isons.dialogs import Dialogs
 from cnc_core.frontend.isons.formulas import BEHIND_MOTION, LIVE, Formulas, Number, variable_name
 from cnc_core.frontend.isons.text import word_or_text
@@ -131,20 +131,20 @@ class Instructions:
 
     def _gosub(self) -> Run:
         name, offset = self._label()
-        return self._simple(lambda: self._f.call_subroutine(name, offset))
+        return self._simple(lambda: levels.call_subroutine(self._f, name, offset))
 
     def _return(self) -> Run:
-        return self._simple(lambda: self._f.return_from_subroutine(self._start))
+        return self._simple(lambda: levels.return_from_subroutine(self._f, self._start))
 
     def _end_program(self) -> Run:
         return self._simple(self._f.end_program)
 
     def _import(self) -> Run:
         name = self._name("a file name")
-        return self._simple(lambda: self._f.call_import(name, self._start))
+        return self._simple(lambda: levels.call_import(self._f, name, self._start))
 
     def _end_import(self) -> Run:
-        return self._simple(lambda: self._f.end_import(self._start))
+        return self._simple(lambda: levels.end_import(self._f, self._start))
 
     def _error(self) -> Run:
         code = self._formulas.full("ERROR")
@@ -240,7 +240,7 @@ class Instructions:
             self._comma()
 
         def run() -> Items:
-            arguments = self._f.macro_arguments(self._start)
+            arguments = levels.macro_arguments(self._f, self._start)
             for target in targets:
                 if not arguments:
                     raise fail(909121, ERRORS[909121], self._start)
@@ -332,7 +332,16 @@ class Instructions:
         name = self._name("an event").upper()
         self._comma()
         value = self._formulas.argument("OPT")
-        return self._simple(lambda: self._f.macros.set_event(name, value(), self._start))
+
+        def run() -> Items:
+            macros, number = self._f.macros, value()
+            macros.set_event(name, number, self._start)
+            if number >= 0 and macros.find("M", int(number)) is None:
+                text = f"OPT {name}: macro M{number:g} not found beside the program or in the macro folder"
+                self._f.warn(909124, text, self._start)
+            return ()
+
+        return run
 
     def _read_parmac(self) -> Run:
         name = self._name("a parameter").upper()
@@ -385,7 +394,7 @@ class Instructions:
 
     def _resume_tool(self) -> Run:
         number = self._formulas.argument("RESUME_T")
-        return self._simple(lambda: self._f.resume_tool(number(), self._start))
+        return self._simple(lambda: levels.resume_tool(self._f, number(), self._start))
 
     def _save_tools(self) -> Run:
         def run() -> Items:

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from cnc_core.frontend.isons.execute import Executor
     from cnc_core.frontend.isons.words import Words
 
-DEPTH_MAX = 2**20
+DEPTH_MAX = 2**31 - 1
 ORDER_MAX = 7
 SAMPLES_MAX = 10000
 FILTER_CODES = (66, 72, 73, 74, 106)
@@ -78,6 +78,8 @@ def _mild(executor: Executor, words: Words, offset: int) -> None:
     """G49 XYZ, G49, G49 0, G49 1."""
     modes, axes = executor.modes, executor.named_axes(words)
     if 49 in words.indices:
+        if axes:
+            raise fail(900004, "G49: 0 or 1, or axes, not both", offset)
         if words.indices[49] not in (0.0, 1.0):
             raise fail(900012, "G49: 0 or 1 is expected", offset)
         modes.mild_on = words.indices[49] == 1.0 and bool(modes.mild)

@@ -90,6 +90,7 @@ class Output:
         self.limits = Limits(machine, parameters)
         self.side = OFF
         self._armed = False
+        self.leaving = False  # compensation is off, the motion that leaves the contour has not come
         self._corner = 0  # what the stage has been told last, 0: compensation is off there
         self._radius = 0.0
         self._code = 17
@@ -125,7 +126,7 @@ class Output:
     def stopped(self, position: Array) -> None:
         """The axes have been stopped: nothing is held, compensated or rounded any more."""
         self.corners.flush()
-        self.side, self._armed, self._corner = OFF, False, 0
+        self.side, self._armed, self._corner, self.leaving = OFF, False, 0, False
         self.moved_to(position)
 
     # rows
@@ -145,6 +146,7 @@ class Output:
         if row["type"][0] > POLYNOMIAL:
             return [row]
         rows = self._compensated(row) if self.side != OFF else [row]
+        self.leaving = self.leaving and self.side == OFF and self._headings(row)[0] is None
         self._last = row["end"][0][: self._axes].copy()
         return rows
 
@@ -156,6 +158,7 @@ class Output:
         if side == OFF:
             if self.side != OFF and not self._armed:
                 rows.append(self._row(OFF, ARC))
+                self.leaving = True
             self.side, self._armed, self._corner = OFF, False, 0
             self._modal.set_compensated(False)
             return rows

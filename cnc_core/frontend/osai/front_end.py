@@ -71,7 +71,7 @@ class OsaiFrontEnd(BlockReader):
         self._setup = SetupFile(setup) if setup else None
         self._profile: Profile | None = None
         self._spec_ok, self._no_setup = True, False
-        self._virtual: str | None = None
+        self._virtual: frozenset[str] = frozenset()
         self._saved: tuple[object, ...] = ()
         self._tool, self._active = 0, Tool()
         self._awaited = self._resync = False  # where the axes stand is known when the wait behind a profile is over
@@ -149,7 +149,8 @@ class OsaiFrontEnd(BlockReader):
         elif code == "CLS":
             self._call(argument, begin)
         elif code in codes.VIRTUALISATIONS:
-            self._virtual = code if argument and argument != "0" else None
+            active = bool(argument) and argument != "0"
+            self._virtual = (self._virtual | {code}) if active else (self._virtual - {code})
         else:
             raise fail(900003 if code.isupper() else 900002, f"({code}) is not supported", begin)
 
@@ -251,7 +252,7 @@ class OsaiFrontEnd(BlockReader):
     def _motion(self, words: Words) -> list[Row | Wait]:
         motion = MotionWords(axis={self._axes[a]: v for a, v in words.values.items() if a in self._axes})
         if self._virtual and motion.axis:
-            raise fail(900003, f"motion while ({self._virtual}) is active is not supported", 0)
+            raise fail(900003, f"motion while ({min(self._virtual)}) is active is not supported", 0)
         motion.motion = next((code for code in (0, 1) if code in words.g), None)
         motion.f, motion.n = words.values.get("F"), self.modal.n
         motion.absolute = None if not {90, 91} & set(words.g) else 90 in words.g
@@ -283,7 +284,7 @@ class OsaiFrontEnd(BlockReader):
         if self._setup is None:
             raise fail(909201, "G61 without a setup: (HSM,file) must come before it", offset)
         if self._virtual:
-            raise fail(909223, f"G61 while ({self._virtual}) is active", offset)
+            raise fail(909223, f"G61 while ({min(self._virtual)}) is active", offset)
         records, errors = self._setup.resolve(self._variables)
         errors += [] if errors else check(records, self._machine)
         if errors and self._spec_ok:
