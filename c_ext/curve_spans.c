@@ -12,7 +12,7 @@
 #include "engine_internal.h"
 
 #define USABLE 0.999     /* share of the acceleration limit that is planned with */
-#define LOSS 0.008       /* share of it that a stretch may lose before it is cut, more where there would be too many, ... */
+#define LOSS 0.010       /* share of it that a stretch may lose before it is cut, more where there would be too many, ... */
 #define MORE_LOSS 1.5    /* ... by so much each time ... */
 #define MOST_LOSS 0.25   /* ... up to that ... */
 #define GIVEN_UP 0.3     /* ... and from which on constant bounds are better */
