@@ -42,7 +42,8 @@ print(n, flush=True)
 
 
 WAITER = """
-import sys, hli
+import signal, sys, hli
+signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may have it ignored
 from hli._sync import lib
 from hli.handshake import word_pointer
 from hli.view import Areas
