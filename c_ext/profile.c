@@ -10,6 +10,7 @@
 #define PARTS_MAX 64       /* of a phase */
 #define SHORT_PART 0.05    /* of a cycle: no part is shorter */
 #define TINY_MM 1e-12
+#define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
 #define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
 #define EXACT_PUMPS 64     /* of the acceleration-limited planner are timed each, later ones ... */
@@ -429,12 +430,19 @@ static bool wants_hold(engine *e) {
     return ATOMIC_GET(e->hold_now) || override <= 0.0 || feed_job_pending(e);
 }
 
-/* Commit more motion if less than COMMIT_LOW_S is ahead; returns 1 if phases were added. */
+/* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
+ * own; fewer and longer commits spare it stopping tails. */
+static double commit_low(const engine *e) {
+    if (e->drive.planner || ATOMIC_GET(e->run_running)) return COMMIT_LOW_S;
+    return lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s);
+}
+
+/* Commit more motion if too little is ahead; returns 1 if phases were added. */
 int planner_pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start)) return 0;
     if (!resume_after_tail(e) || !jobs_allow(e)) return 0;
     if (wants_hold(e) && !e->plan.hold) recall_commit(e);
-    if (e->plan.late || ahead_s(e) >= COMMIT_LOW_S) return 0;
+    if (e->plan.late || ahead_s(e) >= commit_low(e)) return 0;
     double weight = timing_weight(e), t0 = weight > 0.0 ? thread_cpu_s() : 0.0;
     feed(e);
     if (e->plan.piece >= e->piece_head) return 0;

@@ -115,7 +115,7 @@ def test_nothing_leaks_to_the_terminal(tmp_path):
     """The command prints the error and no warning."""
     (tmp_path / "SETUP").write_text(changed(SETUP_3))
     (tmp_path / "a.osai").write_text(f"(HSM,SETUP)\nG61\nX0Y0Z0F3000\nX{HUGE}\nX5\nG60\n")
-    command = [sys.executable, "-m", "cnc_core.cli", "plan", str(tmp_path / "a.osai")]
+    command = [sys.executable, "-P", "-m", "cnc_core.cli", "plan", str(tmp_path / "a.osai")]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "a.osai:4:1: 900012:" in done.stderr

@@ -170,6 +170,7 @@ def test_nobody_there_and_the_name_taken(monkeypatch: pytest.MonkeyPatch) -> Non
     with pytest.raises(HliError, match="cannot be taken"):
         second.open(name)
     first.close()
+    monkeypatch.undo()  # the thread that listened may not have left its accept() yet
     second.open(name)
     second.close()
 
