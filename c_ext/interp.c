@@ -163,11 +163,13 @@ static bool fetch_phase(engine *e) {
         return true;
     }
     uint32_t index = (word >> 1) & 1;
-    if (g->v <= 0.0) return false;
+    if (g->v <= 0.0 && g->consumed == word >> 2) return false;
     if (!__atomic_compare_exchange_n(&e->commit, &word, word | 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) return fetch_phase(e);
+    uint64_t beyond = g->consumed - (word >> 2); /* taken back too late: the tail begins with phases that are driven already */
     g->in_tail = true;
     g->tail_index = index;
-    g->tail_next = e->plan.tails[index].first;
+    g->tail_next = e->plan.tails[index].first + (uint32_t)beyond;
+    ATOMIC_SET(g->consumed, word >> 2);
     return fetch_phase(e);
 }
 
