@@ -135,6 +135,12 @@ def number_of_blocks(batch: BlockBatch) -> int:
     return int((~np.isin(batch.rows["type"], SILENT)).sum())
 
 
+def number_pushed(batch: BlockBatch) -> int:
+    """Blocks of a batch on its way to the engine: pieces of a block that is driven in several are none."""
+    pieces = (batch.rows["flags"] & PIECE != 0) & (batch.rows["type"] <= POLYNOMIAL)
+    return number_of_blocks(batch) - int(pieces.sum())
+
+
 def motion_planes(plane: int) -> tuple[int, int, int]:
     """Places of (first, second, third) axis of a plane among the three main axes: G17 XYZ, G18 ZXY, G19 YZX."""
     return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import external
-from .blocks import BlockBatch
+from .blocks import BlockBatch, number_pushed
 from .config import CellConfig
 from .engine import Engine
 from .errors import CncError, Place
@@ -198,7 +198,7 @@ class Preparation:
             self.engine.hold_by_cell(self.program.reader.pauses)  # type: ignore[attr-defined]
         if isinstance(item, BlockBatch):
             self._batch, self._first = item, 0
-            self.blocks += len(item)
+            self.blocks += number_pushed(item)
         elif item is Wait.DRAINED:
             self.waiting = True
             self.engine.expect_drain()

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from .blocks import PIECE, POLYNOMIAL, BlockBatch, number_of_blocks
+from .blocks import BlockBatch, number_pushed
 from .config import CellConfig
 from .engine import Engine, Event, Samples
 from .errors import ERRORS, CncError
@@ -69,8 +69,7 @@ class Feeder:
                     self.done = True
                     return
                 self.batch, self.first = batch, 0
-                pieces = (batch.rows["flags"] & PIECE != 0) & (batch.rows["type"] <= POLYNOMIAL)
-                self.rows += number_of_blocks(batch) - int(pieces.sum())
+                self.rows += number_pushed(batch)
                 self.seen(batch)
                 continue
             taken = self.engine.push(self.batch, self.first)

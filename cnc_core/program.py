@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -172,31 +172,41 @@ class Program:
         self._passed: Passed | None = None  # of a restart: rows ahead of the place are left out
         self._approach: Approach | None = None  # of a restart: a macro on the way to the place
         self._again = BlockBatch.empty()  # functions that a restart puts out again
-        self.compensation = compensation = RadiusCompensation(
-            machine.start, machine.main, self._place, self._warn, self._collect_once if collect else None
+        contour = self._contour_stages(machine, tolerance, programmed)
+        self.frames = Frames(Pipeline(contour), machine.start, machine.main)
+        axes = self._axis_stages(machine, programmed)
+        self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
+
+    def _contour_stages(self, machine: ProgramMachine, tolerance: float, programmed: bool) -> list[Stage]:
+        """Stages of the path of the tip, in programmed coordinates."""
+        cell, start, main = self.cell, machine.start, machine.main
+        self.compensation = RadiusCompensation(
+            start, main, self._place, self._warn, self._collect_once if self.collect else None
         )
         carried = CARRY_TOLERANCE if cell.kinematic_machines else 0.0
-        smoothing = Smoothing(machine.start, _smoothing_machine(cell), tolerance, described=programmed, carried=carried)
-        self.smoothing = smoothing
-        self.filters = [kind(machine.start, machine.main) for kind in FILTERS]
-        self._taps = [Tap(machine.start, machine.main, stage.code) for stage in self.filters]
-        self.filtered = Tap(machine.start, machine.main)  # deviations of all filters together
-        self.contouring = Contouring(machine.start, _contour_machine(cell), self._place, self._warn)
-        contour: list[Stage] = [
-            Corners(machine.start, machine.main, self._place),
-            compensation,
+        self.smoothing = Smoothing(start, _smoothing_machine(cell), tolerance, described=programmed, carried=carried)
+        self.filters = [kind(start, main) for kind in FILTERS]
+        self._taps = [Tap(start, main, stage.code) for stage in self.filters]
+        self.filtered = Tap(start, main)  # deviations of all filters together
+        self.contouring = Contouring(start, _contour_machine(cell), self._place, self._warn)
+        return [
+            Corners(start, main, self._place),
+            self.compensation,
             DropZeroLength(),
-            Orbit(machine.start, machine.main, self._place),
-            Spline(machine.start, machine.main, self._place),
+            Orbit(start, main, self._place),
+            Spline(start, main, self._place),
             self.filtered,
             *(stage for pair in zip(self._taps, self.filters, strict=True) for stage in pair),
             DropZeroLength(),
-            PathMode(machine.start, machine.main),
+            PathMode(start, main),
             self.contouring,
             self.smoothing,
-            Driven(machine.start, machine.main, [self.filtered, *self._taps]),
+            Driven(start, main, [self.filtered, *self._taps]),
         ]
-        self.frames = Frames(Pipeline(contour), machine.start, machine.main)
+
+    def _axis_stages(self, machine: ProgramMachine, programmed: bool) -> Stage:
+        """Profiles, which come first, and the stages from the path of the tip to that of the axes."""
+        cell, smoothing = self.cell, self.smoothing
         machines = dict(cell.kinematic_machines)  # profiles add their own
         self.profiles = Profiles(
             machine.main,
@@ -212,15 +222,13 @@ class Program:
         )
         self.limits = AxisLimits(cell, self._place)
         parameter = ParameterFeed(len(machine.axes), machine.main)
-        axes: Stage = Pipeline([self.kinematics, parameter, ProfileFilter(self.profiles.filters), self.limits])
-        self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
+        return Pipeline([self.kinematics, parameter, ProfileFilter(self.profiles.filters), self.limits])
 
     @property
     def filter_reports(self) -> list[FilterReport]:
         """Of the filters that have been used; deviations of what is driven from what came into each."""
-        for tap, stage in zip(self._taps, self.filters, strict=True):
-            stage.report.deviation_mm, stage.report.cut_mm = tap.deviation_mm, tap.cut_mm
-        return [stage.report for stage in self.filters if stage.report.blocks_in]
+        used = [pair for pair in zip(self._taps, self.filters, strict=True) if pair[1].report.blocks_in]
+        return [replace(stage.report, deviation_mm=tap.deviation_mm, cut_mm=tap.cut_mm) for tap, stage in used]
 
     @property
     def filter_texts(self) -> list[str]:

@@ -205,3 +205,12 @@ def test_a_retrace_ends_with_its_macro(cli: Cli, program: Write) -> None:
     macro.write_text("$_O3=1\nG0Z5\n")
     run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
     assert (run["end"], [error["code"] for error in run["errors"]]) == ("error", [909174])
+
+
+def test_run_and_plan_count_the_same_blocks(cli: Cli, program: Write) -> None:
+    """Blocks are those behind the filters, each once, though the smoothing drives it in pieces."""
+    points = "".join(f"G1X{3 * i}Y{i % 2}\n" for i in range(12))
+    part = program(f"G60 F1\nG0X0Y0\nG69X200\nG72X1Y7\n{points}", "part.isons")
+    counts = {cli(name, part, "--json").json["blocks"] for name in ("check", "plan", "run")}
+    assert len(counts) == 1
+    assert counts.pop() > 100

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
@@ -54,13 +55,19 @@ def targets(executor: Executor, words: Words) -> dict[int, tuple[float, bool]]:
 def place_of(executor: Executor, given: dict[int, tuple[float, bool]]) -> Array:
     """(axes,) machine position that axis words lead to, through transformations, origins and offsets."""
     position, frame = executor.modal.position, executor.frame.total
-    now = executor.transform.backward(position - frame)
+    place, moved = transformed(executor, given, executor.transform.backward(position - frame), frame)
+    return np.where(moved, place, position)
+
+
+def transformed(
+    executor: Executor, given: dict[int, tuple[float, bool]], now: Array, frame: Array
+) -> tuple[Array, npt.NDArray[np.bool_]]:
+    """(axes,) machine position of axis words seen from ``now`` in the transformed system, and (axes,) which move."""
     point = now.copy()
     for axis, (value, relative) in given.items():
         point[axis] = target(executor, axis, value * executor.scale(axis), relative, float(now[axis]))
-    place = executor.transform.forward(point) + frame
-    moved = executor.transform.matrix[:, list(given)].any(axis=1)
-    return np.where(moved, place, position)
+    moved = np.asarray(executor.transform.matrix[:, list(given)].any(axis=1))
+    return executor.transform.forward(point) + frame, moved
 
 
 def move(
@@ -104,14 +111,9 @@ def through_transformations(
 ) -> list[Row]:
     """Through the transformations, in machine coordinates."""
     modal, transform = executor.modal, executor.transform
-    position = modal.position
     frame = executor.frame.total - (executor.frame.origin.acting if without_origin else 0.0)
-    now = transform.backward(position - frame)
-    point = now.copy()
-    for axis, (value, relative) in given.items():
-        point[axis] = target(executor, axis, value * executor.scale(axis), relative, float(now[axis]))
-    place = transform.forward(point) + frame
-    moved = transform.matrix[:, list(given)].any(axis=1)
+    now = transform.backward(modal.position - frame)
+    place, moved = transformed(executor, given, now, frame)
     words = MotionWords(axis={int(i): float(place[i]) for i in np.flatnonzero(moved)}, n=n, motion=modal.motion)
     if modal.motion >= 2:
         arc_words(executor, words, centre, radius, now, frame, offset)
