@@ -22,9 +22,20 @@
 #define COMMIT_LOW_S 0.010
 #define COMMIT_HIGH_S 0.020
 #define NEVER 1e300
+#define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
+#define GEO_MOVES 1e-6 /* mm/s: slower than this, GEO may take it for a standstill, where it waits and takes no tail */
 
+#ifdef ENGINE_INTERLEAVE /* tests: every atomic access is a place to switch to the other thread (interleave.c) */
+void interleave(void);
+#define ATOMIC_GET(x) (interleave(), __atomic_load_n(&(x), __ATOMIC_ACQUIRE))
+#define ATOMIC_SET(x, v) (interleave(), __atomic_store_n(&(x), (v), __ATOMIC_RELEASE), interleave())
+#define __atomic_load(...) (interleave(), __atomic_load(__VA_ARGS__))
+#define __atomic_store(...) (interleave(), __atomic_store(__VA_ARGS__), interleave())
+#define __atomic_compare_exchange_n(...) (interleave(), __atomic_compare_exchange_n(__VA_ARGS__))
+#else
 #define ATOMIC_GET(x) __atomic_load_n(&(x), __ATOMIC_ACQUIRE)
 #define ATOMIC_SET(x, v) __atomic_store_n(&(x), (v), __ATOMIC_RELEASE)
+#endif
 
 /* An element is what the programmer wrote and the PLC sees: the HLI facts of one motion row. */
 typedef struct element {
@@ -217,7 +228,7 @@ typedef struct planner {
     double reserve_override;
     double override, committed_s;
     bool hold;
-    bool late;           /* GEO will take the tail: nothing is committed until then (recall.c) */
+    bool late;           /* GEO will take the tail: nothing is committed until then */
     int stalled;
     tail tails[2];
     uint32_t tail_max;
@@ -597,6 +608,8 @@ typedef struct writer {
     uint32_t count, max;
     uint64_t piece;
     double s, v, seconds, budget;
+    uint64_t too_fast; /* corners and stands that it passes too fast, ... */
+    bool refused;      /* ... by more than rounding */
     bent_left left;
 } writer;
 void write_phase(writer *w, const phase *ph);

@@ -244,6 +244,7 @@ bool plan_straight(jerk_planner *p);
 /* jerk_recall.c */
 void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole);
 void forget_laws(jerk_planner *p);
+void forget_plan(jerk_planner *p);
 
 /* jerk_planner.c */
 double hand_out_again(jerk_planner *p, double seconds);

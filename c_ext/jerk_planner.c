@@ -160,7 +160,8 @@ static bool zero_factor(const jerk_planner *p) {
 static void plan_again(jerk_planner *p) {
     double t0 = thread_cpu_s();
     if (p->hold || zero_factor(p)) {
-        if (p->changed && !p->at_rest) plan_stop(p);
+        if (p->at_rest) forget_plan(p);
+        else if (p->changed) plan_stop(p);
         p->changed = false;
     } else {
         plan_window(p);

@@ -13,6 +13,8 @@
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
 #define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
+#define REFUSED_FROM 1.01  /* times the speed that a corner or stand allows, and ... */
+#define REFUSED_MM_S 0.01  /* ... so much more: no commit does that */
 #define EXACT_PUMPS 64     /* of the acceleration-limited planner are timed each, later ones ... */
 #define TIMED_SHARE 16     /* ... at random: reading the clock takes as long as such a pump */
 
@@ -211,15 +213,21 @@ void pass_event(writer *w) {
     w->s = 0.0;
 }
 
-/* A standstill or a corner passed too fast would be a fault of the planner; counted, and a test holds it at 0. */
-static void note_infeasible(writer *w, const piece *p, uint64_t end) {
+/* A standstill or a corner passed too fast: where it is committed it is counted, and a test holds that at 0. What is more than rounding
+ * is not committed: a path that is fed anew (an inserted stop, a loop that ends) may have other stretches than the plan has met. */
+static void leave_motion(writer *w, uint64_t end) {
     engine *e = w->e;
+    const piece *p = piece_at(e, w->piece);
     double limit = p->stop_after || w->piece + 1 >= end ? 0.0 : NEVER;
     if (limit > 0.0) {
         const piece *next = piece_at(e, w->piece + 1);
         limit = stands_before(e, next) ? 0.0 : is_motion(next) ? next->corner_v : NEVER;
     }
-    if (w->v > limit * (1.0 + 1e-6) + 1e-4) e->plan.infeasible++;
+    w->too_fast += w->v > limit * (1.0 + 1e-6) + 1e-4;
+    if (w->v > limit * REFUSED_FROM + REFUSED_MM_S) w->refused = true;
+    if (limit <= 0.0 && w->v <= REFUSED_MM_S) w->v = 0.0; /* rounding; who waits for a standstill would wait for ever */
+    w->piece++;
+    w->s = 0.0;
 }
 
 /* Forward until the budget is used up, the window ends or the path stands (hold, override 0). */
@@ -232,18 +240,17 @@ void drive_window(writer *w, uint64_t end) {
             continue;
         }
         stretch st = stretch_at(e, w->piece, end, w->s);
-        if (w->v <= 0.0 && st.soft <= 0.0) return;
-        drive_stretch(w, &st, st.to >= p->length);
-        if (w->s >= p->length) {
-            if (!w->out) note_infeasible(w, p, end);
-            w->piece++;
-            w->s = 0.0;
+        if (w->v < GEO_STANDS && st.soft <= 0.0) {
+            w->v = 0.0;
+            return;
         }
+        drive_stretch(w, &st, st.to >= p->length);
+        if (w->s >= p->length) leave_motion(w, end);
     }
 }
 
-/* Stopping tail: brake to rest from the end of the commit. */
-static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
+/* Stopping tail: brake to rest from the end of the commit. False if that is not legal. */
+static bool write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
     writer w = {.e = e, .out = t->phases, .max = e->plan.tail_max, .piece = from->piece, .s = from->s, .v = from->v, .budget = NEVER};
     while (w.v > 0.0 && w.piece < end && !writer_full(&w)) {
         if (!is_motion(piece_at(e, w.piece))) {
@@ -254,15 +261,13 @@ static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
         bool ends = st.to >= piece_at(e, w.piece)->length;
         if (st.span->rows) drive_bent(&w, &st, ends, true);
         else brake_to(&w, &st, 0.0, ends);
-        if (w.s >= piece_at(e, w.piece)->length) {
-            w.piece++;
-            w.s = 0.0;
-        }
+        if (w.s >= piece_at(e, w.piece)->length) leave_motion(&w, end);
     }
     t->first = 0;
     t->count = w.count;
     t->piece = w.piece;
     t->s = w.s;
+    return !w.refused;
 }
 
 /* The tail was driven: go on from where it ended. */
@@ -359,11 +364,17 @@ static void commit(engine *e, uint64_t end) {
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     drive_window(&w, end);
-    write_tail(e, &e->plan.tails[next], &w, end);
+    bool legal = write_tail(e, &e->plan.tails[next], &w, end) && !w.refused;
+    if (!legal && e->plan.v > GEO_MOVES) { /* the stored tail is: GEO takes it, and the path goes on from there */
+        e->plan.written = before;
+        e->plan.late = true;
+        return;
+    }
     if ((word & 1) || !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
         e->plan.written = before;
         return;
     }
+    e->plan.infeasible += w.too_fast;
     e->plan.phases += e->plan.written - before;
     e->plan.piece = w.piece;
     e->plan.s = w.s;
@@ -405,6 +416,7 @@ static bool withdraw(engine *e) {
     e->plan.piece = before ? e->feed.run : e->stand_piece;
     e->plan.s = before ? 0.0 : e->stand_s;
     e->plan.v = 0.0;
+    e->plan.late = false;
     e->plan.written = ATOMIC_GET(e->commit) >> 2;
     __atomic_load(&e->geo.consumed_s, &e->plan.committed_s, __ATOMIC_ACQUIRE);
     e->drive.restart = true;

@@ -36,7 +36,7 @@ static bool find_cut(engine *e, double margin, cut *c) {
         if (is_motion(piece_at(e, ph->piece))) c->motion_s += ph->time;
     }
     if (c->phase >= e->plan.written || !(c->motion_s > 0.0)) return false;
-    return !ATOMIC_GET(e->run_running) || phase_at(e, c->phase)->v0 > 0.0; /* at a standstill GEO would not take the tail */
+    return !ATOMIC_GET(e->run_running) || phase_at(e, c->phase)->v0 > GEO_MOVES;
 }
 
 /* The motion that is taken back, and the stored tail behind it. */

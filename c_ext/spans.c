@@ -145,6 +145,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
     p->span_count = 0;
+    if (e->plan.left.piece == i) e->plan.left.to = -1.0; /* it was a step over a stretch that is gone */
     if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
