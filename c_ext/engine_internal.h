@@ -202,6 +202,14 @@ typedef struct need_key {
     bool hold;
 } need_key;
 
+/* CPU time of the planner (stopwatch.c). */
+typedef struct stopwatch {
+    double clock_s;         /* what reading the CPU clock takes */
+    uint64_t pumps, chance; /* which pumps are timed */
+    double weight;          /* how many pumps the next one stands for; 0: it is not timed */
+    double from, cpu_before;
+} stopwatch;
+
 typedef struct planner {
     uint64_t piece; /* where committed motion ends */
     double s, v;
@@ -220,11 +228,13 @@ typedef struct planner {
     bool late;           /* GEO will take the tail: nothing is committed until then (recall.c) */
     int stalled;
     tail tails[2];
+    bool tail_due;       /* the stored tail is not written yet: planner_store_tail */
+    uint64_t tail_end;   /* the window that it was planned in */
     uint32_t tail_max;
     uint64_t written;    /* phases written, published by the commit word */
     double target_s;     /* commit until this much motion is ahead */
-    double cpu_s, clock_s; /* clock_s: what reading the clock takes */
-    uint64_t pumps, chance; /* which of them are timed */
+    double cpu_s;
+    stopwatch watch;
     uint64_t phases, infeasible;
     techno_counts done, done_again; /* as the caps were computed with, like the two below */
     bool single, m01;
@@ -590,6 +600,10 @@ bool drive_shorten_tail(engine *e);
 void drive_cut_run(engine *e, uint64_t head);
 void drive_shorten(engine *e, uint64_t i, double s);
 
+/* stopwatch.c */
+void watch_start(engine *e);
+void watch_stop(engine *e);
+
 /* profile.c */
 typedef struct writer {
     engine *e;
@@ -606,6 +620,7 @@ void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
+void planner_store_tail(engine *e);
 
 /* recall.c */
 void recall_commit(engine *e);

@@ -90,8 +90,9 @@ static uint32_t synch_again(engine *e, const piece *p) {
 
 /* ------------------------------------------------------------------------------------------------ run ring, again */
 /* First piece of the run ring that may still be changed: none that is committed, none that the tail runs over. */
-uint64_t feed_first_free(const engine *e) {
+uint64_t feed_first_free(engine *e) {
     if (e->plan.v <= 0.0) return e->plan.piece + (e->plan.s > 0.0);
+    planner_store_tail(e);
     uint64_t word = ATOMIC_GET(e->commit);
     return e->plan.tails[(word >> 1) & 1].piece + 1;
 }

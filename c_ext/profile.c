@@ -4,17 +4,15 @@
  * together in one atomic word (head << 2 | tail buffer << 1 | taken).
  */
 #include <math.h>
-#include <time.h>
 #include "engine_internal.h"
 
 #define PARTS_MAX 64       /* of a phase */
 #define SHORT_PART 0.05    /* of a cycle: no part is shorter */
 #define TINY_MM 1e-12
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
+#define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
 #define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
-#define EXACT_PUMPS 64     /* of the acceleration-limited planner are timed each, later ones ... */
-#define TIMED_SHARE 16     /* ... at random: reading the clock takes as long as such a pump */
 
 /* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
 double soft_cap(const engine *e, const piece *p) {
@@ -80,9 +78,14 @@ static double rest_of_cycle(engine *e, double at) {
     return rest < SHORT_PART * dt ? rest + dt : rest;
 }
 
-/* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). */
+/* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). Pumped on one thread without
+ * jerk it is cut then and there. */
 static void commit_phase(writer *w, const phase *ph) {
     engine *e = w->e;
+    if (!e->drive.planner && !ATOMIC_GET(e->run_running)) {
+        e->phase_ring[e->plan.written++ & (PHASE_RING - 1)] = *ph;
+        return;
+    }
     bool motion = is_motion(piece_at(e, ph->piece));
     double from = 0.0, to = motion ? rest_of_cycle(e, e->plan.committed_s + w->seconds) : ph->time;
     for (int i = 1;; i++) {
@@ -265,6 +268,15 @@ static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
     t->s = w.s;
 }
 
+/* What GEO follows if nothing more is committed. GEO on the same thread cannot outrun the planner: there it is written when
+ * somebody asks for it, or when too little is committed for one more cycle. */
+void planner_store_tail(engine *e) {
+    if (!e->plan.tail_due) return;
+    e->plan.tail_due = false;
+    const writer from = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v};
+    write_tail(e, &e->plan.tails[(ATOMIC_GET(e->commit) >> 1) & 1], &from, e->plan.tail_end);
+}
+
 /* The tail was driven: go on from where it ended. */
 static bool resume_after_tail(engine *e) {
     uint64_t word = ATOMIC_GET(e->commit);
@@ -358,8 +370,9 @@ static void commit(engine *e, uint64_t end) {
     writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e), .left = e->plan.left};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
+    bool due = !ATOMIC_GET(e->run_running);
     drive_window(&w, end);
-    write_tail(e, &e->plan.tails[next], &w, end);
+    if (!due) write_tail(e, &e->plan.tails[next], &w, end);
     if ((word & 1) || !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
         e->plan.written = before;
         return;
@@ -369,32 +382,9 @@ static void commit(engine *e, uint64_t end) {
     e->plan.s = w.s;
     e->plan.v = w.v;
     e->plan.left = w.left;
+    e->plan.tail_due = due;
+    e->plan.tail_end = end;
     e->plan.committed_s += w.seconds;
-}
-
-static double thread_cpu_s(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* What one reading of the clock adds to the time between two: some 500 ns on virtual machines, more than such a pump. */
-static double clock_cost_s(void) {
-    double least = 1.0;
-    for (int i = 0; i < 32; i++) {
-        double t = thread_cpu_s();
-        least = lesser(least, thread_cpu_s() - t);
-    }
-    return least;
-}
-
-/* How many pumps this one stands for in the CPU time of the plan; 0: it is not timed. */
-static double timing_weight(engine *e) {
-    planner *p = &e->plan;
-    if (!p->clock_s) p->clock_s = clock_cost_s();
-    if (e->drive.planner || p->pumps++ < EXACT_PUMPS) return 1.0;
-    p->chance = p->chance * 6364136223846793005u + 1442695040888963407u;
-    return p->chance >> 33 & (TIMED_SHARE - 1) ? 0.0 : TIMED_SHARE;
 }
 
 /* The path stands where GEO says; what was committed behind that place is taken back. */
@@ -437,13 +427,12 @@ static double commit_low(const engine *e) {
     return lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s);
 }
 
-/* Commit more motion if too little is ahead; returns 1 if phases were added. */
-int planner_pump(engine *e) {
+static int pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start)) return 0;
     if (!resume_after_tail(e) || !jobs_allow(e)) return 0;
     if (wants_hold(e) && !e->plan.hold) recall_commit(e);
     if (e->plan.late || ahead_s(e) >= commit_low(e)) return 0;
-    double weight = timing_weight(e), t0 = weight > 0.0 ? thread_cpu_s() : 0.0;
+    watch_start(e);
     feed(e);
     if (e->plan.piece >= e->piece_head) return 0;
     uint64_t before = e->plan.written;
@@ -453,6 +442,13 @@ int planner_pump(engine *e) {
     e->plan.hold = wants_hold(e);
     if (e->drive.planner) drive_commit(e);
     else commit(e, choose_window(e));
-    if (weight > 0.0) e->plan.cpu_s += weight * greater(0.0, thread_cpu_s() - t0 - e->plan.clock_s);
+    watch_stop(e);
     return e->plan.written != before;
+}
+
+/* Commit more motion if too little is ahead; returns 1 if phases were added. */
+int planner_pump(engine *e) {
+    int added = pump(e);
+    if (e->plan.tail_due && ahead_s(e) < LAST_CYCLES * e->cfg.cycle_s) planner_store_tail(e);
+    return added;
 }
