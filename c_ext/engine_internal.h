@@ -93,6 +93,12 @@ typedef struct span {
     bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
 
+/* Whose stretches are in a slot, and where. */
+typedef struct span_slot {
+    uint64_t owner;
+    span *spans;
+} span_slot;
+
 /* One place of a curved piece, mm of the piece as it is driven; w: parameter of a polynomial. */
 typedef struct knot {
     double s, w, bend;
@@ -161,7 +167,10 @@ typedef struct piece {
     uint32_t synch, unit;
     bool stop_after;
     /* planner; not copied from the store */
-    bool capped, spanned;
+    bool capped;
+    bool spanned;            /* its stretches are final, as far as what lies behind is known */
+    bool settled;            /* need2 is the last backward pass's */
+    bool cruises;            /* ... which found that feed can be kept all over it: `need2` of its stretches is not set */
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
@@ -218,9 +227,12 @@ typedef struct planner {
     uint64_t window_from, window_to; /* the window as counted last ... */
     uint32_t window_motions;         /* ... and the motions in it */
     bent_left left;
-    span *spans;         /* room for the stretches of the pieces in the window ... */
-    double *rows;        /* ... and for their rows */
-    uint64_t *span_owner, span_mask;
+    span *spans;         /* room for the stretches of the pieces in the window: a few of each, which mostly do, ... */
+    double *rows;        /* ... and for their rows; */
+    span *many_spans;    /* the same for as many as a piece can have */
+    double *many_rows;
+    span_slot *span_slots;
+    uint64_t span_mask;
     need_key need_key;
     double reserve_override;
     double override, committed_s;
@@ -477,7 +489,7 @@ static inline double greater(double a, double b) { return a > b ? a : b; }
 static inline uint32_t spans_max(const engine *e) { return e->cfg.window > WIDE_WINDOW ? SPANS_FEW : SPANS_MANY; }
 /* Odd, so that pieces do not share the lines of a cache. */
 static inline uint32_t spans_room(const engine *e) { return spans_max(e) + 1u; }
-static inline span *spans_of(const engine *e, uint64_t i) { return &e->plan.spans[(i & e->plan.span_mask) * spans_room(e)]; }
+static inline span *spans_of(const engine *e, uint64_t i) { return e->plan.span_slots[i & e->plan.span_mask].spans; }
 
 static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
 
@@ -561,12 +573,14 @@ bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
 void piece_spans(engine *e, uint64_t i, const piece *next);
+bool can_cruise(const engine *e, const piece *p, const piece *next, double speed);
 
 /* lookahead.c */
 void corner_caps(engine *e);
 double reachable(const piece *p, double override);
 uint64_t window_end(engine *e);
 void backward_pass(engine *e, uint64_t end);
+void settle_spans(engine *e, uint64_t i, double need2);
 
 /* techno.c */
 bool techno_has_room(const engine *e);

@@ -38,7 +38,7 @@ static void set_jump(engine *e, piece *p) {
 piece *feed_copy(engine *e, const piece *from) {
     piece *p = piece_at(e, e->piece_head);
     memcpy(p, from, offsetof(piece, capped));
-    p->capped = p->spanned = false;
+    p->capped = p->spanned = p->settled = p->cruises = false;
     p->corner_v = p->need2 = 0.0;
     p->span_count = 0;
     return p;
@@ -193,7 +193,7 @@ void feed_shorten(engine *e, piece *p, double s) {
     piece_tangent(e, p, s, p->tangent_out);
     for (int i = 0; i < NC_AXES; i++) store_f64_relaxed(&p->end[i], end[i]); /* GEO may be in it, ahead of s */
     store_f64_release(&p->length, s); /* who takes it for the end finds the new end */
-    p->stop_after = p->spanned = false;
+    p->stop_after = p->spanned = p->settled = false;
 }
 
 void feed_motion(engine *e, const piece *from) {

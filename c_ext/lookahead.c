@@ -206,7 +206,7 @@ void corner_caps(engine *e) {
         piece *p = piece_at(e, e->plan.capped);
         if (is_motion(p) && !cap_corner(e, e->plan.capped)) return;
         p->capped = true;
-        p->spanned = false;
+        p->spanned = p->settled = false;
         e->plan.capped++;
     }
 }
@@ -245,12 +245,29 @@ static double back_over_span(const span *sp, double soft, double next) {
     return lesser(c2, lesser(next, c2) + 2.0 * sp->accel * sp->length);
 }
 
-static double back_over(engine *e, uint64_t i, double need2) {
-    const piece *p = piece_at(e, i);
-    double soft = soft_cap(e, p);
+static double back_over_spans(engine *e, uint64_t i, double soft, double need2) {
+    piece *p = piece_at(e, i);
+    if (!spans_known(e, i)) make_spans(e, i);
     span *spans = spans_of(e, i);
+    p->cruises = false;
     for (uint32_t k = p->span_count; k-- > 0;) need2 = spans[k].need2 = back_over_span(&spans[k], soft, need2);
     return need2;
+}
+
+/* Where feed can be kept all over a piece, and be met behind it, nothing else has to be known of it. */
+static double back_over(engine *e, uint64_t i, double need2) {
+    piece *p = piece_at(e, i);
+    double soft = soft_cap(e, p), soft2 = soft * soft;
+    if (need2 < soft2 || soft <= 0.0) return back_over_spans(e, i, soft, need2);
+    const piece *next = next_of(e, i);
+    if (!next || !can_cruise(e, p, next, soft)) return back_over_spans(e, i, soft, need2);
+    p->cruises = true;
+    return soft2;
+}
+
+/* The stretches of a piece over which feed is not kept after all; `need2`: to be met at its end. */
+void settle_spans(engine *e, uint64_t i, double need2) {
+    back_over_spans(e, i, soft_cap(e, piece_at(e, i)), need2);
 }
 
 static need_key key_of(const planner *p) { return (need_key){p->override, p->rapid, p->ext_speed, p->hold}; }
@@ -267,14 +284,14 @@ static uint64_t kept_needs(const planner *p) {
 void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
     uint64_t kept = kept_needs(&e->plan);
-    if (kept == end && end > e->plan.piece && spans_known(e, end - 1)) return;
+    if (kept == end && end > e->plan.piece && piece_at(e, end - 1)->settled) return;
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);
-        bool known = spans_known(e, i), same = i < kept && is_motion(p) && known;
+        bool same = i < kept && is_motion(p) && p->settled;
         if (is_motion(p)) {
-            if (!known) make_spans(e, i);
             if (p->stop_after) need2 = 0.0;
             need2 = lesser(back_over(e, i, need2), p->corner_v * p->corner_v);
+            p->settled = p->cruises || p->spanned;
         }
         if (stands_before(e, p)) need2 = 0.0;
         if (same && need2 == p->need2) break;

@@ -9,6 +9,7 @@
 #define PARTS_MAX 64       /* of a phase */
 #define SHORT_PART 0.05    /* of a cycle: no part is shorter */
 #define TINY_MM 1e-12
+#define SAME_SPEED 1e-12   /* relative */
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
 #define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
@@ -39,6 +40,7 @@ static double need_behind(engine *e, uint64_t i, uint64_t end) {
 /* The stretch of piece i that holds s, s < length; its needs are those of the last backward pass. */
 static stretch stretch_at(engine *e, uint64_t i, uint64_t end, double s) {
     const piece *p = piece_at(e, i);
+    if (p->cruises || !spans_known(e, i)) settle_spans(e, i, need_behind(e, i, end));
     const span *spans = spans_of(e, i);
     uint32_t k = 0, last = p->span_count - 1;
     double from = 0.0;
@@ -225,6 +227,15 @@ static void note_infeasible(writer *w, const piece *p, uint64_t end) {
     if (w->v > limit * (1.0 + 1e-6) + 1e-4) e->plan.infeasible++;
 }
 
+/* The feed is kept over the rest of the piece. */
+static bool cruise(writer *w, const piece *p, uint64_t end) {
+    double soft = soft_cap(w->e, p), room = p->length - w->s;
+    bool keeps = p->cruises && soft > 0.0 && fabs(w->v - soft) <= SAME_SPEED * soft && need_behind(w->e, w->piece, end) >= soft * soft;
+    if (!keeps || room <= 0.0) return false;
+    run(w, 0.0, room / w->v, p->length, w->v, true);
+    return true;
+}
+
 /* Forward until the budget is used up, the window ends or the path stands (hold, override 0). */
 void drive_window(writer *w, uint64_t end) {
     engine *e = w->e;
@@ -234,9 +245,11 @@ void drive_window(writer *w, uint64_t end) {
             pass_event(w);
             continue;
         }
-        stretch st = stretch_at(e, w->piece, end, w->s);
-        if (w->v <= 0.0 && st.soft <= 0.0) return;
-        drive_stretch(w, &st, st.to >= p->length);
+        if (!cruise(w, p, end)) {
+            stretch st = stretch_at(e, w->piece, end, w->s);
+            if (w->v <= 0.0 && st.soft <= 0.0) return;
+            drive_stretch(w, &st, st.to >= p->length);
+        }
         if (w->s >= p->length) {
             if (!w->out) note_infeasible(w, p, end);
             w->piece++;

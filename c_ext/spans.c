@@ -12,28 +12,36 @@
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
 #define TINY_MM 1e-9
+#define FEW 12u            /* stretches that most pieces do with: these lie close together in memory */
+#define FEW_ROOM (FEW + 1u)
+#define SURE 0.75          /* squares of axis speeds up to which the chords of their bounds let everything pass */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
 bool spans_new(engine *e) {
+    planner *w = &e->plan;
     uint64_t slots = 1;
     while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t stretches = (size_t)(slots * spans_room(e));
-    e->plan.span_mask = slots - 1;
-    e->plan.spans = calloc(stretches, sizeof(span));
-    e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
-    e->plan.span_owner = calloc((size_t)slots, sizeof(uint64_t));
-    return e->plan.spans && e->plan.rows && e->plan.span_owner;
+    size_t few = (size_t)(slots * FEW_ROOM), many = (size_t)(slots * spans_room(e)), row = SPAN_ROW * (size_t)e->cfg.axis_count;
+    w->span_mask = slots - 1;
+    w->spans = calloc(few, sizeof(span));
+    w->rows = calloc(few * row, sizeof(double));
+    w->many_spans = calloc(many, sizeof(span));
+    w->many_rows = calloc(many * row, sizeof(double));
+    w->span_slots = calloc((size_t)slots, sizeof(span_slot));
+    return w->spans && w->rows && w->many_spans && w->many_rows && w->span_slots;
 }
 
 void spans_free(engine *e) {
     free(e->plan.spans);
     free(e->plan.rows);
-    free(e->plan.span_owner);
+    free(e->plan.many_spans);
+    free(e->plan.many_rows);
+    free(e->plan.span_slots);
 }
 
 /* The stretches of piece i are those in the room it shares with others. */
 bool spans_known(const engine *e, uint64_t i) {
-    return e->pieces[i & e->piece_mask].spanned && e->plan.span_owner[i & e->plan.span_mask] == i;
+    return e->pieces[i & e->piece_mask].spanned && e->plan.span_slots[i & e->plan.span_mask].owner == i;
 }
 
 typedef struct builder {
@@ -129,13 +137,34 @@ static bool too_many_turns(const engine *e, const piece *p) {
     return fabs(p->sweep) / p->whole * p->length > (spans_max(e) - 3) * TURN_STEP;
 }
 
+/* Whether all limits let the piece be driven at a constant speed, as far as the feed and v_hard allow it. */
+bool can_cruise(const engine *e, const piece *p, const piece *next, double speed) {
+    if (p->kind != PIECE_ARC) return p->kind == PIECE_LINE;
+    const int axes[2] = {p->axis1, p->axis2};
+    double bend = p->curvature * speed * speed, rate = p->plane_speed * speed;
+    for (int k = 0; k < 2; k++) {
+        double v = piece_v_max(e, p, axes[k]), reserve = greater(p->reserve[axes[k]], next->reserve[axes[k]]);
+        if (rate * rate > SURE * v * v || bend > USABLE * piece_a_max(e, p, axes[k]) - reserve) return false;
+    }
+    return true;
+}
+
+/* Where the stretches of piece i go: most pieces do with a few. */
+static void choose_room(engine *e, uint64_t i, const piece *p, int strips, int least, builder *b) {
+    uint64_t slot = i & e->plan.span_mask, row = SPAN_ROW * (uint64_t)e->cfg.axis_count;
+    double turn = p->kind == PIECE_ARC ? fabs(p->sweep) / p->whole * p->length : 0.0;
+    bool few = p->kind != PIECE_CURVE && greater(ceil(turn / TURN_STEP), least) + strips <= FEW;
+    b->spans = few ? e->plan.spans + slot * FEW_ROOM : e->plan.many_spans + slot * spans_room(e);
+    b->rows = few ? e->plan.rows + slot * FEW_ROOM * row : e->plan.many_rows + slot * spans_room(e) * row;
+    e->plan.span_slots[slot] = (span_slot){i, b->spans};
+}
+
 /* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
  * NULL where it ends in a standstill or is not known. */
 void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
-    uint64_t slot = i & e->plan.span_mask;
-    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * spans_room(e) * SPAN_ROW * (uint64_t)e->cfg.axis_count};
+    builder b = {.e = e, .p = p};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
@@ -145,6 +174,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
     p->span_count = 0;
+    choose_room(e, i, p, n, least, &b);
     if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
@@ -154,5 +184,4 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
         else arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
         at = to;
     }
-    e->plan.span_owner[slot] = i;
 }
