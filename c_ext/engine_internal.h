@@ -170,7 +170,7 @@ typedef struct piece {
     bool capped;
     bool spanned;            /* its stretches are final, as far as what lies behind is known */
     bool settled;            /* need2 is the last backward pass's */
-    bool cruises;            /* ... which found that feed can be kept all over it: `need2` of its stretches is not set */
+    bool cruises;            /* ... which is the feed's, and that can be kept all over it: nothing is known of its stretches */
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
@@ -573,7 +573,7 @@ bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
 void piece_spans(engine *e, uint64_t i, const piece *next);
-bool can_cruise(const engine *e, const piece *p, const piece *next, double speed);
+bool can_cruise(const engine *e, const piece *p, const piece *next, double speed, double end2);
 
 /* lookahead.c */
 void corner_caps(engine *e);

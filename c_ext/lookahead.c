@@ -254,15 +254,15 @@ static double back_over_spans(engine *e, uint64_t i, double soft, double need2) 
     return need2;
 }
 
-/* Where feed can be kept all over a piece, and be met behind it, nothing else has to be known of it. */
+/* Where the feed can be kept all over a piece, and what lies behind it can be met from there, nothing else has to be known. */
 static double back_over(engine *e, uint64_t i, double need2) {
     piece *p = piece_at(e, i);
-    double soft = soft_cap(e, p), soft2 = soft * soft;
-    if (need2 < soft2 || soft <= 0.0) return back_over_spans(e, i, soft, need2);
+    double soft = soft_cap(e, p);
     const piece *next = next_of(e, i);
-    if (!next || !can_cruise(e, p, next, soft)) return back_over_spans(e, i, soft, need2);
-    p->cruises = true;
-    return soft2;
+    p->settled = next || p->stop_after;
+    p->cruises = soft > 0.0 && can_cruise(e, p, next, soft, need2);
+    if (!p->cruises) return back_over_spans(e, i, soft, need2);
+    return soft * soft;
 }
 
 /* The stretches of a piece over which feed is not kept after all; `need2`: to be met at its end. */
@@ -291,7 +291,6 @@ void backward_pass(engine *e, uint64_t end) {
         if (is_motion(p)) {
             if (p->stop_after) need2 = 0.0;
             need2 = lesser(back_over(e, i, need2), p->corner_v * p->corner_v);
-            p->settled = p->cruises || p->spanned;
         }
         if (stands_before(e, p)) need2 = 0.0;
         if (same && need2 == p->need2) break;

@@ -137,16 +137,30 @@ static bool too_many_turns(const engine *e, const piece *p) {
     return fabs(p->sweep) / p->whole * p->length > (spans_max(e) - 3) * TURN_STEP;
 }
 
-/* Whether all limits let the piece be driven at a constant speed, as far as the feed and v_hard allow it. */
-bool can_cruise(const engine *e, const piece *p, const piece *next, double speed) {
-    if (p->kind != PIECE_ARC) return p->kind == PIECE_LINE;
-    const int axes[2] = {p->axis1, p->axis2};
-    double bend = p->curvature * speed * speed, rate = p->plane_speed * speed;
-    for (int k = 0; k < 2; k++) {
-        double v = piece_v_max(e, p, axes[k]), reserve = greater(p->reserve[axes[k]], next->reserve[axes[k]]);
-        if (rate * rate > SURE * v * v || bend > USABLE * piece_a_max(e, p, axes[k]) - reserve) return false;
-    }
+/* Whether all limits let an arc be driven at a constant speed v, as far as v_hard allows it, and the acceleration along the
+ * path that they leave everywhere on it at v and below. */
+static bool cruise_arc(const engine *e, const piece *p, const double *room, double v, double *accel) {
+    double least = lesser(room[p->axis1], room[p->axis2]), bend = p->curvature * v * v, rate = p->plane_speed * v;
+    double v_max = lesser(piece_v_max(e, p, p->axis1), piece_v_max(e, p, p->axis2));
+    if (rate * rate > SURE * v_max * v_max || bend > least) return false;
+    *accel = lesser(*accel, sqrt(least * least - bend * bend) / p->plane_speed);
     return true;
+}
+
+/* Whether the speed can be kept all over the piece and be brought to `end2` (squared) at its end: whatever its stretches
+ * are, the largest speed at its start is that one then. `next`: the motion behind it, NULL where that ends in a standstill. */
+bool can_cruise(const engine *e, const piece *p, const piece *next, double speed, double end2) {
+    if (p->kind == PIECE_CURVE || (p->kind == PIECE_ARC && too_many_turns(e, p))) return false;
+    double room[NC_AXES], accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
+    bool meets = end2 >= speed * speed;
+    if (p->kind == PIECE_LINE && meets) return true;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        room[i] = USABLE * piece_a_max(e, p, i) - greater(p->reserve[i], next ? next->reserve[i] : 0.0);
+        double share = fabs(p->slope[i]); /* of an arc: of the other axes */
+        if (share > 1e-12) accel = lesser(accel, room[i] / share);
+    }
+    if (p->kind == PIECE_ARC && !cruise_arc(e, p, room, speed, &accel)) return false;
+    return meets || speed * speed <= end2 + 2.0 * accel * p->length;
 }
 
 /* Where the stretches of piece i go: most pieces do with a few. */
