@@ -73,17 +73,38 @@ static void normal_of(const double *p, int order, const double *e, double *n) {
         for (int k = 0; k < 2 * order - 1; k++) n[i + k] += p[i] * e[k] * SHARE[i][k];
 }
 
+/* Where the parameter runs with the length: the derivatives are those of the polynomial. */
+static void certify_natural(const curve *c, int order, double middle, double half, double *third, double *fourth) {
+    double inv = 1.0 / (c->natural * half), inv3 = inv * inv * inv;
+    for (int i = 0; i < c->axes; i++) {
+        double p[FIRST], d2 = 0.0, d3 = 0.0;
+        if (c->moving >> i & 1) {
+            tangent_about(c->c[i], order, middle, half, p);
+            for (int k = 2; k < order; k++) {
+                double m = NUMBER[k] * NUMBER[k - 1] * fabs(p[k]);
+                d2 += m;
+                d3 += m * NUMBER[k - 2];
+            }
+        }
+        third[i] = d2 * inv3;
+        fourth[i] = d3 * inv3 * inv;
+    }
+}
+
 /* Bounds of q''' and q'''' of every axis between the parameters a and b; false where the speed changes too much to tell. */
 bool curve_certify(const curve *c, double a, double b, double *third, double *fourth) {
     double p[NC_AXES][FIRST], e[METRIC] = {0};
     double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a);
     int order = order_of(c);
+    if (c->natural > 0.0) {
+        certify_natural(c, order, middle, half, third, fourth);
+        return true;
+    }
     for (int i = 0; i < c->axes; i++) {
         if (!(c->moving >> i & 1)) continue;
         tangent_about(c->c[i], order, middle, half, p[i]);
         if (c->metric >> i & 1) add_square(p[i], order, e);
     }
-    if (c->natural > 0.0) e[0] = c->natural * c->natural * half * half;
     sums s = sums_of(e, 2 * order - 1);
     double least = 2.0 * e[0] - s.f;
     if (!(least > SHARE_LEFT * e[0])) return false;
