@@ -224,6 +224,8 @@ typedef struct planner {
     double s, v;
     uint64_t capped;     /* pieces below this index have final corner limits */
     uint64_t need_end;   /* end of the last pass over need2, 0: none that is still true */
+    uint64_t fixed_to;   /* the needs of pieces below it are the same whatever comes behind the window of that pass */
+    uint64_t passed_at;  /* where committed motion ended at the last pass */
     uint64_t window_from, window_to; /* the window as counted last ... */
     uint32_t window_motions;         /* ... and the motions in it */
     bent_left left;
@@ -580,6 +582,7 @@ void corner_caps(engine *e);
 double reachable(const piece *p, double override);
 uint64_t window_end(engine *e);
 void backward_pass(engine *e, uint64_t end);
+bool needs_hold(const engine *e);
 void settle_spans(engine *e, uint64_t i, double need2);
 
 /* techno.c */

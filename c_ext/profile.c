@@ -9,6 +9,7 @@
 #define PARTS_MAX 64       /* of a phase */
 #define SHORT_PART 0.05    /* of a cycle: no part is shorter */
 #define TINY_MM 1e-12
+#define MOVES 3            /* the window is moved on so often while it is driven through */
 #define SAME_SPEED 1e-12   /* relative */
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
 #define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
@@ -346,12 +347,20 @@ static bool same_conditions(const conditions *a, const conditions *b) {
            memcmp(&a->done, &b->done, sizeof a->done) == 0 && memcmp(&a->done_again, &b->done_again, sizeof a->done_again) == 0;
 }
 
+static conditions conditions_now(const engine *e) {
+    const planner *p = &e->plan;
+    return (conditions){p->reserve_override, p->done, p->done_again, p->single, p->m01, p->held_axes};
+}
+
+static conditions conditions_wanted(engine *e) {
+    return (conditions){e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
+                        ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
+}
+
 /* New conditions are taken over where the present state can be continued legally under them: a larger override and an
  * opened gate both make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
-    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.done_again, e->plan.single, e->plan.m01, e->plan.held_axes};
-    conditions want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
-                       ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
+    conditions old = conditions_now(e), want = conditions_wanted(e);
     if (same_conditions(&old, &want)) {
         corner_caps(e);
         uint64_t end = window_end(e);
@@ -379,12 +388,29 @@ double ahead_s(engine *e) {
     return e->plan.committed_s - consumed;
 }
 
-static void commit(engine *e, uint64_t end) {
+/* Where nothing has changed, the last window does as long as the path does not come to where it would be faster with a
+ * later end: the same motion is found without looking at every window between. */
+static bool drive_last_window(engine *e, writer *w) {
+    conditions now = conditions_now(e), want = conditions_wanted(e);
+    uint64_t driven = e->plan.piece - e->plan.passed_at; /* the window is moved on in parts that take little time each */
+    if (e->foresight || driven * MOVES > e->cfg.window || e->plan.piece >= e->plan.fixed_to || !needs_hold(e) || !same_conditions(&now, &want)) return false;
+    uint64_t written = e->plan.written, infeasible = e->plan.infeasible;
+    const writer from = *w;
+    drive_window(w, e->plan.need_end);
+    if (w->piece < e->plan.fixed_to || (w->piece == e->plan.fixed_to && w->s <= 0.0)) return true;
+    *w = from;
+    e->plan.written = written;
+    e->plan.infeasible = infeasible;
+    return false;
+}
+
+static void commit(engine *e) {
     writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e), .left = e->plan.left};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     bool due = !ATOMIC_GET(e->run_running);
-    drive_window(&w, end);
+    uint64_t end = e->plan.need_end;
+    if (!drive_last_window(e, &w)) drive_window(&w, end = choose_window(e));
     if (!due) write_tail(e, &e->plan.tails[next], &w, end);
     if ((word & 1) || !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
         e->plan.written = before;
@@ -454,7 +480,7 @@ static int pump(engine *e) {
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
     e->plan.hold = wants_hold(e);
     if (e->drive.planner) drive_commit(e);
-    else commit(e, choose_window(e));
+    else commit(e);
     watch_stop(e);
     return e->plan.written != before;
 }
