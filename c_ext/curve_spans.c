@@ -23,6 +23,9 @@
 #define SHORTEST_MM 1e-5
 #define GENTLE_ACCEL 0.1  /* share of the acceleration that constant bounds may lose ... */
 #define GENTLE_SPEED 0.01 /* ... and of speeds squared, if no more */
+#define KEPT_ACCEL 0.97   /* share of the acceleration, ... */
+#define KEPT_SPEED 0.75   /* ... of squares of speeds that may be kept: the rows of the piece let that pass */
+#define KEPT_PARTS 4      /* that a piece is looked at in, for that: 1, 2, 4 */
 #define OVER_FEED 2.0    /* the largest override: what is planned under a lower one must hold when it comes */
 #define ROUNDING 1e-9
 #define TINY_MM 1e-9
@@ -295,10 +298,10 @@ static bool gentle_ends(const builder *b) {
     return true;
 }
 
-/* The bounds of its derivatives all over the piece; the speed squared that its axes and the program allow on it. */
+/* The bounds of its derivatives all over the piece, or a part of it between `ends`; the speed squared that its axes and the program allow on it. */
 static double swings_of(const builder *b, swing *w) {
     const piece *p = b->p;
-    double bend = 0.0, x = b->fast2, h2 = 0.125 * p->length * p->length;
+    double h = b->ends[1].s - b->ends[0].s, bend = 0.0, x = b->fast2, h2 = 0.125 * h * h;
     for (int i = 0; i < b->c->axes; i++) {
         double v = piece_v_max(b->e, p, i);
         for (int k = 0; k < 2; k++) w[i].ends[k] = fabs(b->ends[k].d1[i]);
@@ -309,6 +312,44 @@ static double swings_of(const builder *b, swing *w) {
     }
     if (p->limits.radial_acceleration > 0 && bend > 0.0) x = lesser(x, (double)p->limits.radial_acceleration / sqrt(bend));
     if (p->limits.path_velocity > 0) x = lesser(x, (double)p->limits.path_velocity * (double)p->limits.path_velocity);
+    return x;
+}
+
+/* Largest speed squared that may be kept between two places, with what the rows there will lose. `count`: how many stretches
+ * there will be. */
+static double kept_between(builder *b, const place *from, const place *to, int *count) {
+    swing w[NC_AXES];
+    b->ends[0] = from->at;
+    b->ends[1] = to->at;
+    if (!curve_certify(b->c, from->at.w, to->at.w, b->third, b->fourth)) return 0.0;
+    int n = parts_needed(b, from, to, b->third, b->fourth);
+    *count += n < (int)SPANS_FEW ? n : (int)SPANS_FEW;
+    double x = KEPT_SPEED * swings_of(b, w);
+    for (int i = 0; i < b->c->axes; i++)
+        if (x * w[i].d2 > KEPT_ACCEL * b->room[i]) x = greater(0.0, KEPT_ACCEL * b->room[i] / w[i].d2);
+    return x;
+}
+
+/* A speed squared that all limits let be kept all over the piece, `wanted` or more if that can be shown. In more parts
+ * the certificates are sharper. */
+double curve_cruise2(engine *e, piece *p, const double *reserve, double wanted) {
+    const curve *c = curve_of(e, p);
+    double top = reachable(p, OVER_FEED), x = 0.0;
+    builder b = {.e = e, .p = p, .c = c, .scale = p->whole / curve_length(c), .fast2 = top * top, .loss = LOSS};
+    for (int i = 0; i < c->axes; i++) b.room[i] = USABLE * piece_a_max(e, p, i) - reserve[i];
+    place at[KEPT_PARTS + 1];
+    place_at(&b, parameter_behind(&b, 0.0), 0.0, &at[0]);
+    place_at(&b, parameter_behind(&b, p->length), p->length, &at[KEPT_PARTS]);
+    for (int step = KEPT_PARTS; step > 0 && x < wanted; step /= 2) {
+        int count = 0;
+        x = NEVER;
+        for (int k = 0; k < KEPT_PARTS && (x >= wanted || step == KEPT_PARTS); k += step) {
+            place *to = &at[k + step];
+            if (k + step < KEPT_PARTS && k / step % 2 == 0) place_inside(&b, 0.5 * (at[k].at.w + at[k + 2 * step].at.w), to);
+            x = lesser(x, kept_between(&b, &at[k], to, &count));
+        }
+        if (count >= (int)SPANS_FEW) x = 0.0;
+    }
     return x;
 }
 

@@ -99,6 +99,13 @@ typedef struct span_slot {
     span *spans;
 } span_slot;
 
+/* The stretch of a piece that was looked at last, and where it begins. */
+typedef struct span_cursor {
+    uint64_t piece;
+    uint32_t k;
+    double from;
+} span_cursor;
+
 /* One place of a curved piece, mm of the piece as it is driven; w: parameter of a polynomial. */
 typedef struct knot {
     double s, w, bend;
@@ -171,6 +178,7 @@ typedef struct piece {
     bool spanned;            /* its stretches are final, as far as what lies behind is known */
     bool settled;            /* need2 is the last backward pass's */
     bool cruises;            /* ... which is the feed's, and that can be kept all over it: nothing is known of its stretches */
+    double cruise2;          /* of a polynomial: a speed squared that can be kept all over it; below 0: not looked at */
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
@@ -235,6 +243,7 @@ typedef struct planner {
     double *many_rows;
     span_slot *span_slots;
     uint64_t span_mask;
+    span_cursor cursor;
     need_key need_key;
     double reserve_override;
     double override, committed_s;
@@ -524,6 +533,7 @@ double curve_cell_behind(const curve *c, const piece *p, double s, int *cell);
 void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out);
 
 /* curve_spans.c */
+double curve_cruise2(engine *e, piece *p, const double *reserve, double wanted);
 void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands);
 
 /* mapping.c */
@@ -575,7 +585,7 @@ bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
 void piece_spans(engine *e, uint64_t i, const piece *next);
-bool can_cruise(const engine *e, const piece *p, const piece *next, double speed, double end2);
+bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2);
 
 /* lookahead.c */
 void corner_caps(engine *e);

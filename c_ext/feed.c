@@ -40,6 +40,7 @@ piece *feed_copy(engine *e, const piece *from) {
     memcpy(p, from, offsetof(piece, capped));
     p->capped = p->spanned = p->settled = p->cruises = false;
     p->corner_v = p->need2 = 0.0;
+    p->cruise2 = -1.0;
     p->span_count = 0;
     return p;
 }
@@ -194,6 +195,7 @@ void feed_shorten(engine *e, piece *p, double s) {
     for (int i = 0; i < NC_AXES; i++) store_f64_relaxed(&p->end[i], end[i]); /* GEO may be in it, ahead of s */
     store_f64_release(&p->length, s); /* who takes it for the end finds the new end */
     p->stop_after = p->spanned = p->settled = false;
+    p->cruise2 = -1.0;
 }
 
 void feed_motion(engine *e, const piece *from) {

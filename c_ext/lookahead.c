@@ -207,6 +207,7 @@ void corner_caps(engine *e) {
         if (is_motion(p) && !cap_corner(e, e->plan.capped)) return;
         p->capped = true;
         p->spanned = p->settled = false;
+        p->cruise2 = -1.0;
         e->plan.capped++;
     }
 }

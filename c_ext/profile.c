@@ -43,9 +43,12 @@ static stretch stretch_at(engine *e, uint64_t i, uint64_t end, double s) {
     const piece *p = piece_at(e, i);
     if (p->cruises || !spans_known(e, i)) settle_spans(e, i, need_behind(e, i, end));
     const span *spans = spans_of(e, i);
-    uint32_t k = 0, last = p->span_count - 1;
-    double from = 0.0;
-    while (k < last && s >= from + spans[k].length) from += spans[k++].length;
+    span_cursor *at = &e->plan.cursor;
+    uint32_t last = p->span_count - 1;
+    if (at->piece != i || s < at->from) *at = (span_cursor){.piece = i};
+    while (at->k < last && s >= at->from + spans[at->k].length) at->from += spans[at->k++].length;
+    uint32_t k = at->k;
+    double from = at->from;
     double soft = soft_cap(e, p), need = k < last ? spans[k + 1].need2 : need_behind(e, i, end);
     return (stretch){&spans[k], from, k < last ? from + spans[k].length : p->length, soft, lesser(soft, spans[k].v_hard), spans[k].accel, need};
 }

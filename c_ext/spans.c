@@ -147,10 +147,22 @@ static bool cruise_arc(const engine *e, const piece *p, const double *room, doub
     return true;
 }
 
+static bool cruise_curve(engine *e, piece *p, const piece *next, double speed2) {
+    const curve *c = curve_of(e, p);
+    double reserve[NC_AXES];
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        reserve[i] = greater(p->reserve[i], next ? next->reserve[i] : 0.0);
+        if (c->bend[i] * speed2 > USABLE * piece_a_max(e, p, i) - reserve[i]) return false; /* most that cannot are found here */
+    }
+    if (p->cruise2 < 0.0) p->cruise2 = curve_cruise2(e, p, reserve, speed2);
+    return speed2 <= p->cruise2;
+}
+
 /* Whether the speed can be kept all over the piece and be brought to `end2` (squared) at its end: whatever its stretches
  * are, the largest speed at its start is that one then. `next`: the motion behind it, NULL where that ends in a standstill. */
-bool can_cruise(const engine *e, const piece *p, const piece *next, double speed, double end2) {
-    if (p->kind == PIECE_CURVE || (p->kind == PIECE_ARC && too_many_turns(e, p))) return false;
+bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2) {
+    if (p->kind == PIECE_CURVE) return end2 >= speed * speed && cruise_curve(e, p, next, speed * speed);
+    if (p->kind == PIECE_ARC && too_many_turns(e, p)) return false;
     double room[NC_AXES], accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
     bool meets = end2 >= speed * speed;
     if (p->kind == PIECE_LINE && meets) return true;
@@ -187,6 +199,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     const strip *strips = apart ? parts : &whole;
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
+    e->plan.cursor.piece = UINT64_MAX;
     p->span_count = 0;
     choose_room(e, i, p, n, least, &b);
     if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
