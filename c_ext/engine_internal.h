@@ -243,6 +243,8 @@ typedef struct planner {
     double *many_rows;
     span_slot *span_slots;
     uint64_t span_mask;
+    span *made_spans;    /* of a polynomial that they are being made of */
+    double *made_rows;
     span_cursor cursor;
     need_key need_key;
     double reserve_override;
@@ -629,6 +631,7 @@ void drive_shorten(engine *e, uint64_t i, double s);
 
 /* stopwatch.c */
 void watch_start(engine *e);
+void watch_window(engine *e);
 void watch_stop(engine *e);
 
 /* profile.c */

@@ -28,7 +28,9 @@ bool spans_new(engine *e) {
     w->many_spans = calloc(many, sizeof(span));
     w->many_rows = calloc(many * row, sizeof(double));
     w->span_slots = calloc((size_t)slots, sizeof(span_slot));
-    return w->spans && w->rows && w->many_spans && w->many_rows && w->span_slots;
+    w->made_spans = calloc(spans_room(e), sizeof(span));
+    w->made_rows = calloc(spans_room(e) * row, sizeof(double));
+    return w->made_spans && w->made_rows && w->spans && w->rows && w->many_spans && w->many_rows && w->span_slots;
 }
 
 void spans_free(engine *e) {
@@ -37,6 +39,8 @@ void spans_free(engine *e) {
     free(e->plan.many_spans);
     free(e->plan.many_rows);
     free(e->plan.span_slots);
+    free(e->plan.made_spans);
+    free(e->plan.made_rows);
 }
 
 /* The stretches of piece i are those in the room it shares with others. */
@@ -175,14 +179,28 @@ bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end
     return meets || speed * speed <= end2 + 2.0 * accel * p->length;
 }
 
-/* Where the stretches of piece i go: most pieces do with a few. */
-static void choose_room(engine *e, uint64_t i, const piece *p, int strips, int least, builder *b) {
+/* Where `count` stretches of piece i go: most pieces do with a few. */
+static void choose_room(engine *e, uint64_t i, uint32_t count, builder *b) {
     uint64_t slot = i & e->plan.span_mask, row = SPAN_ROW * (uint64_t)e->cfg.axis_count;
-    double turn = p->kind == PIECE_ARC ? fabs(p->sweep) / p->whole * p->length : 0.0;
-    bool few = p->kind != PIECE_CURVE && greater(ceil(turn / TURN_STEP), least) + strips <= FEW;
+    bool few = count <= FEW;
     b->spans = few ? e->plan.spans + slot * FEW_ROOM : e->plan.many_spans + slot * spans_room(e);
     b->rows = few ? e->plan.rows + slot * FEW_ROOM * row : e->plan.many_rows + slot * spans_room(e) * row;
     e->plan.span_slots[slot] = (span_slot){i, b->spans};
+}
+
+/* How many there are of a polynomial is seen when they are made. */
+static void curve_strips(builder *b, uint64_t i, const strip *strips, int n, bool stands) {
+    planner *w = &b->e->plan;
+    curve_piece_spans(b->e, b->p, w->made_spans, w->made_rows, strips, n, stands);
+    choose_room(b->e, i, b->p->span_count, b);
+    uint32_t rows = SPAN_ROW * (uint32_t)b->e->cfg.axis_count;
+    for (uint32_t k = 0; k < b->p->span_count; k++) {
+        span *s = &b->spans[k];
+        *s = w->made_spans[k];
+        if (!s->rows) continue;
+        memcpy(b->rows + k * rows, s->rows, SPAN_ROW * sizeof(double) * s->n_rows);
+        s->rows = b->rows + k * rows;
+    }
 }
 
 /* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
@@ -201,8 +219,9 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     double at = 0.0;
     e->plan.cursor.piece = UINT64_MAX;
     p->span_count = 0;
-    choose_room(e, i, p, n, least, &b);
-    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
+    double turn = p->kind == PIECE_ARC ? fabs(p->sweep) / p->whole * p->length : 0.0;
+    if (p->kind == PIECE_CURVE) curve_strips(&b, i, strips, n, least > 1);
+    else choose_room(e, i, (uint32_t)n + (uint32_t)greater(lesser(ceil(turn / TURN_STEP), spans_max(e)), least), &b);
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;

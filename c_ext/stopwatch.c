@@ -2,7 +2,7 @@
  *
  * Reading the thread's CPU clock asks the kernel: some 500 ns on virtual machines, and as much again until the processor has
  * found back into the planner. Pumps of the acceleration-limited planner take less than that. So beyond the first ones only
- * one in sixteen is timed, by the clock of the passing time, which is read without the kernel. What others take meanwhile
+ * one in sixteen is timed (and all in which the window is moved on), by the clock of the passing time, which is read without the kernel. What others take meanwhile
  * does not count: such a pump takes at most the CPU time since the end of the pump before it. The jerk-limited planner is timed by
  * its CPU clock always.
  */
@@ -48,12 +48,24 @@ void watch_start(engine *e) {
     w->from = seconds_of(CLOCK_MONOTONIC);
 }
 
+static void count(engine *e, stopwatch *w) {
+    double passed = seconds_of(CLOCK_MONOTONIC) - w->from;
+    double cpu = greater(0.0, seconds_of(CLOCK_THREAD_CPUTIME_ID) - w->cpu_before - w->clock_s);
+    e->plan.cpu_s += w->weight * (by_cpu_clock(e) ? cpu : lesser(passed, cpu));
+}
+
+/* The window is moved on, which is rare and takes long: from here to the end this pump is timed whether it was to be or not. */
+void watch_window(engine *e) {
+    stopwatch *w = &e->plan.watch;
+    if (w->weight == 1.0) return;
+    if (w->weight > 0.0) count(e, w);
+    w->weight = 1.0;
+    w->cpu_before = seconds_of(CLOCK_THREAD_CPUTIME_ID);
+    w->from = seconds_of(CLOCK_MONOTONIC);
+}
+
 void watch_stop(engine *e) {
     stopwatch *w = &e->plan.watch;
-    if (w->weight > 0.0) {
-        double passed = seconds_of(CLOCK_MONOTONIC) - w->from;
-        double cpu = greater(0.0, seconds_of(CLOCK_THREAD_CPUTIME_ID) - w->cpu_before - w->clock_s);
-        e->plan.cpu_s += w->weight * (by_cpu_clock(e) ? cpu : lesser(passed, cpu));
-    }
+    if (w->weight > 0.0) count(e, w);
     choose_next(e, w);
 }
