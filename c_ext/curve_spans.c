@@ -21,6 +21,11 @@
 #define HALVINGS 8
 #define STOP_HALVINGS 3  /* at least, between two standstills */
 #define SHORTEST_MM 1e-5
+#define GENTLE_ACCEL 0.1  /* share of the acceleration that constant bounds may lose ... */
+#define GENTLE_SPEED 0.01 /* ... and of speeds squared, if no more */
+#define KEPT_ACCEL 0.97   /* share of the acceleration, ... */
+#define KEPT_SPEED 0.75   /* ... of squares of speeds that may be kept: the rows of the piece let that pass */
+#define KEPT_PARTS 4      /* that a piece is looked at in, for that: 1, 2, 4 */
 #define OVER_FEED 2.0    /* the largest override: what is planned under a lower one must hold when it comes */
 #define ROUNDING 1e-9
 #define TINY_MM 1e-9
@@ -38,6 +43,9 @@ typedef struct builder {
     bool counting;        /* only how many there would be, whatever the room */
     int count;
     int strips;
+    knot ends[2];         /* of the piece */
+    bool certified;       /* the whole piece is, with these bounds of its derivatives */
+    double third[NC_AXES], fourth[NC_AXES];
 } builder;
 
 /* Largest path acceleration, speed squared. */
@@ -76,9 +84,8 @@ static extent extent_at(const builder *b, const knot *k) {
     return (extent){u, x};
 }
 
-static void place_at(const builder *b, double w, double s, place *out) {
+static void knot_at(const builder *b, double w, double s, knot *k) {
     curve_point at;
-    knot *k = &out->at;
     curve_at(b->c, w, &at);
     double bend2 = 0.0;
     for (int i = 0; i < b->c->axes; i++) {
@@ -89,7 +96,11 @@ static void place_at(const builder *b, double w, double s, place *out) {
     k->bend = sqrt(bend2);
     k->w = w;
     k->s = s;
-    out->most = extent_at(b, k);
+}
+
+static void place_at(const builder *b, double w, double s, place *out) {
+    knot_at(b, w, s, &out->at);
+    out->most = extent_at(b, &out->at);
 }
 
 /* Inside of a piece, at the parameter w. */
@@ -97,9 +108,16 @@ static void place_inside(const builder *b, double w, place *out) {
     place_at(b, w, b->p->dir * (curve_length_to(b->c, w) * b->scale - b->p->from), out);
 }
 
+static double parameter_behind(const builder *b, double s) { return curve_parameter(b->c, (b->p->from + b->p->dir * s) / b->scale); }
+
 /* s mm behind the start of the piece. */
 static void place_behind(const builder *b, double s, place *out) {
-    place_at(b, curve_parameter(b->c, (b->p->from + b->p->dir * s) / b->scale), s, out);
+    if (s <= 0.0 || s >= b->p->length) {
+        out->at = b->ends[s > 0.0];
+        out->most = extent_at(b, &out->at);
+        return;
+    }
+    place_at(b, parameter_behind(b, s), s, out);
 }
 
 static extent extent_between(const place *from, const place *to) {
@@ -177,10 +195,12 @@ static bool cut_in_halves(builder *b, const place *from, const place *to, int ha
 
 /* From one place to another; cut in halves at least `least` times, `halvings` at the most. */
 static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
-    double third[NC_AXES], fourth[NC_AXES];
+    double parts[2][NC_AXES];
     if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
     int left = b->counting ? INT_MAX : (int)spans_max(b->e) - (int)b->p->span_count - most_constant(b, from->at.w);
-    bool sure = curve_certify(b->c, from->at.w, to->at.w, third, fourth);
+    bool whole = b->certified && from->at.s <= 0.0 && to->at.s >= b->p->length;
+    bool sure = whole || curve_certify(b->c, from->at.w, to->at.w, parts[0], parts[1]);
+    const double *third = whole ? b->third : parts[0], *fourth = whole ? b->fourth : parts[1];
     int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX, most = halvings < HALVINGS ? OF_PART : AT_ONCE;
     if (n > most && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
     if (n > most) n = most;
@@ -231,12 +251,141 @@ static void expect_less(builder *b, const strip *strips, bool stands) {
     b->loss = lesser(MOST_LOSS, LOSS * greater(MORE_LOSS, share * share));
 }
 
+/* ------------------------------------------------------------------------------------------------ gentle pieces */
+/* Largest |q'|, |q''| of an axis over a piece, and |q'| at its ends. */
+typedef struct swing {
+    double d1, d2, ends[2];
+} swing;
+
+/* Largest path acceleration at one end if the axes do not bend, largest speed there. */
+static void free_at(const builder *b, const swing *w, int end, const double *room, double *accel, double *x) {
+    *accel = *x = NEVER;
+    for (int i = 0; i < b->c->axes; i++) {
+        double d = w[i].ends[end], v = piece_v_max(b->e, b->p, i);
+        if (*accel * d > room[i]) *accel = room[i] / d;
+        if (*x * d * d > v * v) *x = v * v / (d * d);
+    }
+}
+
+/* Constant bounds of a strip that hold up to the speed squared x; false where they would cost too much. */
+static bool gentle_strip(const builder *b, const swing *w, const double *reserve, double length, double x, span *out) {
+    double accel = NEVER, room[NC_AXES], free, fast;
+    for (int i = 0; i < b->c->axes; i++) {
+        room[i] = USABLE * piece_a_max(b->e, b->p, i) - reserve[i];
+        double left = room[i] - w[i].d2 * x;
+        if (accel * w[i].d1 > left) accel = left / w[i].d1;
+    }
+    for (int k = 0; k < 2; k++) {
+        free_at(b, w, k, room, &free, &fast);
+        if (accel < (1.0 - GENTLE_ACCEL) * free || x < (1.0 - GENTLE_SPEED) * lesser(fast, b->fast2)) return false;
+    }
+    if (b->p->limits.path_acceleration > 0) accel = lesser(accel, (double)b->p->limits.path_acceleration);
+    *out = (span){.length = length, .accel = accel, .v_hard = sqrt(x)};
+    return true;
+}
+
+/* Whether the piece bends little enough at its ends. */
+static bool gentle_ends(const builder *b) {
+    for (int k = 0; k < 2; k++) {
+        double free = NEVER, accel = NEVER;
+        for (int i = 0; i < b->c->axes; i++) {
+            double room = USABLE * piece_a_max(b->e, b->p, i), d = fabs(b->ends[k].d1[i]), left = room - fabs(b->ends[k].d2[i]) * b->fast2;
+            if (free * d > room) free = room / d;
+            if (accel * d > left) accel = left / d;
+        }
+        if (accel < (1.0 - GENTLE_ACCEL) * free) return false;
+    }
+    return true;
+}
+
+/* The bounds of its derivatives all over the piece, or a part of it between `ends`; the speed squared that its axes and the program allow on it. */
+static double swings_of(const builder *b, swing *w) {
+    const piece *p = b->p;
+    double h = b->ends[1].s - b->ends[0].s, bend = 0.0, x = b->fast2, h2 = 0.125 * h * h;
+    for (int i = 0; i < b->c->axes; i++) {
+        double v = piece_v_max(b->e, p, i);
+        for (int k = 0; k < 2; k++) w[i].ends[k] = fabs(b->ends[k].d1[i]);
+        w[i].d1 = greater(w[i].ends[0], w[i].ends[1]) + h2 * b->third[i] + ROUNDING;
+        w[i].d2 = greater(fabs(b->ends[0].d2[i]), fabs(b->ends[1].d2[i])) + h2 * b->fourth[i];
+        if (x * w[i].d1 * w[i].d1 > v * v) x = v * v / (w[i].d1 * w[i].d1);
+        if (b->c->metric >> i & 1) bend += w[i].d2 * w[i].d2;
+    }
+    if (p->limits.radial_acceleration > 0 && bend > 0.0) x = lesser(x, (double)p->limits.radial_acceleration / sqrt(bend));
+    if (p->limits.path_velocity > 0) x = lesser(x, (double)p->limits.path_velocity * (double)p->limits.path_velocity);
+    return x;
+}
+
+/* Largest speed squared that may be kept between two places, with what the rows there will lose. `count`: how many stretches
+ * there will be. */
+static double kept_between(builder *b, const place *from, const place *to, int *count) {
+    swing w[NC_AXES];
+    b->ends[0] = from->at;
+    b->ends[1] = to->at;
+    if (!curve_certify(b->c, from->at.w, to->at.w, b->third, b->fourth)) return 0.0;
+    int n = parts_needed(b, from, to, b->third, b->fourth);
+    *count += n < (int)SPANS_FEW ? n : (int)SPANS_FEW;
+    double x = KEPT_SPEED * swings_of(b, w);
+    for (int i = 0; i < b->c->axes; i++)
+        if (x * w[i].d2 > KEPT_ACCEL * b->room[i]) x = greater(0.0, KEPT_ACCEL * b->room[i] / w[i].d2);
+    return x;
+}
+
+/* A speed squared that all limits let be kept all over the piece, `wanted` or more if that can be shown. In more parts
+ * the certificates are sharper. */
+double curve_cruise2(engine *e, piece *p, const double *reserve, double wanted) {
+    const curve *c = curve_of(e, p);
+    double top = reachable(p, OVER_FEED), x = 0.0;
+    builder b = {.e = e, .p = p, .c = c, .scale = p->whole / curve_length(c), .fast2 = top * top, .loss = LOSS};
+    for (int i = 0; i < c->axes; i++) b.room[i] = USABLE * piece_a_max(e, p, i) - reserve[i];
+    place at[KEPT_PARTS + 1];
+    place_at(&b, parameter_behind(&b, 0.0), 0.0, &at[0]);
+    place_at(&b, parameter_behind(&b, p->length), p->length, &at[KEPT_PARTS]);
+    for (int step = KEPT_PARTS; step > 0 && x < wanted; step /= 2) {
+        int count = 0;
+        x = NEVER;
+        for (int k = 0; k < KEPT_PARTS && (x >= wanted || step == KEPT_PARTS); k += step) {
+            place *to = &at[k + step];
+            if (k + step < KEPT_PARTS && k / step % 2 == 0) place_inside(&b, 0.5 * (at[k].at.w + at[k + 2 * step].at.w), to);
+            x = lesser(x, kept_between(&b, &at[k], to, &count));
+        }
+        if (count >= (int)SPANS_FEW) x = 0.0;
+    }
+    return x;
+}
+
+/* Where a piece bends so little that constant bounds lose next to nothing. They let the speed rise and fall on one stretch,
+ * which a constant path acceleration between two knots does not. */
+static bool add_gentle(builder *b, const strip *strips) {
+    const piece *p = b->p;
+    swing w[NC_AXES];
+    if (!gentle_ends(b)) return false;
+    b->certified = curve_certify(b->c, b->ends[0].w, b->ends[1].w, b->third, b->fourth);
+    if (!b->certified) return false;
+    double x = swings_of(b, w);
+    int n = 0;
+    double at = 0.0;
+    for (int i = 0; i < b->strips; i++) {
+        double end = i + 1 == b->strips ? p->length : at + strips[i].length;
+        if (!(end > at)) continue;
+        if (!gentle_strip(b, w, strips[i].reserve, end - at, x, &b->spans[n++])) return false;
+        at = end;
+    }
+    b->p->span_count = (uint32_t)n;
+    return true;
+}
+
 /* Stretches of p, cut where the strips (zones of jumps) begin and end. `stands`: at both ends, and only there. */
 void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
     double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
     builder b = {.e = e, .p = p, .c = c, .spans = spans, .rows = rows, .scale = p->whole / curve_length(c), .fast2 = top * top,
                  .strips = n, .loss = LOSS};
+    knot_at(&b, parameter_behind(&b, 0.0), 0.0, &b.ends[0]);
+    knot_at(&b, parameter_behind(&b, p->length), p->length, &b.ends[1]);
+    double reached = e->plan.ext_speed < NEVER ? top : reachable(p, e->plan.reserve_override);
+    b.fast2 = reached * reached; /* these are made anew when the override comes above 1, and taken then if what is driven meets them */
+    if (add_gentle(&b, strips)) return;
+    b.fast2 = top * top;
     if (add_strips(&b, strips, stands)) return;
     expect_less(&b, strips, stands);
     while (!add_strips(&b, strips, stands) && b.loss < MOST_LOSS) b.loss *= MORE_LOSS;

@@ -104,6 +104,19 @@ typedef struct span {
     bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
 
+/* Whose stretches are in a slot, and where. */
+typedef struct span_slot {
+    uint64_t owner;
+    span *spans;
+} span_slot;
+
+/* The stretch of a piece that was looked at last, and where it begins. */
+typedef struct span_cursor {
+    uint64_t piece;
+    uint32_t k;
+    double from;
+} span_cursor;
+
 /* One place of a curved piece, mm of the piece as it is driven; w: parameter of a polynomial. */
 typedef struct knot {
     double s, w, bend;
@@ -172,7 +185,11 @@ typedef struct piece {
     uint32_t synch, unit;
     bool stop_after;
     /* planner; not copied from the store */
-    bool capped, spanned;
+    bool capped;
+    bool spanned;            /* its stretches are final, as far as what lies behind is known */
+    bool settled;            /* need2 is the last backward pass's */
+    bool cruises;            /* ... which is the feed's, and that can be kept all over it: nothing is known of its stretches */
+    double cruise2;          /* of a polynomial: a speed squared that can be kept all over it; below 0: not looked at */
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
@@ -213,17 +230,33 @@ typedef struct need_key {
     bool hold;
 } need_key;
 
+/* CPU time of the planner (stopwatch.c). */
+typedef struct stopwatch {
+    double clock_s;         /* what reading the CPU clock takes */
+    uint64_t pumps, chance; /* which pumps are timed */
+    double weight;          /* how many pumps the next one stands for; 0: it is not timed */
+    double from, cpu_before;
+} stopwatch;
+
 typedef struct planner {
     uint64_t piece; /* where committed motion ends */
     double s, v;
     uint64_t capped;     /* pieces below this index have final corner limits */
     uint64_t need_end;   /* end of the last pass over need2, 0: none that is still true */
+    uint64_t fixed_to;   /* the needs of pieces below it are the same whatever comes behind the window of that pass */
+    uint64_t passed_at;  /* where committed motion ended at the last pass */
     uint64_t window_from, window_to; /* the window as counted last ... */
     uint32_t window_motions;         /* ... and the motions in it */
     bent_left left;
-    span *spans;         /* room for the stretches of the pieces in the window ... */
-    double *rows;        /* ... and for their rows */
-    uint64_t *span_owner, span_mask;
+    span *spans;         /* room for the stretches of the pieces in the window: a few of each, which mostly do, ... */
+    double *rows;        /* ... and for their rows; */
+    span *many_spans;    /* the same for as many as a piece can have */
+    double *many_rows;
+    span_slot *span_slots;
+    uint64_t span_mask;
+    span *made_spans;    /* of a polynomial that they are being made of */
+    double *made_rows;
+    span_cursor cursor;
     need_key need_key;
     double reserve_override;
     double override, committed_s;
@@ -231,11 +264,14 @@ typedef struct planner {
     bool late;           /* GEO will take the tail: nothing is committed until then */
     int stalled;
     tail tails[2];
+    bool fed_anew;       /* what lies ahead has been fed anew since the last commit, while the path moved */
+    bool tail_due;       /* the stored tail is not written yet: planner_store_tail */
+    uint64_t tail_end;   /* the window that it was planned in */
     uint32_t tail_max;
     uint64_t written;    /* phases written, published by the commit word */
     double target_s;     /* commit until this much motion is ahead */
-    double cpu_s, clock_s; /* clock_s: what reading the clock takes */
-    uint64_t pumps, chance; /* which of them are timed */
+    double cpu_s;
+    stopwatch watch;
     uint64_t phases, infeasible;
     techno_counts done, done_again; /* as the caps were computed with, like the two below */
     bool single, m01;
@@ -478,7 +514,7 @@ static inline double greater(double a, double b) { return a > b ? a : b; }
 static inline uint32_t spans_max(const engine *e) { return e->cfg.window > WIDE_WINDOW ? SPANS_FEW : SPANS_MANY; }
 /* Odd, so that pieces do not share the lines of a cache. */
 static inline uint32_t spans_room(const engine *e) { return spans_max(e) + 1u; }
-static inline span *spans_of(const engine *e, uint64_t i) { return &e->plan.spans[(i & e->plan.span_mask) * spans_room(e)]; }
+static inline span *spans_of(const engine *e, uint64_t i) { return e->plan.span_slots[i & e->plan.span_mask].spans; }
 
 static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
 
@@ -511,6 +547,7 @@ double curve_cell_behind(const curve *c, const piece *p, double s, int *cell);
 void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out);
 
 /* curve_spans.c */
+double curve_cruise2(engine *e, piece *p, const double *reserve, double wanted);
 void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands);
 
 /* mapping.c */
@@ -562,12 +599,15 @@ bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
 void piece_spans(engine *e, uint64_t i, const piece *next);
+bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2);
 
 /* lookahead.c */
 void corner_caps(engine *e);
 double reachable(const piece *p, double override);
 uint64_t window_end(engine *e);
 void backward_pass(engine *e, uint64_t end);
+bool needs_hold(const engine *e);
+void settle_spans(engine *e, uint64_t i, double need2);
 
 /* techno.c */
 bool techno_has_room(const engine *e);
@@ -601,6 +641,11 @@ bool drive_shorten_tail(engine *e);
 void drive_cut_run(engine *e, uint64_t head);
 void drive_shorten(engine *e, uint64_t i, double s);
 
+/* stopwatch.c */
+void watch_start(engine *e);
+void watch_window(engine *e);
+void watch_stop(engine *e);
+
 /* profile.c */
 typedef struct writer {
     engine *e;
@@ -619,6 +664,7 @@ void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
+void planner_store_tail(engine *e);
 
 /* recall.c */
 void recall_commit(engine *e);

@@ -115,6 +115,7 @@ static void lock_memory(engine *e) {
 int engine_start(engine *e, int use_fifo) {
     if (e->threads_started) return 0;
     lock_memory(e);
+    planner_store_tail(e);
     ATOMIC_SET(e->run_running, 1);
     if (pthread_create(&e->plan_thread, NULL, plan_main, e)) return -1;
     int result = start_thread(&e->geo_thread, geo_main, e, use_fifo);

@@ -38,8 +38,9 @@ static void set_jump(engine *e, piece *p) {
 piece *feed_copy(engine *e, const piece *from) {
     piece *p = piece_at(e, e->piece_head);
     memcpy(p, from, offsetof(piece, capped));
-    p->capped = p->spanned = false;
+    p->capped = p->spanned = p->settled = p->cruises = false;
     p->corner_v = p->need2 = 0.0;
+    p->cruise2 = -1.0;
     p->span_count = 0;
     return p;
 }
@@ -90,8 +91,9 @@ static uint32_t synch_again(engine *e, const piece *p) {
 
 /* ------------------------------------------------------------------------------------------------ run ring, again */
 /* First piece of the run ring that may still be changed: none that is committed, none that the tail runs over. */
-uint64_t feed_first_free(const engine *e) {
+uint64_t feed_first_free(engine *e) {
     if (e->plan.v <= 0.0) return e->plan.piece + (e->plan.s > 0.0);
+    planner_store_tail(e);
     uint64_t word = ATOMIC_GET(e->commit);
     return e->plan.tails[(word >> 1) & 1].piece + 1;
 }
@@ -121,6 +123,7 @@ void feed_cut(engine *e, uint64_t head) {
         if (p->synch & SYNCH_MVS_SVS) e->feed.pushed.std_acked--;
     }
     e->feed.dropped_stop = false;
+    e->plan.fed_anew |= e->plan.v > 0.0;
     drive_cut_run(e, head);
     e->piece_head = head;
     e->plan.capped = e->plan.piece;
@@ -203,7 +206,8 @@ void feed_shorten(engine *e, piece *p, double s) {
     piece_tangent(e, p, s, p->tangent_out);
     for (int i = 0; i < NC_AXES; i++) store_f64_relaxed(&p->end[i], end[i]); /* GEO may be in it, ahead of s */
     store_f64_release(&p->length, s); /* who takes it for the end finds the new end */
-    p->stop_after = p->spanned = false;
+    p->stop_after = p->spanned = p->settled = false;
+    p->cruise2 = -1.0;
 }
 
 void feed_motion(engine *e, const piece *from) {

@@ -10,7 +10,7 @@ void feed_event(engine *e, const piece *from);
 void feed_function(engine *e, const piece *from, uint32_t synch);
 void feed_shorten(engine *e, piece *p, double s);
 void feed_cut(engine *e, uint64_t head);
-uint64_t feed_first_free(const engine *e);
+uint64_t feed_first_free(engine *e);
 uint64_t feed_oldest(engine *e);
 
 double feed_stop_in(engine *e, const piece *p, double begin);

@@ -105,6 +105,7 @@ static void feed_again_from(engine *e, uint64_t i) {
 
 /* Where the path would come to rest if it braked now. */
 static uint64_t rest_piece(engine *e, double *s) {
+    planner_store_tail(e);
     uint64_t word = ATOMIC_GET(e->commit);
     const tail *t = &e->plan.tails[(word >> 1) & 1];
     *s = e->plan.v > 0.0 ? t->s : e->plan.s;

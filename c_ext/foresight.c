@@ -163,6 +163,7 @@ static void find_marks(engine *e, forecast *to) {
 /* ------------------------------------------------------------------------------------------------ the place of rest */
 /* The acceleration-limited planner's stopping tail ends where a hold would. */
 static double tail_way(engine *e) {
+    planner_store_tail(e);
     const tail *t = &e->plan.tails[(ATOMIC_GET(e->commit) >> 1) & 1];
     double sum = -e->plan.s;
     for (uint64_t i = e->plan.piece; i < t->piece; i++)

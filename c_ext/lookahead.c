@@ -206,7 +206,8 @@ void corner_caps(engine *e) {
         piece *p = piece_at(e, e->plan.capped);
         if (is_motion(p) && !cap_corner(e, e->plan.capped)) return;
         p->capped = true;
-        p->spanned = false;
+        p->spanned = p->settled = false;
+        p->cruise2 = -1.0;
         e->plan.capped++;
     }
 }
@@ -238,19 +239,40 @@ uint64_t window_end(engine *e) {
     return w->window_to;
 }
 
-/* Largest speed squared at the start of the stretch from which `next` can be met at its end. */
-static double back_over_span(const span *sp, double soft, double next) {
-    if (sp->rows) return bent_need(sp, 0.0, soft * soft, next);
-    double c = lesser(soft, sp->v_hard), c2 = c * c;
-    return lesser(c2, lesser(next, c2) + 2.0 * sp->accel * sp->length);
+/* Largest speed squared at the start of the stretch from which `next` can be met at its end. `free`: it is the largest one
+ * that the stretch and the feed allow, so it stays whatever comes behind. */
+static double back_over_span(const span *sp, double soft2, double next, bool *free) {
+    double cap2 = lesser(soft2, sp->rows ? sp->cap2[0] : sp->v_hard * sp->v_hard);
+    double need2 = sp->rows ? bent_need(sp, 0.0, soft2, next) : lesser(cap2, lesser(next, cap2) + 2.0 * sp->accel * sp->length);
+    *free |= need2 >= cap2;
+    return need2;
 }
 
-static double back_over(engine *e, uint64_t i, double need2) {
-    const piece *p = piece_at(e, i);
-    double soft = soft_cap(e, p);
+static double back_over_spans(engine *e, uint64_t i, double soft, double need2, bool *free) {
+    piece *p = piece_at(e, i);
+    if (!spans_known(e, i)) make_spans(e, i);
     span *spans = spans_of(e, i);
-    for (uint32_t k = p->span_count; k-- > 0;) need2 = spans[k].need2 = back_over_span(&spans[k], soft, need2);
+    p->cruises = false;
+    for (uint32_t k = p->span_count; k-- > 0;) need2 = spans[k].need2 = back_over_span(&spans[k], soft * soft, need2, free);
     return need2;
+}
+
+/* Where the feed can be kept all over a piece, and what lies behind it can be met from there, nothing else has to be known. */
+static double back_over(engine *e, uint64_t i, double need2, bool *free) {
+    piece *p = piece_at(e, i);
+    double soft = soft_cap(e, p);
+    const piece *next = next_of(e, i);
+    p->settled = next || p->stop_after;
+    p->cruises = soft > 0.0 && can_cruise(e, p, next, soft, need2);
+    if (!p->cruises) return back_over_spans(e, i, soft, need2, free);
+    *free = true;
+    return soft * soft;
+}
+
+/* The stretches of a piece over which feed is not kept after all; `need2`: to be met at its end. */
+void settle_spans(engine *e, uint64_t i, double need2) {
+    bool free = false;
+    back_over_spans(e, i, soft_cap(e, piece_at(e, i)), need2, &free);
 }
 
 static need_key key_of(const planner *p) { return (need_key){p->override, p->rapid, p->ext_speed, p->hold}; }
@@ -262,24 +284,44 @@ static uint64_t kept_needs(const planner *p) {
     return same ? p->need_end : 0;
 }
 
+/* Whether what the last pass has found holds on: nothing that it depends on has changed but what lies behind its window. */
+bool needs_hold(const engine *e) {
+    uint64_t kept = kept_needs(&e->plan);
+    return kept > e->plan.piece && kept <= e->plan.capped;
+}
+
+/* need2 at the start of piece i, from that behind it. `fixed`: it is the same whatever comes behind the window. */
+static double need_before(engine *e, uint64_t i, double need2, bool *fixed) {
+    piece *p = piece_at(e, i);
+    if (is_motion(p)) {
+        double corner2 = p->corner_v * p->corner_v;
+        if (p->stop_after) need2 = 0.0;
+        *fixed |= p->stop_after;
+        need2 = back_over(e, i, need2, fixed);
+        *fixed |= need2 >= corner2;
+        need2 = lesser(need2, corner2);
+    }
+    if (!stands_before(e, p)) return need2;
+    *fixed = true;
+    return 0.0;
+}
+
 /* need2 of every piece from `end` back to where committed motion ends; the window ends at standstill. Where a piece comes
  * to the value it has had, all those ahead of it keep theirs: so the cost for a block does not grow with the window. */
 void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
-    uint64_t kept = kept_needs(&e->plan);
-    if (kept == end && end > e->plan.piece && spans_known(e, end - 1)) return;
+    uint64_t kept = kept_needs(&e->plan), fixed_to = 0;
+    e->plan.passed_at = e->plan.piece;
+    if (kept == end && end > e->plan.piece && piece_at(e, end - 1)->settled) return;
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);
-        bool known = spans_known(e, i), same = i < kept && is_motion(p) && known;
-        if (is_motion(p)) {
-            if (!known) make_spans(e, i);
-            if (p->stop_after) need2 = 0.0;
-            need2 = lesser(back_over(e, i, need2), p->corner_v * p->corner_v);
-        }
-        if (stands_before(e, p)) need2 = 0.0;
+        bool same = i < kept && is_motion(p) && p->settled, fixed = fixed_to > 0;
+        need2 = need_before(e, i, need2, &fixed);
+        if (fixed && !fixed_to) fixed_to = i;
         if (same && need2 == p->need2) break;
         p->need2 = need2;
     }
+    if (!kept || fixed_to > e->plan.fixed_to) e->plan.fixed_to = fixed_to;
     e->plan.need_end = end;
     e->plan.need_key = key_of(&e->plan);
 }

@@ -4,19 +4,19 @@
  * together in one atomic word (head << 2 | tail buffer << 1 | taken).
  */
 #include <math.h>
-#include <time.h>
 #include "engine_internal.h"
 
 #define PARTS_MAX 64       /* of a phase */
 #define SHORT_PART 0.05    /* of a cycle: no part is shorter */
 #define TINY_MM 1e-12
+#define MOVES 3            /* the window is moved on so often while it is driven through */
+#define SAME_SPEED 1e-12   /* relative */
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
+#define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
 #define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
 #define REFUSED_FROM 1.01  /* times the speed that a corner or stand allows, and ... */
 #define REFUSED_MM_S 0.01  /* ... so much more: no commit does that */
-#define EXACT_PUMPS 64     /* of the acceleration-limited planner are timed each, later ones ... */
-#define TIMED_SHARE 16     /* ... at random: reading the clock takes as long as such a pump */
 
 /* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
 double soft_cap(const engine *e, const piece *p) {
@@ -43,10 +43,14 @@ static double need_behind(engine *e, uint64_t i, uint64_t end) {
 /* The stretch of piece i that holds s, s < length; its needs are those of the last backward pass. */
 static stretch stretch_at(engine *e, uint64_t i, uint64_t end, double s) {
     const piece *p = piece_at(e, i);
+    if (p->cruises || !spans_known(e, i)) settle_spans(e, i, need_behind(e, i, end));
     const span *spans = spans_of(e, i);
-    uint32_t k = 0, last = p->span_count - 1;
-    double from = 0.0;
-    while (k < last && s >= from + spans[k].length) from += spans[k++].length;
+    span_cursor *at = &e->plan.cursor;
+    uint32_t last = p->span_count - 1;
+    if (at->piece != i || s < at->from) *at = (span_cursor){.piece = i};
+    while (at->k < last && s >= at->from + spans[at->k].length) at->from += spans[at->k++].length;
+    uint32_t k = at->k;
+    double from = at->from;
     double soft = soft_cap(e, p), need = k < last ? spans[k + 1].need2 : need_behind(e, i, end);
     return (stretch){&spans[k], from, k < last ? from + spans[k].length : p->length, soft, lesser(soft, spans[k].v_hard), spans[k].accel, need};
 }
@@ -82,9 +86,14 @@ static double rest_of_cycle(engine *e, double at) {
     return rest < SHORT_PART * dt ? rest + dt : rest;
 }
 
-/* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). */
+/* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). Pumped on one thread without
+ * jerk it is cut then and there. */
 static void commit_phase(writer *w, const phase *ph) {
     engine *e = w->e;
+    if (!e->drive.planner && !ATOMIC_GET(e->run_running)) {
+        e->phase_ring[e->plan.written++ & (PHASE_RING - 1)] = *ph;
+        return;
+    }
     bool motion = is_motion(piece_at(e, ph->piece));
     double from = 0.0, to = motion ? rest_of_cycle(e, e->plan.committed_s + w->seconds) : ph->time;
     for (int i = 1;; i++) {
@@ -230,6 +239,15 @@ static void leave_motion(writer *w, uint64_t end) {
     w->s = 0.0;
 }
 
+/* The feed is kept over the rest of the piece. */
+static bool cruise(writer *w, const piece *p, uint64_t end) {
+    double soft = soft_cap(w->e, p), room = p->length - w->s;
+    bool keeps = p->cruises && soft > 0.0 && fabs(w->v - soft) <= SAME_SPEED * soft && need_behind(w->e, w->piece, end) >= soft * soft;
+    if (!keeps || room <= 0.0) return false;
+    run(w, 0.0, room / w->v, p->length, w->v, true);
+    return true;
+}
+
 /* Forward until the budget is used up, the window ends or the path stands (hold, override 0). */
 void drive_window(writer *w, uint64_t end) {
     engine *e = w->e;
@@ -239,12 +257,14 @@ void drive_window(writer *w, uint64_t end) {
             pass_event(w);
             continue;
         }
-        stretch st = stretch_at(e, w->piece, end, w->s);
-        if (w->v < GEO_STANDS && st.soft <= 0.0) {
-            w->v = 0.0;
-            return;
+        if (!cruise(w, p, end)) {
+            stretch st = stretch_at(e, w->piece, end, w->s);
+            if (w->v < GEO_STANDS && st.soft <= 0.0) {
+                w->v = 0.0;
+                return;
+            }
+            drive_stretch(w, &st, st.to >= p->length);
         }
-        drive_stretch(w, &st, st.to >= p->length);
         if (w->s >= p->length) leave_motion(w, end);
     }
 }
@@ -268,6 +288,15 @@ static bool write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
     t->piece = w.piece;
     t->s = w.s;
     return !w.refused;
+}
+
+/* What GEO follows if nothing more is committed. GEO on the same thread cannot outrun the planner: there it is written when
+ * somebody asks for it, or when too little is committed for one more cycle. */
+void planner_store_tail(engine *e) {
+    if (!e->plan.tail_due) return;
+    e->plan.tail_due = false;
+    const writer from = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v};
+    write_tail(e, &e->plan.tails[(ATOMIC_GET(e->commit) >> 1) & 1], &from, e->plan.tail_end);
 }
 
 /* The tail was driven: go on from where it ended. */
@@ -326,12 +355,20 @@ static bool same_conditions(const conditions *a, const conditions *b) {
            memcmp(&a->done, &b->done, sizeof a->done) == 0 && memcmp(&a->done_again, &b->done_again, sizeof a->done_again) == 0;
 }
 
+static conditions conditions_now(const engine *e) {
+    const planner *p = &e->plan;
+    return (conditions){p->reserve_override, p->done, p->done_again, p->single, p->m01, p->held_axes};
+}
+
+static conditions conditions_wanted(engine *e) {
+    return (conditions){e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
+                        ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
+}
+
 /* New conditions are taken over where the present state can be continued legally under them: a larger override and an
  * opened gate both make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
-    conditions old = {e->plan.reserve_override, e->plan.done, e->plan.done_again, e->plan.single, e->plan.m01, e->plan.held_axes};
-    conditions want = {e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
-                       ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
+    conditions old = conditions_now(e), want = conditions_wanted(e);
     if (same_conditions(&old, &want)) {
         corner_caps(e);
         uint64_t end = window_end(e);
@@ -348,6 +385,7 @@ static uint64_t choose_conditions(engine *e) {
 
 /* The window's end; where corner limits need more of the path than is fed, more is fed. */
 static uint64_t choose_window(engine *e) {
+    watch_window(e);
     uint64_t end = choose_conditions(e);
     bool wants = e->plan.window_motions <= e->cfg.window && e->plan.capped < e->piece_head && !e->feed.final;
     return wants && feed_further(e) ? choose_conditions(e) : end;
@@ -359,12 +397,30 @@ double ahead_s(engine *e) {
     return e->plan.committed_s - consumed;
 }
 
-static void commit(engine *e, uint64_t end) {
+/* Where nothing has changed, the last window does as long as the path does not come to where it would be faster with a
+ * later end: the same motion is found without looking at every window between. */
+static bool drive_last_window(engine *e, writer *w) {
+    conditions now = conditions_now(e), want = conditions_wanted(e);
+    uint64_t driven = e->plan.piece - e->plan.passed_at; /* the window is moved on in parts that take little time each */
+    if (e->foresight || driven * MOVES > e->cfg.window || e->plan.piece >= e->plan.fixed_to || !needs_hold(e) || !same_conditions(&now, &want)) return false;
+    uint64_t written = e->plan.written;
+    const writer from = *w;
+    drive_window(w, e->plan.need_end);
+    if (w->piece < e->plan.fixed_to || (w->piece == e->plan.fixed_to && w->s <= 0.0)) return true;
+    *w = from;
+    e->plan.written = written;
+    return false;
+}
+
+static void commit(engine *e) {
     writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e), .left = e->plan.left};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
-    drive_window(&w, end);
-    bool legal = write_tail(e, &e->plan.tails[next], &w, end) && !w.refused;
+    uint64_t end = e->plan.need_end;
+    if (!drive_last_window(e, &w)) drive_window(&w, end = choose_window(e));
+    bool due = !ATOMIC_GET(e->run_running) && !e->plan.fed_anew;
+    bool legal = !w.refused && (due || write_tail(e, &e->plan.tails[next], &w, end));
+    e->plan.fed_anew = false;
     if (!legal && e->plan.v > GEO_MOVES) { /* the stored tail is: GEO takes it, and the path goes on from there */
         e->plan.written = before;
         e->plan.late = true;
@@ -380,32 +436,9 @@ static void commit(engine *e, uint64_t end) {
     e->plan.s = w.s;
     e->plan.v = w.v;
     e->plan.left = w.left;
+    e->plan.tail_due = due;
+    e->plan.tail_end = end;
     e->plan.committed_s += w.seconds;
-}
-
-static double thread_cpu_s(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-/* What one reading of the clock adds to the time between two: some 500 ns on virtual machines, more than such a pump. */
-static double clock_cost_s(void) {
-    double least = 1.0;
-    for (int i = 0; i < 32; i++) {
-        double t = thread_cpu_s();
-        least = lesser(least, thread_cpu_s() - t);
-    }
-    return least;
-}
-
-/* How many pumps this one stands for in the CPU time of the plan; 0: it is not timed. */
-static double timing_weight(engine *e) {
-    planner *p = &e->plan;
-    if (!p->clock_s) p->clock_s = clock_cost_s();
-    if (e->drive.planner || p->pumps++ < EXACT_PUMPS) return 1.0;
-    p->chance = p->chance * 6364136223846793005u + 1442695040888963407u;
-    return p->chance >> 33 & (TIMED_SHARE - 1) ? 0.0 : TIMED_SHARE;
 }
 
 /* The path stands where GEO says; what was committed behind that place is taken back. */
@@ -449,13 +482,12 @@ static double commit_low(const engine *e) {
     return lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s);
 }
 
-/* Commit more motion if too little is ahead; returns 1 if phases were added. */
-int planner_pump(engine *e) {
+static int pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start)) return 0;
     if (!resume_after_tail(e) || !jobs_allow(e)) return 0;
     if (wants_hold(e) && !e->plan.hold) recall_commit(e);
     if (e->plan.late || ahead_s(e) >= commit_low(e)) return 0;
-    double weight = timing_weight(e), t0 = weight > 0.0 ? thread_cpu_s() : 0.0;
+    watch_start(e);
     feed(e);
     if (e->plan.piece >= e->piece_head) return 0;
     uint64_t before = e->plan.written;
@@ -464,7 +496,14 @@ int planner_pump(engine *e) {
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
     e->plan.hold = wants_hold(e);
     if (e->drive.planner) drive_commit(e);
-    else commit(e, choose_window(e));
-    if (weight > 0.0) e->plan.cpu_s += weight * greater(0.0, thread_cpu_s() - t0 - e->plan.clock_s);
+    else commit(e);
+    watch_stop(e);
     return e->plan.written != before;
+}
+
+/* Commit more motion if too little is ahead; returns 1 if phases were added. */
+int planner_pump(engine *e) {
+    int added = pump(e);
+    if (e->plan.tail_due && ahead_s(e) < LAST_CYCLES * e->cfg.cycle_s) planner_store_tail(e);
+    return added;
 }

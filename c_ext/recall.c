@@ -8,6 +8,7 @@
 
 #define THREAD_MARGIN_S 0.006 /* motion that is left to GEO while a planner on its own thread computes the stop */
 #define SAME_TIME 1e-9
+#define SHORT_REST 0.05       /* of a cycle: no less of a phase is taken back */
 
 typedef struct cut {
     uint64_t phase;  /* first one that is taken back */
@@ -21,6 +22,24 @@ static double consumed_s(engine *e) {
     double s;
     __atomic_load(&e->geo.consumed_s, &s, __ATOMIC_ACQUIRE);
     return s;
+}
+
+/* Pumped on one thread without jerk phases are not written cycle by cycle: the one that GEO is in ends with the cycle it has
+ * come to (at least one cycle behind its beginning), the rest of it becomes a phase of its own. */
+static void end_present_phase(engine *e) {
+    geo *g = &e->geo;
+    double dt = e->cfg.cycle_s, t = greater(g->t, g->t > 0.0 ? 0.0 : dt);
+    if (e->drive.planner || ATOMIC_GET(e->run_running) || g->in_tail || !g->has_phase || !is_motion(piece_at(e, g->now.piece))) return;
+    if (g->now.time - t < SHORT_REST * dt) return;
+    phase *rest = &e->phase_ring[(g->consumed - 1) & (PHASE_RING - 1)];
+    *rest = g->now;
+    rest->s0 = g->now.s0 + (g->now.v0 + 0.5 * g->now.a * t) * t;
+    rest->v0 = greater(0.0, g->now.v0 + g->now.a * t);
+    rest->time = g->now.time - t;
+    g->now.time = t;
+    g->now.last = false;
+    ATOMIC_SET(g->consumed, g->consumed - 1);
+    e->plan.phases++;
 }
 
 /* Everything that begins no earlier than `margin` from where GEO is. */
@@ -90,6 +109,8 @@ void recall_commit(engine *e) {
     cut c;
     if ((word & 1) || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE || e->drive.restart) return;
     if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) return; /* the place of rest has been told the PLC */
+    planner_store_tail(e);
+    end_present_phase(e);
     if (!find_cut(e, ATOMIC_GET(e->run_running) ? THREAD_MARGIN_S : 0.0, &c)) return;
     if (!e->drive.planner) {
         publish_cut(e, word, &c);

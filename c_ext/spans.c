@@ -12,28 +12,40 @@
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
 #define TINY_MM 1e-9
+#define FEW 12u            /* stretches that most pieces do with: these lie close together in memory */
+#define FEW_ROOM (FEW + 1u)
+#define SURE 0.75          /* squares of axis speeds up to which the chords of their bounds let everything pass */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
 bool spans_new(engine *e) {
+    planner *w = &e->plan;
     uint64_t slots = 1;
     while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t stretches = (size_t)(slots * spans_room(e));
-    e->plan.span_mask = slots - 1;
-    e->plan.spans = calloc(stretches, sizeof(span));
-    e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
-    e->plan.span_owner = calloc((size_t)slots, sizeof(uint64_t));
-    return e->plan.spans && e->plan.rows && e->plan.span_owner;
+    size_t few = (size_t)(slots * FEW_ROOM), many = (size_t)(slots * spans_room(e)), row = SPAN_ROW * (size_t)e->cfg.axis_count;
+    w->span_mask = slots - 1;
+    w->spans = calloc(few, sizeof(span));
+    w->rows = calloc(few * row, sizeof(double));
+    w->many_spans = calloc(many, sizeof(span));
+    w->many_rows = calloc(many * row, sizeof(double));
+    w->span_slots = calloc((size_t)slots, sizeof(span_slot));
+    w->made_spans = calloc(spans_room(e), sizeof(span));
+    w->made_rows = calloc(spans_room(e) * row, sizeof(double));
+    return w->made_spans && w->made_rows && w->spans && w->rows && w->many_spans && w->many_rows && w->span_slots;
 }
 
 void spans_free(engine *e) {
     free(e->plan.spans);
     free(e->plan.rows);
-    free(e->plan.span_owner);
+    free(e->plan.many_spans);
+    free(e->plan.many_rows);
+    free(e->plan.span_slots);
+    free(e->plan.made_spans);
+    free(e->plan.made_rows);
 }
 
 /* The stretches of piece i are those in the room it shares with others. */
 bool spans_known(const engine *e, uint64_t i) {
-    return e->pieces[i & e->piece_mask].spanned && e->plan.span_owner[i & e->plan.span_mask] == i;
+    return e->pieces[i & e->piece_mask].spanned && e->plan.span_slots[i & e->plan.span_mask].owner == i;
 }
 
 typedef struct builder {
@@ -129,13 +141,74 @@ static bool too_many_turns(const engine *e, const piece *p) {
     return fabs(p->sweep) / p->whole * p->length > (spans_max(e) - 3) * TURN_STEP;
 }
 
+/* Whether all limits let an arc be driven at a constant speed v, as far as v_hard allows it, and the acceleration along the
+ * path that they leave everywhere on it at v and below. */
+static bool cruise_arc(const engine *e, const piece *p, const double *room, double v, double *accel) {
+    double least = lesser(room[p->axis1], room[p->axis2]), bend = p->curvature * v * v, rate = p->plane_speed * v;
+    double v_max = lesser(piece_v_max(e, p, p->axis1), piece_v_max(e, p, p->axis2));
+    if (rate * rate > SURE * v_max * v_max || bend > least) return false;
+    *accel = lesser(*accel, sqrt(least * least - bend * bend) / p->plane_speed);
+    return true;
+}
+
+static bool cruise_curve(engine *e, piece *p, const piece *next, double speed2) {
+    const curve *c = curve_of(e, p);
+    double reserve[NC_AXES];
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        reserve[i] = greater(p->reserve[i], next ? next->reserve[i] : 0.0);
+        if (c->bend[i] * speed2 > USABLE * piece_a_max(e, p, i) - reserve[i]) return false; /* most that cannot are found here */
+    }
+    if (p->cruise2 < 0.0) p->cruise2 = curve_cruise2(e, p, reserve, speed2);
+    return speed2 <= p->cruise2;
+}
+
+/* Whether the speed can be kept all over the piece and be brought to `end2` (squared) at its end: whatever its stretches
+ * are, the largest speed at its start is that one then. `next`: the motion behind it, NULL where that ends in a standstill. */
+bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2) {
+    if (p->kind == PIECE_CURVE) return end2 >= speed * speed && cruise_curve(e, p, next, speed * speed);
+    if (p->kind == PIECE_ARC && too_many_turns(e, p)) return false;
+    double room[NC_AXES], accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
+    bool meets = end2 >= speed * speed;
+    if (p->kind == PIECE_LINE && meets) return true;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        room[i] = USABLE * piece_a_max(e, p, i) - greater(p->reserve[i], next ? next->reserve[i] : 0.0);
+        double share = fabs(p->slope[i]); /* of an arc: of the other axes */
+        if (share > 1e-12) accel = lesser(accel, room[i] / share);
+    }
+    if (p->kind == PIECE_ARC && !cruise_arc(e, p, room, speed, &accel)) return false;
+    return meets || speed * speed <= end2 + 2.0 * accel * p->length;
+}
+
+/* Where `count` stretches of piece i go: most pieces do with a few. */
+static void choose_room(engine *e, uint64_t i, uint32_t count, builder *b) {
+    uint64_t slot = i & e->plan.span_mask, row = SPAN_ROW * (uint64_t)e->cfg.axis_count;
+    bool few = count <= FEW;
+    b->spans = few ? e->plan.spans + slot * FEW_ROOM : e->plan.many_spans + slot * spans_room(e);
+    b->rows = few ? e->plan.rows + slot * FEW_ROOM * row : e->plan.many_rows + slot * spans_room(e) * row;
+    e->plan.span_slots[slot] = (span_slot){i, b->spans};
+}
+
+/* How many there are of a polynomial is seen when they are made. */
+static void curve_strips(builder *b, uint64_t i, const strip *strips, int n, bool stands) {
+    planner *w = &b->e->plan;
+    curve_piece_spans(b->e, b->p, w->made_spans, w->made_rows, strips, n, stands);
+    choose_room(b->e, i, b->p->span_count, b);
+    uint32_t rows = SPAN_ROW * (uint32_t)b->e->cfg.axis_count;
+    for (uint32_t k = 0; k < b->p->span_count; k++) {
+        span *s = &b->spans[k];
+        *s = w->made_spans[k];
+        if (!s->rows) continue;
+        memcpy(b->rows + k * rows, s->rows, SPAN_ROW * sizeof(double) * s->n_rows);
+        s->rows = b->rows + k * rows;
+    }
+}
+
 /* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
  * NULL where it ends in a standstill or is not known. */
 void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
-    uint64_t slot = i & e->plan.span_mask;
-    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * spans_room(e) * SPAN_ROW * (uint64_t)e->cfg.axis_count};
+    builder b = {.e = e, .p = p};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
@@ -144,9 +217,12 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     const strip *strips = apart ? parts : &whole;
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
+    e->plan.cursor.piece = UINT64_MAX;
     p->span_count = 0;
     if (e->plan.left.piece == i) e->plan.left.to = -1.0; /* it was a step over a stretch that is gone */
-    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
+    double turn = p->kind == PIECE_ARC ? fabs(p->sweep) / p->whole * p->length : 0.0;
+    if (p->kind == PIECE_CURVE) curve_strips(&b, i, strips, n, least > 1);
+    else choose_room(e, i, (uint32_t)n + (uint32_t)greater(lesser(ceil(turn / TURN_STEP), spans_max(e)), least), &b);
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
@@ -155,5 +231,4 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
         else arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
         at = to;
     }
-    e->plan.span_owner[slot] = i;
 }

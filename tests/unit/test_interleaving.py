@@ -1,6 +1,6 @@
 """Planner and GEO switched at every possible place: what the threads share holds whenever either of them gets no time.
 
-Needs the C code built with HLI_COSIM_INTERLEAVE=1, as ``.ci/run`` does; a run is the same every time and takes no real time.
+Needs the C code built with HLI_COSIM_INTERLEAVE=1, as ``.ci/run`` does; a run is the same every time.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from cnc_core._engine import ffi, lib
 from commanded import config, drive, over_limits, program
 from inside import Inside
 
-from cnc_core._engine import ffi, lib
 from cnc_core.engine import Event
 
 pytestmark = pytest.mark.skipif(
