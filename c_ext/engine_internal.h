@@ -19,8 +19,10 @@
 #define PHASE_RING 4096u
 #define LOG_CHUNK 4096u
 #define LOG_CHUNKS 65536u
-#define COMMIT_LOW_S 0.010
+#define COMMIT_LOW_S 0.010  /* motion committed ahead of GEO, */
 #define COMMIT_HIGH_S 0.020
+#define COMMIT_LOW_CYCLES 2.0 /* ... and at least so many cycles */
+#define COMMIT_HIGH_CYCLES 4.0
 #define NEVER 1e300
 
 #define ATOMIC_GET(x) __atomic_load_n(&(x), __ATOMIC_ACQUIRE)
@@ -604,6 +606,7 @@ bool writer_full(const writer *w);
 void pass_event(writer *w);
 void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
+double commit_high(const engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
 

@@ -354,8 +354,11 @@ double ahead_s(engine *e) {
     return e->plan.committed_s - consumed;
 }
 
+/* So much motion is ahead of GEO behind a commit; never less than the cycle that comes next, or GEO would live on the tails. */
+double commit_high(const engine *e) { return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * e->cfg.cycle_s); }
+
 static void commit(engine *e, uint64_t end) {
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e), .left = e->plan.left};
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e), .left = e->plan.left};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     drive_window(&w, end);
@@ -433,8 +436,9 @@ static bool wants_hold(engine *e) {
 /* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
  * own; fewer and longer commits spare it stopping tails. */
 static double commit_low(const engine *e) {
-    if (e->drive.planner || ATOMIC_GET(e->run_running)) return COMMIT_LOW_S;
-    return lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s);
+    double least = COMMIT_LOW_CYCLES * e->cfg.cycle_s;
+    if (e->drive.planner || ATOMIC_GET(e->run_running)) return greater(COMMIT_LOW_S, least);
+    return greater(lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s), least);
 }
 
 /* Commit more motion if too little is ahead; returns 1 if phases were added. */
