@@ -7,6 +7,7 @@
 #include "engine_internal.h"
 
 #define THREAD_MARGIN_S 0.006 /* motion that is left to GEO while a planner on its own thread computes the stop */
+#define THREAD_MARGIN_CYCLES 2.0 /* ... and at least so many cycles: in the one ahead of the cut nothing may be changed any more */
 #define SAME_TIME 1e-9
 
 typedef struct cut {
@@ -22,6 +23,8 @@ static double consumed_s(engine *e) {
     __atomic_load(&e->geo.consumed_s, &s, __ATOMIC_ACQUIRE);
     return s;
 }
+
+static double margin_s(engine *e) { return ATOMIC_GET(e->run_running) ? greater(THREAD_MARGIN_S, THREAD_MARGIN_CYCLES * e->cfg.cycle_s) : 0.0; }
 
 /* Everything that begins no earlier than `margin` from where GEO is. */
 static bool find_cut(engine *e, double margin, cut *c) {
@@ -90,7 +93,7 @@ void recall_commit(engine *e) {
     cut c;
     if ((word & 1) || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE || e->drive.restart) return;
     if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) return; /* the place of rest has been told the PLC */
-    if (!find_cut(e, ATOMIC_GET(e->run_running) ? THREAD_MARGIN_S : 0.0, &c)) return;
+    if (!find_cut(e, margin_s(e), &c)) return;
     if (!e->drive.planner) {
         publish_cut(e, word, &c);
         return;
