@@ -16,7 +16,7 @@ from cnc_core.program import Program
 
 @pytest.mark.parametrize("tolerance", [0.01, 0.2, 1.0])
 def test_blocks_far_shorter_than_the_tolerance(tolerance: float, program: Callable[..., Path]) -> None:
-    """A spiral into its centre in blocks of micrometres: what is stated is the distance from the contour, not from some of it."""
+    """A spiral into its centre in blocks of micrometres: stated is the distance from the contour, not from a part."""
     t = np.linspace(0.0, 12.0, 241)
     points = np.exp(-t / 3)[:, None] * np.column_stack([np.cos(t), np.sin(t)]) * [10.0, 10.0] - [10.0, 0.0]
     points = np.vstack([points.round(4), [[0.0, 8.0]]])
