@@ -552,6 +552,7 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
 bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
+double corner_zone(const engine *e, double corner_v, const piece *p);
 void piece_spans(engine *e, uint64_t i, const piece *next);
 
 /* lookahead.c */

@@ -1,0 +1,37 @@
+"""Without jerk: a corner is passed with a jump of velocity only where that is faster than standing in it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from cnc_core.config import CellConfig
+from cnc_core.planning import plan_program
+from cnc_core.program import Program
+
+FEED, ACCEL, LIMIT = 100.0, 3000.0, 300.0
+
+
+def exact_stops(points: np.ndarray) -> float:
+    """Time for straight lines from rest to rest, each axis within its limits."""
+    way = np.diff(points, axis=0)
+    length = np.linalg.norm(way, axis=1)
+    share = np.abs(way).max(axis=1) / length
+    accel, top = ACCEL / share, np.minimum(FEED, LIMIT / share)
+    peak = np.minimum(top, np.sqrt(accel * length))
+    return float((2 * peak / accel + (length - peak**2 / accel) / peak).sum())
+
+
+@pytest.mark.parametrize("cycle_s", [0.0005, 0.001, 0.004, 0.008])
+@pytest.mark.parametrize("step", [1.0, 10.0])
+def test_corners_are_never_slower_than_exact_stops(step: float, cycle_s: float, program: Callable[..., Path]) -> None:
+    """Random directions in space: what a jump of velocity uses up of the acceleration must not cost more than it saves."""
+    rng = np.random.default_rng(3)
+    points = np.vstack([np.zeros((1, 3)), np.cumsum(rng.normal(size=(60, 3)) * step, axis=0)]).round(4)
+    path = program("G90 F6000\n" + "".join(f"G1 X{x:.4f} Y{y:.4f} Z{z:.4f}\n" for x, y, z in points[1:]) + "M30\n")
+    result = plan_program(Program(path, CellConfig(cycle_s=cycle_s)), jerk=False)
+    assert result.motion_time_s <= exact_stops(points) * 1.002
+    assert result.max_ratio["acceleration"] <= 1.002
