@@ -28,7 +28,7 @@ def exact_stops(points: np.ndarray) -> float:
 @pytest.mark.parametrize("cycle_s", [0.0005, 0.001, 0.004, 0.008])
 @pytest.mark.parametrize("step", [1.0, 10.0])
 def test_corners_are_never_slower_than_exact_stops(step: float, cycle_s: float, program: Callable[..., Path]) -> None:
-    """Random directions in space: what a jump of velocity uses up of the acceleration must not cost more than it saves."""
+    """Random directions in space: what a jump uses up of the acceleration must not cost more than it saves."""
     rng = np.random.default_rng(3)
     points = np.vstack([np.zeros((1, 3)), np.cumsum(rng.normal(size=(60, 3)) * step, axis=0)]).round(4)
     path = program("G90 F6000\n" + "".join(f"G1 X{x:.4f} Y{y:.4f} Z{z:.4f}\n" for x, y, z in points[1:]) + "M30\n")
