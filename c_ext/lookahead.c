@@ -182,13 +182,14 @@ static double left_along(const engine *e, const piece *p, const double *reserve)
  * against driving on at the highest speed that p would reach between two standstills. */
 static double loses_more(const engine *e, const piece *p, double v, const double *reserve) {
     double full = left_along(e, p, NULL), left = greater(0.0, left_along(e, p, reserve));
-    double zone = lesser(corner_zone(e, v, p), 0.5 * p->length), out2 = v * v + 2.0 * left * zone, out = sqrt(out2);
-    double top = greater(lesser(reachable(p, 1.0), sqrt(full * p->length)), out);
+    double zone = lesser(corner_zone(e, v, p), 0.5 * p->whole), out2 = v * v + 2.0 * left * zone, out = sqrt(out2);
+    double top = greater(lesser(reachable(p, 1.0), sqrt(full * p->whole)), out);
     if (!(out > 0.0)) return 0.0;
     return 2.0 * zone / (v + out) - zone / top - (out / full - 0.5 * out2 / (full * top));
 }
 
-/* A jump at the speed that the corner allows costs more than it saves. Judged at override 1, so that it stays so. */
+/* A jump at the speed that the corner allows costs more than it saves. Judged at override 1 and by whole pieces, so that it
+ * stays so wherever stops are inserted. */
 static bool stand_is_faster(const engine *e, const piece *before, const piece *p, const load *l, double v, double slack) {
     double reserve[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) reserve[a] = greater(0.0, jumps_at(e, l, a, v));

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from inside import Inside, legal
 
 from cnc_core.config import CellConfig
 from cnc_core.planning import plan_program
@@ -35,3 +36,30 @@ def test_corners_are_never_slower_than_exact_stops(step: float, cycle_s: float, 
     result = plan_program(Program(path, CellConfig(cycle_s=cycle_s)), jerk=False)
     assert result.motion_time_s <= exact_stops(points) * 1.002
     assert result.max_ratio["acceleration"] <= 1.002
+
+
+@pytest.mark.parametrize("seed", [0, 26, 33, 55, 66])
+def test_stops_inserted_behind_corners_do_not_change_the_corners(seed: int, tmp_path: Path) -> None:
+    """Whether a corner is passed or stood in is settled by whole blocks: the state ahead of it stays legal."""
+    rng = np.random.default_rng(seed)
+    cycle_s = float(rng.choice([0.001, 0.002, 0.004]))
+    cell = f"cycle_s = {cycle_s}\n" + "".join(f"[axes.{a}]\nj_max_mm_s3 = 0\n" for a in "XY")
+    at, heading, lines = np.zeros(2), 0.0, [f"G1 F{rng.choice([3000, 6000, 12000])}"]
+    for _ in range(12):
+        heading += rng.normal() * 0.5
+        at = at + rng.choice([0.5, 2.0, 6.0]) * np.array([np.cos(heading), np.sin(heading)])
+        lines.append(f"X{at[0]:.3f} Y{at[1]:.3f}")
+    with Inside(tmp_path, "\n".join(lines) + "\nM30\n", cell) as cnc:
+        unit = cnc.bahn.insert_cmd
+        for k in range(12):
+            cnc.run(int(rng.integers(1, 10)))
+            unit.command_w.dist_or_pos = (float(cnc.engine.state.path) + rng.uniform(0, 4)) * 1e4
+            unit.command_w.rel_abs_mode = 1
+            unit.command_w.axis_nr = unit.command_w.m_function_nr = 0
+            unit.enable_w = unit.command_semaphor_rw = True
+            cnc.run(int(rng.integers(1, 10)))
+            unit.command_w.dist_or_pos, unit.command_w.rel_abs_mode = 0.0, 2
+            unit.command_semaphor_rw = True
+            cnc.level(cnc.bahn.continue_machining, k % 2 == 0)
+        assert cnc.engine.state.infeasible == 0
+        legal(cnc.pos, cnc.cell)
