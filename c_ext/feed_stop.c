@@ -92,6 +92,11 @@ void feed_stop_at_end(engine *e) {
 
 static bool is_inserted_stop(const piece *p) { return p->inserted && p->type == NC_M; }
 
+/* An inserted stop stays ahead of the motion i, because the stored tail runs over it: that motion begins at rest as before. */
+static bool behind_kept_stop(engine *e, uint64_t i) {
+    return i > 0 && is_motion(piece_at(e, i)) && !is_motion(piece_at(e, i - 1)) && piece_at(e, i - 1)->inserted;
+}
+
 /* Feed from piece i of the run ring on anew: a motion or an inserted stop. */
 static void feed_again_from(engine *e, uint64_t i) {
     const piece *p = piece_at(e, i);
@@ -99,6 +104,7 @@ static void feed_again_from(engine *e, uint64_t i) {
     uint64_t next = behind ? p->origin + 1 : p->origin;
     double at = !behind && p->from > 0.0 ? p->from : -1.0;
     if (p->inserted) e->feed.stop = e->feed.m01 = false; /* unless fed anew, nothing stops here */
+    if (behind_kept_stop(e, i)) e->feed.stop = p->stop_before, e->feed.m01 = p->m01;
     feed_cut(e, i);
     e->feed.next = next;
     e->feed.at = at;

@@ -38,9 +38,9 @@ def test_corners_are_never_slower_than_exact_stops(step: float, cycle_s: float, 
     assert result.max_ratio["acceleration"] <= 1.002
 
 
-@pytest.mark.parametrize("seed", [0, 26, 33, 55, 66])
-def test_stops_inserted_behind_corners_do_not_change_the_corners(seed: int, tmp_path: Path) -> None:
-    """Whether a corner is passed or stood in is settled by whole blocks: the state ahead of it stays legal."""
+@pytest.mark.parametrize("seed", [0, 26, 33, 5, 17, 93, 124])
+def test_stops_that_come_and_go_behind_corners_leave_the_state_legal(seed: int, tmp_path: Path) -> None:
+    """Corners are settled by whole blocks, and a stop that stays keeps what is behind it at rest: the state stays legal."""
     rng = np.random.default_rng(seed)
     cycle_s = float(rng.choice([0.001, 0.002, 0.004]))
     cell = f"cycle_s = {cycle_s}\n" + "".join(f"[axes.{a}]\nj_max_mm_s3 = 0\n" for a in "XY")
