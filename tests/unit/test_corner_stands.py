@@ -40,7 +40,7 @@ def test_corners_are_never_slower_than_exact_stops(step: float, cycle_s: float, 
 
 @pytest.mark.parametrize("seed", [0, 26, 33, 5, 17, 93, 124])
 def test_stops_that_come_and_go_behind_corners_leave_the_state_legal(seed: int, tmp_path: Path) -> None:
-    """Corners are settled by whole blocks, and a stop that stays keeps what is behind it at rest: the state stays legal."""
+    """Corners are settled by whole blocks; behind a stop that stays the path begins at rest: the state stays legal."""
     rng = np.random.default_rng(seed)
     cycle_s = float(rng.choice([0.001, 0.002, 0.004]))
     cell = f"cycle_s = {cycle_s}\n" + "".join(f"[axes.{a}]\nj_max_mm_s3 = 0\n" for a in "XY")
