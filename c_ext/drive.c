@@ -505,7 +505,7 @@ double drive_take_back(engine *e, double seconds) {
     return back;
 }
 
-/* Commit motion until COMMIT_HIGH_S of it are ahead of GEO. */
+/* Commit motion until commit_high of it is ahead of GEO. */
 void drive_commit(engine *e) {
     if (e->drive.restart && e->plan.v > 0.0) return; /* the stored tail is driven first */
     if (e->drive.restart) restart(e);
@@ -513,7 +513,7 @@ void drive_commit(engine *e) {
     if (changed) update_stands(e);
     push_path(e);
     set_speeds(e);
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e)};
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e)};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     if (word & 1) return; /* GEO has taken the tail */

@@ -19,8 +19,10 @@
 #define PHASE_RING 4096u
 #define LOG_CHUNK 4096u
 #define LOG_CHUNKS 65536u
-#define COMMIT_LOW_S 0.010
+#define COMMIT_LOW_S 0.010  /* motion committed ahead of GEO, */
 #define COMMIT_HIGH_S 0.020
+#define COMMIT_LOW_CYCLES 2.0 /* ... and at least so many cycles */
+#define COMMIT_HIGH_CYCLES 4.0
 #define NEVER 1e300
 #define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
 #define GEO_MOVES 1e-6 /* mm/s: slower than this, GEO may take it for a standstill, where it waits and takes no tail */
@@ -598,6 +600,7 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
 bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
+double corner_zone(const engine *e, double corner_v, const piece *p);
 void piece_spans(engine *e, uint64_t i, const piece *next);
 bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2);
 
@@ -662,6 +665,7 @@ bool writer_full(const writer *w);
 void pass_event(writer *w);
 void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
+double commit_high(const engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
 void planner_store_tail(engine *e);

@@ -397,6 +397,9 @@ double ahead_s(engine *e) {
     return e->plan.committed_s - consumed;
 }
 
+/* So much motion is ahead of GEO behind a commit; never less than the cycle that comes next, or GEO would live on the tails. */
+double commit_high(const engine *e) { return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * e->cfg.cycle_s); }
+
 /* Where nothing has changed, the last window does as long as the path does not come to where it would be faster with a
  * later end: the same motion is found without looking at every window between. */
 static bool drive_last_window(engine *e, writer *w) {
@@ -413,7 +416,7 @@ static bool drive_last_window(engine *e, writer *w) {
 }
 
 static void commit(engine *e) {
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e), .left = e->plan.left};
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e), .left = e->plan.left};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     uint64_t end = e->plan.need_end;
@@ -478,8 +481,9 @@ static bool wants_hold(engine *e) {
 /* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
  * own; fewer and longer commits spare it stopping tails. */
 static double commit_low(const engine *e) {
-    if (e->drive.planner || ATOMIC_GET(e->run_running)) return COMMIT_LOW_S;
-    return lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s);
+    double least = COMMIT_LOW_CYCLES * e->cfg.cycle_s;
+    if (e->drive.planner || ATOMIC_GET(e->run_running)) return greater(COMMIT_LOW_S, least);
+    return greater(lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s), least);
 }
 
 static int pump(engine *e) {
