@@ -125,13 +125,10 @@ static int lay_out(nc_smooth *s, int end, bool final) {
     for (int k = 0; k < 5; k++) w->tau[n + k] = w->tau[n - 1];
     w->fixed_tail = final && s->nodes[end].kind == NODE_TAIL ? 3 : 1;
     if (w->fixed_head == 3) clamp(s, 0, 0);
-    if (w->fixed_head == 1) memcpy(w->c[0], s->nodes[0].q, sizeof w->c[0]);
+    if (w->fixed_head == 1) memcpy(w->c[0], s->nodes[0].q, sizeof s->nodes[0].q);
     if (w->fixed_tail == 3) clamp(s, end - 1, w->spans + 2);
-    memcpy(w->c[w->spans + 4], s->nodes[end].q, sizeof w->c[0]);
-    for (int k = 0; k < w->spans; k++) {
-        spline_span_basis(w->tau, k, w->m[k]);
-        spline_fairness(w, k);
-    }
+    memcpy(w->c[w->spans + 4], s->nodes[end].q, sizeof s->nodes[0].q);
+    for (int k = 0; k < w->spans; k++) spline_span(w, k);
     return end;
 }
 
@@ -213,12 +210,17 @@ static void lay_sites(nc_smooth *s, int end) {
 
 /* ---- iteration -------------------------------------------------------------------------------------------------- */
 
-/* Square of the curvature of span k at its middle, over the main axes where they move. */
-static double bend2(const nc_smooth *s, const double c[][ORDER], double h) {
-    double d1 = 0.0, d2 = 0.0, both = 0.0;
-    for (int a = 0; a < s->cfg.axes; a++) {
-        double v = (c[a][1] + c[a][2] + 0.75 * c[a][3] + 0.5 * c[a][4] + 0.3125 * c[a][5]) / h;
-        double b = (2.0 * c[a][2] + 3.0 * c[a][3] + 3.0 * c[a][4] + 2.5 * c[a][5]) / (h * h);
+/* Square of the curvature of span k at its middle, over all axes. */
+static double bend2(const window *w, int k, int axes) {
+    double h = w->tau[k + 6] - w->tau[k + 5], d1 = 0.0, d2 = 0.0, both = 0.0;
+    for (int a = 0; a < axes; a++) {
+        double v = 0.0, b = 0.0;
+        for (int j = 0; j < ORDER; j++) {
+            v += w->middle[k][0][j] * w->c[k + j][a];
+            b += w->middle[k][1][j] * w->c[k + j][a];
+        }
+        v /= h;
+        b /= h * h;
         d1 += v * v;
         d2 += b * b;
         both += v * b;
@@ -228,13 +230,10 @@ static double bend2(const nc_smooth *s, const double c[][ORDER], double h) {
 }
 
 /* Fairness counts with the sixth power of the speed that the curve found so far allows: jerk is q''' v^3. */
-static void weigh_by_speed(nc_smooth *s, const double pieces[][NC_AXES][ORDER]) {
+static void weigh_by_speed(nc_smooth *s) {
     window *w = &s->w;
     double v2[SPANS_ROOM], top = s->cfg.feed * s->cfg.feed;
-    for (int k = 0; k < w->spans; k++) {
-        double h = w->tau[k + 6] - w->tau[k + 5];
-        v2[k] = fmin(top, s->cfg.accel / sqrt(bend2(s, pieces[k], h) + 1e-18));
-    }
+    for (int k = 0; k < w->spans; k++) v2[k] = fmin(top, s->cfg.accel / sqrt(bend2(w, k, s->cfg.axes) + 1e-18));
     for (int k = 1; k < w->spans; k++) v2[k] = fmin(v2[k], v2[k - 1] + 2.0 * s->cfg.accel * (w->tau[k + 6] - w->tau[k + 5]));
     for (int k = w->spans - 1; k-- > 0;) v2[k] = fmin(v2[k], v2[k + 1] + 2.0 * s->cfg.accel * (w->tau[k + 7] - w->tau[k + 6]));
     for (int k = 0; k < w->spans; k++) {
@@ -243,22 +242,27 @@ static void weigh_by_speed(nc_smooth *s, const double pieces[][NC_AXES][ORDER]) 
     }
 }
 
-/* Residual of every point over its target; returns the largest over what is allowed. */
+/* Residual of every point over its target; returns the largest over what is allowed, NaN if any is none. */
 static double residuals(nc_smooth *s) {
     window *w = &s->w;
-    double most = 0.0;
+    double most = 0.0, all = 0.0;
+    int axes = s->cfg.axes;
     for (int k = 0; k < w->sites_n; k++) {
         site *p = &w->sites[k];
         double sum[2] = {0.0, 0.0};
-        for (int a = 0; a < s->cfg.axes; a++) {
-            double q = 0.0;
-            for (int j = 0; j < ORDER; j++) q += p->basis[j] * w->c[p->span + j][a];
-            sum[s->cfg.rotary >> a & 1] += (q - p->q[a]) * (q - p->q[a]);
+        for (int a = 0; a < axes; a += 2) {
+            pair q = -*(const pair *)(p->q + a);
+            for (int j = 0; j < ORDER; j++) q += p->basis[j] * *(const pair *)(w->c[p->span + j] + a);
+            q *= q;
+            sum[s->cfg.rotary >> a & 1] += q[0];
+            if (a + 1 < axes) sum[s->cfg.rotary >> (a + 1) & 1] += q[1];
         }
-        p->miss = sqrt(fmax(sum[0], sum[1])) / p->target;
-        most = fmax(most, p->miss * p->target / p->allowed);
+        double miss = sqrt(sum[0] > sum[1] ? sum[0] : sum[1]), share = miss / p->allowed;
+        p->miss = miss / p->target;
+        all += share;
+        if (share > most) most = share;
     }
-    return most;
+    return isfinite(all) ? most : all;
 }
 
 /* Weights for the next solution. `relax`: closeness that was wanted and is not had is given up, up to what is allowed. */
@@ -297,13 +301,15 @@ static void add_where_it_fails(nc_smooth *s, int span, double t, const contour *
 }
 
 /* All spans against the contour; spans that fail get their points' weights raised. Returns the largest deviation. */
-static double certify_window(nc_smooth *s, double pieces[][NC_AXES][ORDER], int end, double *deviation) {
+static double certify_window(nc_smooth *s, int end, double *deviation) {
     window *w = &s->w;
     contour path = {s->nodes, end + 1};
     int chord = 0;
     double worst = 0.0;
     for (int k = 0; k < w->spans; k++) {
-        verdict v = certify_piece(s, pieces[k], w->tau[k + 5], w->tau[k + 6], &path, &chord);
+        double hull[NC_AXES][ORDER];
+        spline_hull(w, k, s->cfg.axes, hull);
+        verdict v = certify_piece(s, hull, w->tau[k + 5], w->tau[k + 6], &path, &chord);
         deviation[k] = v.worst;
         if (v.worst > 1.0) {
             double factor = fmin(v.worst * v.worst, 10.0);
@@ -315,7 +321,7 @@ static double certify_window(nc_smooth *s, double pieces[][NC_AXES][ORDER], int 
     return worst;
 }
 
-static bool iterate(nc_smooth *s, int end, double pieces[][NC_AXES][ORDER], double *deviation) {
+static bool iterate(nc_smooth *s, int end, double *deviation) {
     window *w = &s->w;
     bool failed = false;
     s->stats.windows++;
@@ -325,18 +331,15 @@ static bool iterate(nc_smooth *s, int end, double pieces[][NC_AXES][ORDER], doub
         double most = residuals(s);
         if (!isfinite(most)) return false;
         bool near = i >= SETTLE && (most < 1.0 || (failed && most < NEAR));
-        for (int k = 0; k < w->spans; k++) {
-            if (i < SETTLE || near) spline_piece(w, k, s->cfg.axes, pieces[k]);
-            w->raise[k] = 1.0;
-        }
+        for (int k = 0; k < w->spans; k++) w->raise[k] = 1.0;
         if (near) {
-            if (certify_window(s, pieces, end, deviation) <= 1.0) return true;
+            if (certify_window(s, end, deviation) <= 1.0) return true;
             failed = true;
         }
         if (i < SETTLE) {
             double before[SPANS_ROOM];
             memcpy(before, w->rho, sizeof before);
-            weigh_by_speed(s, (const double(*)[NC_AXES][ORDER])pieces);
+            weigh_by_speed(s);
             for (int k = 0; k < w->sites_n; k++) w->sites[k].weight *= w->rho[w->sites[k].span] / before[w->sites[k].span];
         }
         reweigh(w, i < 8 && !failed ? 0.1 : i < 14 && !failed ? 0.5 : RELEASE, i >= SETTLE);
@@ -389,7 +392,7 @@ static void use_tail(nc_smooth *s) {
     memcpy(w->tau, s->keep.tau, sizeof(double) * (size_t)(w->spans + 11));
     memcpy(w->c, s->keep.c, sizeof w->c[0] * (size_t)(w->spans + 5));
     for (int k = 0; k < w->spans; k++) {
-        spline_span_basis(w->tau, k, w->m[k]);
+        spline_span(w, k);
         spline_piece(w, k, s->cfg.axes, pieces[k]);
     }
     write_spans(s, pieces, w->tau, w->spans, s->n_nodes - 1);
@@ -425,7 +428,7 @@ void window_advance(nc_smooth *s, int end, bool final) {
             return;
         }
         lay_sites(s, reached);
-        good = iterate(s, reached, pieces, deviation);
+        good = iterate(s, reached, deviation);
     }
     if (!good) {
         fall_back(s, reached);
@@ -436,6 +439,7 @@ void window_advance(nc_smooth *s, int end, bool final) {
     int commit = s->w.spans;
     if (!final && commit > 6) commit = commit - 5 < COMMIT_SPANS ? commit - 5 : commit > 2 * COMMIT_SPANS ? commit - COMMIT_SPANS : COMMIT_SPANS;
     note_deviation(s, deviation, commit);
+    for (int k = 0; k < commit; k++) spline_piece(&s->w, k, s->cfg.axes, pieces[k]);
     write_spans(s, pieces, s->w.tau, commit, reached);
     s->keep.valid = false;
     s->measure = s->w.spans - commit;
