@@ -55,9 +55,11 @@ static void cut_at(const double *b, double r, double *left, double *right) {
     }
 }
 
-static double part_deviation(const nc_smooth *s, const part *p, int depth) {
+/* `t`: where on the part, 0..1, it is too much. */
+static double part_deviation(const nc_smooth *s, const part *p, int depth, double *t) {
     bool forward;
     double most = sqrt(hull(s, p, &forward));
+    *t = 0.5;
     if (most <= p->allowed && forward) return most / p->allowed;
     if (depth == DEPTH) return fmax(most / p->allowed, forward ? 0.0 : 2.0);
     part left = {.allowed = p->allowed}, right = {.allowed = p->allowed};
@@ -67,8 +69,13 @@ static double part_deviation(const nc_smooth *s, const part *p, int depth) {
         left.to[a] = right.from[a] = 0.5 * (p->from[a] + p->to[a]);
         right.to[a] = p->to[a];
     }
-    double first = part_deviation(s, &left, depth + 1);
-    return first > 1.0 ? first : fmax(first, part_deviation(s, &right, depth + 1));
+    double first = part_deviation(s, &left, depth + 1, t);
+    *t *= 0.5;
+    if (first > 1.0) return first;
+    double u, second = part_deviation(s, &right, depth + 1, &u);
+    if (!(second > first)) return first;
+    *t = 0.5 + 0.5 * u;
+    return second;
 }
 
 static void chord_point(const contour *path, int i, double t, int axes, double *q) {
@@ -94,8 +101,8 @@ verdict certify_piece(nc_smooth *s, double b[][ORDER], double t0, double t1, con
         }
         chord_point(path, i, at, s->cfg.axes, p.from);
         chord_point(path, i, end, s->cfg.axes, p.to);
-        double d = part_deviation(s, &p, 0);
-        if (d > v.worst) v = (verdict){d, 0.5 * (at + end)};
+        double t, d = part_deviation(s, &p, 0, &t);
+        if (d > v.worst) v = (verdict){d, at + t * (end - at)};
         *chord = i;
         if (last) return v;
         at = end;

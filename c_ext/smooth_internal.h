@@ -71,9 +71,10 @@ typedef struct window {
     double hull[SPANS_ROOM][ORDER][ORDER]; /* the same by their Bernstein coefficients */
     double middle[SPANS_ROOM][2][ORDER]; /* their first and second derivatives in the middle, over x */
     double fair[SPANS_ROOM][ORDER][ORDER]; /* fairness of each span: row i has what control points i + 0.. share, then zeros */
-    double rho[SPANS_ROOM], raise[SPANS_ROOM];
+    double rho[SPANS_ROOM];
     site sites[SITES];
     double band[ORDER + CONTROLS + ORDER][ORDER]; /* row ORDER + i: coefficients of control points i + 0..; zeros around them */
+    double inverse[CONTROLS + ORDER][ORDER]; /* of the system, as far as the band reaches: row i, control points i + 0.. */
     int spans, sites_n, fixed_head, fixed_tail;
 } window;
 
@@ -134,6 +135,8 @@ static inline double dot(const double *a, const double *b, int n) {
 void spline_span(window *w, int span);
 void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]);
 void spline_solve(window *w, int axes);
+void spline_invert(window *w);
+double spline_give(const window *w, const site *p);
 void spline_piece(const window *w, int span, int axes, double out[][ORDER]);
 void spline_hull(const window *w, int span, int axes, double out[][ORDER]);
 

@@ -196,3 +196,35 @@ void spline_solve(window *w, int axes) {
     if (pairs == 2) solve(w, 2);
     else solve(w, pairs);
 }
+
+/* Inverse of the system that was solved last, within its band; control points that are fixed do not give. */
+void spline_invert(window *w) {
+    int n = w->spans + 5;
+    double (*z)[ORDER] = w->inverse;
+    memset(z[n], 0, sizeof *z * ORDER);
+    for (int i = n; i-- > 0;) {
+        const double *l = w->band[ORDER + i];
+        double give = l[0];
+        for (int j = 1; j < ORDER; j++) {
+            double sum = 0.0;
+            for (int k = 1; k < ORDER; k++) sum -= l[k] * (k <= j ? z[i + k][j - k] : z[i + j][k - j]);
+            z[i][j] = sum;
+        }
+        for (int k = 1; k < ORDER; k++) give -= l[k] * z[i][k];
+        z[i][0] = give;
+    }
+    for (int k = 0; k < w->fixed_head; k++) z[k][0] = 0.0;
+    for (int k = n - w->fixed_tail; k < n; k++) z[k][0] = 0.0;
+}
+
+/* How far the curve of spline_invert gives way to a force of 1 at a point. With a weight w more there, the residual is divided by
+ * 1 + give * w. */
+double spline_give(const window *w, const site *p) {
+    double sum = 0.0;
+    for (int a = 0; a < ORDER; a++) {
+        double part = 0.5 * w->inverse[p->span + a][0] * p->basis[a];
+        for (int b = a + 1; b < ORDER; b++) part += w->inverse[p->span + a][b - a] * p->basis[b];
+        sum += part * p->basis[a];
+    }
+    return fmax(2.0 * sum, 1e-300);
+}

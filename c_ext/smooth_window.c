@@ -9,8 +9,10 @@
 #define NOISE 2.0        /* and how much of what they scatter */
 #define SHARE 0.92       /* share of it that all other points get: humps lie between them */
 #define STIFF 300.0       /* first weight of a span's points against its fairness */
-#define TIGHTER 0.92      /* what a failure does to the targets of its span */
-#define ADDED 0.7        /* share for points added where a hump was */
+#define WISH_FAILED 0.3   /* share that the points of a span that fails get at the least */
+#define HUMP_WEIGHT 10.0  /* of the largest weight in its span: more is not given to a point where a hump was */
+#define GROWTH 100.0      /* of a weight from one solution to the next */
+#define GIVE_FROM 11      /* solutions from which on weights grow by what the curve gives; before, too much changes at a time */
 #define WEIGHT_SPREAD 1e7 /* a weight's largest factor over its first */
 #define RELAX 1.5         /* growth of a target that is not met although more would be allowed */
 #define RELEASE 1.0       /* least factor on a weight once the window settles */
@@ -265,8 +267,9 @@ static double residuals(nc_smooth *s) {
     return isfinite(all) ? most : all;
 }
 
-/* Weights for the next solution. `relax`: closeness that was wanted and is not had is given up, up to what is allowed. */
-static void reweigh(window *w, double least, bool relax) {
+/* Weights for the next solution. `relax`: closeness that was wanted and is not had is given up, up to what is allowed. `exact`: weights
+ * grow to what would do if no other changed; where the curve is soft that is much more than the square of the miss. */
+static void reweigh(window *w, double least, bool relax, bool exact) {
     for (int k = 0; k < w->sites_n; k++) {
         site *p = &w->sites[k];
         if (relax && p->wish && p->miss > 1.0) {
@@ -274,33 +277,39 @@ static void reweigh(window *w, double least, bool relax) {
             p->miss *= p->target / target;
             p->target = target;
         }
-        double factor = p->miss > 1.0 ? fmin(p->miss * p->miss, 100.0) : fmax(p->miss, p->wish ? fmin(least, WISH_LEAST) : least);
+        double factor = fmax(p->miss, p->wish ? fmin(least, WISH_LEAST) : least);
+        if (p->miss > 1.0) {
+            factor = p->miss * p->miss;
+            if (exact) factor = fmax(factor, 1.0 + (p->miss - 1.0) / fmin(p->weight * spline_give(w, p), 1.0));
+            factor = fmin(factor, GROWTH);
+        }
         double h = w->tau[p->span + 6] - w->tau[p->span + 5], first = STIFF * w->rho[p->span] / (h * h * h * h * h);
-        p->weight = fmin(p->weight * factor * w->raise[p->span], (p->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
+        p->weight = fmin(p->weight * factor, (p->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
     }
 }
 
-/* Humps stand between points: one more there, with the weight of its span. */
-static void add_where_it_fails(nc_smooth *s, int span, double t, const contour *path, int chord) {
+/* Humps stand between points: one more there, with the weight that makes its deviation what is aimed at. */
+static void add_where_it_fails(nc_smooth *s, int span, verdict v, const contour *path, int chord) {
     window *w = &s->w;
     if (w->sites_n >= SITES - SPANS_ROOM) return;
-    while (chord > 0 && path->nodes[chord].t > t) chord--;
+    while (chord > 0 && path->nodes[chord].t > v.t) chord--;
     double q[NC_AXES], weight = 0.0, allowed = fmax(s->tol - path->nodes[chord + 1].slack, 0.1 * s->tol);
     for (int k = 0; k < w->sites_n; k++) {
         if (w->sites[k].span != span) continue;
-        w->sites[k].target = fmax(TIGHTER * w->sites[k].target, 0.3 * allowed);
+        w->sites[k].target = fmax(w->sites[k].target, WISH_FAILED * allowed);
         w->sites[k].wish = false;
-        if (fabs(w->sites[k].t - t) < 1e-3 * (w->tau[span + 6] - w->tau[span + 5])) return;
+        if (fabs(w->sites[k].t - v.t) < 1e-3 * (w->tau[span + 6] - w->tau[span + 5])) return;
         weight = fmax(weight, w->sites[k].weight);
     }
-    on_chord(s, chord, t, q);
-    add_point(w, q, t, ADDED * allowed, allowed, span, s->cfg.axes);
-    w->sites[w->sites_n - 1].weight = weight;
-    w->sites[w->sites_n - 1].wish = false;
-    w->sites[w->sites_n - 1].miss = 1.0;
+    on_chord(s, chord, v.t, q);
+    add_point(w, q, v.t, SHARE * allowed, allowed, span, s->cfg.axes);
+    site *p = &w->sites[w->sites_n - 1];
+    p->weight = fmin(HUMP_WEIGHT * weight, (v.worst / SHARE - 1.0) / spline_give(w, p));
+    p->wish = false;
+    p->miss = 1.0;
 }
 
-/* All spans against the contour; spans that fail get their points' weights raised. Returns the largest deviation. */
+/* All spans against the contour; spans that fail get a point where they do. Returns the largest deviation. */
 static double certify_window(nc_smooth *s, int end, double *deviation) {
     window *w = &s->w;
     contour path = {s->nodes, end + 1};
@@ -312,9 +321,8 @@ static double certify_window(nc_smooth *s, int end, double *deviation) {
         verdict v = certify_piece(s, hull, w->tau[k + 5], w->tau[k + 6], &path, &chord);
         deviation[k] = v.worst;
         if (v.worst > 1.0) {
-            double factor = fmin(v.worst * v.worst, 10.0);
-            for (int j = k > 0 ? k - 1 : 0; j <= k + 1 && j < w->spans; j++) w->raise[j] = fmax(w->raise[j], factor);
-            add_where_it_fails(s, k, v.t, &path, chord);
+            if (!(worst > 1.0)) spline_invert(w);
+            add_where_it_fails(s, k, v, &path, chord);
         }
         worst = fmax(worst, v.worst);
     }
@@ -331,7 +339,6 @@ static bool iterate(nc_smooth *s, int end, double *deviation) {
         double most = residuals(s);
         if (!isfinite(most)) return false;
         bool near = i >= SETTLE && (most < 1.0 || (failed && most < NEAR));
-        for (int k = 0; k < w->spans; k++) w->raise[k] = 1.0;
         if (near) {
             if (certify_window(s, end, deviation) <= 1.0) return true;
             failed = true;
@@ -342,7 +349,9 @@ static bool iterate(nc_smooth *s, int end, double *deviation) {
             weigh_by_speed(s);
             for (int k = 0; k < w->sites_n; k++) w->sites[k].weight *= w->rho[w->sites[k].span] / before[w->sites[k].span];
         }
-        reweigh(w, i < 8 && !failed ? 0.1 : i < 14 && !failed ? 0.5 : RELEASE, i >= SETTLE);
+        bool exact = i >= GIVE_FROM;
+        if (exact) spline_invert(w);
+        reweigh(w, i < 8 && !failed ? 0.1 : i < 14 && !failed ? 0.5 : RELEASE, i >= SETTLE, exact);
     }
     return false;
 }
