@@ -11,9 +11,9 @@
 
 #define LOWEST       0.6 /* share of the guess at which tangents are taken at the least: slower never gains */
 #define TO_BOUNDARY 0.995
-#define START_MU     1.0 /* of the objective: barrier of the first iterate, over all rows */
+#define START_MU     2.0 /* of the objective: barrier of the first iterate, over all rows */
 #define START_SLACK  0.3 
-#define CENTRED 0.05     /* least product of slack and multiplier, over what the step aims at */
+#define CENTRED 0.1     /* least product of slack and multiplier, over what the step aims at */
 #define GAP          3e-4 /* of the objective */
 #define HOPELESS 1e6
 #define ROWS_MET 1e-6

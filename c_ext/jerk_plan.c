@@ -281,8 +281,10 @@ void plan_window(jerk_planner *p) {
     p->changed = false;
     p->wait = 1 + g->n / 10;
     if (!above && (solve_window(p, g, true, 1.0) || solve_shorter(p, g, TAIL_MORE * left))) {
-        if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
-        else {
+        if (!changed && !g->rest_start && slower_than_tail(p, g)) {
+            p->stats.slower++;
+            p->plan.final = p->plan.final || p->prob.solved; /* the solver does no better */
+        } else {
             plan_accept(p, g, p->prob.solved);
             p->was = speeds_now(p);
         }
