@@ -2,8 +2,8 @@
 #include <math.h>
 #include "jerk_internal.h"
 
-#define EASY_ACC 0.5     /* share of the limits that the guess uses */
-#define EASY_JERK 0.6
+#define EASY_ACC 0.45    /* share of the limits that the guess uses */
+#define EASY_JERK 0.5
 #define EASY_SPEED 0.9
 #define EASY_BEND 0.6
 #define TINY 1e-14
