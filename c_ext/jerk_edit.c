@@ -53,6 +53,8 @@ void jerk_cut(jerk_planner *p, int64_t i, double length) {
     jerk_interval whole = *q;
     interval_part(&whole, 0.0, length, p->cfg.axes, q);
     q->blocks = whole.blocks;
+    steps *t = &p->steps[at & p->mask];
+    t->knots = ceil(q->length / t->longest);
 }
 
 void jerk_brake(jerk_planner *p) {

@@ -272,7 +272,7 @@ int jerk_ready(const jerk_planner *p) {
     int blocks = 0;
     for (uint64_t i = p->head; i != p->tail; i++) {
         const jerk_interval *q = ring_at(p, i);
-        knots += ceil(q->length / steps_at(p, i)->longest);
+        knots += knots_at(p, i);
         blocks += (int)q->blocks;
         if ((q->flags & JERK_STAND) || knots >= p->cfg.window_knots || blocks >= p->cfg.window_blocks) return 1;
     }
