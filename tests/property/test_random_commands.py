@@ -10,7 +10,7 @@ from commanded import config, drive, over_limits, program
 from inside import Inside
 
 CASES = [(seed, options) for options in ("", "c", "f", "n", "nc", "nf") for seed in range(6)]
-# the path is fed anew where it stands; a hold over an inserted stop, twice; a step over a stretch that was cut anew; arcs
+# fed anew where it stands; a hold over an inserted stop, twice; a step over a stretch that was cut anew; arcs
 CASES += [(9, ""), (56, ""), (13, "c"), (5, "nc"), (24, "n"), (36, "nc")]
 
 
