@@ -2,7 +2,8 @@
 
 The C declarations cffi needs are read from the headers, between ``/* cdef begin */`` and ``/* cdef end */``; the
 header of the shared-memory layout is generated from ``hli/layout.py`` before anything is compiled.  The environment
-variable HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the sanitizers.
+variable HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the sanitizers;
+HLI_COSIM_INTERLEAVE=1 with the places at which ``tests/unit/test_interleaving.py`` switches between planner and GEO.
 """
 
 from __future__ import annotations
@@ -55,6 +56,8 @@ def compile_args() -> tuple[list[str], list[str]]:
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
         args.append("-Werror")
+    if os.environ.get("HLI_COSIM_INTERLEAVE"):
+        args.append("-DENGINE_INTERLEAVE")
     sanitize = os.environ.get("HLI_COSIM_SANITIZE")
     if sanitize:
         args += [f"-fsanitize={sanitize}", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]

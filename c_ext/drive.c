@@ -81,31 +81,32 @@ static void derivatives(const engine *e, const piece *p, double s, double *d1, d
     d3[p->axis2] = -w * w * d1[p->axis2];
 }
 
-/* |q''|, and |q'| into `fast` if that is larger. */
-static double bend_at(const engine *e, const piece *p, double s, double *fast) {
-    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0, rate = 0.0;
+static double bend_at(const engine *e, const piece *p, double s) {
+    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0;
     derivatives(e, p, s, d1, d2, d3);
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        sum += d2[i] * d2[i];
-        rate += d1[i] * d1[i];
-    }
-    *fast = fmax(*fast, sqrt(rate));
+    for (int i = 0; i < e->cfg.axis_count; i++) sum += d2[i] * d2[i];
     return sqrt(sum);
 }
 
-/* Largest turn per mm over from..to. Axes that outrun the path (rotary ones over a short way) count by the relative change of their rate. */
+/* Largest turn per mm of a curve over from..to. Axes that outrun the path (rotary ones over a short way) count by the relative change of
+ * their rate, all axes by their own way where the path is that of the tool tip. */
 static double turn_rate(const engine *e, const piece *p, double from, double to) {
-    double bend = 0.0, most[NC_AXES] = {0}, change[NC_AXES] = {0};
+    double bend = 0.0, fast = 0.0, relative = 0.0, most[NC_AXES] = {0}, change[NC_AXES] = {0};
     for (int k = 0; k < 3; k++) {
-        double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0};
+        double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0, rate = 0.0;
         derivatives(e, p, from + 0.5 * k * (to - from), d1, d2, d3);
         for (int i = 0; i < e->cfg.axis_count; i++) {
+            sum += d2[i] * d2[i];
+            rate += d1[i] * d1[i];
             most[i] = fmax(most[i], fabs(d1[i]));
             change[i] = fmax(change[i], fabs(d2[i]));
         }
+        bend = fmax(bend, sqrt(sum));
+        fast = fmax(fast, sqrt(rate));
     }
-    for (int i = 0; i < e->cfg.axis_count; i++) bend = hypot(bend, change[i] / fmax(1.0, most[i]));
-    return bend;
+    if (curve_of(e, p)->natural > 0.0 && fast > 0.0) return bend / fast;
+    for (int i = 0; i < e->cfg.axis_count; i++) relative = hypot(relative, change[i] / fmax(1.0, most[i]));
+    return fmin(bend, relative);
 }
 
 /* The program asks for a slow corner at the start: a short interval of its own holds that speed. */
@@ -122,10 +123,7 @@ static double interval_end(const engine *e, const piece *p, double s) {
         bend = fabs(p->sweep) / p->whole;
     } else {
         end = fmin(end, curve_piece_cell_end(e, p, s));
-        double fast = 0.0;
-        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, s + 0.5 * k * (end - s), &fast));
-        if (curve_of(e, p)->natural > 0.0 && fast > 0.0) bend /= fast; /* mm of the tip, not of the axes */
-        else bend = fmin(bend, turn_rate(e, p, s, end));
+        bend = turn_rate(e, p, s, end);
     }
     double parts = fmin(ceil((end - s) * bend / TURN_STEP - 1e-9), floor((end - s) / LEAST_MM)), next = parts > 1.0 ? s + (end - s) / parts : end;
     return p->length - next < TINY_MM ? p->length : next;
@@ -150,8 +148,7 @@ static double programmed_speed(const engine *e, const piece *p, double from, dou
     const motion_limits *l = &p->limits;
     double v = l->path_velocity > 0 ? (double)l->path_velocity : NEVER, bend = 0.0;
     if (l->radial_acceleration > 0) {
-        double fast = 0.0;
-        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, from + 0.5 * k * (to - from), &fast));
+        for (int k = 0; k < 3; k++) bend = fmax(bend, bend_at(e, p, from + 0.5 * k * (to - from)));
         if (bend > 1e-12) v = fmin(v, sqrt((double)l->radial_acceleration / bend));
     }
     v = fmin(v, shared_speed(e, p, from, to));
@@ -184,17 +181,15 @@ static void set_shares(const engine *e, const piece *p, jerk_interval *q) {
     }
 }
 
-static jerk_interval interval_of(const engine *e, const piece *p, uint64_t i, double from, double to) {
-    jerk_interval q = {.length = to - from, .offset = from, .tag = i};
-    derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
-    derivatives(e, p, to, q.d1[1], q.d2[1], q.d3[1]);
-    q.feed = p->feed > 0 ? p->feed : p->v_hard;
-    q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
-    q.v_hard = programmed_speed(e, p, from, to);
-    set_shares(e, p, &q);
-    q.blocks = to >= p->length;
-    if (from <= 0.0 && p->entry_speed < NEVER) q.v_hard = q.v_hard > 0.0 ? fmin(q.v_hard, p->entry_speed) : p->entry_speed;
-    return q;
+/* The interval that begins as q does ends at `to`. */
+static void end_interval(const engine *e, const piece *p, double to, jerk_interval *q) {
+    double from = q->offset;
+    q->length = to - from;
+    derivatives(e, p, to, q->d1[1], q->d2[1], q->d3[1]);
+    q->v_hard = programmed_speed(e, p, from, to);
+    set_shares(e, p, q);
+    q->blocks = to >= p->length;
+    if (from <= 0.0 && p->entry_speed < NEVER) q->v_hard = q->v_hard > 0.0 ? fmin(q->v_hard, p->entry_speed) : p->entry_speed;
 }
 
 /* How far the third derivative of the planner's polynomial over q (jerk_knots.c) misses the curve at the share t, over the largest of
@@ -219,10 +214,13 @@ static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) 
 /* The next interval of the path of a piece. */
 static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, double from) {
     double to = interval_end(e, p, from);
-    jerk_interval q = interval_of(e, p, i, from, to);
+    jerk_interval q = {.offset = from, .tag = i, .feed = p->feed > 0 ? p->feed : p->v_hard};
+    q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
+    derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
+    end_interval(e, p, to, &q);
     for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > CURVE_SHORTEST && !fits_curve(e, p, &q); k++) {
         to = 0.5 * (from + to);
-        q = interval_of(e, p, i, from, to);
+        end_interval(e, p, to, &q);
     }
     return q;
 }
@@ -505,7 +503,7 @@ double drive_take_back(engine *e, double seconds) {
     return back;
 }
 
-/* Commit motion until COMMIT_HIGH_S of it are ahead of GEO. */
+/* Commit motion until commit_high of it is ahead of GEO. */
 void drive_commit(engine *e) {
     if (e->drive.restart && e->plan.v > 0.0) return; /* the stored tail is driven first */
     if (e->drive.restart) restart(e);
@@ -513,7 +511,7 @@ void drive_commit(engine *e) {
     if (changed) update_stands(e);
     push_path(e);
     set_speeds(e);
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e)};
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e)};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     if (word & 1) return; /* GEO has taken the tail */

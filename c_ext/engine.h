@@ -191,6 +191,9 @@ int engine_run(engine *e, int64_t n, int64_t wait_ns);
 /* Real time: start and stop the planner and GEO threads; wait for an event. */
 int engine_start(engine *e, int use_fifo);
 int engine_wait(engine *e, int64_t timeout_ns);
+
+/* Tests of the threads on one thread (interleave.c): up to `cycles` cycles; result as of engine_run, -1: not built for it. */
+int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first);
 void engine_stop(engine *e);
 /* Measure the first `rows` real-time cycles: ns a cycle took, ns it woke late. Set before engine_start. */
 void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t rows);

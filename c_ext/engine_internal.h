@@ -19,12 +19,25 @@
 #define PHASE_RING 4096u
 #define LOG_CHUNK 4096u
 #define LOG_CHUNKS 65536u
-#define COMMIT_LOW_S 0.010
+#define COMMIT_LOW_S 0.010  /* motion committed ahead of GEO, */
 #define COMMIT_HIGH_S 0.020
+#define COMMIT_LOW_CYCLES 2.0 /* ... and at least so many cycles */
+#define COMMIT_HIGH_CYCLES 4.0
 #define NEVER 1e300
+#define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
+#define GEO_MOVES 1e-6 /* mm/s: slower than this, GEO may take it for a standstill, where it waits and takes no tail */
 
+#ifdef ENGINE_INTERLEAVE /* tests: every atomic access is a place to switch to the other thread (interleave.c) */
+void interleave(void);
+#define ATOMIC_GET(x) (interleave(), __atomic_load_n(&(x), __ATOMIC_ACQUIRE))
+#define ATOMIC_SET(x, v) (interleave(), __atomic_store_n(&(x), (v), __ATOMIC_RELEASE), interleave())
+#define __atomic_load(...) (interleave(), __atomic_load(__VA_ARGS__))
+#define __atomic_store(...) (interleave(), __atomic_store(__VA_ARGS__), interleave())
+#define __atomic_compare_exchange_n(...) (interleave(), __atomic_compare_exchange_n(__VA_ARGS__))
+#else
 #define ATOMIC_GET(x) __atomic_load_n(&(x), __ATOMIC_ACQUIRE)
 #define ATOMIC_SET(x, v) __atomic_store_n(&(x), (v), __ATOMIC_RELEASE)
+#endif
 
 /* An element is what the programmer wrote and the PLC sees: the HLI facts of one motion row. */
 typedef struct element {
@@ -250,9 +263,10 @@ typedef struct planner {
     double reserve_override;
     double override, committed_s;
     bool hold;
-    bool late;           /* GEO will take the tail: nothing is committed until then (recall.c) */
+    bool late;           /* GEO will take the tail: nothing is committed until then */
     int stalled;
     tail tails[2];
+    bool fed_anew;       /* what lies ahead has been fed anew since the last commit, while the path moved */
     bool tail_due;       /* the stored tail is not written yet: planner_store_tail */
     uint64_t tail_end;   /* the window that it was planned in */
     uint32_t tail_max;
@@ -586,6 +600,7 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
 bool spans_new(engine *e);
 void spans_free(engine *e);
 bool spans_known(const engine *e, uint64_t i);
+double corner_zone(const engine *e, double corner_v, const piece *p);
 void piece_spans(engine *e, uint64_t i, const piece *next);
 bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2);
 
@@ -641,6 +656,8 @@ typedef struct writer {
     uint32_t count, max;
     uint64_t piece;
     double s, v, seconds, budget;
+    uint64_t too_fast; /* corners and stands that it passes too fast, ... */
+    bool refused;      /* ... by more than rounding */
     bent_left left;
 } writer;
 void write_phase(writer *w, const phase *ph);
@@ -648,6 +665,7 @@ bool writer_full(const writer *w);
 void pass_event(writer *w);
 void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
+double commit_high(const engine *e);
 double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
 void planner_store_tail(engine *e);

@@ -106,6 +106,13 @@ static void drop_stop(engine *e, const piece *p) {
     e->feed.target = p->path0;
 }
 
+/* An inserted stop that stays is one for the motion behind it too, when that is fed again. */
+static void stop_behind(engine *e, const piece *p) {
+    if (!p->inserted || p->type != NC_M) return;
+    if (p->m01) e->feed.m01 = true;
+    else e->feed.stop = true;
+}
+
 /* Drop what has been fed from `head` on. */
 void feed_cut(engine *e, uint64_t head) {
     for (uint64_t i = head; i < e->piece_head; i++) {
@@ -116,12 +123,16 @@ void feed_cut(engine *e, uint64_t head) {
         if (p->synch & SYNCH_MVS_SVS) e->feed.pushed.std_acked--;
     }
     e->feed.dropped_stop = false;
+    e->plan.fed_anew |= e->plan.v > 0.0;
     drive_cut_run(e, head);
     e->piece_head = head;
     e->plan.capped = e->plan.piece;
-    e->feed.has_motion = false;
+    e->feed.has_motion = e->feed.stop = e->feed.m01 = false;
     for (uint64_t i = head; i-- > 0 && i + KEPT_BEHIND > e->plan.piece;) {
-        if (!is_motion(piece_at(e, i))) continue;
+        if (!is_motion(piece_at(e, i))) {
+            stop_behind(e, piece_at(e, i));
+            continue;
+        }
         e->feed.last_motion = i;
         e->feed.has_motion = true;
         return;
@@ -137,6 +148,7 @@ static bool loop_wanted(engine *e, const piece *p) { return ATOMIC_GET(e->rt_loo
 static void decide_branch(engine *e, piece *p, bool again) {
     p->again = again;
     e->feed.next = again ? p->mate + (uint64_t)p->dir : p->origin + (uint64_t)p->dir;
+    e->feed.at = -1.0;
     e->feed.in_loop = true; /* until the path has passed the decision */
 }
 

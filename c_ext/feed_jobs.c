@@ -14,7 +14,7 @@ typedef struct place {
 static place stand_place(engine *e) {
     bool forward = e->feed.dir > 0;
     if (e->plan.piece >= e->piece_head) {
-        if (forward) return (place){e->feed.next, fmax(0.0, e->feed.at)};
+        if (forward || e->feed.at >= 0.0) return (place){e->feed.next, fmax(0.0, e->feed.at)}; /* it has turned, and nothing is fed yet */
         return (place){e->feed.next + 1, 0.0};
     }
     const piece *p = piece_at(e, e->plan.piece);

@@ -98,7 +98,6 @@ static void feed_again_from(engine *e, uint64_t i) {
     bool behind = p->inserted && p->from >= p->whole - 1e-9;
     uint64_t next = behind ? p->origin + 1 : p->origin;
     double at = !behind && p->from > 0.0 ? p->from : -1.0;
-    if (p->inserted) e->feed.stop = e->feed.m01 = false; /* unless fed anew, nothing stops here */
     feed_cut(e, i);
     e->feed.next = next;
     e->feed.at = at;

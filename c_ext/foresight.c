@@ -77,10 +77,12 @@ static void rest_of_plan(engine *e, forecast *to) {
         if (!append(e->foresight, to, t->phases[i])) return;
 }
 
-/* The acceleration-limited planner stores no plan: its window once more, to the end. */
+/* The acceleration-limited planner stores no plan: its window once more, to where its last backward pass began. */
 static void run_window(engine *e, forecast *to) {
+    uint64_t end = e->plan.need_end;
+    if (e->plan.capped < end) return; /* pieces have come anew since */
     writer w = {.e = e, .out = to->phases, .max = e->foresight->max, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = NEVER, .left = e->plan.left};
-    drive_window(&w, window_end(e));
+    drive_window(&w, end);
     to->count = w.count;
 }
 

@@ -205,7 +205,7 @@ static void end_phase(engine *e) {
     geo *g = &e->geo;
     g->has_phase = false;
     g->s = phase_position(&g->now, piece_at(e, g->piece), g->now.time, &g->v);
-    if (g->v < 1e-9) g->v = 0.0;
+    if (g->v < GEO_STANDS) g->v = 0.0;
     if (g->now.last) leave_piece(e);
 }
 

@@ -17,40 +17,57 @@ typedef struct motion {
 /* Largest ratio of an axis value to its limit at derivatives d1, d2, d3. */
 static double ratio_at(const jerk_planner *p, const jerk_interval *q, const double *d1, const double *d2, const double *d3, motion m, double share) {
     double worst = 0.0, v2 = m.v * m.v;
+    if (!isfinite(m.v + m.a + m.c)) return INFINITY;
     for (int a = 0; a < p->cfg.axes; a++) {
+        if (d1[a] == 0.0 && d2[a] == 0.0 && d3[a] == 0.0) continue; /* it rests */
         double v = fabs(d1[a]) * m.v / p->cfg.v_max[a];
         double acc = fabs(d1[a] * m.a + d2[a] * v2) / acc_max(p, q, a);
         double jerk = m.v * fabs(d3[a] * v2 + 3.0 * d2[a] * m.a + d1[a] * m.c) / (jerk_max(p, q, a) * share);
-        double most = fmax(v, fmax(acc, jerk));
-        if (!(most <= worst)) worst = most;
-        if (!isfinite(acc) || !isfinite(jerk) || !isfinite(v)) return INFINITY;
+        if (!isfinite(v + acc + jerk)) return INFINITY;
+        if (v > worst) worst = v;
+        if (acc > worst) worst = acc;
+        if (jerk > worst) worst = jerk;
     }
     return worst;
 }
 
-/* The derivatives at the share t of the interval, of the polynomial of degree 5 for the tangent that meets the tangent and
- * its two derivatives at both ends: Hermite's basis. */
-static void derivatives_at(const jerk_interval *q, double t, int axes, double *d1, double *d2, double *d3) {
-    double h = q->length, r = 1.0 - t, t2 = t * t, r2 = r * r;
-    double a = r2 * r * (1.0 + 3.0 * t + 6.0 * t2), b = r2 * r * t * (1.0 + 3.0 * t), c = 0.5 * r2 * r * t2;
-    double f = t2 * t * (1.0 + 3.0 * r + 6.0 * r2), g = -t2 * t * r * (1.0 + 3.0 * r), k = 0.5 * t2 * t * r2;
-    double a1 = -30.0 * t2 * r2, b1 = r2 * (1.0 + 2.0 * t - 15.0 * t2), c1 = 0.5 * t * r2 * (2.0 - 5.0 * t);
-    double g1 = t2 * (1.0 + 2.0 * r - 15.0 * r2), k1 = -0.5 * r * t2 * (2.0 - 5.0 * r);
-    double a2 = -60.0 * t * r * (1.0 - 2.0 * t), b2 = -12.0 * t * r * (3.0 - 5.0 * t), c2 = r * (1.0 - 8.0 * t + 10.0 * t2);
-    double g2 = 12.0 * t * r * (3.0 - 5.0 * r), k2 = t * (1.0 - 8.0 * r + 10.0 * r2);
+/* The polynomial of degree 5 for the tangent that meets the tangent and its two derivatives at both ends: Hermite's basis at a share
+ * of the interval, for the start (s) and end (e) and the first, second, third of them; then its derivatives by the share. */
+typedef struct hermite {
+    double s1, s2, s3, e1, e2, e3;
+    double ds1, ds2, ds3, de2, de3; /* de1 = -ds1 */
+    double dds1, dds2, dds3, dde2, dde3;
+} hermite;
+
+#define PARTS 12 /* shares that are looked at are twelfths */
+#define HERMITE(t, r) {(r) * (r) * (r) * (1.0 + 3.0 * (t) + 6.0 * (t) * (t)), (r) * (r) * (r) * (t) * (1.0 + 3.0 * (t)), 0.5 * (r) * (r) * (r) * (t) * (t), \
+     (t) * (t) * (t) * (1.0 + 3.0 * (r) + 6.0 * (r) * (r)), -(t) * (t) * (t) * (r) * (1.0 + 3.0 * (r)), 0.5 * (t) * (t) * (t) * (r) * (r), \
+     -30.0 * (t) * (t) * (r) * (r), (r) * (r) * (1.0 + 2.0 * (t) - 15.0 * (t) * (t)), 0.5 * (t) * (r) * (r) * (2.0 - 5.0 * (t)), \
+     (t) * (t) * (1.0 + 2.0 * (r) - 15.0 * (r) * (r)), -0.5 * (r) * (t) * (t) * (2.0 - 5.0 * (r)), \
+     -60.0 * (t) * (r) * (1.0 - 2.0 * (t)), -12.0 * (t) * (r) * (3.0 - 5.0 * (t)), (r) * (1.0 - 8.0 * (t) + 10.0 * (t) * (t)), \
+     12.0 * (t) * (r) * (3.0 - 5.0 * (r)), (t) * (1.0 - 8.0 * (r) + 10.0 * (r) * (r))}
+#define TWELFTH(i) HERMITE(i / 12.0, (12 - i) / 12.0)
+
+static const hermite BASIS[PARTS + 1] = {TWELFTH(0), TWELFTH(1), TWELFTH(2), TWELFTH(3), TWELFTH(4), TWELFTH(5), TWELFTH(6),
+                                         TWELFTH(7), TWELFTH(8), TWELFTH(9), TWELFTH(10), TWELFTH(11), TWELFTH(12)};
+
+/* The derivatives at `part` twelfths of the interval. */
+static void derivatives_at(const jerk_interval *q, int part, int axes, double *d1, double *d2, double *d3) {
+    const hermite *b = &BASIS[part];
+    double h = q->length;
     for (int i = 0; i < axes; i++) {
         double p0 = q->d1[0][i], p1 = q->d1[1][i], v0 = h * q->d2[0][i], v1 = h * q->d2[1][i];
         double w0 = h * h * q->d3[0][i], w1 = h * h * q->d3[1][i];
-        d1[i] = a * p0 + b * v0 + c * w0 + f * p1 + g * v1 + k * w1;
-        d2[i] = (a1 * (p0 - p1) + b1 * v0 + c1 * w0 + g1 * v1 + k1 * w1) / h;
-        d3[i] = (a2 * (p0 - p1) + b2 * v0 + c2 * w0 + g2 * v1 + k2 * w1) / (h * h);
+        d1[i] = b->s1 * p0 + b->s2 * v0 + b->s3 * w0 + b->e1 * p1 + b->e2 * v1 + b->e3 * w1;
+        d2[i] = (b->ds1 * (p0 - p1) + b->ds2 * v0 + b->ds3 * w0 + b->de2 * v1 + b->de3 * w1) / h;
+        d3[i] = (b->dds1 * (p0 - p1) + b->dds2 * v0 + b->dds3 * w0 + b->dde2 * v1 + b->dde3 * w1) / (h * h);
     }
 }
 
 /* Three motions at start, middle and end of an interval. */
 static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->jump;
-    derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
+    derivatives_at(s->q, PARTS / 2, p->cfg.axes, d1, d2, d3);
     double worst = ratio_at(p, s->q, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
     worst = fmax(worst, ratio_at(p, s->q, d1, d2, d3, m[1], share));
     return fmax(worst, ratio_at(p, s->q, s->q->d1[1], s->q->d2[1], s->q->d3[1], m[2], share));
@@ -70,7 +87,7 @@ static double rest_ratio(const jerk_planner *p, const segment *s, double v, doub
 /* Where the speed peaks inside the interval, with the derivatives of its middle. */
 static double peak_ratio(const jerk_planner *p, const segment *s, motion m) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
-    derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
+    derivatives_at(s->q, PARTS / 2, p->cfg.axes, d1, d2, d3);
     return ratio_at(p, s->q, d1, d2, d3, m, s->jump);
 }
 
@@ -99,7 +116,7 @@ static double inside_ratio(const jerk_planner *p, const segment *s, double x, do
     for (int k = 1; k < n; k++) {
         double t = (double)k / n, d = t * s->h;
         if (2 * k == n) continue; /* the middle has been looked at */
-        derivatives_at(s->q, t, p->cfg.axes, d1, d2, d3);
+        derivatives_at(s->q, k * PARTS / n, p->cfg.axes, d1, d2, d3);
         worst = fmax(worst, ratio_at(p, s->q, d1, d2, d3, motion_of(x + 2.0 * d * u + d * d * c, u + d * c, c), s->jump));
     }
     return worst;
@@ -112,7 +129,7 @@ double bend_inside(const jerk_planner *p, const segment *s, double x, double u, 
     if (!bends(p, s->q)) return *ends = 0.0;
     *ends = 0.0;
     for (int e = 0; e < 2; e++) *ends = fmax(*ends, ratio_at(p, s->q, s->q->d1[e], s->q->d2[e], s->q->d3[e], m[e], s->jump));
-    derivatives_at(s->q, 0.5, p->cfg.axes, d1, d2, d3);
+    derivatives_at(s->q, PARTS / 2, p->cfg.axes, d1, d2, d3);
     double middle = ratio_at(p, s->q, d1, d2, d3, motion_of(x + h * u + 0.25 * h * h * c, u + 0.5 * h * c, c), s->jump);
     return fmax(middle, inside_ratio(p, s, x, u, c));
 }

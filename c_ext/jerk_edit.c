@@ -2,6 +2,14 @@
 #include <math.h>
 #include "jerk_internal.h"
 
+/* At a standstill: the plan that has not begun, and the laws that could be taken back before it. */
+void forget_plan(jerk_planner *p) {
+    p->plan.n = p->plan.next = 0;
+    p->plan.edition++;
+    p->wait = 0;
+    forget_laws(p);
+}
+
 int64_t jerk_ahead(const jerk_planner *p) { return (int64_t)(p->tail - p->head); }
 
 const jerk_interval *jerk_path(const jerk_planner *p, int64_t i) { return ring_at(p, p->head + (uint64_t)i); }
@@ -34,7 +42,8 @@ void jerk_cut(jerk_planner *p, int64_t i, double length) {
     jerk_interval *q = &p->ring[at & p->mask];
     p->tail = at;
     p->finished = false;
-    forget_laws(p); /* they know the path as it was */
+    forget_laws(p); /* they know the path as it was, ... */
+    if (p->at_rest) forget_plan(p); /* ... and so does a plan that has not begun; another one ends ahead of the cut */
     if (!(length > 0.0)) return;
     p->tail++;
     if (length >= q->length) {
@@ -44,6 +53,8 @@ void jerk_cut(jerk_planner *p, int64_t i, double length) {
     jerk_interval whole = *q;
     interval_part(&whole, 0.0, length, p->cfg.axes, q);
     q->blocks = whole.blocks;
+    steps *t = &p->steps[at & p->mask];
+    t->knots = ceil(q->length / t->longest);
 }
 
 void jerk_brake(jerk_planner *p) {
@@ -57,10 +68,7 @@ void jerk_reset(jerk_planner *p) {
     p->finished = p->changed = false;
     p->at_rest = true;
     p->x = p->u = p->behind_mm = 0.0;
-    p->wait = 0;
-    p->plan.n = p->plan.next = 0;
-    p->plan.edition++;
-    forget_laws(p);
+    forget_plan(p);
 }
 
 double jerk_speed(const jerk_planner *p) { return p->at_rest ? 0.0 : p->scale * sqrt(p->x); }

@@ -158,7 +158,7 @@ static extent window_extent(const jerk_planner *p) {
         if (e.end != p->head && asked_speed(p, q) <= 0.0) return e; /* an override of zero begins here */
         e.end++;
         e.length += q->length;
-        knots += ceil(q->length / steps_at(p, e.end - 1)->longest);
+        knots += knots_at(p, e.end - 1);
         blocks += (int)q->blocks;
         if (q->flags & JERK_STAND) {
             e.stands = true;

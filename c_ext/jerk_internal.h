@@ -4,6 +4,7 @@
  */
 #ifndef JERK_INTERNAL_H
 #define JERK_INTERNAL_H
+#include <math.h>
 #include <stdbool.h>
 #include "jerk_planner.h"
 
@@ -79,7 +80,8 @@ typedef struct riccati {
 } riccati;
 
 typedef struct problem {
-    int n, first, blocks, axes, acc_sets; /* intervals; first stage with rows; blocks of LANES stages */
+    int n, first, blocks, axes, acc_sets; /* intervals; first stage with rows; blocks of LANES stages; axes that move */
+    int axis[JERK_AXES];                  /* which they are */
     bool rest_start;
     double *h, *x, *u, *c;                /* stages */
     double *dx, *du, *dc;
@@ -125,6 +127,7 @@ typedef struct plan {
 /* What the limits along an interval ask of the grid, mm. */
 typedef struct steps {
     double longest, finest; /* planner interval; step at a standstill */
+    double knots;           /* such intervals, of the whole interval as pushed */
 } steps;
 
 /* What operator and program ask for: mm/s in place of all feeds (< 0: none), and the overrides. */
@@ -191,6 +194,11 @@ static inline double asked_speed(const jerk_planner *p, const jerk_interval *q) 
 
 static inline const steps *steps_at(const jerk_planner *p, uint64_t i) { return &p->steps[i & p->mask]; }
 
+/* Planner intervals that ring interval i takes at the least; of the head one a part may be left. */
+static inline double knots_at(const jerk_planner *p, uint64_t i) {
+    return i == p->head ? ceil(ring_at(p, i)->length / steps_at(p, i)->longest) : steps_at(p, i)->knots;
+}
+
 /* jerk_knots.c */
 void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out);
 void ring_consume(jerk_planner *p, double length, bool whole);
@@ -244,6 +252,7 @@ bool plan_straight(jerk_planner *p);
 /* jerk_recall.c */
 void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole);
 void forget_laws(jerk_planner *p);
+void forget_plan(jerk_planner *p);
 
 /* jerk_planner.c */
 double hand_out_again(jerk_planner *p, double seconds);

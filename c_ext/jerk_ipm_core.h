@@ -11,9 +11,9 @@
 
 #define LOWEST       0.6 /* share of the guess at which tangents are taken at the least: slower never gains */
 #define TO_BOUNDARY 0.995
-#define START_MU     1.0 /* of the objective: barrier of the first iterate, over all rows */
+#define START_MU     2.0 /* of the objective: barrier of the first iterate, over all rows */
 #define START_SLACK  0.3 
-#define CENTRED 0.05     /* least product of slack and multiplier, over what the step aims at */
+#define CENTRED 0.1     /* least product of slack and multiplier, over what the step aims at */
 #define GAP          3e-4 /* of the objective */
 #define HOPELESS 1e6
 #define ROWS_MET 1e-6
@@ -319,24 +319,29 @@ static scan correct(problem *b, double sigma_mu) {
     return o;
 }
 
-static void move(problem *b, double ap, double ad) {
+/* The step; returns the gap behind it. */
+static double move(problem *b, double ap, double ad) {
     for (int i = 0; i < b->blocks * LANES; i++) {
         b->x[i] += ap * b->dx[i];
         b->u[i] += ap * b->du[i];
         b->c[i] += ap * b->dc[i];
     }
     int two = b->blocks * 2 * b->axes, acc = b->blocks * b->acc_sets * b->axes, one = b->blocks * ONE_SIDED_ROWS;
+    vec gap = {0};
     for (int i = 0; i < two + acc; i++) {
         two_sided *row = i < two ? &b->jerk[i] : &b->acc[i - two];
         for (int side = 0; side < 2; side++) {
             row->s[side] += ap * row->ds[side];
             row->l[side] += ad * row->dl[side];
+            gap += row->s[side] * row->l[side];
         }
     }
     for (int i = 0; i < one; i++) {
         b->one[i].s += ap * b->one[i].ds;
         b->one[i].l += ad * b->one[i].dl;
+        gap += b->one[i].s * b->one[i].l;
     }
+    return sum(gap);
 }
 
 static void start_side(vec value, vec bound, double mu, vec *s, vec *l) {
@@ -369,6 +374,23 @@ static void start(problem *b, double mu) {
     }
 }
 
+/* Rows were tightened: where the iterate misses one, its slack is as large as what is missed. Left as small as they were, they would
+ * stop every step. */
+static void reopen(problem *b) {
+    for (int i = 0; i < b->blocks; i++) {
+        block k = block_at(b, i);
+        for (int e = 0; e < 2; e++) {
+            two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
+            vec m = k.half[e] * (e ? k.x1 : k.x);
+            for (int a = 0; a < b->axes; a++, row++) {
+                vec q = k.root[e] * (row->b[0] * k.x + row->b[1] * k.u + row->b[2] * k.c);
+                row->s[0] = vmax(row->s[0], m + q - k.bound[e]);
+                row->s[1] = vmax(row->s[1], m - q - k.bound[e]);
+            }
+        }
+    }
+}
+
 static double step_length(vec most) {
     double m = top(most);
     return m > TO_BOUNDARY ? TO_BOUNDARY / m : 1.0;
@@ -384,6 +406,8 @@ bool IPM_SOLVE(problem *b, int max_iterations) {
         start(b, START_MU / rows);
         b->iterations = 0;
         b->missed = b->dual = 1.0;
+    } else {
+        reopen(b);
     }
     b->paused = false;
     for (; b->iterations < max_iterations; b->iterations++) {
@@ -392,9 +416,7 @@ bool IPM_SOLVE(problem *b, int max_iterations) {
         riccati_solve(b, &b->grad);
         scan o = predict(b);
         double gap = sum(o.sl), mu = gap / rows;
-        b->gap = gap;
         if (!(gap < HOPELESS)) return false;
-        if (gap < GAP && b->missed < ROWS_MET && b->dual < 1e-2) return true;
         double ap = fmin(1.0, 1.0 / fmax(1e-9, top(o.ps))), ad = fmin(1.0, 1.0 / fmax(1e-9, top(o.pl)));
         double after = (gap + ap * sum(o.dsl) + ad * sum(o.sdl) + ap * ad * sum(o.dsdl)) / rows;
         double ratio = fmax(after, 0.0) / mu, sigma = ratio * ratio * ratio;
@@ -404,10 +426,14 @@ bool IPM_SOLVE(problem *b, int max_iterations) {
         ap = step_length(o.ps);
         ad = step_length(o.pl);
         if (!isfinite(ap + ad)) return false;
-        move(b, ap, ad);
+        b->gap = move(b, ap, ad);
         least = CENTRED * sigma * mu;
         b->missed *= 1.0 - ap;
         b->dual *= 1.0 - ad;
+        if (b->gap < GAP && b->missed < ROWS_MET && b->dual < 1e-2) {
+            b->iterations++;
+            return true;
+        }
         if (gap < b->pause) {
             b->pause = 0.0;
             b->paused = true;

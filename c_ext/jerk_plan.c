@@ -10,10 +10,11 @@
 #define SLOWER_BY 0.99  /* of the cap on x where the feed was exceeded inside an interval */
 #define TIGHTEN_UP_TO 1.6
 #define TIGHTEST 0.3
-#define PAUSE 0.03       /* gap at which the solver looks inside the intervals */
+#define PAUSE 0.1        /* gap at which the solver looks inside the intervals */
 #define MISSED_SO 0.03   /* rows that were lowered meanwhile, over START_SLACK */
 #define FORESEEN 0.9     /* of the limit: jerks below it do not matter there */
-#define FORESEEN_FROM 1.008
+#define FORESEEN_FROM 1.003
+#define FORESEEN_AIM 1.0
 #define AIM 1.003        /* ratio that a tightened interval should come to */
 #define FALLBACK_SCALE 0.7
 #define FALLBACK_LENGTHS 6
@@ -169,7 +170,7 @@ static void foresee(jerk_planner *p, grid *g) {
         if (!(most > FORESEEN * *s->tight) || !isfinite(most) || !(ends > 0.0) || most < ends) continue;
         double then = most * JERK_USABLE * *s->tight / fmax(ends, 0.8 * most);
         if (then <= FORESEEN_FROM) continue;
-        double tight = fmax(TIGHTEST, *s->tight * AIM / then);
+        double tight = fmax(TIGHTEST, *s->tight * FORESEEN_AIM / then);
         tighten_rows(b, k, tight / *s->tight);
         b->missed = fmax(b->missed, MISSED_SO);
         *s->tight = tight;
@@ -280,8 +281,10 @@ void plan_window(jerk_planner *p) {
     p->changed = false;
     p->wait = 1 + g->n / 10;
     if (!above && (solve_window(p, g, true, 1.0) || solve_shorter(p, g, TAIL_MORE * left))) {
-        if (!changed && !g->rest_start && slower_than_tail(p, g)) p->stats.slower++;
-        else {
+        if (!changed && !g->rest_start && slower_than_tail(p, g)) {
+            p->stats.slower++;
+            p->plan.final = p->plan.final || p->prob.solved; /* the solver does no better */
+        } else {
             plan_accept(p, g, p->prob.solved);
             p->was = speeds_now(p);
         }

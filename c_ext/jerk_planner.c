@@ -160,7 +160,8 @@ static bool zero_factor(const jerk_planner *p) {
 static void plan_again(jerk_planner *p) {
     double t0 = thread_cpu_s();
     if (p->hold || zero_factor(p)) {
-        if (p->changed && !p->at_rest) plan_stop(p);
+        if (p->at_rest) forget_plan(p);
+        else if (p->changed) plan_stop(p);
         p->changed = false;
     } else {
         plan_window(p);
@@ -271,7 +272,7 @@ int jerk_ready(const jerk_planner *p) {
     int blocks = 0;
     for (uint64_t i = p->head; i != p->tail; i++) {
         const jerk_interval *q = ring_at(p, i);
-        knots += ceil(q->length / steps_at(p, i)->longest);
+        knots += knots_at(p, i);
         blocks += (int)q->blocks;
         if ((q->flags & JERK_STAND) || knots >= p->cfg.window_knots || blocks >= p->cfg.window_blocks) return 1;
     }

@@ -70,6 +70,15 @@ static void put_back(jerk_planner *p, const handed *h) {
     p->at_rest = h->at_rest;
 }
 
+/* Law h has come to rest, so the plan that it was of ended behind it: it ends there again. */
+static void end_plan(jerk_planner *p, const handed *h) {
+    plan *pl = &p->plan;
+    pl->n = pl->next;
+    pl->x[pl->n] = pl->u[pl->n] = pl->length = 0.0;
+    pl->end = p->head;
+    pl->stands = pl->final = h->last && (h->interval.flags & JERK_STAND);
+}
+
 int64_t jerk_laws_kept(void) { return HANDED_MAX; }
 
 double jerk_take_back(jerk_planner *p, double seconds) {
@@ -86,7 +95,11 @@ double jerk_take_back(jerk_planner *p, double seconds) {
         shift_plan(pl, by);
     }
     pl->edition++;
-    for (uint64_t i = 0; i < n; i++) put_back(p, handed_at(p, --p->handed_count));
+    for (uint64_t i = 0; i < n; i++) {
+        const handed *h = handed_at(p, --p->handed_count);
+        if (p->at_rest) end_plan(p, h);
+        put_back(p, h);
+    }
     pl->since = pl->since > (int)n ? pl->since - (int)n : 0;
     return t - seconds > LEAST_TIME ? t - hand_out_again(p, t - seconds) : t;
 }

@@ -9,6 +9,7 @@
 #define SLOW_GAINS 1.5   /* power of x by which a gain of it counts less: that of the time */
 #define SLOWEST 1e-4     /* share of the largest x below which it counts no more */
 #define LANDING 0.96 /* share of the cap that a ramp down must keep */
+#define IDLE 1e-7 /* of its limit, that an axis needs at full speed: it has no rows */
 #define FLOOR 0.2 /* share of the guess below which x may not fall */
 
 /* Index of a row's coefficient for stage k. */
@@ -38,17 +39,35 @@ static void clear_rows(problem *b) {
  * it may lie a little above what is planned with. */
 static double entry_slack(const problem *b, int k) { return b->rest_start || k >= ENTRY_STAGES ? 1.0 : 1.0 + ENTRY_SLACK * (1.0 - (double)k / ENTRY_STAGES); }
 
+static bool moves(const jerk_planner *p, const jerk_interval *q, int end, int a) {
+    double v = 3.0 * p->scale;
+    return fabs(q->d1[end][a]) * v > IDLE * p->cfg.v_max[a] || fabs(q->d2[end][a]) * v * v > IDLE * acc_max(p, q, a) ||
+           fabs(q->d3[end][a]) * v * v * v > IDLE * jerk_max(p, q, a);
+}
+
+/* Axes that move somewhere in the window; one at the least, whose rows keep the tangents near the iterate. */
+static void find_axes(const jerk_planner *p, const grid *g, problem *b) {
+    b->axes = 0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        bool any = false;
+        for (int k = 0; k < g->n && !any; k++) any = moves(p, g->seg[k].q, 0, a) || moves(p, g->seg[k].q, 1, a);
+        if (any) b->axis[b->axes++] = a;
+    }
+    if (b->axes == 0) b->axis[b->axes++] = 0;
+}
+
 /* Axis jerk over sqrt(x), at the start and, through the dynamics, at the end of the stage. */
 static void jerk_rows(const jerk_planner *p, problem *b, const segment *s, int k) {
     double h = s->h, f3 = p->scale * p->scale * p->scale;
-    for (int a = 0; a < b->axes; a++) {
+    for (int i = 0; i < b->axes; i++) {
+        int a = b->axis[i];
         double w = f3 / (s->share * JERK_USABLE * jerk_max(p, s->q, a) * entry_slack(b, k));
         const jerk_interval *q = s->q;
-        two_sided *row = jerk_row(b, k, 0, a);
+        two_sided *row = jerk_row(b, k, 0, i);
         *lane(&row->b[0], k) = w * q->d3[0][a];
         *lane(&row->b[1], k) = w * 3.0 * q->d2[0][a];
         *lane(&row->b[2], k) = w * q->d1[0][a];
-        row = jerk_row(b, k, 1, a);
+        row = jerk_row(b, k, 1, i);
         *lane(&row->b[0], k) = w * q->d3[1][a];
         *lane(&row->b[1], k) = w * (2.0 * h * q->d3[1][a] + 3.0 * q->d2[1][a]);
         *lane(&row->b[2], k) = w * (h * h * q->d3[1][a] + 3.0 * h * q->d2[1][a] + q->d1[1][a]);
@@ -63,9 +82,10 @@ void tighten_rows(problem *b, int k, double by) {
 }
 
 static void acc_rows(const jerk_planner *p, problem *b, const jerk_interval *q, int end, int set, int k) {
-    for (int a = 0; a < b->axes; a++) {
+    for (int i = 0; i < b->axes; i++) {
+        int a = b->axis[i];
         double w = p->scale * p->scale / (ACC_USABLE * acc_max(p, q, a) * entry_slack(b, k));
-        two_sided *row = acc_row(b, k, set, a);
+        two_sided *row = acc_row(b, k, set, i);
         *lane(&row->b[0], k) = w * q->d2[end][a];
         *lane(&row->b[1], k) = w * q->d1[end][a];
     }
@@ -108,7 +128,7 @@ static bool has_kinks(const jerk_planner *p, const grid *g) {
 void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
     problem *b = &p->prob;
     b->n = g->n;
-    b->axes = p->cfg.axes;
+    find_axes(p, g, b);
     b->rest_start = g->rest_start;
     b->first = g->rest_start ? 1 : 0;
     b->blocks = (g->n + 1 + LANES - 1) / LANES;

@@ -23,13 +23,13 @@ static steps steps_for(along m) {
 /* Of an axis, the largest rate over the interval counts; no interval is longer than along the slowest of the axes that move. */
 steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
     along m = {1e30, 1e30, 1e30};
-    steps most = {0.0, 0.0};
+    steps most = {0.0, 0.0, 0.0};
     for (int a = 0; a < p->cfg.axes; a++) {
         double rate = fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a]));
         if (rate < 1e-9) continue;
         along own = {p->cfg.v_max[a], acc_max(p, q, a), jerk_max(p, q, a)};
         steps alone = steps_for(own);
-        most = (steps){fmax(most.longest, alone.longest), fmax(most.finest, alone.finest)};
+        most = (steps){fmax(most.longest, alone.longest), fmax(most.finest, alone.finest), 0.0};
         m = (along){fmin(m.v, own.v / rate), fmin(m.a, own.a / rate), fmin(m.j, own.j / rate)};
     }
     steps out = steps_for(m);
@@ -37,6 +37,7 @@ steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
     out.longest = fmin(out.longest, most.longest);
     out.finest = fmin(out.finest, most.finest);
     if (p->cfg.spacing_mm > 0.0) out.longest = p->cfg.spacing_mm;
+    out.knots = ceil(q->length / out.longest);
     return out;
 }
 

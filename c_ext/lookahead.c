@@ -10,6 +10,7 @@
  * until the speed found does not reach the next one within one cycle. What the
  * jumps in F use up at the speed that can occur is the
  * `reserve`; in a zone of one cycle around the corner only the rest is left for everything else (spans.c).
+ * Where that costs more time than the jump saves, the corner is passed at standstill: without a jump nothing is used up.
  */
 #include <float.h>
 #include <math.h>
@@ -167,6 +168,34 @@ static double speed_slack(const engine *e) {
     return SLACK * a * e->cfg.cycle_s;
 }
 
+/* Acceleration along p that the axes are left with beside `reserve` (NULL: none); bends aside. */
+static double left_along(const engine *e, const piece *p, const double *reserve) {
+    double a = NEVER;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double share = p->kind == PIECE_LINE ? fabs(p->slope[i]) : 1.0;
+        if ((p->moving >> i & 1) && share > 0.0) a = lesser(a, (piece_a_max(e, p, i) - (reserve ? reserve[i] : 0.0)) / share);
+    }
+    return a;
+}
+
+/* Time that is lost on p by its corner being passed at v with that reserve in the zone, less what standing there loses; both
+ * against driving on at the highest speed that p would reach between two standstills. */
+static double loses_more(const engine *e, const piece *p, double v, const double *reserve) {
+    double full = left_along(e, p, NULL), left = greater(0.0, left_along(e, p, reserve));
+    double zone = lesser(corner_zone(e, v, p), 0.5 * p->whole), out2 = v * v + 2.0 * left * zone, out = sqrt(out2);
+    double top = greater(lesser(reachable(p, 1.0), sqrt(full * p->whole)), out);
+    if (!(out > 0.0)) return 0.0;
+    return 2.0 * zone / (v + out) - zone / top - (out / full - 0.5 * out2 / (full * top));
+}
+
+/* A jump at the speed that the corner allows costs more than it saves. Judged at override 1 and by whole pieces, so that it
+ * stays so wherever stops are inserted. */
+static bool stand_is_faster(const engine *e, const piece *before, const piece *p, const load *l, double v, double slack) {
+    double reserve[NC_AXES];
+    for (int a = 0; a < e->cfg.axis_count; a++) reserve[a] = greater(0.0, jumps_at(e, l, a, v));
+    return loses_more(e, before, v - slack, reserve) + loses_more(e, p, v - slack, reserve) > 0.0;
+}
+
 /* Final speed limit and reserve at the start of piece i; false if the path ahead is not known far enough. */
 static bool cap_corner(engine *e, uint64_t i) {
     piece *p = piece_at(e, i);
@@ -188,6 +217,11 @@ static bool cap_corner(engine *e, uint64_t i) {
     }
     if (!gather(e, i, true, &v, &l)) return false;
     p->corner_v = lesser(hard, greater(0.0, v - slack));
+    double usual = slack + greater(reachable(before, 1.0), reachable(p, 1.0));
+    if (usual >= v && stand_is_faster(e, before, p, &l, v, slack)) {
+        p->corner_v = 0.0;
+        return true;
+    }
     if (occurs < v) {
         v = occurs;
         if (!gather(e, i, false, &v, &l)) return false;

@@ -15,6 +15,8 @@
 #define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
 #define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
+#define REFUSED_FROM 1.01  /* times the speed that a corner or stand allows, and ... */
+#define REFUSED_MM_S 0.01  /* ... so much more: no commit does that */
 
 /* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
 double soft_cap(const engine *e, const piece *p) {
@@ -220,15 +222,21 @@ void pass_event(writer *w) {
     w->s = 0.0;
 }
 
-/* A standstill or a corner passed too fast would be a fault of the planner; counted, and a test holds it at 0. */
-static void note_infeasible(writer *w, const piece *p, uint64_t end) {
+/* A standstill or a corner passed too fast: where it is committed it is counted, and a test holds that at 0. What is more than rounding
+ * is not committed: a path that is fed anew (an inserted stop, a loop that ends) may have other stretches than the plan has met. */
+static void leave_motion(writer *w, uint64_t end) {
     engine *e = w->e;
+    const piece *p = piece_at(e, w->piece);
     double limit = p->stop_after || w->piece + 1 >= end ? 0.0 : NEVER;
     if (limit > 0.0) {
         const piece *next = piece_at(e, w->piece + 1);
         limit = stands_before(e, next) ? 0.0 : is_motion(next) ? next->corner_v : NEVER;
     }
-    if (w->v > limit * (1.0 + 1e-6) + 1e-4) e->plan.infeasible++;
+    w->too_fast += w->v > limit * (1.0 + 1e-6) + 1e-4;
+    if (w->v > limit * REFUSED_FROM + REFUSED_MM_S) w->refused = true;
+    if (limit <= 0.0 && w->v <= REFUSED_MM_S) w->v = 0.0; /* rounding; who waits for a standstill would wait for ever */
+    w->piece++;
+    w->s = 0.0;
 }
 
 /* The feed is kept over the rest of the piece. */
@@ -251,19 +259,18 @@ void drive_window(writer *w, uint64_t end) {
         }
         if (!cruise(w, p, end)) {
             stretch st = stretch_at(e, w->piece, end, w->s);
-            if (w->v <= 0.0 && st.soft <= 0.0) return;
+            if (w->v < GEO_STANDS && st.soft <= 0.0) {
+                w->v = 0.0;
+                return;
+            }
             drive_stretch(w, &st, st.to >= p->length);
         }
-        if (w->s >= p->length) {
-            if (!w->out) note_infeasible(w, p, end);
-            w->piece++;
-            w->s = 0.0;
-        }
+        if (w->s >= p->length) leave_motion(w, end);
     }
 }
 
-/* Stopping tail: brake to rest from the end of the commit. */
-static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
+/* Stopping tail: brake to rest from the end of the commit. False if that is not legal. */
+static bool write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
     writer w = {.e = e, .out = t->phases, .max = e->plan.tail_max, .piece = from->piece, .s = from->s, .v = from->v, .budget = NEVER};
     while (w.v > 0.0 && w.piece < end && !writer_full(&w)) {
         if (!is_motion(piece_at(e, w.piece))) {
@@ -274,15 +281,13 @@ static void write_tail(engine *e, tail *t, const writer *from, uint64_t end) {
         bool ends = st.to >= piece_at(e, w.piece)->length;
         if (st.span->rows) drive_bent(&w, &st, ends, true);
         else brake_to(&w, &st, 0.0, ends);
-        if (w.s >= piece_at(e, w.piece)->length) {
-            w.piece++;
-            w.s = 0.0;
-        }
+        if (w.s >= piece_at(e, w.piece)->length) leave_motion(&w, end);
     }
     t->first = 0;
     t->count = w.count;
     t->piece = w.piece;
     t->s = w.s;
+    return !w.refused;
 }
 
 /* What GEO follows if nothing more is committed. GEO on the same thread cannot outrun the planner: there it is written when
@@ -392,34 +397,43 @@ double ahead_s(engine *e) {
     return e->plan.committed_s - consumed;
 }
 
+/* So much motion is ahead of GEO behind a commit; never less than the cycle that comes next, or GEO would live on the tails. */
+double commit_high(const engine *e) { return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * e->cfg.cycle_s); }
+
 /* Where nothing has changed, the last window does as long as the path does not come to where it would be faster with a
  * later end: the same motion is found without looking at every window between. */
 static bool drive_last_window(engine *e, writer *w) {
     conditions now = conditions_now(e), want = conditions_wanted(e);
     uint64_t driven = e->plan.piece - e->plan.passed_at; /* the window is moved on in parts that take little time each */
     if (e->foresight || driven * MOVES > e->cfg.window || e->plan.piece >= e->plan.fixed_to || !needs_hold(e) || !same_conditions(&now, &want)) return false;
-    uint64_t written = e->plan.written, infeasible = e->plan.infeasible;
+    uint64_t written = e->plan.written;
     const writer from = *w;
     drive_window(w, e->plan.need_end);
     if (w->piece < e->plan.fixed_to || (w->piece == e->plan.fixed_to && w->s <= 0.0)) return true;
     *w = from;
     e->plan.written = written;
-    e->plan.infeasible = infeasible;
     return false;
 }
 
 static void commit(engine *e) {
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = COMMIT_HIGH_S - ahead_s(e), .left = e->plan.left};
+    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e), .left = e->plan.left};
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
-    bool due = !ATOMIC_GET(e->run_running);
     uint64_t end = e->plan.need_end;
     if (!drive_last_window(e, &w)) drive_window(&w, end = choose_window(e));
-    if (!due) write_tail(e, &e->plan.tails[next], &w, end);
+    bool due = !ATOMIC_GET(e->run_running) && !e->plan.fed_anew;
+    bool legal = !w.refused && (due || write_tail(e, &e->plan.tails[next], &w, end));
+    e->plan.fed_anew = false;
+    if (!legal && e->plan.v > GEO_MOVES) { /* the stored tail is: GEO takes it, and the path goes on from there */
+        e->plan.written = before;
+        e->plan.late = true;
+        return;
+    }
     if ((word & 1) || !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
         e->plan.written = before;
         return;
     }
+    e->plan.infeasible += w.too_fast;
     e->plan.phases += e->plan.written - before;
     e->plan.piece = w.piece;
     e->plan.s = w.s;
@@ -438,6 +452,7 @@ static bool withdraw(engine *e) {
     e->plan.piece = before ? e->feed.run : e->stand_piece;
     e->plan.s = before ? 0.0 : e->stand_s;
     e->plan.v = 0.0;
+    e->plan.late = false;
     e->plan.written = ATOMIC_GET(e->commit) >> 2;
     __atomic_load(&e->geo.consumed_s, &e->plan.committed_s, __ATOMIC_ACQUIRE);
     e->drive.restart = true;
@@ -466,8 +481,9 @@ static bool wants_hold(engine *e) {
 /* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
  * own; fewer and longer commits spare it stopping tails. */
 static double commit_low(const engine *e) {
-    if (e->drive.planner || ATOMIC_GET(e->run_running)) return COMMIT_LOW_S;
-    return lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s);
+    double least = COMMIT_LOW_CYCLES * e->cfg.cycle_s;
+    if (e->drive.planner || ATOMIC_GET(e->run_running)) return greater(COMMIT_LOW_S, least);
+    return greater(lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s), least);
 }
 
 static int pump(engine *e) {

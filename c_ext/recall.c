@@ -7,6 +7,7 @@
 #include "engine_internal.h"
 
 #define THREAD_MARGIN_S 0.006 /* motion that is left to GEO while a planner on its own thread computes the stop */
+#define THREAD_MARGIN_CYCLES 2.0 /* ... and at least so many cycles: in the one ahead of the cut nothing may be changed any more */
 #define SAME_TIME 1e-9
 #define SHORT_REST 0.05       /* of a cycle: no less of a phase is taken back */
 
@@ -42,6 +43,8 @@ static void end_present_phase(engine *e) {
     e->plan.phases++;
 }
 
+static double margin_s(engine *e) { return ATOMIC_GET(e->run_running) ? greater(THREAD_MARGIN_S, THREAD_MARGIN_CYCLES * e->cfg.cycle_s) : 0.0; }
+
 /* Everything that begins no earlier than `margin` from where GEO is. */
 static bool find_cut(engine *e, double margin, cut *c) {
     double earliest = consumed_s(e) + margin;
@@ -55,7 +58,7 @@ static bool find_cut(engine *e, double margin, cut *c) {
         if (is_motion(piece_at(e, ph->piece))) c->motion_s += ph->time;
     }
     if (c->phase >= e->plan.written || !(c->motion_s > 0.0)) return false;
-    return !ATOMIC_GET(e->run_running) || phase_at(e, c->phase)->v0 > 0.0; /* at a standstill GEO would not take the tail */
+    return !ATOMIC_GET(e->run_running) || phase_at(e, c->phase)->v0 > GEO_MOVES;
 }
 
 /* The motion that is taken back, and the stored tail behind it. */
@@ -111,7 +114,7 @@ void recall_commit(engine *e) {
     if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) return; /* the place of rest has been told the PLC */
     planner_store_tail(e);
     end_present_phase(e);
-    if (!find_cut(e, ATOMIC_GET(e->run_running) ? THREAD_MARGIN_S : 0.0, &c)) return;
+    if (!find_cut(e, margin_s(e), &c)) return;
     if (!e->drive.planner) {
         publish_cut(e, word, &c);
         return;

@@ -11,6 +11,7 @@
 #define SAGITTA 0.05      /* share of the tolerance that the chords of an arc use up */
 #define TURN_PER_SPAN 0.18
 #define LONG_LINE 1.5     /* times both run-outs: longer chords are driven exactly in their middle; at corners 1 */
+#define TURN_BACK -0.866   /* cosine: main axes that turn by more are at a corner, even if the path with all axes is not */
 #define KINK 24.0         /* tolerances over the turn: run-out of a curve */
 #define CROWDED 0.7       /* of the way that two corner blends want: with less, a curve takes both corners */
 #define FAST_LEAST 0.5    /* mm: run-out of a curve that hardly bends */
@@ -72,6 +73,19 @@ static double turn_at(const nc_smooth *s, const node *a, const node *b, const no
         plus += (u + v) * (u + v);
     }
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
+}
+
+/* The main axes turn back although others go on: their speed, by which the path is measured, would vanish in the turn. */
+static bool main_turns_back(const nc_smooth *s, const node *a, const node *b, const node *c) {
+    double before = 0.0, behind = 0.0, both = 0.0;
+    for (int i = 0; i < s->cfg.axes; i++) {
+        if (!in_main(s, i)) continue;
+        double u = b->q[i] - a->q[i], v = c->q[i] - b->q[i];
+        before += u * u;
+        behind += v * v;
+        both += u * v;
+    }
+    return both < TURN_BACK * sqrt(before * behind);
 }
 
 /* How much a turn is a corner, 0..1: where lines meet at a large angle a short blend is faster than a long curve, which is slow
@@ -183,7 +197,7 @@ static void settle(nc_smooth *s, int i) {
     if (n->kind == NODE_VERTEX) {
         n->turn = turn_at(s, n - 1, n, n + 1);
         double most = s->cfg.turn_max;
-        if (n->turn > most) n->kind = NODE_BREAK;
+        if (n->turn > most || main_turns_back(s, n - 1, n, n + 1)) n->kind = NODE_BREAK;
         size_of(s, n, next);
     }
     split_long(s, i, next);

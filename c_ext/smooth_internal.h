@@ -8,6 +8,8 @@
 #include "smooth.h"
 
 #define ORDER 6
+#define PAIRS (ORDER / 2)
+#define AXES_EVEN (NC_AXES + NC_AXES % 2) /* axes are gone through in pairs; what is too much is zero */
 #define SIZE_GROWTH 0.7  /* of the wanted span length per distance from a kink */
 #define SPANS_FULL 60    /* spans that make a window worth solving */
 #define SPANS_LEAST 50   /* fewer are not: nodes are waited for */
@@ -51,8 +53,11 @@ typedef struct held_row {
     bool motion;
 } held_row;
 
+/* Two doubles at any address, worked on at once. */
+typedef double pair __attribute__((vector_size(16), aligned(8), may_alias));
+
 typedef struct site {
-    double q[NC_AXES], t, basis[ORDER], weight, target;
+    double q[AXES_EVEN], t, basis[ORDER + PAIRS], weight, target; /* the basis ends in zeros */
     int span;
     double miss;  /* residual over target */
     double allowed;
@@ -61,19 +66,22 @@ typedef struct site {
 
 typedef struct window {
     double tau[KNOTS];              /* knots */
-    double c[CONTROLS][NC_AXES];    /* control points */
+    double c[CONTROLS][AXES_EVEN];  /* control points */
     double m[SPANS_ROOM][ORDER][ORDER]; /* basis functions of each span as polynomials of x = 0..1 */
-    double fair[SPANS_ROOM][ORDER * (ORDER + 1) / 2]; /* fairness of each span, upper triangle */
-    double rho[SPANS_ROOM], raise[SPANS_ROOM];
+    double hull[SPANS_ROOM][ORDER][ORDER]; /* the same by their Bernstein coefficients */
+    double middle[SPANS_ROOM][2][ORDER]; /* their first and second derivatives in the middle, over x */
+    double fair[SPANS_ROOM][ORDER][ORDER]; /* fairness of each span: row i has what control points i + 0.. share, then zeros */
+    double rho[SPANS_ROOM];
     site sites[SITES];
-    double band[CONTROLS][ORDER];
+    double band[ORDER + CONTROLS + ORDER][ORDER]; /* row ORDER + i: coefficients of control points i + 0..; zeros around them */
+    double inverse[CONTROLS + ORDER][ORDER]; /* of the system, as far as the band reaches: row i, control points i + 0.. */
     int spans, sites_n, fixed_head, fixed_tail;
 } window;
 
 /* What is kept of the last accepted window. */
 typedef struct carry {
     bool valid;
-    double tau[KNOTS], c[CONTROLS][NC_AXES];
+    double tau[KNOTS], c[CONTROLS][AXES_EVEN];
     int spans;   /* certified spans not committed yet */
 } carry;
 
@@ -123,12 +131,14 @@ static inline double dot(const double *a, const double *b, int n) {
     return sum;
 }
 
-/* smooth_spline.c */
-void spline_span_basis(const double *tau, int span, double m[ORDER][ORDER]);
-void spline_fairness(window *w, int span);
+/* smooth_spline.c: the basis of a span in all its forms, and the system of equations */
+void spline_span(window *w, int span);
 void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]);
 void spline_solve(window *w, int axes);
+void spline_invert(window *w);
+double spline_give(const window *w, const site *p);
 void spline_piece(const window *w, int span, int axes, double out[][ORDER]);
+void spline_hull(const window *w, int span, int axes, double out[][ORDER]);
 
 /* smooth_certify.c */
 typedef struct contour {
@@ -139,7 +149,7 @@ typedef struct verdict {
     double worst;      /* largest deviation over what is allowed */
     double t;          /* where */
 } verdict;
-verdict certify_piece(nc_smooth *s, double c[][ORDER], double t0, double t1, const contour *path, int *chord);
+verdict certify_piece(nc_smooth *s, double b[][ORDER], double t0, double t1, const contour *path, int *chord);
 
 /* smooth_window.c: the section from what is written up to nodes[end]; not final: more of it will come */
 void window_advance(nc_smooth *s, int end, bool final);

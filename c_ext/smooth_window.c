@@ -9,8 +9,10 @@
 #define NOISE 2.0        /* and how much of what they scatter */
 #define SHARE 0.92       /* share of it that all other points get: humps lie between them */
 #define STIFF 300.0       /* first weight of a span's points against its fairness */
-#define TIGHTER 0.92      /* what a failure does to the targets of its span */
-#define ADDED 0.7        /* share for points added where a hump was */
+#define WISH_FAILED 0.3   /* share that the points of a span that fails get at the least */
+#define HUMP_WEIGHT 10.0  /* of the largest weight in its span: more is not given to a point where a hump was */
+#define GROWTH 100.0      /* of a weight from one solution to the next */
+#define GIVE_FROM 11      /* solutions from which on weights grow by what the curve gives; before, too much changes at a time */
 #define WEIGHT_SPREAD 1e7 /* a weight's largest factor over its first */
 #define RELAX 1.5         /* growth of a target that is not met although more would be allowed */
 #define RELEASE 1.0       /* least factor on a weight once the window settles */
@@ -125,13 +127,10 @@ static int lay_out(nc_smooth *s, int end, bool final) {
     for (int k = 0; k < 5; k++) w->tau[n + k] = w->tau[n - 1];
     w->fixed_tail = final && s->nodes[end].kind == NODE_TAIL ? 3 : 1;
     if (w->fixed_head == 3) clamp(s, 0, 0);
-    if (w->fixed_head == 1) memcpy(w->c[0], s->nodes[0].q, sizeof w->c[0]);
+    if (w->fixed_head == 1) memcpy(w->c[0], s->nodes[0].q, sizeof s->nodes[0].q);
     if (w->fixed_tail == 3) clamp(s, end - 1, w->spans + 2);
-    memcpy(w->c[w->spans + 4], s->nodes[end].q, sizeof w->c[0]);
-    for (int k = 0; k < w->spans; k++) {
-        spline_span_basis(w->tau, k, w->m[k]);
-        spline_fairness(w, k);
-    }
+    memcpy(w->c[w->spans + 4], s->nodes[end].q, sizeof s->nodes[0].q);
+    for (int k = 0; k < w->spans; k++) spline_span(w, k);
     return end;
 }
 
@@ -213,12 +212,17 @@ static void lay_sites(nc_smooth *s, int end) {
 
 /* ---- iteration -------------------------------------------------------------------------------------------------- */
 
-/* Square of the curvature of span k at its middle, over the main axes where they move. */
-static double bend2(const nc_smooth *s, const double c[][ORDER], double h) {
-    double d1 = 0.0, d2 = 0.0, both = 0.0;
-    for (int a = 0; a < s->cfg.axes; a++) {
-        double v = (c[a][1] + c[a][2] + 0.75 * c[a][3] + 0.5 * c[a][4] + 0.3125 * c[a][5]) / h;
-        double b = (2.0 * c[a][2] + 3.0 * c[a][3] + 3.0 * c[a][4] + 2.5 * c[a][5]) / (h * h);
+/* Square of the curvature of span k at its middle, over all axes. */
+static double bend2(const window *w, int k, int axes) {
+    double h = w->tau[k + 6] - w->tau[k + 5], d1 = 0.0, d2 = 0.0, both = 0.0;
+    for (int a = 0; a < axes; a++) {
+        double v = 0.0, b = 0.0;
+        for (int j = 0; j < ORDER; j++) {
+            v += w->middle[k][0][j] * w->c[k + j][a];
+            b += w->middle[k][1][j] * w->c[k + j][a];
+        }
+        v /= h;
+        b /= h * h;
         d1 += v * v;
         d2 += b * b;
         both += v * b;
@@ -228,13 +232,10 @@ static double bend2(const nc_smooth *s, const double c[][ORDER], double h) {
 }
 
 /* Fairness counts with the sixth power of the speed that the curve found so far allows: jerk is q''' v^3. */
-static void weigh_by_speed(nc_smooth *s, const double pieces[][NC_AXES][ORDER]) {
+static void weigh_by_speed(nc_smooth *s) {
     window *w = &s->w;
     double v2[SPANS_ROOM], top = s->cfg.feed * s->cfg.feed;
-    for (int k = 0; k < w->spans; k++) {
-        double h = w->tau[k + 6] - w->tau[k + 5];
-        v2[k] = fmin(top, s->cfg.accel / sqrt(bend2(s, pieces[k], h) + 1e-18));
-    }
+    for (int k = 0; k < w->spans; k++) v2[k] = fmin(top, s->cfg.accel / sqrt(bend2(w, k, s->cfg.axes) + 1e-18));
     for (int k = 1; k < w->spans; k++) v2[k] = fmin(v2[k], v2[k - 1] + 2.0 * s->cfg.accel * (w->tau[k + 6] - w->tau[k + 5]));
     for (int k = w->spans - 1; k-- > 0;) v2[k] = fmin(v2[k], v2[k + 1] + 2.0 * s->cfg.accel * (w->tau[k + 7] - w->tau[k + 6]));
     for (int k = 0; k < w->spans; k++) {
@@ -243,26 +244,32 @@ static void weigh_by_speed(nc_smooth *s, const double pieces[][NC_AXES][ORDER]) 
     }
 }
 
-/* Residual of every point over its target; returns the largest over what is allowed. */
+/* Residual of every point over its target; returns the largest over what is allowed, NaN if any is none. */
 static double residuals(nc_smooth *s) {
     window *w = &s->w;
-    double most = 0.0;
+    double most = 0.0, all = 0.0;
+    int axes = s->cfg.axes;
     for (int k = 0; k < w->sites_n; k++) {
         site *p = &w->sites[k];
         double sum[2] = {0.0, 0.0};
-        for (int a = 0; a < s->cfg.axes; a++) {
-            double q = 0.0;
-            for (int j = 0; j < ORDER; j++) q += p->basis[j] * w->c[p->span + j][a];
-            sum[s->cfg.rotary >> a & 1] += (q - p->q[a]) * (q - p->q[a]);
+        for (int a = 0; a < axes; a += 2) {
+            pair q = -*(const pair *)(p->q + a);
+            for (int j = 0; j < ORDER; j++) q += p->basis[j] * *(const pair *)(w->c[p->span + j] + a);
+            q *= q;
+            sum[s->cfg.rotary >> a & 1] += q[0];
+            if (a + 1 < axes) sum[s->cfg.rotary >> (a + 1) & 1] += q[1];
         }
-        p->miss = sqrt(fmax(sum[0], sum[1])) / p->target;
-        most = fmax(most, p->miss * p->target / p->allowed);
+        double miss = sqrt(sum[0] > sum[1] ? sum[0] : sum[1]), share = miss / p->allowed;
+        p->miss = miss / p->target;
+        all += share;
+        if (share > most) most = share;
     }
-    return most;
+    return isfinite(all) ? most : all;
 }
 
-/* Weights for the next solution. `relax`: closeness that was wanted and is not had is given up, up to what is allowed. */
-static void reweigh(window *w, double least, bool relax) {
+/* Weights for the next solution. `relax`: closeness that was wanted and is not had is given up, up to what is allowed. `exact`: weights
+ * grow to what would do if no other changed; where the curve is soft that is much more than the square of the miss. */
+static void reweigh(window *w, double least, bool relax, bool exact) {
     for (int k = 0; k < w->sites_n; k++) {
         site *p = &w->sites[k];
         if (relax && p->wish && p->miss > 1.0) {
@@ -270,52 +277,59 @@ static void reweigh(window *w, double least, bool relax) {
             p->miss *= p->target / target;
             p->target = target;
         }
-        double factor = p->miss > 1.0 ? fmin(p->miss * p->miss, 100.0) : fmax(p->miss, p->wish ? fmin(least, WISH_LEAST) : least);
+        double factor = fmax(p->miss, p->wish ? fmin(least, WISH_LEAST) : least);
+        if (p->miss > 1.0) {
+            factor = p->miss * p->miss;
+            if (exact) factor = fmax(factor, 1.0 + (p->miss - 1.0) / fmin(p->weight * spline_give(w, p), 1.0));
+            factor = fmin(factor, GROWTH);
+        }
         double h = w->tau[p->span + 6] - w->tau[p->span + 5], first = STIFF * w->rho[p->span] / (h * h * h * h * h);
-        p->weight = fmin(p->weight * factor * w->raise[p->span], (p->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
+        p->weight = fmin(p->weight * factor, (p->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
     }
 }
 
-/* Humps stand between points: one more there, with the weight of its span. */
-static void add_where_it_fails(nc_smooth *s, int span, double t, const contour *path, int chord) {
+/* Humps stand between points: one more there, with the weight that makes its deviation what is aimed at. */
+static void add_where_it_fails(nc_smooth *s, int span, verdict v, const contour *path, int chord) {
     window *w = &s->w;
     if (w->sites_n >= SITES - SPANS_ROOM) return;
-    while (chord > 0 && path->nodes[chord].t > t) chord--;
+    while (chord > 0 && path->nodes[chord].t > v.t) chord--;
     double q[NC_AXES], weight = 0.0, allowed = fmax(s->tol - path->nodes[chord + 1].slack, 0.1 * s->tol);
     for (int k = 0; k < w->sites_n; k++) {
         if (w->sites[k].span != span) continue;
-        w->sites[k].target = fmax(TIGHTER * w->sites[k].target, 0.3 * allowed);
+        w->sites[k].target = fmax(w->sites[k].target, WISH_FAILED * allowed);
         w->sites[k].wish = false;
-        if (fabs(w->sites[k].t - t) < 1e-3 * (w->tau[span + 6] - w->tau[span + 5])) return;
+        if (fabs(w->sites[k].t - v.t) < 1e-3 * (w->tau[span + 6] - w->tau[span + 5])) return;
         weight = fmax(weight, w->sites[k].weight);
     }
-    on_chord(s, chord, t, q);
-    add_point(w, q, t, ADDED * allowed, allowed, span, s->cfg.axes);
-    w->sites[w->sites_n - 1].weight = weight;
-    w->sites[w->sites_n - 1].wish = false;
-    w->sites[w->sites_n - 1].miss = 1.0;
+    on_chord(s, chord, v.t, q);
+    add_point(w, q, v.t, SHARE * allowed, allowed, span, s->cfg.axes);
+    site *p = &w->sites[w->sites_n - 1];
+    p->weight = fmin(HUMP_WEIGHT * weight, (v.worst / SHARE - 1.0) / spline_give(w, p));
+    p->wish = false;
+    p->miss = 1.0;
 }
 
-/* All spans against the contour; spans that fail get their points' weights raised. Returns the largest deviation. */
-static double certify_window(nc_smooth *s, double pieces[][NC_AXES][ORDER], int end, double *deviation) {
+/* All spans against the contour; spans that fail get a point where they do. Returns the largest deviation. */
+static double certify_window(nc_smooth *s, int end, double *deviation) {
     window *w = &s->w;
     contour path = {s->nodes, end + 1};
     int chord = 0;
     double worst = 0.0;
     for (int k = 0; k < w->spans; k++) {
-        verdict v = certify_piece(s, pieces[k], w->tau[k + 5], w->tau[k + 6], &path, &chord);
+        double hull[NC_AXES][ORDER];
+        spline_hull(w, k, s->cfg.axes, hull);
+        verdict v = certify_piece(s, hull, w->tau[k + 5], w->tau[k + 6], &path, &chord);
         deviation[k] = v.worst;
         if (v.worst > 1.0) {
-            double factor = fmin(v.worst * v.worst, 10.0);
-            for (int j = k > 0 ? k - 1 : 0; j <= k + 1 && j < w->spans; j++) w->raise[j] = fmax(w->raise[j], factor);
-            add_where_it_fails(s, k, v.t, &path, chord);
+            if (!(worst > 1.0)) spline_invert(w);
+            add_where_it_fails(s, k, v, &path, chord);
         }
         worst = fmax(worst, v.worst);
     }
     return worst;
 }
 
-static bool iterate(nc_smooth *s, int end, double pieces[][NC_AXES][ORDER], double *deviation) {
+static bool iterate(nc_smooth *s, int end, double *deviation) {
     window *w = &s->w;
     bool failed = false;
     s->stats.windows++;
@@ -325,21 +339,19 @@ static bool iterate(nc_smooth *s, int end, double pieces[][NC_AXES][ORDER], doub
         double most = residuals(s);
         if (!isfinite(most)) return false;
         bool near = i >= SETTLE && (most < 1.0 || (failed && most < NEAR));
-        for (int k = 0; k < w->spans; k++) {
-            if (i < SETTLE || near) spline_piece(w, k, s->cfg.axes, pieces[k]);
-            w->raise[k] = 1.0;
-        }
         if (near) {
-            if (certify_window(s, pieces, end, deviation) <= 1.0) return true;
+            if (certify_window(s, end, deviation) <= 1.0) return true;
             failed = true;
         }
         if (i < SETTLE) {
             double before[SPANS_ROOM];
             memcpy(before, w->rho, sizeof before);
-            weigh_by_speed(s, (const double(*)[NC_AXES][ORDER])pieces);
+            weigh_by_speed(s);
             for (int k = 0; k < w->sites_n; k++) w->sites[k].weight *= w->rho[w->sites[k].span] / before[w->sites[k].span];
         }
-        reweigh(w, i < 8 && !failed ? 0.1 : i < 14 && !failed ? 0.5 : RELEASE, i >= SETTLE);
+        bool exact = i >= GIVE_FROM;
+        if (exact) spline_invert(w);
+        reweigh(w, i < 8 && !failed ? 0.1 : i < 14 && !failed ? 0.5 : RELEASE, i >= SETTLE, exact);
     }
     return false;
 }
@@ -389,7 +401,7 @@ static void use_tail(nc_smooth *s) {
     memcpy(w->tau, s->keep.tau, sizeof(double) * (size_t)(w->spans + 11));
     memcpy(w->c, s->keep.c, sizeof w->c[0] * (size_t)(w->spans + 5));
     for (int k = 0; k < w->spans; k++) {
-        spline_span_basis(w->tau, k, w->m[k]);
+        spline_span(w, k);
         spline_piece(w, k, s->cfg.axes, pieces[k]);
     }
     write_spans(s, pieces, w->tau, w->spans, s->n_nodes - 1);
@@ -425,7 +437,7 @@ void window_advance(nc_smooth *s, int end, bool final) {
             return;
         }
         lay_sites(s, reached);
-        good = iterate(s, reached, pieces, deviation);
+        good = iterate(s, reached, deviation);
     }
     if (!good) {
         fall_back(s, reached);
@@ -436,6 +448,7 @@ void window_advance(nc_smooth *s, int end, bool final) {
     int commit = s->w.spans;
     if (!final && commit > 6) commit = commit - 5 < COMMIT_SPANS ? commit - 5 : commit > 2 * COMMIT_SPANS ? commit - COMMIT_SPANS : COMMIT_SPANS;
     note_deviation(s, deviation, commit);
+    for (int k = 0; k < commit; k++) spline_piece(&s->w, k, s->cfg.axes, pieces[k]);
     write_spans(s, pieces, s->w.tau, commit, reached);
     s->keep.valid = false;
     s->measure = s->w.spans - commit;

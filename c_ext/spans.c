@@ -129,12 +129,16 @@ static bool has_reserve(const engine *e, const double *r) {
 
 static bool moves(const piece *p, int axis) { return p->moving >> axis & 1; }
 
-static double zone(const engine *e, const piece *corner, const piece *p) {
-    if (!has_reserve(e, corner->reserve)) return 0.0;
+/* How far on p the jumps of a corner that is passed at this speed use up acceleration. */
+double corner_zone(const engine *e, double corner_v, const piece *p) {
     double dt = e->cfg.cycle_s, a = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++)
         if (moves(p, i)) a = lesser(a, e->cfg.a_max[i]);
-    return (corner->corner_v + 2.0 * a * dt) * dt;
+    return (corner_v + 2.0 * a * dt) * dt;
+}
+
+static double zone(const engine *e, const piece *corner, const piece *p) {
+    return has_reserve(e, corner->reserve) ? corner_zone(e, corner->corner_v, p) : 0.0;
 }
 
 static bool too_many_turns(const engine *e, const piece *p) {
@@ -219,6 +223,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     double at = 0.0;
     e->plan.cursor.piece = UINT64_MAX;
     p->span_count = 0;
+    if (e->plan.left.piece == i) e->plan.left.to = -1.0; /* it was a step over a stretch that is gone */
     double turn = p->kind == PIECE_ARC ? fabs(p->sweep) / p->whole * p->length : 0.0;
     if (p->kind == PIECE_CURVE) curve_strips(&b, i, strips, n, least > 1);
     else choose_room(e, i, (uint32_t)n + (uint32_t)greater(lesser(ceil(turn / TURN_STEP), spans_max(e)), least), &b);

@@ -19,7 +19,9 @@ from .geometry.polynomial import ORDER, coefficients, distance, normalised
 FloatArray = npt.NDArray[np.float64]
 
 
-NEIGHBOURS = 6  # elements looked at on either side where a smooth piece covers several
+NEIGHBOURS = 6  # elements looked at on either side where a smooth piece covers several,
+WIDE = 256  # ... and where these seem too far away: elements may be far shorter than the tolerance
+AT_A_TIME = 64
 NEAREST_STEPS = 6  # from the same angle to the nearest place of a helix
 
 
@@ -113,8 +115,11 @@ class ElementTable:
         rows = self.rows[element - self.first]
         return np.asarray(np.where(rows["flags"] & RAPID, np.inf, rows["feed"]))
 
-    def distance(self, element: npt.NDArray[np.int64], pos: FloatArray) -> FloatArray:
-        """Distance of each position from the geometry of its element, over the linear axes, mm."""
+    def distance(self, element: npt.NDArray[np.int64], pos: FloatArray, known: float = 0.0) -> FloatArray:
+        """Distance of each position from the geometry of its element, over the linear axes, mm.
+
+        The largest is exact, and so are those that count: ``known`` is what has been found already.
+        """
         if self.rows is None:
             return np.zeros(len(element))
         index = element - self.first
@@ -126,7 +131,23 @@ class ElementTable:
                 near = np.clip(side, 0, len(self.rows) - 1)
                 out[smoothed] = np.minimum(out[smoothed], self._element_distance(near, pos[smoothed]))
         out[elsewhere] = 0.0
+        self._look_wider(index, pos, out, smoothed[out[smoothed] > known])
         return out
+
+    def _look_wider(
+        self, index: npt.NDArray[np.int64], pos: FloatArray, out: FloatArray, some: npt.NDArray[np.int64]
+    ) -> None:
+        """Correct the largest of ``out`` by looking at more elements, until it stays the largest."""
+        assert self.rows is not None
+        some = some[np.argsort(-out[some])]
+        reach = np.arange(-WIDE, WIDE + 1)
+        for first in range(0, len(some), AT_A_TIME):
+            here, rest = some[first : first + AT_A_TIME], some[first + AT_A_TIME :]
+            near = np.clip(index[here, None] + reach, 0, len(self.rows) - 1)
+            found = self._element_distance(near.ravel(), np.repeat(pos[here], len(reach), axis=0))
+            out[here] = np.minimum(out[here], found.reshape(near.shape).min(axis=1))
+            if not len(rest) or out[here].max() >= out[rest[0]]:
+                return
 
     def elsewhere(self, element: npt.NDArray[np.int64]) -> npt.NDArray[np.bool_]:
         """Elements in other coordinates than the axes': the stage that made their pieces vouches for the deviation."""
@@ -213,10 +234,11 @@ class TrajectoryCheck:
         before = np.concatenate([[self.last_element] * 3, samples.element])
         self._limits(q, before)
         self._feed(q[2:], samples)
-        self.deviation = max(self.deviation, float(self.table.distance(samples.element, samples.pos).max()))
+        distance = self.table.distance(samples.element, samples.pos, self.deviation)
+        self.deviation = max(self.deviation, float(distance.max()))
         self.tail = q[-3:].copy()
         self.last_element = int(samples.element[-1])
-        self.table.drop_before(self.last_element - NEIGHBOURS)
+        self.table.drop_before(self.last_element - WIDE)
 
     def finish(self) -> None:
         """The axes stand from the last sample on."""

@@ -1,0 +1,44 @@
+"""Planner and GEO switched at every possible place: what the threads share holds whenever either of them gets no time.
+
+Needs the C code built with HLI_COSIM_INTERLEAVE=1, as ``.ci/run`` does; a run is the same every time.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from cnc_core._engine import ffi, lib
+from commanded import config, drive, over_limits, program
+from inside import Inside
+
+from cnc_core.engine import Event
+
+pytestmark = pytest.mark.skipif(
+    lib.engine_interleaved(ffi.NULL, 0, 0, 0) < 0, reason="built without HLI_COSIM_INTERLEAVE=1: no places to switch at"
+)
+
+
+OPTIONS = ("", "n", "nc", "c", "f", "nf")
+CASES = [(seed, options, geo_first) for seed in range(2) for options in OPTIONS for geo_first in (False, True)]
+# committed motion that is taken back after GEO has begun it; a loop that ends behind an inserted stop
+CASES += [(49, "", False), (14, "n", False)]
+
+
+@pytest.mark.parametrize(("seed", "options", "geo_first"), CASES)
+def test_threads_switched_anywhere(tmp_path: Path, seed: int, options: str, geo_first: bool) -> None:
+    """Random commands, random switches between the threads and bursts of cycles without the planner: all is legal."""
+    rng = np.random.default_rng(seed)
+    text = program(rng)
+    with Inside(tmp_path, text, config(rng, options)) as cnc:
+        handle = cnc.engine._handle
+
+        def cycles(n: int, turn: int) -> Event:
+            return Event(lib.engine_interleaved(handle, n, seed * 100_003 + turn, geo_first))
+
+        pos, way = drive(cnc, rng, cycles)
+        acceleration, jerk = over_limits(pos, cnc.cell)
+        assert acceleration <= 1.02
+        assert jerk <= 1.02
+        assert way > 1e-3
