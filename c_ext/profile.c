@@ -409,7 +409,7 @@ static bool drive_last_window(engine *e, writer *w) {
     uint64_t written = e->plan.written;
     const writer from = *w;
     drive_window(w, e->plan.need_end);
-    if (w->piece < e->plan.fixed_to || (w->piece == e->plan.fixed_to && w->s <= 0.0)) return true;
+    if (!w->refused && (w->piece < e->plan.fixed_to || (w->piece == e->plan.fixed_to && w->s <= 0.0))) return true;
     *w = from;
     e->plan.written = written;
     return false;
