@@ -12,23 +12,55 @@
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
 #define TINY_MM 1e-9
+#define MORE_ROOM 1.25
+#define ENDS 3.0           /* stretches of an arc that zones can add */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
 bool spans_new(engine *e) {
     uint64_t slots = 1;
     while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t stretches = (size_t)(slots * spans_room(e));
-    e->plan.span_mask = slots - 1;
-    e->plan.spans = calloc(stretches, sizeof(span));
-    e->plan.rows = calloc(stretches * SPAN_ROW * (size_t)e->cfg.axis_count, sizeof(double));
-    e->plan.span_owner = calloc((size_t)slots, sizeof(uint64_t));
-    return e->plan.spans && e->plan.rows && e->plan.span_owner;
+    planner *w = &e->plan;
+    uint32_t numbers = ROWS_FIRST * SPAN_ROW * (uint32_t)e->cfg.axis_count;
+    w->span_mask = slots - 1;
+    w->rooms = calloc((size_t)slots, sizeof(span_room));
+    w->spans = calloc((size_t)slots * SPANS_FIRST, sizeof(span));
+    w->rows = calloc((size_t)slots * numbers, sizeof(double));
+    w->span_owner = calloc((size_t)slots, sizeof(uint64_t));
+    if (!w->rooms || !w->spans || !w->rows || !w->span_owner) return false;
+    for (uint64_t i = 0; i < slots; i++)
+        w->rooms[i] = (span_room){w->spans + i * SPANS_FIRST, w->rows + i * numbers, SPANS_FIRST, numbers, false};
+    return true;
+}
+
+static void free_grown(span_room *room) {
+    if (!room->grown) return;
+    free(room->spans);
+    free(room->rows);
 }
 
 void spans_free(engine *e) {
+    for (uint64_t i = 0; e->plan.rooms && i <= e->plan.span_mask; i++) free_grown(&e->plan.rooms[i]);
+    free(e->plan.rooms);
     free(e->plan.spans);
     free(e->plan.rows);
     free(e->plan.span_owner);
+}
+
+/* Room for `count` stretches of so many rows per axis, or as many as a piece may have; what was in it is lost. Without memory
+ * it stays as it is. */
+void spans_grow(const engine *e, span_room *room, double count, uint32_t per_axis) {
+    uint32_t most = (uint32_t)lesser(spans_max(e), count), row = SPAN_ROW * per_axis * (uint32_t)e->cfg.axis_count;
+    if (room->count >= most && room->row_numbers >= most * row) return;
+    most = (uint32_t)lesser(spans_max(e), MORE_ROOM * greater(most, room->count));
+    span *spans = calloc(most, sizeof(span));
+    double *rows = calloc((size_t)most * row, sizeof(double));
+    if (!spans || !rows) {
+        free(spans);
+        free(rows);
+        return;
+    }
+    free_grown(room);
+    *room = (span_room){spans, rows, most, most * row, true};
 }
 
 /* The stretches of piece i are those in the room it shares with others. */
@@ -125,9 +157,7 @@ static double zone(const engine *e, const piece *corner, const piece *p) {
     return (corner->corner_v + 2.0 * a * dt) * dt;
 }
 
-static bool too_many_turns(const engine *e, const piece *p) {
-    return fabs(p->sweep) / p->whole * p->length > (spans_max(e) - 3) * TURN_STEP;
-}
+static double turns_of(const piece *p) { return fabs(p->sweep) / p->whole * p->length; }
 
 /* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
  * NULL where it ends in a standstill or is not known. */
@@ -135,7 +165,9 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
     uint64_t slot = i & e->plan.span_mask;
-    builder b = {.e = e, .p = p, .spans = spans_of(e, i), .rows = e->plan.rows + slot * spans_room(e) * SPAN_ROW * (uint64_t)e->cfg.axis_count};
+    span_room *has = &e->plan.rooms[slot];
+    if (p->kind == PIECE_ARC) spans_grow(e, has, turns_of(p) / TURN_STEP + ENDS, 1);
+    builder b = {.e = e, .p = p, .spans = has->spans, .rows = has->rows};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
@@ -145,12 +177,12 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;
     p->span_count = 0;
-    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, b.spans, b.rows, strips, n, least > 1);
+    if (p->kind == PIECE_CURVE) curve_piece_spans(e, p, has, strips, n, least > 1);
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
         for (int a = 0; a < e->cfg.axis_count; a++) b.room[a] = room_of(e, p, strips[k].reserve, a);
-        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && too_many_turns(e, p))) straight_strip(&b, to - at);
+        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && turns_of(p) > (has->count - ENDS) * TURN_STEP)) straight_strip(&b, to - at);
         else arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
         at = to;
     }
