@@ -271,7 +271,7 @@ static double seconds_about(const engine *e, const piece *p) {
 /* Stretches of p, cut where the strips (zones of jumps) begin and end. `stands`: at both ends, and only there. */
 void curve_piece_spans(engine *e, piece *p, span_room *has, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
-    double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
+    double top = reachable(p, greater(e->plan.reserve_override, OVER_FEED));
     builder b = {.e = e, .p = p, .c = c, .spans = has->spans, .rows = has->rows, .has = has, .scale = p->whole / curve_length(c),
                  .fast2 = top * top, .strips = n, .loss = seconds_about(e, p) > LONG_S ? LOSS_LONG : LOSS};
     if (add_strips(&b, strips, stands)) return;
