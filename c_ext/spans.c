@@ -7,12 +7,15 @@
 #include "engine_internal.h"
 
 #define USABLE 0.999       /* share of the acceleration limit that is planned with */
-#define TURN_STEP 0.15     /* rad of an arc between knots */
+#define TURN_STEP 0.15     /* rad of an arc between knots, ... */
+#define LIMITED_STEP 0.08  /* ... where the axes cannot follow its feed, ... */
+#define LEAST_STEP 0.04    /* ... at least, where the one axis of its plane is much slower than the other */
 #define STOP_PARTS 8       /* stretches at least between two standstills */
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
 #define TINY_MM 1e-9
 #define MORE_ROOM 1.25
+#define ROUNDED 1.000001
 #define ENDS 3.0           /* stretches of an arc that zones can add */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
@@ -73,6 +76,7 @@ typedef struct builder {
     piece *p;
     span *spans;
     double *rows, room[NC_AXES];
+    double step; /* rad of an arc between knots */
 } builder;
 
 static double room_of(const engine *e, const piece *p, const double *reserve, int axis) {
@@ -109,7 +113,7 @@ static void turn_by(double *d, const piece *p, double c, double z) {
 
 static void arc_strip(builder *b, double from, double to, int least) {
     double turn = fabs(b->p->sweep) / b->p->whole * (to - from);
-    int n = (int)greater(ceil(turn / TURN_STEP - 1e-9), least);
+    int n = (int)greater(ceil(turn / b->step - 1e-9), least);
     knot last, next;
     arc_knot(b->e, b->p, from, &last);
     double step = b->p->dir * b->p->sweep / b->p->whole * (to - from) / n, c = cos(step), z = sin(step);
@@ -159,6 +163,16 @@ static double zone(const engine *e, const piece *corner, const piece *p) {
 
 static double turns_of(const piece *p) { return fabs(p->sweep) / p->whole * p->length; }
 
+/* u is constant between knots, so what is lost of it grows with the step. Near where a slow axis stands beside a quick one its
+ * share of the path changes at once, and with it what it allows. */
+static double turn_step(const engine *e, const piece *p) {
+    double a = piece_a_max(e, p, p->axis1), b = piece_a_max(e, p, p->axis2);
+    double slow = lesser(a, b), v = reachable(p, 1.0);
+    double step = v * v * p->curvature > slow ? LIMITED_STEP : TURN_STEP;
+    step = greater(LEAST_STEP, step * sqrt(slow / greater(a, b)));
+    return lesser(TURN_STEP, greater(step, turns_of(p) / (spans_max(e) - ENDS))); /* so many turns: as fine as there is room for */
+}
+
 /* Stretches of piece i: a zone at either end where jumps use up acceleration, and the rest. `next`: the motion behind it,
  * NULL where it ends in a standstill or is not known. */
 void piece_spans(engine *e, uint64_t i, const piece *next) {
@@ -166,8 +180,12 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     static const double none[NC_AXES] = {0};
     uint64_t slot = i & e->plan.span_mask;
     span_room *has = &e->plan.rooms[slot];
-    if (p->kind == PIECE_ARC) spans_grow(e, has, turns_of(p) / TURN_STEP + ENDS, 1);
-    builder b = {.e = e, .p = p, .spans = has->spans, .rows = has->rows};
+    double step = 0.0;
+    if (p->kind == PIECE_ARC) {
+        step = turn_step(e, p);
+        spans_grow(e, has, turns_of(p) / step + ENDS, 1);
+    }
+    builder b = {.e = e, .p = p, .spans = has->spans, .rows = has->rows, .step = step};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
@@ -182,7 +200,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
         for (int a = 0; a < e->cfg.axis_count; a++) b.room[a] = room_of(e, p, strips[k].reserve, a);
-        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && turns_of(p) > (has->count - ENDS) * TURN_STEP)) straight_strip(&b, to - at);
+        if (p->kind == PIECE_LINE || (p->kind == PIECE_ARC && turns_of(p) > (has->count - ENDS) * b.step * ROUNDED)) straight_strip(&b, to - at);
         else arc_strip(&b, at, to, apart && k != 1 ? 1 : least);
         at = to;
     }
