@@ -9,6 +9,7 @@
 #include "engine_internal.h"
 
 #define ROW SPAN_ROW
+#define MOST_ROWS (4 * NC_AXES)
 #define STANDS 1e-12       /* speeds squared */
 #define SHORTEST_MM 1e-12
 #define INSIDE 0.0005      /* of the limits: what the chord of a row over a part of a stretch may miss */
@@ -56,35 +57,56 @@ static void set_bound(double cu, double cx, double *bound) {
     bound[1] = free ? 0.0 : -cx / cu;
 }
 
-/* `room`: acceleration of every axis that is left; `slack`: what q' can be above its chord, NULL: not certified. Per axis: the
- * rows at both knots, then their bounds. */
-uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const double *slack, span *out,
+/* Rows of a stretch while they are written; largest |r0|, |r2|, and |r1|, |r3| of them. */
+typedef struct row_writer {
+    double *at, length, most, bend;
+} row_writer;
+
+/* |r0 u + r1 x| <= 1 at the start, |r2 u + r3 x| <= 1 at the end, and what it bounds. */
+static inline void add_row(row_writer *w, double u0, double x0, double u1, double x1) {
+    double *r = w->at;
+    r[0] = u0;
+    r[1] = x0;
+    r[2] = u1;
+    r[3] = x1;
+    set_bound(r[0], r[1], r + 4);
+    set_bound(r[2] + 2.0 * w->length * r[3], r[3], r + 6); /* in terms of x at the start */
+    w->most = greater(w->most, greater(fabs(r[0]), fabs(r[2])));
+    w->bend = greater(w->bend, lesser(fabs(r[1]), fabs(r[3])));
+    w->at += ROW;
+}
+
+/* |q' u + q'' x| + lost_u |u| + lost_x x <= room: rows for every sign of the losses. */
+static void add_lossy_rows(row_writer *w, const knot *a, const knot *b, int i, double inv, double lost_u, double lost_x) {
+    double eu = lost_u * inv, ex = lost_x * inv;
+    double u0 = a->d1[i] * inv, x0 = a->d2[i] * inv, u1 = b->d1[i] * inv, x1 = b->d2[i] * inv;
+    if (lesser(fabs(fabs(u0) - eu), fabs(fabs(u1) - eu)) < 1e-9 * eu) eu *= 1.0 + 1e-6; /* no row without u */
+    for (int k = -1; k <= 1; k += 2)
+        for (int n = -1; n <= 1; n += 2) add_row(w, u0 + k * eu, x0 + n * ex, u1 + k * eu, x1 + n * ex);
+}
+
+/* `room`: acceleration of every axis that is left; `lost`: what is certified, NULL: nothing. Per axis: the rows at both knots,
+ * then their bounds. */
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const bent_loss *lost, span *out,
                    double *rows) {
-    uint32_t n = 0;
     out->rows = rows;
     out->accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
     out->length = b->s - a->s;
     out->cap2[0] = knot_cap2(e, p, a, room);
     out->cap2[1] = knot_cap2(e, p, b, room);
-    add_axis_speeds(e, p, a, b, slack, out->cap2);
-    double most = 1.0 / out->accel, bend = 0.0;
-    out->certified = slack != NULL;
+    add_axis_speeds(e, p, a, b, lost ? lost->above : NULL, out->cap2);
+    out->certified = lost != NULL;
+    row_writer w = {.at = rows, .length = out->length, .most = 1.0 / out->accel};
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
-        double inv = 1.0 / room[i], *r = rows + ROW * n++;
-        r[0] = a->d1[i] * inv;
-        r[1] = a->d2[i] * inv;
-        r[2] = b->d1[i] * inv;
-        r[3] = b->d2[i] * inv;
-        set_bound(r[0], r[1], r + 4);
-        set_bound(r[2] + 2.0 * out->length * r[3], r[3], r + 6); /* in terms of x at the start */
-        most = greater(most, greater(fabs(r[0]), fabs(r[2])));
-        bend = greater(bend, lesser(fabs(r[1]), fabs(r[3])));
+        double inv = 1.0 / room[i];
+        if (lost && lost->u[i] > 0.0) add_lossy_rows(&w, a, b, i, inv, lost->u[i], lost->x[i]);
+        else add_row(&w, a->d1[i] * inv, a->d2[i] * inv, b->d1[i] * inv, b->d2[i] * inv);
     }
-    out->stand = 1.0 / greater(most, 1e-30);
-    out->bend = (float)bend;
-    out->n_rows = (uint8_t)n;
-    return ROW * n;
+    out->stand = 1.0 / greater(w.most, 1e-30);
+    out->bend = (float)w.bend;
+    out->n_rows = (uint8_t)((w.at - rows) / ROW);
+    return ROW * out->n_rows;
 }
 
 /* The stretch from s (mm behind its start) on: bounds of u over x at s. */
@@ -93,7 +115,7 @@ typedef struct part {
     const span *span;
     const double *bounds; /* two per axis, four numbers, `step` apart */
     int n, step;
-    double t, local[4 * NC_AXES];
+    double t, local[4 * MOST_ROWS];
 } part;
 
 static double between(double a, double b, double t) { return a + t * (b - a); }
@@ -267,7 +289,7 @@ static bent_step fine_forward(const span *sp, const part *o, double s, double x,
 /* As hard down as the limits allow over the next `way` mm, not as at the far end of the stretch. */
 static bent_step brake_near(const span *sp, double s, double x, double way) {
     span near;
-    double rows[ROW * NC_AXES];
+    double rows[ROW * MOST_ROWS];
     part first;
     sub_span(sp, s, lesser(sp->length, s + greater(way, SHORT_MM)), &near, rows);
     part_from(&near, 0.0, &first);

@@ -214,7 +214,7 @@ void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
 /* Constant bounds over `length` mm of a cell. */
 void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out) {
     cell_bounds b = bound_cell(curve_of(e, p), cell);
-    double feed = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
+    double feed = reachable(p, greater(e->plan.reserve_override, OVER_FEED));
     *out = (span){.length = length, .v_hard = speed_bound(e, p, &b, reserve)};
     out->accel = accel_bound(e, p, &b, reserve, fmin(out->v_hard, feed));
 }

@@ -3,19 +3,25 @@
  * Between two knots the planner sees q' and q'' of every axis on their chords and a constant path acceleration u. What is
  * driven differs from that by at most
  *     |u| h^2/8 max|q'''| + x h^2/8 max|q''''| + |u| h/2 |change of q''|      (x = v^2; the last: x changes as well as q'')
- * with bounds that hold everywhere between them (curve_certify.c), and the largest u and x that the rows let through. That
- * much of the acceleration is not planned with. Where it would be much the stretch is cut; where cutting does not help,
- * because the curvature changes within micrometres, the constant bounds of the cells are left (curve_piece.c).
+ * with bounds that hold everywhere between them (curve_certify.c). Where that is little at the largest u and x that the rows
+ * let through, it is taken off the acceleration. Else the rows carry it along, so that it counts at the u and x that occur:
+ * near where a slow axis stands its rows alone let through a hundred times of what is ever driven. Where a part would lose
+ * much it is cut; where there would be many stretches then, by what is likely to occur (at a standstill, at constant speed).
+ * Where the speed of the parameter changes too much to tell, the constant bounds of the cells are left (curve_piece.c).
  */
 #include <limits.h>
 #include <math.h>
 #include "engine_internal.h"
 
 #define USABLE 0.999     /* share of the acceleration limit that is planned with */
-#define LOSS 0.010       /* share of it that a stretch may lose before it is cut, more where there would be too many, ... */
+#define LITTLE 0.02      /* share of the limit that may be taken off */
+#define LOSS 0.01       /* share of it that a stretch may lose before it is cut, more where there would be too many, ... */
+#define LOSS_LONG 0.003 /* the same of pieces that take so long that stretches cost nothing */
+#define LONG_S 0.02
 #define MORE_LOSS 1.5    /* ... by so much each time ... */
-#define MOST_LOSS 0.25   /* ... up to that ... */
-#define GIVEN_UP 0.3     /* ... and from which on constant bounds are better */
+#define MOST_LOSS 1.0    /* ... up to that */
+#define GIVEN_UP 0.3     /* from which on constant bounds are better, if there is no room for more rows */
+#define SIGNS 4          /* rows of an axis that carry along what they lose */
 #define AT_ONCE 12       /* stretches that a certificate of a whole piece is cut into ... */
 #define OF_PART 4        /* ... and one of a part */
 #define HALVINGS 8
@@ -40,6 +46,8 @@ typedef struct builder {
     const double *reserve;
     double loss;          /* share of the acceleration that a stretch may lose before it is cut */
     bool starved;         /* there was no room for as many stretches */
+    bool likely;          /* cut by what is likely to occur, not by what could occur at the most */
+    const span_room *has;
     bool counting;        /* only how many there would be, whatever the room */
     int count;
     int strips;
@@ -55,7 +63,7 @@ typedef struct extent {
 
 typedef struct place {
     knot at;
-    extent most;
+    extent most, likely; /* at the most; u at a standstill, x at constant speed */
 } place;
 
 /* The largest u and x that meet |q' u + q'' x| <= room on all axes: two axes together bound both, one axis the one by the
@@ -98,9 +106,19 @@ static void knot_at(const builder *b, double w, double s, knot *k) {
     k->s = s;
 }
 
+/* What can be reached at a knot. */
+static void reach_at(const builder *b, place *out) {
+    const knot *k = &out->at;
+    out->most = out->likely = extent_at(b, k);
+    for (int i = 0; b->likely && i < b->c->axes; i++) {
+        if (out->likely.u * fabs(k->d1[i]) > b->room[i]) out->likely.u = b->room[i] / fabs(k->d1[i]);
+        if (out->likely.x * fabs(k->d2[i]) > b->room[i]) out->likely.x = b->room[i] / fabs(k->d2[i]);
+    }
+}
+
 static void place_at(const builder *b, double w, double s, place *out) {
     knot_at(b, w, s, &out->at);
-    out->most = extent_at(b, &out->at);
+    reach_at(b, out);
 }
 
 /* Inside of a piece, at the parameter w. */
@@ -114,15 +132,14 @@ static double parameter_behind(const builder *b, double s) { return curve_parame
 static void place_behind(const builder *b, double s, place *out) {
     if (s <= 0.0 || s >= b->p->length) {
         out->at = b->ends[s > 0.0];
-        out->most = extent_at(b, &out->at);
+        reach_at(b, out);
         return;
     }
     place_at(b, parameter_behind(b, s), s, out);
 }
 
-static extent extent_between(const place *from, const place *to) {
-    const extent *a = &from->most, *z = &to->most;
-    double u = lesser(a->u, z->u), added = 2.0 * u * (to->at.s - from->at.s);
+static extent extent_between(const extent *a, const extent *z, double h) {
+    double u = lesser(a->u, z->u), added = 2.0 * u * h;
     return (extent){u, lesser(greater(a->x, z->x), lesser(a->x, z->x) + added)};
 }
 
@@ -138,33 +155,46 @@ static void add_constant(builder *b, double from, double to) {
     }
 }
 
+/* Whether there is room for a stretch whose rows carry along what they lose, and one row an axis for all behind it. */
+static bool has_more_rows(const builder *b) {
+    int64_t left = b->has->row_numbers - (b->rows - b->has->rows), behind = (int64_t)b->has->count - b->p->span_count - 1;
+    return left >= (SIGNS + behind) * SPAN_ROW * b->c->axes;
+}
+
 /* Rows between two knots, or constant bounds where too little would be left of an axis. */
 static void add_stretch(builder *b, const place *from, const place *to, const double *third, const double *fourth) {
-    double h = to->at.s - from->at.s, room[NC_AXES], slack[NC_AXES], turn2 = 0.0;
+    double h = to->at.s - from->at.s, part = 0.125 * h * h, room[NC_AXES], turn2 = 0.0;
     if (h < TINY_MM) return;
-    extent most = extent_between(from, to);
+    bent_loss lost;
+    extent most = extent_between(&from->most, &to->most, h);
+    bool more_rows = has_more_rows(b);
     for (int i = 0; i < b->c->axes; i++) {
-        double steps = 0.5 * h * fabs(to->at.d2[i] - from->at.d2[i]), bend = 0.125 * h * h * fourth[i];
-        slack[i] = 0.125 * h * h * third[i] + ROUNDING;
-        double loss = (slack[i] + steps) * most.u + bend * most.x;
+        lost.above[i] = part * third[i] + ROUNDING;
+        lost.u[i] = lost.above[i] + 0.5 * h * fabs(to->at.d2[i] - from->at.d2[i]);
+        lost.x[i] = part * fourth[i];
+        room[i] = b->room[i];
+        if (b->c->metric >> i & 1) turn2 += lost.x[i] * lost.x[i];
+        double loss = lost.u[i] * most.u + lost.x[i] * most.x;
+        if (more_rows && loss > LITTLE * b->room[i]) continue;
+        b->starved |= loss > LITTLE * b->room[i];
         if (!(loss <= GIVEN_UP * b->room[i])) {
             add_constant(b, from->at.s, to->at.s);
             return;
         }
-        room[i] = b->room[i] - loss;
-        if (b->c->metric >> i & 1) turn2 += bend * bend;
+        room[i] -= loss;
+        lost.u[i] = lost.x[i] = 0.0;
     }
     knot a = from->at, z = to->at;
     a.bend = z.bend = greater(a.bend, z.bend) + sqrt(turn2);
     span *s = &b->spans[b->p->span_count++];
-    b->rows += bent_rows(b->e, b->p, &a, &z, room, slack, s, b->rows);
+    b->rows += bent_rows(b->e, b->p, &a, &z, room, &lost, s, b->rows);
     for (int k = 0; k < 2; k++) s->cap2[k] = lesser(s->cap2[k], b->fast2);
 }
 
 /* Into how many stretches the part between two places has to be cut. */
 static int parts_needed(const builder *b, const place *from, const place *to, const double *third, const double *fourth) {
     double h = to->at.s - from->at.s, worst = 0.0;
-    extent most = extent_between(from, to);
+    extent most = b->likely ? extent_between(&from->likely, &to->likely, h) : extent_between(&from->most, &to->most, h);
     for (int i = 0; i < b->c->axes; i++) {
         double loss = h * h * (0.625 * third[i] * most.u + 0.125 * fourth[i] * most.x);
         if (loss > worst * b->room[i]) worst = loss / b->room[i];
@@ -197,7 +227,7 @@ static bool cut_in_halves(builder *b, const place *from, const place *to, int ha
 static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
     double parts[2][NC_AXES];
     if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
-    int left = b->counting ? INT_MAX : (int)spans_max(b->e) - (int)b->p->span_count - most_constant(b, from->at.w);
+    int left = b->counting ? INT_MAX : (int)b->has->count - (int)b->p->span_count - most_constant(b, from->at.w);
     bool whole = b->certified && from->at.s <= 0.0 && to->at.s >= b->p->length;
     bool sure = whole || curve_certify(b->c, from->at.w, to->at.w, parts[0], parts[1]);
     const double *third = whole ? b->third : parts[0], *fourth = whole ? b->fourth : parts[1];
@@ -242,13 +272,26 @@ static bool add_strips(builder *b, const strip *strips, bool stands) {
     return !b->starved;
 }
 
-/* With k times as many stretches each of them loses 1/k^2 as much. */
-static void expect_less(builder *b, const strip *strips, bool stands) {
+/* Room for as many stretches as there should be; where there may not be so many each loses more: with k times as many
+ * stretches 1/k^2 as much. */
+static void make_room(builder *b, span_room *has, const strip *strips, bool stands) {
     b->counting = true;
     add_strips(b, strips, stands);
     b->counting = false;
-    double share = b->count / (double)(spans_max(b->e) - (uint32_t)most_constant(b, b->p->dir > 0 ? 0.0 : 1.0));
-    b->loss = lesser(MOST_LOSS, LOSS * greater(MORE_LOSS, share * share));
+    double extra = most_constant(b, b->p->dir > 0 ? 0.0 : 1.0);
+    spans_grow(b->e, has, b->count + extra, SIGNS);
+    b->spans = has->spans;
+    b->rows = has->rows;
+    double share = b->count / greater(1.0, has->count - extra);
+    if (share > 1.0) b->loss = lesser(MOST_LOSS, b->loss * greater(MORE_LOSS, share * share));
+}
+
+/* About how long the piece takes: at the programmed feed, or up to full speed and down again with the slowest axis alone. */
+static double seconds_about(const engine *e, const piece *p) {
+    double a = NEVER;
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        if (p->moving >> i & 1) a = lesser(a, piece_a_max(e, p, i));
+    return greater(p->length / reachable(p, 1.0), 0.5 * sqrt(p->length / a));
 }
 
 /* ------------------------------------------------------------------------------------------------ gentle pieces */
@@ -375,18 +418,19 @@ static bool add_gentle(builder *b, const strip *strips) {
 }
 
 /* Stretches of p, cut where the strips (zones of jumps) begin and end. `stands`: at both ends, and only there. */
-void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands) {
+void curve_piece_spans(engine *e, piece *p, span_room *has, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
-    double top = e->plan.ext_speed < NEVER ? p->v_hard : reachable(p, OVER_FEED);
-    builder b = {.e = e, .p = p, .c = c, .spans = spans, .rows = rows, .scale = p->whole / curve_length(c), .fast2 = top * top,
-                 .strips = n, .loss = LOSS};
+    double top = reachable(p, greater(e->plan.reserve_override, OVER_FEED));
+    builder b = {.e = e, .p = p, .c = c, .spans = has->spans, .rows = has->rows, .has = has, .scale = p->whole / curve_length(c),
+                 .fast2 = top * top, .strips = n, .loss = seconds_about(e, p) > LONG_S ? LOSS_LONG : LOSS};
     knot_at(&b, parameter_behind(&b, 0.0), 0.0, &b.ends[0]);
     knot_at(&b, parameter_behind(&b, p->length), p->length, &b.ends[1]);
-    double reached = e->plan.ext_speed < NEVER ? top : reachable(p, e->plan.reserve_override);
+    double reached = reachable(p, e->plan.reserve_override);
     b.fast2 = reached * reached; /* these are made anew when the override comes above 1, and taken then if what is driven meets them */
     if (add_gentle(&b, strips)) return;
     b.fast2 = top * top;
     if (add_strips(&b, strips, stands)) return;
-    expect_less(&b, strips, stands);
+    b.likely = true;
+    make_room(&b, has, strips, stands);
     while (!add_strips(&b, strips, stands) && b.loss < MOST_LOSS) b.loss *= MORE_LOSS;
 }

@@ -19,7 +19,7 @@ static bool allocate(engine *e) {
     e->element_mask = elements - 1;
     e->store_mask = stored - 1;
     e->store = calloc(stored, sizeof(piece));
-    e->plan.tail_max = spans_room(e) * (e->cfg.window + 64);
+    e->plan.tail_max = (spans_max(e) + 1u) * (e->cfg.window + 64);
     if (!drive_new(e) || !foresight_new(e) || !spans_new(e)) return false;
     e->elements = calloc(elements, sizeof(element));
     uint64_t run = power_of_two(e->cfg.window + RUN_MORE);

@@ -85,10 +85,12 @@ typedef struct synch_table {
 
 typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piece_kind;
 
-#define SPANS_MANY 160u   /* stretches of a piece at the most, ... */
+#define SPANS_MANY 512u   /* stretches of a piece at the most, ... */
 #define SPANS_FEW 64u     /* ... and where the window is wide */
 #define WIDE_WINDOW 512u
-#define SPAN_ROW 8u       /* numbers an axis has in a curved one */
+#define SPANS_FIRST 65u   /* ... and what there is room for at first */
+#define ROWS_FIRST 2u     /* of every axis and stretch */
+#define SPAN_ROW 8u       /* numbers of a row in a curved one */
 
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <= accel, v <= v_hard. Curved (rows; bent.c):
  * per axis |r0 u + r1 x| <= 1 at its start, |r2 u + r3 x| <= 1 at its end, x <= cap2 at both. */
@@ -106,10 +108,18 @@ typedef struct span {
     bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
 
-/* Whose stretches are in a slot, and where. */
+/* Where the stretches of a piece are. */
+typedef struct span_room {
+    span *spans;
+    double *rows;
+    uint32_t count, row_numbers; /* that there is room for */
+} span_room;
+
+/* Whose stretches are in a slot, and where: in its share of the room for a few, or in its own for many. */
 typedef struct span_slot {
     uint64_t owner;
     span *spans;
+    span_room many;
 } span_slot;
 
 /* The stretch of a piece that was looked at last, and where it begins. */
@@ -251,13 +261,10 @@ typedef struct planner {
     uint32_t window_motions;         /* ... and the motions in it */
     bent_left left;
     span *spans;         /* room for the stretches of the pieces in the window: a few of each, which mostly do, ... */
-    double *rows;        /* ... and for their rows; */
-    span *many_spans;    /* the same for as many as a piece can have */
-    double *many_rows;
+    double *rows;        /* ... and for their rows */
     span_slot *span_slots;
     uint64_t span_mask;
-    span *made_spans;    /* of a polynomial that they are being made of */
-    double *made_rows;
+    span_room made;      /* in which those of a polynomial are made */
     span_cursor cursor;
     need_key need_key;
     double reserve_override;
@@ -514,8 +521,6 @@ static inline double lesser(double a, double b) { return a < b ? a : b; }
 static inline double greater(double a, double b) { return a > b ? a : b; }
 
 static inline uint32_t spans_max(const engine *e) { return e->cfg.window > WIDE_WINDOW ? SPANS_FEW : SPANS_MANY; }
-/* Odd, so that pieces do not share the lines of a cache. */
-static inline uint32_t spans_room(const engine *e) { return spans_max(e) + 1u; }
 static inline span *spans_of(const engine *e, uint64_t i) { return e->plan.span_slots[i & e->plan.span_mask].spans; }
 
 static inline const curve *curve_of(const engine *e, const piece *p) { return &e->curves[p->origin & e->store_mask]; }
@@ -550,7 +555,7 @@ void curve_cell_span(const engine *e, const piece *p, int cell, const double *re
 
 /* curve_spans.c */
 double curve_cruise2(engine *e, piece *p, const double *reserve, double wanted);
-void curve_piece_spans(engine *e, piece *p, span *spans, double *rows, const strip *strips, int n, bool stands);
+void curve_piece_spans(engine *e, piece *p, span_room *has, const strip *strips, int n, bool stands);
 
 /* mapping.c */
 void map_behind_element(engine *e);
@@ -591,7 +596,11 @@ const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const engine *e, uint32_t i);
 bool log_available(const engine *e);
 
 /* bent.c */
-uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const double *slack, span *out,
+/* What is driven over a stretch may differ from the chord of its rows: q' of an axis by `above`, its acceleration by u |u| + x x. */
+typedef struct bent_loss {
+    double above[NC_AXES], u[NC_AXES], x[NC_AXES];
+} bent_loss;
+uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b, const double *room, const bent_loss *lost, span *out,
                    double *rows);
 double bent_need(const span *sp, double s, double soft2, double next);
 bent_step bent_forward(const span *sp, double s, double x, double soft2, double next, bool braking);
@@ -599,6 +608,7 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
 /* spans.c */
 bool spans_new(engine *e);
 void spans_free(engine *e);
+void spans_grow(const engine *e, span_room *room, double count, uint32_t per_axis);
 bool spans_known(const engine *e, uint64_t i);
 double corner_zone(const engine *e, double corner_v, const piece *p);
 void piece_spans(engine *e, uint64_t i, const piece *next);

@@ -21,7 +21,7 @@
 /* Feed and override: what the operator and the program ask for. The machine's own limits come on top. */
 double soft_cap(const engine *e, const piece *p) {
     if (e->plan.hold) return 0.0;
-    if (e->plan.ext_speed < NEVER) return lesser(p->v_hard, e->plan.ext_speed);
+    if (e->plan.ext_speed < NEVER) return lesser(reachable(p, e->plan.reserve_override), e->plan.ext_speed);
     if (p->feed > 0) return lesser(p->v_hard, p->feed * (p->flags & NC_NO_OVERRIDE ? 1.0 : e->plan.override));
     return p->v_hard * lesser(1.0, e->plan.rapid);
 }
@@ -56,9 +56,9 @@ static stretch stretch_at(engine *e, uint64_t i, uint64_t end, double s) {
 }
 
 /* Whether everything ahead can be met from v at s of piece i. */
-static bool meets_all(engine *e, uint64_t i, uint64_t end, double s, double v) {
+static bool meets_all(engine *e, uint64_t i, uint64_t end, double s, double v, double bent) {
     stretch st = stretch_at(e, i, end, s);
-    if (st.span->rows) return v * v <= bent_need(st.span, s - st.from, st.soft * st.soft, st.end2) * FEASIBLE_BENT + 1e-12;
+    if (st.span->rows) return v * v <= bent_need(st.span, s - st.from, st.soft * st.soft, st.end2) * bent + 1e-12;
     return v * v <= lesser(st.cap * st.cap, lesser(st.end2, st.cap * st.cap) + 2.0 * st.accel * (st.to - s)) * FEASIBLE + 1e-12;
 }
 
@@ -322,10 +322,10 @@ static bool resume_after_tail(engine *e) {
     return true;
 }
 
-static bool state_feasible(engine *e, uint64_t end) {
+static bool state_feasible(engine *e, uint64_t end, double bent) {
     if (e->plan.v <= 0.0) return true;
     if (e->plan.piece >= end) return false;
-    return !is_motion(piece_at(e, e->plan.piece)) || meets_all(e, e->plan.piece, end, e->plan.s, e->plan.v);
+    return !is_motion(piece_at(e, e->plan.piece)) || meets_all(e, e->plan.piece, end, e->plan.s, e->plan.v, bent);
 }
 
 /* What the corner limits depend on besides the path: the override that zones are sized for, and which gates are open. */
@@ -344,6 +344,7 @@ static uint64_t plan_under(engine *e, const conditions *c) {
     e->plan.m01 = c->m01;
     e->plan.held_axes = c->held_axes;
     e->plan.capped = e->plan.piece;
+    e->plan.left.to = 0.0; /* of a stretch that is cut anew */
     corner_caps(e);
     uint64_t end = window_end(e);
     backward_pass(e, end);
@@ -361,12 +362,12 @@ static conditions conditions_now(const engine *e) {
 }
 
 static conditions conditions_wanted(engine *e) {
-    return (conditions){e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
+    return (conditions){e->plan.ext_speed < NEVER ? NEVER : e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
                         ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
 }
 
-/* New conditions are taken over where the present state can be continued legally under them: a larger override and an
- * opened gate both make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
+/* New conditions are taken over where the present state can be continued legally under them: a larger override, a
+ * speed that the PLC commands (any speed may come) and an opened gate all make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
     conditions old = conditions_now(e), want = conditions_wanted(e);
     if (same_conditions(&old, &want)) {
@@ -376,11 +377,11 @@ static uint64_t choose_conditions(engine *e) {
         return end;
     }
     uint64_t end = plan_under(e, &want);
-    if (state_feasible(e, end)) return end;
+    if (state_feasible(e, end, want.reserve_override == old.reserve_override ? FEASIBLE_BENT : FEASIBLE)) return end; /* else cut anew */
     if (want.reserve_override > old.reserve_override) e->plan.override = lesser(e->plan.override, old.reserve_override);
     want.reserve_override = old.reserve_override;
     end = plan_under(e, &want);
-    return state_feasible(e, end) ? end : plan_under(e, &old);
+    return state_feasible(e, end, FEASIBLE_BENT) ? end : plan_under(e, &old);
 }
 
 /* The window's end; where corner limits need more of the path than is fed, more is fed. */

@@ -7,7 +7,9 @@
 #include "engine_internal.h"
 
 #define USABLE 0.999       /* share of the acceleration limit that is planned with */
-#define TURN_STEP 0.15     /* rad of an arc between knots */
+#define TURN_STEP 0.15     /* rad of an arc between knots, ... */
+#define LIMITED_STEP 0.08  /* ... where the axes cannot follow its feed, ... */
+#define LEAST_STEP 0.04    /* ... at least, where the one axis of its plane is much slower than the other */
 #define STOP_PARTS 8       /* stretches at least between two standstills */
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
@@ -15,32 +17,57 @@
 #define FEW 12u            /* stretches that most pieces do with: these lie close together in memory */
 #define FEW_ROOM (FEW + 1u)
 #define SURE 0.75          /* squares of axis speeds up to which the chords of their bounds let everything pass */
+#define MORE_ROOM 1.25
+#define ROUNDED 1.000001
+#define ENDS 3.0           /* stretches of an arc that zones can add */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
 bool spans_new(engine *e) {
     planner *w = &e->plan;
     uint64_t slots = 1;
     while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t few = (size_t)(slots * FEW_ROOM), many = (size_t)(slots * spans_room(e)), row = SPAN_ROW * (size_t)e->cfg.axis_count;
+    size_t few = (size_t)(slots * FEW_ROOM), row = SPAN_ROW * (size_t)e->cfg.axis_count;
     w->span_mask = slots - 1;
     w->spans = calloc(few, sizeof(span));
     w->rows = calloc(few * row, sizeof(double));
-    w->many_spans = calloc(many, sizeof(span));
-    w->many_rows = calloc(many * row, sizeof(double));
     w->span_slots = calloc((size_t)slots, sizeof(span_slot));
-    w->made_spans = calloc(spans_room(e), sizeof(span));
-    w->made_rows = calloc(spans_room(e) * row, sizeof(double));
-    return w->made_spans && w->made_rows && w->spans && w->rows && w->many_spans && w->many_rows && w->span_slots;
+    spans_grow(e, &w->made, SPANS_FIRST, ROWS_FIRST);
+    return w->spans && w->rows && w->span_slots && w->made.count;
+}
+
+static void free_room(span_room *room) {
+    free(room->spans);
+    free(room->rows);
 }
 
 void spans_free(engine *e) {
+    for (uint64_t i = 0; e->plan.span_slots && i <= e->plan.span_mask; i++) free_room(&e->plan.span_slots[i].many);
+    free_room(&e->plan.made);
     free(e->plan.spans);
     free(e->plan.rows);
-    free(e->plan.many_spans);
-    free(e->plan.many_rows);
     free(e->plan.span_slots);
-    free(e->plan.made_spans);
-    free(e->plan.made_rows);
+}
+
+/* Without memory it stays as it is. */
+static void room_for(span_room *room, uint32_t count, uint32_t numbers) {
+    if (room->count >= count && room->row_numbers >= numbers) return;
+    span *spans = calloc(count, sizeof(span));
+    double *rows = calloc(numbers, sizeof(double));
+    if (!spans || !rows) {
+        free(spans);
+        free(rows);
+        return;
+    }
+    free_room(room);
+    *room = (span_room){spans, rows, count, numbers};
+}
+
+/* Room for `count` stretches of so many rows per axis, or as many as a piece may have; what was in it is lost. */
+void spans_grow(const engine *e, span_room *room, double count, uint32_t per_axis) {
+    uint32_t most = (uint32_t)lesser(spans_max(e), count), row = SPAN_ROW * per_axis * (uint32_t)e->cfg.axis_count;
+    if (room->count >= most && room->row_numbers >= most * row) return;
+    most = (uint32_t)lesser(spans_max(e), MORE_ROOM * greater(most, room->count));
+    room_for(room, most, most * row);
 }
 
 /* The stretches of piece i are those in the room it shares with others. */
@@ -53,6 +80,7 @@ typedef struct builder {
     piece *p;
     span *spans;
     double *rows, room[NC_AXES];
+    double step; /* rad of an arc between knots */
 } builder;
 
 static double room_of(const engine *e, const piece *p, const double *reserve, int axis) {
@@ -89,7 +117,7 @@ static void turn_by(double *d, const piece *p, double c, double z) {
 
 static void arc_strip(builder *b, double from, double to, int least) {
     double turn = fabs(b->p->sweep) / b->p->whole * (to - from);
-    int n = (int)greater(ceil(turn / TURN_STEP - 1e-9), least);
+    int n = (int)greater(ceil(turn / b->step - 1e-9), least);
     knot last, next;
     arc_knot(b->e, b->p, from, &last);
     double step = b->p->dir * b->p->sweep / b->p->whole * (to - from) / n, c = cos(step), z = sin(step);
@@ -141,8 +169,18 @@ static double zone(const engine *e, const piece *corner, const piece *p) {
     return has_reserve(e, corner->reserve) ? corner_zone(e, corner->corner_v, p) : 0.0;
 }
 
-static bool too_many_turns(const engine *e, const piece *p) {
-    return fabs(p->sweep) / p->whole * p->length > (spans_max(e) - 3) * TURN_STEP;
+static double turns_of(const piece *p) { return fabs(p->sweep) / p->whole * p->length; }
+
+static bool too_many_turns(const engine *e, const piece *p) { return turns_of(p) > (spans_max(e) - ENDS) * TURN_STEP * ROUNDED; }
+
+/* u is constant between knots, so what is lost of it grows with the step. Near where a slow axis stands beside a quick one its
+ * share of the path changes at once, and with it what it allows. */
+static double turn_step(const engine *e, const piece *p) {
+    double a = piece_a_max(e, p, p->axis1), b = piece_a_max(e, p, p->axis2);
+    double slow = lesser(a, b), v = reachable(p, 1.0);
+    double step = v * v * p->curvature > slow ? LIMITED_STEP : TURN_STEP;
+    step = greater(LEAST_STEP, step * sqrt(slow / greater(a, b)));
+    return lesser(TURN_STEP, greater(step, turns_of(p) / (spans_max(e) - ENDS))); /* so many turns: as fine as there is room for */
 }
 
 /* Whether all limits let an arc be driven at a constant speed v, as far as v_hard allows it, and the acceleration along the
@@ -183,27 +221,55 @@ bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end
     return meets || speed * speed <= end2 + 2.0 * accel * p->length;
 }
 
-/* Where `count` stretches of piece i go: most pieces do with a few. */
-static void choose_room(engine *e, uint64_t i, uint32_t count, builder *b) {
-    uint64_t slot = i & e->plan.span_mask, row = SPAN_ROW * (uint64_t)e->cfg.axis_count;
-    bool few = count <= FEW;
-    b->spans = few ? e->plan.spans + slot * FEW_ROOM : e->plan.many_spans + slot * spans_room(e);
-    b->rows = few ? e->plan.rows + slot * FEW_ROOM * row : e->plan.many_rows + slot * spans_room(e) * row;
-    e->plan.span_slots[slot] = (span_slot){i, b->spans};
+/* The path is not driven any further: one stretch that stands. */
+static void no_memory(builder *b, uint64_t i) {
+    planner *w = &b->e->plan;
+    uint64_t slot = i & w->span_mask;
+    ATOMIC_SET(b->e->fault, ENGINE_NO_MEMORY);
+    b->spans = w->span_slots[slot].spans = w->spans + slot * FEW_ROOM;
+    b->spans[0] = (span){.length = b->p->length, .accel = NEVER};
+    b->p->span_count = 1;
+}
+
+/* Where `count` stretches of piece i go, with rows of `numbers` in all (0: one an axis and stretch). False: no memory. */
+static bool choose_room(uint64_t i, double count, uint32_t numbers, builder *b) {
+    planner *w = &b->e->plan;
+    uint64_t slot = i & w->span_mask;
+    uint32_t row = SPAN_ROW * (uint32_t)b->e->cfg.axis_count, few = FEW_ROOM * row;
+    span_slot *to = &w->span_slots[slot];
+    to->owner = i;
+    if (count <= FEW && numbers <= few) {
+        b->spans = to->spans = w->spans + slot * FEW_ROOM;
+        b->rows = w->rows + slot * few;
+        return true;
+    }
+    uint32_t n = (uint32_t)lesser(count, spans_max(b->e)) + 1u;
+    if (!numbers) numbers = n * row;
+    if (to->many.count < n || to->many.row_numbers < numbers) room_for(&to->many, (uint32_t)(MORE_ROOM * n), (uint32_t)(MORE_ROOM * numbers));
+    b->spans = to->spans = to->many.spans;
+    b->rows = to->many.rows;
+    return to->many.count >= n && to->many.row_numbers >= numbers;
 }
 
 /* How many there are of a polynomial is seen when they are made. */
 static void curve_strips(builder *b, uint64_t i, const strip *strips, int n, bool stands) {
     planner *w = &b->e->plan;
-    curve_piece_spans(b->e, b->p, w->made_spans, w->made_rows, strips, n, stands);
-    choose_room(b->e, i, b->p->span_count, b);
-    uint32_t rows = SPAN_ROW * (uint32_t)b->e->cfg.axis_count;
-    for (uint32_t k = 0; k < b->p->span_count; k++) {
+    piece *p = b->p;
+    uint32_t numbers = 0;
+    curve_piece_spans(b->e, p, &w->made, strips, n, stands);
+    for (uint32_t k = 0; k < p->span_count; k++) numbers += w->made.spans[k].rows ? SPAN_ROW * w->made.spans[k].n_rows : 0u;
+    if (!choose_room(i, p->span_count, numbers, b)) {
+        no_memory(b, i);
+        return;
+    }
+    double *rows = b->rows;
+    for (uint32_t k = 0; k < p->span_count; k++) {
         span *s = &b->spans[k];
-        *s = w->made_spans[k];
+        *s = w->made.spans[k];
         if (!s->rows) continue;
-        memcpy(b->rows + k * rows, s->rows, SPAN_ROW * sizeof(double) * s->n_rows);
-        s->rows = b->rows + k * rows;
+        memcpy(rows, s->rows, SPAN_ROW * sizeof(double) * s->n_rows);
+        s->rows = rows;
+        rows += SPAN_ROW * s->n_rows;
     }
 }
 
@@ -212,7 +278,7 @@ static void curve_strips(builder *b, uint64_t i, const strip *strips, int n, boo
 void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
-    builder b = {.e = e, .p = p};
+    builder b = {.e = e, .p = p, .step = p->kind == PIECE_ARC ? turn_step(e, p) : 0.0};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
@@ -224,9 +290,11 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     e->plan.cursor.piece = UINT64_MAX;
     p->span_count = 0;
     if (e->plan.left.piece == i) e->plan.left.to = -1.0; /* it was a step over a stretch that is gone */
-    double turn = p->kind == PIECE_ARC ? fabs(p->sweep) / p->whole * p->length : 0.0;
     if (p->kind == PIECE_CURVE) curve_strips(&b, i, strips, n, least > 1);
-    else choose_room(e, i, (uint32_t)n + (uint32_t)greater(lesser(ceil(turn / TURN_STEP), spans_max(e)), least), &b);
+    else if (!choose_room(i, p->kind == PIECE_ARC ? greater(turns_of(p) / b.step + ENDS, least) : n, 0, &b)) {
+        no_memory(&b, i);
+        return;
+    }
     for (int k = 0; k < n && p->kind != PIECE_CURVE; k++) {
         if (strips[k].length <= 0) continue;
         double to = k + 1 == n || (k == 1 && last <= 0.0) ? p->length : at + strips[k].length;
