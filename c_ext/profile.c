@@ -421,7 +421,11 @@ static void commit(engine *e) {
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     uint64_t end = e->plan.need_end;
-    if (!drive_last_window(e, &w)) drive_window(&w, end = choose_window(e));
+    if (!drive_last_window(e, &w)) {
+        end = choose_window(e);
+        w.left = e->plan.left; /* its stretch may be cut anew now */
+        drive_window(&w, end);
+    }
     bool due = !ATOMIC_GET(e->run_running) && !e->plan.fed_anew;
     bool legal = !w.refused && (due || write_tail(e, &e->plan.tails[next], &w, end));
     e->plan.fed_anew = false;

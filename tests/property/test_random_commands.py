@@ -11,7 +11,7 @@ from inside import Inside
 
 CASES = [(seed, options) for options in ("", "c", "f", "n", "nc", "nf") for seed in range(6)]
 # the path is fed anew where it stands; a hold over an inserted stop, twice; a step over a stretch that was cut anew
-CASES += [(9, ""), (56, ""), (13, "c"), (5, "nc"), (24, "n"), (36, "nc")]
+CASES += [(9, ""), (56, ""), (13, "c"), (5, "nc"), (24, "n"), (36, "nc"), (9, "n")]
 
 
 @pytest.mark.parametrize(("seed", "options"), CASES)

@@ -43,7 +43,7 @@ def test_an_arc_at_its_feed_is_one_phase_however_far_the_commits_reach(tmp_path:
 def test_windows_that_cover_the_braking_distance_give_the_same_motion(
     tmp_path: Path, workload: str, tolerance: float
 ) -> None:
-    """Needs that a later window does not change are not looked at again: the window shows only where commits cut steps."""
+    """Needs that a later window does not change are not looked at again: it shows only where commits cut steps."""
     path = WORKLOADS[workload].write(tmp_path / "a.nc", 1500)
     times = [_drive(path, window, tolerance, workload)[0] for window in (60, 120, 190)]
     assert max(times) - min(times) <= 5e-6 * max(times)
