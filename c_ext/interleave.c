@@ -42,8 +42,8 @@ static void other_side(void) {
 }
 
 static void next_switch(void) {
-    static const uint64_t within[] = {12, 60, 3000};
-    now.left = (int64_t)draw(within[draw(3)]);
+    static const uint64_t within[] = {8, 24, 96, 3000};
+    now.left = (int64_t)draw(within[draw(4)]);
 }
 
 void interleave(void) {
