@@ -331,10 +331,10 @@ typedef struct feeder {
     int dir;
     uint64_t frontier;   /* pieces of the store below it have been driven or skipped before */
     uint64_t last_motion; /* in the run ring */
-    bool has_motion, has_gate, m01, stop;
+    bool has_motion, m01, stop;
     bool in_loop;        /* pieces of a real-time loop lie between the path's present end and `next` */
     uint64_t loop_begin;
-    techno_counts gate, pushed; /* functions on stretches driven before */
+    techno_counts pushed; /* functions on stretches driven before */
     uint64_t program_first;
     uint64_t run;        /* first piece of the run that the path is on: the one that GEO stands in may be of the run before */
     uint32_t reach;      /* pieces fed beyond the window */

@@ -91,7 +91,7 @@ def _checked_synch(text: str) -> str:
 
 SynchName = Annotated[str, AfterValidator(_checked_synch)]
 
-Positive = Annotated[float, Field(gt=0, lt=1e12, allow_inf_nan=False)]
+Moving = Annotated[float, Field(ge=1e-6, lt=1e12, allow_inf_nan=False)]  # an axis limit with which motions end
 Finite = Annotated[float, Field(gt=-1e12, lt=1e12, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)]
 Uns32 = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
@@ -105,8 +105,8 @@ class AxisConfig(_Table):
     """One axis; for ``kind = "rotary"`` read degrees for mm in every name."""
 
     kind: Literal["linear", "rotary"] = "linear"
-    v_max_mm_s: Positive = 300.0
-    a_max_mm_s2: Positive = 3000.0
+    v_max_mm_s: Moving = 300.0
+    a_max_mm_s2: Moving = 3000.0
     j_max_mm_s3: NotNegative = 50000.0
     min_mm: Finite = -100000.0
     max_mm: Finite = 100000.0
@@ -512,7 +512,8 @@ def _message(error: Any) -> str:
     path = tuple(error["loc"])
     where = ".".join(str(p) for p in path)
     if error["type"] != "extra_forbidden":
-        return f"{where}: {error['msg'].removeprefix('Value error, ')}"
+        text = str(error["msg"]).removeprefix("Value error, ")
+        return f"{where}: {text}" if where else text
     near = difflib.get_close_matches(str(path[-1]), _known_keys(path), n=1, cutoff=0.0)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     return f"{where}: unknown key{hint}"
