@@ -366,8 +366,9 @@ static conditions conditions_wanted(engine *e) {
                         ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
 }
 
-/* New conditions are taken over where the present state can be continued legally under them: a larger override, a
- * speed that the PLC commands (any speed may come) and an opened gate all make zones, where less acceleration is left. Until then the old ones hold. Returns the window's end. */
+/* New conditions are taken over where the present state can be continued legally under them: a larger override, a speed that
+ * the PLC commands (any speed may come) and an opened gate all make zones, where less acceleration is left. Until then the old
+ * ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
     conditions old = conditions_now(e), want = conditions_wanted(e);
     if (same_conditions(&old, &want)) {

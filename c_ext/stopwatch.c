@@ -2,9 +2,9 @@
  *
  * Reading the thread's CPU clock asks the kernel: some 500 ns on virtual machines, and as much again until the processor has
  * found back into the planner. Pumps of the acceleration-limited planner take less than that. So beyond the first ones only
- * one in sixteen is timed (and all in which the window is moved on), by the clock of the passing time, which is read without the kernel. What others take meanwhile
- * does not count: such a pump takes at most the CPU time since the end of the pump before it. The jerk-limited planner is timed by
- * its CPU clock always.
+ * one in sixteen is timed (and all in which the window is moved on), by the clock of the passing time, which is read without
+ * the kernel. What others take meanwhile does not count: such a pump takes at most the CPU time since the end of the pump
+ * before it. The jerk-limited planner is timed by its CPU clock always.
  */
 #include <time.h>
 #include "engine_internal.h"
