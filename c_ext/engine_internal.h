@@ -666,6 +666,7 @@ typedef struct writer {
     uint32_t count, max;
     uint64_t piece;
     double s, v, seconds, budget;
+    double least;      /* s; so much is committed although more of the path might let it drive faster */
     uint64_t too_fast; /* corners and stands that it passes too fast, ... */
     bool refused;      /* ... by more than rounding */
     bent_left left;

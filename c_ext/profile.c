@@ -12,6 +12,7 @@
 #define MOVES 3            /* the window is moved on so often while it is driven through */
 #define SAME_SPEED 1e-12   /* relative */
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
+#define LEAST_CYCLES 1.0   /* ... and that is at least so many */
 #define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
 #define FEASIBLE_BENT 1.002 /* ... inside a curved stretch by what the chord of its limits is off */
@@ -248,10 +249,13 @@ static bool cruise(writer *w, const piece *p, uint64_t end) {
     return true;
 }
 
+/* From here on more of the path would let it drive faster, and enough is committed until then. */
+static bool waits_for_path(const writer *w) { return !w->out && w->seconds >= w->least && w->piece >= w->e->plan.fixed_to; }
+
 /* Forward until the budget is used up, the window ends or the path stands (hold, override 0). */
 void drive_window(writer *w, uint64_t end) {
     engine *e = w->e;
-    while (w->piece < end && !writer_full(w)) {
+    while (w->piece < end && !writer_full(w) && !waits_for_path(w)) {
         const piece *p = piece_at(e, w->piece);
         if (!is_motion(p)) {
             pass_event(w);
@@ -402,6 +406,14 @@ double ahead_s(engine *e) {
 /* So much motion is ahead of GEO behind a commit; never less than the cycle that comes next, or GEO would live on the tails. */
 double commit_high(const engine *e) { return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * e->cfg.cycle_s); }
 
+/* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
+ * own; fewer and longer commits spare it stopping tails. */
+static double commit_low(const engine *e) {
+    double least = COMMIT_LOW_CYCLES * e->cfg.cycle_s;
+    if (e->drive.planner || ATOMIC_GET(e->run_running)) return greater(COMMIT_LOW_S, least);
+    return greater(lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s), least);
+}
+
 /* Where nothing has changed, the last window does as long as the path does not come to where it would be faster with a
  * later end: the same motion is found without looking at every window between. */
 static bool drive_last_window(engine *e, writer *w) {
@@ -419,6 +431,7 @@ static bool drive_last_window(engine *e, writer *w) {
 
 static void commit(engine *e) {
     writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e), .left = e->plan.left};
+    w.least = commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s - ahead_s(e);
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     uint64_t end = e->plan.need_end;
@@ -482,14 +495,6 @@ static bool wants_hold(engine *e) {
     double override;
     __atomic_load(&e->override_now, &override, __ATOMIC_ACQUIRE);
     return ATOMIC_GET(e->hold_now) || override <= 0.0 || feed_job_pending(e);
-}
-
-/* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
- * own; fewer and longer commits spare it stopping tails. */
-static double commit_low(const engine *e) {
-    double least = COMMIT_LOW_CYCLES * e->cfg.cycle_s;
-    if (e->drive.planner || ATOMIC_GET(e->run_running)) return greater(COMMIT_LOW_S, least);
-    return greater(lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s), least);
 }
 
 static int pump(engine *e) {
