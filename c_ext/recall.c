@@ -29,9 +29,9 @@ static double consumed_s(engine *e) {
  * come to (at least one cycle behind its beginning), the rest of it becomes a phase of its own. */
 static void end_present_phase(engine *e) {
     geo *g = &e->geo;
+    if (e->drive.planner || ATOMIC_GET(e->run_running)) return; /* GEO may be at work on another thread */
     double dt = e->cfg.cycle_s, t = greater(g->t, g->t > 0.0 ? 0.0 : dt);
-    if (e->drive.planner || ATOMIC_GET(e->run_running) || g->in_tail || !g->has_phase || !is_motion(piece_at(e, g->now.piece))) return;
-    if (g->now.time - t < SHORT_REST * dt) return;
+    if (g->in_tail || !g->has_phase || !is_motion(piece_at(e, g->now.piece)) || g->now.time - t < SHORT_REST * dt) return;
     phase *rest = &e->phase_ring[(g->consumed - 1) & (PHASE_RING - 1)];
     *rest = g->now;
     rest->s0 = g->now.s0 + (g->now.v0 + 0.5 * g->now.a * t) * t;
