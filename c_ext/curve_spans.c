@@ -280,6 +280,7 @@ static void make_room(builder *b, span_room *has, const strip *strips, bool stan
     b->counting = false;
     double extra = most_constant(b, b->p->dir > 0 ? 0.0 : 1.0);
     spans_grow(b->e, has, b->count + extra, SIGNS);
+    b->has = has;
     b->spans = has->spans;
     b->rows = has->rows;
     double share = b->count / greater(1.0, has->count - extra);
@@ -421,7 +422,8 @@ static bool add_gentle(builder *b, const strip *strips) {
 void curve_piece_spans(engine *e, piece *p, span_room *has, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
     double top = reachable(p, greater(e->plan.reserve_override, OVER_FEED));
-    builder b = {.e = e, .p = p, .c = c, .spans = has->spans, .rows = has->rows, .has = has, .scale = p->whole / curve_length(c),
+    span_room first = {has->spans, has->rows, SPANS_FIRST, ROWS_FIRST * SPAN_ROW * (uint32_t)c->axes}; /* whatever pieces before have needed */
+    builder b = {.e = e, .p = p, .c = c, .spans = has->spans, .rows = has->rows, .has = &first, .scale = p->whole / curve_length(c),
                  .fast2 = top * top, .strips = n, .loss = seconds_about(e, p) > LONG_S ? LOSS_LONG : LOSS};
     knot_at(&b, parameter_behind(&b, 0.0), 0.0, &b.ends[0]);
     knot_at(&b, parameter_behind(&b, p->length), p->length, &b.ends[1]);

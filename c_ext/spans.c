@@ -22,30 +22,9 @@
 #define ENDS 3.0           /* stretches of an arc that zones can add */
 #define SLOTS 2u           /* pieces, events among them, over motions of a window */
 
-bool spans_new(engine *e) {
-    planner *w = &e->plan;
-    uint64_t slots = 1;
-    while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
-    size_t few = (size_t)(slots * FEW_ROOM), row = SPAN_ROW * (size_t)e->cfg.axis_count;
-    w->span_mask = slots - 1;
-    w->spans = calloc(few, sizeof(span));
-    w->rows = calloc(few * row, sizeof(double));
-    w->span_slots = calloc((size_t)slots, sizeof(span_slot));
-    spans_grow(e, &w->made, SPANS_FIRST, ROWS_FIRST);
-    return w->spans && w->rows && w->span_slots && w->made.count;
-}
-
 static void free_room(span_room *room) {
     free(room->spans);
     free(room->rows);
-}
-
-void spans_free(engine *e) {
-    for (uint64_t i = 0; e->plan.span_slots && i <= e->plan.span_mask; i++) free_room(&e->plan.span_slots[i].many);
-    free_room(&e->plan.made);
-    free(e->plan.spans);
-    free(e->plan.rows);
-    free(e->plan.span_slots);
 }
 
 /* Without memory it stays as it is. */
@@ -60,6 +39,27 @@ static void room_for(span_room *room, uint32_t count, uint32_t numbers) {
     }
     free_room(room);
     *room = (span_room){spans, rows, count, numbers};
+}
+
+bool spans_new(engine *e) {
+    planner *w = &e->plan;
+    uint64_t slots = 1;
+    while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) slots <<= 1;
+    size_t few = (size_t)(slots * FEW_ROOM), row = SPAN_ROW * (size_t)e->cfg.axis_count;
+    w->span_mask = slots - 1;
+    w->spans = calloc(few, sizeof(span));
+    w->rows = calloc(few * row, sizeof(double));
+    w->span_slots = calloc((size_t)slots, sizeof(span_slot));
+    room_for(&w->made, SPANS_FIRST, ROWS_FIRST * (uint32_t)row);
+    return w->spans && w->rows && w->span_slots && w->made.count;
+}
+
+void spans_free(engine *e) {
+    for (uint64_t i = 0; e->plan.span_slots && i <= e->plan.span_mask; i++) free_room(&e->plan.span_slots[i].many);
+    free_room(&e->plan.made);
+    free(e->plan.spans);
+    free(e->plan.rows);
+    free(e->plan.span_slots);
 }
 
 /* Room for `count` stretches of so many rows per axis, or as many as a piece may have; what was in it is lost. */

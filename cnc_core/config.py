@@ -91,7 +91,14 @@ def _checked_synch(text: str) -> str:
 
 SynchName = Annotated[str, AfterValidator(_checked_synch)]
 
-Moving = Annotated[float, Field(ge=1e-6, lt=1e12, allow_inf_nan=False)]  # an axis limit with which motions end
+
+def _ends_motions(limit: float) -> float:
+    if limit < 1e-6:
+        raise ValueError("no motion ends with less than 0.000001")
+    return limit
+
+
+Moving = Annotated[float, Field(gt=0, lt=1e12, allow_inf_nan=False), AfterValidator(_ends_motions)]
 Finite = Annotated[float, Field(gt=-1e12, lt=1e12, allow_inf_nan=False)]
 NotNegative = Annotated[float, Field(ge=0, lt=1e12, allow_inf_nan=False)]
 Uns32 = Annotated[int, Field(ge=0, le=0xFFFFFFFF)]
@@ -218,6 +225,7 @@ class ChannelConfig(_Table):
             if not (key.isdigit() and key == str(int(key)) and (80 <= int(key) <= 89 or 800 <= int(key) <= 839)):
                 raise ValueError(f"{key!r} is none of the G functions 80..89, 800..839")
         return value
+
     state_after_program: Literal["SELECTED", "READY"] = "SELECTED"
 
     @field_validator("m_synch", "h_synch", "m_pre_outp")
@@ -357,6 +365,7 @@ class CellConfig(_Table):
     def skip_mask(self) -> int:
         """Bit 0 is block skip level 1."""
         return sum(1 << (level - 1) for level in set(self.channel.skip_levels))
+
     spindles: dict[str, SpindleConfig] = Field(default_factory=dict)
 
     @model_validator(mode="after")
