@@ -88,8 +88,8 @@ typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piec
 #define SPANS_MANY 512u   /* stretches of a piece at the most, ... */
 #define SPANS_FEW 64u     /* ... and where the window is wide */
 #define WIDE_WINDOW 512u
-#define SPANS_FIRST 65u   /* ... and what there is room for at first */
-#define ROWS_FIRST 95u    /* of every axis */
+#define SPANS_FIRST 161u  /* ... and what there is room for at first */
+#define ROWS_FIRST 191u   /* of every axis */
 #define SPAN_ROW 8u       /* numbers of a row in a curved one */
 
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <= accel, v <= v_hard. Curved (rows; bent.c):
