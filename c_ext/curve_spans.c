@@ -422,7 +422,7 @@ static bool add_gentle(builder *b, const strip *strips) {
 void curve_piece_spans(engine *e, piece *p, span_room *has, const strip *strips, int n, bool stands) {
     const curve *c = curve_of(e, p);
     double top = reachable(p, greater(e->plan.reserve_override, OVER_FEED));
-    span_room first = {has->spans, has->rows, SPANS_FIRST, ROWS_FIRST * SPAN_ROW * (uint32_t)c->axes}; /* whatever pieces before have needed */
+    span_room first = spans_first(e, has);
     builder b = {.e = e, .p = p, .c = c, .spans = has->spans, .rows = has->rows, .has = &first, .scale = p->whole / curve_length(c),
                  .fast2 = top * top, .strips = n, .loss = seconds_about(e, p) > LONG_S ? LOSS_LONG : LOSS};
     knot_at(&b, parameter_behind(&b, 0.0), 0.0, &b.ends[0]);

@@ -88,7 +88,7 @@ typedef enum piece_kind { PIECE_LINE, PIECE_ARC, PIECE_CURVE, PIECE_EVENT } piec
 #define SPANS_MANY 512u   /* stretches of a piece at the most, ... */
 #define SPANS_FEW 64u     /* ... and where the window is wide */
 #define WIDE_WINDOW 512u
-#define SPANS_FIRST 161u  /* ... and what there is room for at first */
+#define SPANS_FIRST 161u  /* ... and what there is room for at first, if a piece may have so many */
 #define ROWS_FIRST 191u   /* of every axis */
 #define SPAN_ROW 8u       /* numbers of a row in a curved one */
 
@@ -608,6 +608,7 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
 /* spans.c */
 bool spans_new(engine *e);
 void spans_free(engine *e);
+span_room spans_first(const engine *e, const span_room *room);
 void spans_grow(const engine *e, span_room *room, double count, uint32_t per_axis);
 bool spans_known(const engine *e, uint64_t i);
 double corner_zone(const engine *e, double corner_v, const piece *p);

@@ -349,17 +349,23 @@ static void start_side(vec value, vec bound, double mu, vec *s, vec *l) {
     *l = mu / *s;
 }
 
+/* Sides of an axis' jerk row at one end of the stages of a block: both at most the bound. */
+static inline void jerk_sides(const block *k, int e, const two_sided *row, vec side[2]) {
+    vec m = k->half[e] * (e ? k->x1 : k->x), q = k->root[e] * (row->b[0] * k->x + row->b[1] * k->u + row->b[2] * k->c);
+    side[0] = m + q;
+    side[1] = m - q;
+}
+
 /* Slacks of the guess, kept off the boundary, and multipliers on the central path. */
 static void start(problem *b, double mu) {
     for (int i = 0; i < b->blocks; i++) {
         block k = block_at(b, i);
         for (int e = 0; e < 2; e++) {
             two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
-            vec m = k.half[e] * (e ? k.x1 : k.x);
             for (int a = 0; a < b->axes; a++, row++) {
-                vec q = k.root[e] * (row->b[0] * k.x + row->b[1] * k.u + row->b[2] * k.c);
-                start_side(m + q, k.bound[e], mu, &row->s[0], &row->l[0]);
-                start_side(m - q, k.bound[e], mu, &row->s[1], &row->l[1]);
+                vec side[2];
+                jerk_sides(&k, e, row, side);
+                for (int n = 0; n < 2; n++) start_side(side[n], k.bound[e], mu, &row->s[n], &row->l[n]);
             }
         }
         two_sided *row = &b->acc[i * b->acc_sets * b->axes];
@@ -381,11 +387,10 @@ static void reopen(problem *b) {
         block k = block_at(b, i);
         for (int e = 0; e < 2; e++) {
             two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
-            vec m = k.half[e] * (e ? k.x1 : k.x);
             for (int a = 0; a < b->axes; a++, row++) {
-                vec q = k.root[e] * (row->b[0] * k.x + row->b[1] * k.u + row->b[2] * k.c);
-                row->s[0] = vmax(row->s[0], m + q - k.bound[e]);
-                row->s[1] = vmax(row->s[1], m - q - k.bound[e]);
+                vec side[2];
+                jerk_sides(&k, e, row, side);
+                for (int n = 0; n < 2; n++) row->s[n] = vmax(row->s[n], side[n] - k.bound[e]);
             }
         }
     }

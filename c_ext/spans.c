@@ -41,6 +41,13 @@ static void room_for(span_room *room, uint32_t count, uint32_t numbers) {
     *room = (span_room){spans, rows, count, numbers};
 }
 
+static uint32_t first_count(const engine *e) { return SPANS_FIRST < spans_max(e) ? SPANS_FIRST : spans_max(e); }
+
+/* The share of a room that there is at first, whatever pieces before have needed. */
+span_room spans_first(const engine *e, const span_room *room) {
+    return (span_room){room->spans, room->rows, first_count(e), ROWS_FIRST * SPAN_ROW * (uint32_t)e->cfg.axis_count};
+}
+
 bool spans_new(engine *e) {
     planner *w = &e->plan;
     uint64_t slots = 1;
@@ -50,7 +57,7 @@ bool spans_new(engine *e) {
     w->spans = calloc(few, sizeof(span));
     w->rows = calloc(few * row, sizeof(double));
     w->span_slots = calloc((size_t)slots, sizeof(span_slot));
-    room_for(&w->made, SPANS_FIRST, ROWS_FIRST * (uint32_t)row);
+    room_for(&w->made, first_count(e), ROWS_FIRST * (uint32_t)row);
     return w->spans && w->rows && w->span_slots && w->made.count;
 }
 

@@ -108,14 +108,7 @@ def drive(cnc: Inside, rng: np.random.Generator, cycles: Callable[[int, int], Ev
     """
     plc, released_at = RandomPlc(cnc, rng), None
     while (cycle := int(cnc.engine.state.cycle)) < CYCLES and not cnc.engine.state.program_end:
-        event = cycles(int(rng.integers(1, 8)), plc.turn)
-        if event is Event.NEED_BLOCKS:
-            cnc.preparation.pump()
-        elif event is Event.DRAINED:
-            cnc.preparation.drained()
-            cnc.preparation.pump()
-        elif event is Event.RETRACED:
-            cnc.preparation.retraced()
+        cnc.prepare(cycles(int(rng.integers(1, 8)), plc.turn))
         cnc._take()
         plc.command(cycle > RELEASED)
         if cycle > RELEASED and released_at is None:

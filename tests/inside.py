@@ -60,18 +60,23 @@ class Inside:
         while (left := end - int(self.engine.state.cycle)) > 0:
             event = self.engine.run(left)
             self.events.append(event)
-            if event is Event.NEED_BLOCKS:
-                self.preparation.pump()
-            elif event is Event.DRAINED:
-                self.preparation.drained()
-                self.preparation.pump()
-            elif event is Event.RECORD_FULL:
+            assert self.prepare(event) or event in (Event.DONE, Event.PROGRAM_END, Event.RECORD_FULL), event
+            if event is Event.RECORD_FULL:
                 self._take()
-            elif event is Event.RETRACED:
-                self.preparation.retraced()
-            else:
-                assert event in (Event.DONE, Event.PROGRAM_END), event
         self._take()
+
+    def prepare(self, event: Event) -> bool:
+        """What preparation does on an event; False: it is not for preparation."""
+        if event is Event.NEED_BLOCKS:
+            self.preparation.pump()
+        elif event is Event.DRAINED:
+            self.preparation.drained()
+            self.preparation.pump()
+        elif event is Event.RETRACED:
+            self.preparation.retraced()
+        else:
+            return False
+        return True
 
     def _take(self) -> None:
         samples = self.engine.take_samples()

@@ -75,6 +75,21 @@ def test_hostile_splines_are_driven_legally(seed: int, kind: str, live: bool) ->
     assert state.infeasible == 0
 
 
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("kind", ["micrometres", "all scales", "noise", "cusps"])
+def test_hostile_splines_in_a_wide_window(seed: int, kind: str) -> None:
+    """Beyond 512 motions a piece has 64 stretches at the most: coarser ones, as legal. Under ASan: in the room for them."""
+    rng = np.random.default_rng(seed)
+    rows, pool = taken(rng, kind)
+    cell = cell_of(rng)
+    pos, state = drive(rows, cell, 600, pool=pool, jerk=False)
+    velocity, acceleration = ratios(pos, cell, jerk=False)
+    assert velocity <= ROUNDING
+    assert acceleration <= 1.0
+    assert (pos[-1] == rows["end"][-1][:3]).all()
+    assert state.infeasible == 0
+
+
 def derivatives(coef: FloatArray, ends: FloatArray, n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(path length, q', q'') by length at n places of every piece, by the trapezoidal rule over 16 times as many."""
     places, first, second = [0.0], [], []

@@ -94,17 +94,12 @@ def run(cnc: Inside, cycles: int) -> None:
     end = int(cnc.engine.state.cycle) + cycles
     while (left := end - int(cnc.engine.state.cycle)) > 0:
         event = cnc.engine.run(min(left, 50))
-        if event is Event.NEED_BLOCKS:
-            cnc.preparation.pump()
-        elif event is Event.DRAINED:
-            cnc.preparation.drained()
-            cnc.preparation.pump()
-        elif event is Event.MODE_COMMAND:
+        if event is Event.MODE_COMMAND:
             cnc.engine.take_mode_command()
         elif event is Event.PLC_ERROR:
             cnc.engine.take_plc_error()
         else:
-            assert event in HARMLESS, event
+            assert event in HARMLESS or cnc.prepare(event), event
         cnc._take()
 
 
