@@ -78,7 +78,7 @@ def test_hostile_splines_are_driven_legally(seed: int, kind: str, live: bool) ->
 @pytest.mark.parametrize("seed", range(4))
 @pytest.mark.parametrize("kind", ["micrometres", "all scales", "noise", "cusps"])
 def test_hostile_splines_in_a_wide_window(seed: int, kind: str) -> None:
-    """Beyond 512 motions a piece has 64 stretches at the most: coarser ones, as legal. Under ASan: in the room for them."""
+    """Beyond 512 motions a piece has 64 stretches at most: coarser, as legal. Under ASan: in the room for them."""
     rng = np.random.default_rng(seed)
     rows, pool = taken(rng, kind)
     cell = cell_of(rng)
