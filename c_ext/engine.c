@@ -115,9 +115,10 @@ void engine_set_override(engine *e, double factor, int hold) {
     ATOMIC_SET(e->hold_now, hold);
 }
 
-void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t rows) {
+void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t *rehearsal_ns, int64_t rows) {
     e->cycle_ns = cycle_ns;
     e->late_ns = late_ns;
+    e->rehearsal_ns = rehearsal_ns;
     e->timed_rows = rows;
 }
 

@@ -192,11 +192,13 @@ int engine_run(engine *e, int64_t n, int64_t wait_ns);
 int engine_start(engine *e, int use_fifo);
 int engine_wait(engine *e, int64_t timeout_ns);
 
-/* Tests of the threads on one thread (interleave.c): up to `cycles` cycles; result as of engine_run, -1: not built for it. */
-int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first);
 void engine_stop(engine *e);
-/* Measure the first `rows` real-time cycles: ns a cycle took, ns it woke late. Set before engine_start. */
-void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t rows);
+/* Tests of the threads on one thread (interleave.c): up to `cycles` cycles; result as of engine_run, -1: not built for it. */
+int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first, int rehearse);
+/* Tests: what a real-time GEO does just ahead of a cycle. */
+void engine_rehearse(engine *e);
+/* Measure the first `rows` real-time cycles: ns a cycle took, ns it began late, ns of the rehearsal ahead of it. Set before engine_start. */
+void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t *rehearsal_ns, int64_t rows);
 int64_t engine_timed(const engine *e);
 /* The reference beside it: a bare clock_nanosleep loop; ns it woke late. 0, or -1 if no thread could be started. */
 int engine_bare_loop(int64_t period_ns, int64_t *late_ns, int64_t rows, int use_fifo);

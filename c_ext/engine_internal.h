@@ -462,7 +462,7 @@ struct engine {
     double *record;        /* ring: written by GEO, taken by the recorder */
     int64_t record_rows, record_head, record_tail;
     uint64_t record_lost;
-    int64_t *cycle_ns, *late_ns; /* measurement of the first cycles */
+    int64_t *cycle_ns, *late_ns, *rehearsal_ns; /* measurement of the first cycles */
     int64_t timed_rows, timed;
     int32_t fault;
     /* technology functions */
@@ -583,7 +583,8 @@ void external_free(engine *e);
 
 /* mode.c */
 void mode_cycle(engine *e, bool present);
-void mode_publish(engine *e);
+void mode_publish_state(engine *e);
+void mode_publish_errors(engine *e);
 
 /* marked_log.c */
 void log_marker(engine *e, const nc_block *row);
@@ -688,6 +689,7 @@ double drive_take_back(engine *e, double seconds);
 
 /* interp.c */
 void geo_cycle(engine *e);
+void geo_rehearse(engine *e);
 double geo_path_speed(const engine *e);
 bool geo_drained(engine *e);
 void geo_begin_distance(engine *e);
@@ -695,6 +697,7 @@ void geo_begin_distance(engine *e);
 /* publish.c */
 void take_commands(engine *e);
 void publish(engine *e);
+void publish_again(engine *e);
 void publish_initial(engine *e);
 
 /* foresight.c */

@@ -12,8 +12,10 @@
 #define SERVICE_POLL_NS 1000000
 #define EARLY_MAX_NS 100000 /* GEO waits awake for so long at the most, ... */
 #define EARLY_PART 10       /* ... and for this part of a cycle */
-#define EARLIER_NS 2000     /* behind a wake that was late ... */
-#define LATER_NS 40         /* ... and behind the others: one in fifty is late */
+#define REHEARSAL_NS 10000  /* the last of it is for the rehearsal, ... */
+#define REHEARSAL_PART 50   /* ... this part of a cycle at the most */
+#define EARLIER_NS 2000     /* behind a wake that was late for it ... */
+#define LATER_NS 10         /* ... and behind the others: one in two hundred is late */
 
 
 static int64_t now_ns(void) {
@@ -29,16 +31,32 @@ static void sleep_until(int64_t t) {
 }
 
 /* Wakes come late by what the machine needs to leave its sleep. So GEO sleeps less, by what mostly suffices, and waits for the rest
- * with its eyes on the clock. */
+ * with its eyes on the clock. While others had the core its caches and branch predictors have forgotten the cycle: it rehearses
+ * what changes nothing, so that the cycle itself is short. */
 typedef struct waker {
     int64_t early, most; /* ns that it sleeps less; at the most */
+    int64_t rehearsal;   /* ns that are left for the rehearsal */
 } waker;
 
-static void wake_at(waker *w, int64_t t) {
+static waker waker_of(int64_t cycle) {
+    waker w = {.most = cycle / EARLY_PART < EARLY_MAX_NS ? cycle / EARLY_PART : EARLY_MAX_NS};
+    w.early = w.most;
+    w.rehearsal = cycle / REHEARSAL_PART < REHEARSAL_NS ? cycle / REHEARSAL_PART : REHEARSAL_NS;
+    return w;
+}
+
+/* Returns what the rehearsal took, 0 if there was no time for one. */
+static int64_t wake_at(engine *e, waker *w, int64_t t) {
+    int64_t took = 0, ready = t - w->rehearsal;
     sleep_until(t - w->early);
-    int64_t now = now_ns(), early = w->early + (now > t ? EARLIER_NS : -LATER_NS);
+    int64_t now = now_ns(), early = w->early + (now > ready ? EARLIER_NS : -LATER_NS);
     w->early = early < 0 ? 0 : early > w->most ? w->most : early;
-    for (; now < t; now = now_ns()) cpu_pause();
+    if (now <= ready) {
+        geo_rehearse(e);
+        took = now_ns() - now;
+    }
+    while (now_ns() < t) cpu_pause();
+    return took;
 }
 
 static void *plan_main(void *arg) {
@@ -51,7 +69,7 @@ static void *plan_main(void *arg) {
     return NULL;
 }
 
-static void timed_cycle(engine *e, int64_t late) {
+static void timed_cycle(engine *e, int64_t late, int64_t rehearsal) {
     if (e->timed >= e->timed_rows) {
         geo_cycle(e);
         return;
@@ -60,6 +78,7 @@ static void timed_cycle(engine *e, int64_t late) {
     geo_cycle(e);
     e->cycle_ns[e->timed] = now_ns() - begin;
     e->late_ns[e->timed] = late;
+    e->rehearsal_ns[e->timed] = rehearsal;
     ATOMIC_SET(e->timed, e->timed + 1);
 }
 
@@ -67,15 +86,14 @@ static void timed_cycle(engine *e, int64_t late) {
 static void *geo_main(void *arg) {
     engine *e = arg;
     int64_t cycle = (int64_t)(e->cfg.cycle_s * 1e9 + 0.5), next = now_ns() + cycle;
-    waker w = {0, cycle / EARLY_PART < EARLY_MAX_NS ? cycle / EARLY_PART : EARLY_MAX_NS};
+    waker w = waker_of(cycle);
     while (ATOMIC_GET(e->run_running)) {
-        wake_at(&w, next);
-        int64_t late = now_ns() - next;
+        int64_t rehearsal = wake_at(e, &w, next), late = now_ns() - next;
         if (late >= cycle) {
             e->overruns += (uint64_t)(late / cycle);
             next += late / cycle * cycle;
         }
-        timed_cycle(e, late);
+        timed_cycle(e, late, rehearsal);
         if (e->side) hs_word_post(&e->side->cnc_turn, (uint32_t)e->geo.cycle);
         next += cycle;
     }

@@ -12,6 +12,7 @@ typedef struct scheduler {
     int64_t left;     /* accesses until the other side runs */
     int64_t cycles, end;
     bool geo_first;   /* GEO is interrupted by the planner, else the planner by GEO */
+    bool rehearse;    /* GEO rehearses ahead of each cycle, as in real time */
     bool switched;
 } scheduler;
 
@@ -23,6 +24,7 @@ static uint64_t draw(uint64_t n) {
 }
 
 static void run_geo(void) {
+    if (now.rehearse) geo_rehearse(now.e);
     geo_cycle(now.e);
     now.cycles++;
 }
@@ -67,10 +69,10 @@ static void turn(void) {
     else run_geo();
 }
 
-int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first) {
+int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first, int rehearse) {
     int event = -1;
     if (!e) return ENGINE_DONE;
-    now = (scheduler){.e = e, .random = seed * 2654435761u + 12345u, .geo_first = geo_first != 0, .end = cycles, .switched = true};
+    now = (scheduler){.e = e, .random = seed * 2654435761u + 12345u, .geo_first = geo_first != 0, .rehearse = rehearse != 0, .end = cycles, .switched = true};
     for (int i = 0; i < 8; i++) draw(2);
     ATOMIC_SET(e->run_running, 1);
     while (now.cycles < cycles && (event = pending_event(e)) < 0) turn();
@@ -79,8 +81,8 @@ int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first) 
     return event < 0 ? ENGINE_DONE : event;
 }
 #else
-int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first) {
-    (void)e, (void)cycles, (void)seed, (void)geo_first;
+int engine_interleaved(engine *e, int64_t cycles, uint64_t seed, int geo_first, int rehearse) {
+    (void)e, (void)cycles, (void)seed, (void)geo_first, (void)rehearse;
     return -1;
 }
 #endif

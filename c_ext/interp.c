@@ -318,3 +318,11 @@ void geo_cycle(engine *e) {
     publish(e);
     if (e->cfg.service == HLI_SERVICE_CYCLIC) serve_request(e);
 }
+
+/* Just ahead of a real-time cycle, no time passes: the position and what the PLC is shown of it once more. */
+void geo_rehearse(engine *e) {
+    evaluate(e);
+    if (e->segment) publish_again(e);
+}
+
+void engine_rehearse(engine *e) { geo_rehearse(e); }

@@ -22,7 +22,7 @@
 #define ERROR_TO_STATE 270061u
 #define ERROR_WATCHDOG 270053u
 
-static void publish_state(engine *e) {
+void mode_publish_state(engine *e) {
     HLI_IMCM_MODE_STATE *s = &e->channel->channel_mc_control.mode_and_state.state_r;
     show_u32(&s->mode, ATOMIC_GET(e->mode));
     show_u32(&s->state, ATOMIC_GET(e->mode_state));
@@ -32,7 +32,7 @@ void engine_set_mode(engine *e, uint32_t mode, uint32_t state) {
     ATOMIC_SET(e->mode, mode);
     ATOMIC_SET(e->mode_state, state);
     if (state != HOLD && state != STOPPING) ATOMIC_SET(e->stopped, 0);
-    if (e->channel && e->geo.cycle == 0) publish_state(e); /* later on the cycle does: a lockstep PLC may be scanning now */
+    if (e->channel && e->geo.cycle == 0) mode_publish_state(e); /* later on the cycle does: a lockstep PLC may be scanning now */
 }
 
 uint32_t engine_mode_state(engine *e) { return ATOMIC_GET(e->mode_state); }
@@ -95,7 +95,7 @@ static void fill_record(engine *e, HLI_ERROR_SATZ *r, const engine_error *error)
 }
 
 /* CNC to PLC: the next record once the one before is taken; a PLC that does not enable the unit is not waited for. */
-static void publish_errors(engine *e) {
+void mode_publish_errors(engine *e) {
     MC_ERROR *u = &e->channel->mc_error;
     if (e->errors_done == ATOMIC_GET(e->errors_head)) return;
     if (load_u8_acquire(&u->enable_w) && load_u8_acquire(&u->semaphor_rw)) return;
@@ -227,9 +227,4 @@ void mode_cycle(engine *e, bool present) {
     watch_plc(e, present);
     show_life(e, present);
     take_plc_error(e);
-}
-
-void mode_publish(engine *e) {
-    publish_state(e);
-    publish_errors(e);
 }

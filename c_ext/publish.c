@@ -261,16 +261,29 @@ static void publish_stats(engine *e) {
     store_u64_relaxed(&s->bad_commands, e->bad_commands);
 }
 
-void publish(engine *e) {
-    seq_begin(&e->side->channel_seq.word);
+/* Showing it twice is showing it once. */
+static void show_channel(engine *e) {
     publish_bahn(e);
     for (int i = 0; i < e->cfg.axis_count; i++) publish_axis(e, i);
     publish_lookahead(e);
-    mode_publish(e);
+    mode_publish_state(e);
+}
+
+void publish(engine *e) {
+    seq_begin(&e->side->channel_seq.word);
+    show_channel(e);
+    mode_publish_errors(e);
     seq_end(&e->side->channel_seq.word);
     publish_stats(e);
     store_u64_release(&e->side->cnc.cell_time_ns, (uint64_t)llrint((double)e->geo.cycle * e->cfg.cycle_s * 1e9));
     store_u64_release(&e->side->cnc.cycle, e->geo.cycle);
+}
+
+/* Between two cycles: the channel's state once more. */
+void publish_again(engine *e) {
+    seq_begin(&e->side->channel_seq.word);
+    show_channel(e);
+    seq_end(&e->side->channel_seq.word);
 }
 
 /* Power-up state, before the first cycle. */

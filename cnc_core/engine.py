@@ -330,9 +330,10 @@ class Engine:
             raise OSError("the engine's threads could not be started")
         return bool(fifo and result == 0)
 
-    def time_cycles(self, rows: int) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-        """Arrays (rows,) that real-time cycles fill: ns a cycle took, ns it woke late. Call before ``start``."""
-        self._timing = np.zeros(rows, np.int64), np.zeros(rows, np.int64)
+    def time_cycles(self, rows: int) -> tuple[npt.NDArray[np.int64], ...]:
+        """Three arrays (rows,) that real-time cycles fill, ns: what a cycle took, how late it began, what the
+        rehearsal ahead of it took (0: there was no time for one). Call before ``start``."""
+        self._timing = tuple(np.zeros(rows, np.int64) for _ in range(3))
         pointers = [ffi.cast("int64_t *", a.ctypes.data) for a in self._timing]
         lib.engine_time(self._handle, *pointers, rows)
         return self._timing
