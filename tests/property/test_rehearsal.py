@@ -1,4 +1,4 @@
-"""What a real-time GEO rehearses ahead of each cycle changes nothing: neither the motion nor what the PLC sees at a cycle."""
+"""What a real-time GEO rehearses ahead of a cycle changes neither the motion nor what the PLC sees at the cycles."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from inside import Inside
 from cnc_core.engine import Event
 
 pytestmark = pytest.mark.skipif(
-    lib.engine_interleaved(ffi.NULL, 0, 0, 0, 0) < 0, reason="built without HLI_COSIM_INTERLEAVE=1: no places to switch at"
+    lib.engine_interleaved(ffi.NULL, 0, 0, 0, 0) < 0, reason="built without HLI_COSIM_INTERLEAVE=1"
 )
 
 
