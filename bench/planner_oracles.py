@@ -73,9 +73,9 @@ def _topp3(
         )
         try:
             profile = solver.solve(problem)
+            profile.force_positive_a(path.s)
         except copp.CoppError:
             return best
-        profile.force_positive_a(path.s)
         time = float(copp.interpolation.s_to_t_topp3(path.s, profile, 0.0)[0])
         profile_a, profile_b = np.asarray(profile.a), np.asarray(profile.b)
         if abs(best - time) < 1e-6 * time:

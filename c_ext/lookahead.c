@@ -20,6 +20,7 @@
 #define SLACK 0.3
 #define NEIGHBOURS 1000    /* pieces looked at on each side of a corner */
 #define NEGLIGIBLE 0.01    /* reserves below this share need no zone */
+#define NO_CORNER 1e-6     /* a jump below this share is rounding */
 
 typedef struct walk {
     uint64_t i;     /* piece whose start is the next corner on this side */
@@ -196,6 +197,14 @@ static bool stand_is_faster(const engine *e, const piece *before, const piece *p
     return loses_more(e, before, v - slack, reserve) + loses_more(e, p, v - slack, reserve) > 0.0;
 }
 
+/* No jump but rounding: what neighbours add up to is bounded at them. */
+static bool is_no_corner(const engine *e, const piece *before, const piece *p, double v) {
+    double most = NO_CORNER * e->cfg.cycle_s;
+    for (int a = 0; a < e->cfg.axis_count; a++)
+        if (p->jump[a] * v > most * lesser(piece_a_max(e, before, a), piece_a_max(e, p, a))) return false;
+    return true;
+}
+
 /* Final speed limit and reserve at the start of piece i; false if the path ahead is not known far enough. */
 static bool cap_corner(engine *e, uint64_t i) {
     piece *p = piece_at(e, i);
@@ -208,6 +217,10 @@ static bool cap_corner(engine *e, uint64_t i) {
     load l;
     double slack = speed_slack(e), hard = lesser(p->entry_speed, lesser(before->v_hard, p->v_hard)), v = hard + slack;
     double occurs = slack + greater(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
+    if (is_no_corner(e, before, p, lesser(v, occurs))) {
+        p->corner_v = hard;
+        return true;
+    }
     if (before->kind != PIECE_LINE || p->kind != PIECE_LINE) { /* next to no corner: curvature alone is no reason to be slower */
         v = lesser(v, occurs);
         p->corner_v = v - slack;

@@ -94,6 +94,19 @@ def test_unequal_axes_keep_their_speeds_between_knots(tmp_path: Path) -> None:
     assert 0.99 <= result.max_ratio["velocity"] <= 1.003
 
 
+@pytest.mark.parametrize("tolerance", [0.003, 0.01, 0.05])
+@pytest.mark.parametrize("turn", [20, 45, 90, 120])
+def test_blended_corners_take_no_longer_than_exact_ones(turn: int, tolerance: float, tmp_path: Path) -> None:
+    """Long lines and a small blend: rounding at their joints is no corner, next to which its curvature would count twice."""
+    at = np.radians(turn)
+    (tmp_path / "a.nc").write_text(f"G1 X7 F6000\nX{7 + 7 * np.cos(at):.5f} Y{7 * np.sin(at):.5f}\nM30\n")
+    exact, blended = (
+        plan_program(Program(tmp_path / "a.nc", CellConfig(), "isg", tolerance=t), window=120, jerk=False)
+        for t in (0.0, tolerance)
+    )
+    assert blended.motion_time_s <= exact.motion_time_s * 1.0001
+
+
 def test_picture_has_a_curve_of_the_jerk(program: Callable[..., Path], tmp_path: Path) -> None:
     """Path with its colour bar, speed, acceleration, jerk."""
     import matplotlib.pyplot as plt  # noqa: PLC0415

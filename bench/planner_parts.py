@@ -1,0 +1,145 @@
+"""A part program as it is driven beside the optimum over the same path: ``python bench/planner_parts.py PART.nc``.
+
+The rows behind all geometry stages (``--tolerance``) are taken apart where the axes have to stand; toppra's and COPP's
+optimum of every stretch (TOPP2; with jerk TOPP3) are added up. For programs of one feed without technology functions.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+from planner_oracles import topp2_time, topp3_time
+
+from cnc_core.blocks import CIRCULAR, ELEMENT, LINEAR, POLYNOMIAL, BlockBatch
+from cnc_core.config import CellConfig
+from cnc_core.jerk_paths import Knots, by_length
+from cnc_core.jerk_planner import FloatArray
+from cnc_core.planning import plan_program
+from cnc_core.program import Program
+
+KINK = 1e-6  # jump of the direction at which the axes stand
+PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
+
+
+def _places(length: float, turn: float, spacing: float) -> int:
+    return max(3, int(np.ceil(length / spacing)), int(np.ceil(turn / 0.02)))
+
+
+def _line(start: FloatArray, row: np.void, spacing: float) -> Knots:
+    end, zero = row["end"][: len(start)], np.zeros
+    n = _places(row["length"], 0.0, spacing)
+    s = np.linspace(0.0, row["length"], n + 1)
+    slope = np.repeat(((end - start) / row["length"])[None], n + 1, axis=0)
+    return Knots(s, start + s[:, None] * slope, slope, zero(slope.shape), zero(slope.shape))
+
+
+def _arc(start: FloatArray, row: np.void, spacing: float) -> Knots:
+    i, k = PLANES[int(row["plane"])]
+    n, end, angle = _places(row["length"], abs(row["angle"]), spacing), row["end"][: len(start)], float(row["angle"])
+    u = np.linspace(0.0, 1.0, n + 1)
+    w = (start[i] - row["center"][0] + 1j * (start[k] - row["center"][1])) * np.exp(1j * angle * u)
+
+    def derivative(order: int) -> FloatArray:
+        out = np.repeat((end - start)[None] if order == 1 else np.zeros((1, len(start))), n + 1, axis=0)
+        if order == 0:
+            out = start + u[:, None] * (end - start)
+        turned = w * (1j * angle) ** order
+        out[:, i], out[:, k] = turned.real, turned.imag
+        if order == 0:
+            out[:, i] += row["center"][0]
+            out[:, k] += row["center"][1]
+        return np.asarray(out / row["length"] ** order)
+
+    return Knots(u * row["length"], *(derivative(order) for order in range(4)))
+
+
+def _polynomial(axes: int, row: np.void, pool: FloatArray, spacing: float) -> Knots:
+    order = int(row["degree"]) + 1
+    coef = pool[row["pool"] : row["pool"] + axes * order].reshape(axes, order)
+
+    def curve(t: FloatArray, d: int) -> FloatArray:
+        poly = np.polynomial.polynomial
+        return np.stack([poly.polyval(t, poly.polyder(c, d)) for c in coef], axis=1)
+
+    first = by_length(curve, np.linspace(0.0, float(row["angle"]), 9))
+    turn = float(np.linalg.norm(np.diff(first.d1, axis=0), axis=1).sum())
+    return by_length(curve, np.linspace(0.0, float(row["angle"]), 2 * _places(row["length"], turn, spacing) + 1))
+
+
+def _pieces(batches: Iterator[BlockBatch], start: FloatArray, spacing: float) -> Iterator[Knots]:
+    at = start
+    for batch in batches:
+        for row in batch.rows:
+            if row["flags"] & ELEMENT:
+                continue
+            if row["type"] == LINEAR:
+                yield _line(at, row, spacing)
+            elif row["type"] == CIRCULAR:
+                yield _arc(at, row, spacing)
+            elif row["type"] == POLYNOMIAL:
+                yield _polynomial(len(at), row, batch.pool, spacing)
+            else:
+                continue
+            at = row["end"][: len(at)].copy()
+
+
+def stretches(batches: Iterator[BlockBatch], start: FloatArray, spacing: float = 0.1) -> list[Knots]:
+    """The path between two standstills each; where pieces meet the later one's derivatives count."""
+    groups: list[list[Knots]] = []
+    for piece in _pieces(batches, start, spacing):
+        if groups and np.abs(groups[-1][-1].d1[-1] - piece.d1[0]).max() < KINK:
+            groups[-1].append(piece)
+        else:
+            groups.append([piece])
+    return [_joined(group) for group in groups]
+
+
+def _joined(group: list[Knots]) -> Knots:
+    offsets = np.concatenate([[0.0], np.cumsum([g.length for g in group])])
+    s = np.concatenate([g.s[:-1] + o for g, o in zip(group, offsets, strict=False)] + [[offsets[-1]]])
+    return Knots(
+        s,
+        *(
+            np.vstack([getattr(g, name)[:-1] for g in group] + [getattr(group[-1], name)[-1:]])
+            for name in ("q", "d1", "d2", "d3")
+        ),
+    )
+
+
+def optimum(paths: list[Knots], feed: float, cell: CellConfig, *, jerk: bool) -> float:
+    """Shortest motion time, s, from standstill to standstill over each of the paths."""
+    v, a, j = (cell.axis_values(name) for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3"))
+    if jerk:
+        return sum(topp3_time(path, feed, v, a, j) for path in paths)
+    return sum(topp2_time(path, feed, v, a) for path in paths)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("part", type=Path)
+    parser.add_argument("--tolerance", type=float, default=0.01)
+    parser.add_argument("--no-jerk", action="store_true")
+    parser.add_argument("--spacing", type=float, default=0.1, help="mm between two knots of the optimum at the most")
+    parser.add_argument("--windows", type=int, nargs="*", default=[30, 120, 190])
+    options = parser.parse_args()
+    cell, jerk = CellConfig(), not options.no_jerk
+
+    def program() -> Program:
+        return Program(options.part, cell, "isg", tolerance=options.tolerance)
+
+    rows = np.concatenate([b.rows for b in program().batches()])
+    (feed,) = set(rows["feed"][np.isin(rows["type"], (LINEAR, CIRCULAR, POLYNOMIAL))])
+    paths = stretches(program().batches(), cell.axis_values("start_mm"), options.spacing)
+    best = optimum(paths, float(feed), cell, jerk=jerk)
+    print(f"{len(paths)} stretches, {sum(len(p.s) for p in paths)} knots, optimum {best:.5f} s")
+    for window in options.windows:
+        out = plan_program(program(), window=window, jerk=jerk).as_json()
+        took, ratio = out["motion_time_s"], out["max_ratio"]
+        print(f"W{window}: {took:.5f} s, {took / best:.5f} of the optimum, largest ratios {ratio}")
+
+
+if __name__ == "__main__":
+    main()
