@@ -97,7 +97,7 @@ def test_unequal_axes_keep_their_speeds_between_knots(tmp_path: Path) -> None:
 @pytest.mark.parametrize("tolerance", [0.003, 0.01, 0.05])
 @pytest.mark.parametrize("turn", [20, 45, 90, 120])
 def test_blended_corners_take_no_longer_than_exact_ones(turn: int, tolerance: float, tmp_path: Path) -> None:
-    """Long lines and a small blend: rounding at their joints is no corner, next to which its curvature would count twice."""
+    """Long lines and a small blend: rounding at their joints is no corner beside which its curvature counts twice."""
     at = np.radians(turn)
     (tmp_path / "a.nc").write_text(f"G1 X7 F6000\nX{7 + 7 * np.cos(at):.5f} Y{7 * np.sin(at):.5f}\nM30\n")
     exact, blended = (
