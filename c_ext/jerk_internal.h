@@ -153,6 +153,7 @@ struct jerk_planner {
     steps *steps;                         /* as `ring` */
     uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
     bool finished, hold, changed, at_rest;
+    const uint64_t *gone;                 /* no plan is accepted once bit 0 is set; NULL: always */
     double feed_factor, rapid_factor;
     double command_speed;                 /* mm/s; < 0: none */
     speeds was;                           /* under which the present plan was made */
@@ -241,7 +242,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b);
 double bend_inside(const jerk_planner *p, const segment *s, double x, double u, double c, double *ends);
 
 /* jerk_plan.c */
-void plan_accept(jerk_planner *p, const grid *g, bool final);
+bool plan_accept(jerk_planner *p, const grid *g, bool final);
 void plan_window(jerk_planner *p);
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 void allow_present(jerk_planner *p, grid *g, double reach, double top);

@@ -44,8 +44,12 @@ static double stopping_way(const jerk_planner *p, const grid *g) {
     return 0.5 * v * (v / ramp + ramp / j);
 }
 
-/* The checked problem becomes the plan. */
-void plan_accept(jerk_planner *p, const grid *g, bool final) {
+/* The checked problem becomes the plan, unless what it begins with is no longer what is driven. */
+bool plan_accept(jerk_planner *p, const grid *g, bool final) {
+    if (p->gone && __atomic_load_n(p->gone, __ATOMIC_ACQUIRE) & 1) {
+        p->changed = true;
+        return false;
+    }
     plan *pl = &p->plan;
     problem *b = &p->prob;
     size_t bytes = sizeof(double) * (size_t)(g->n + 1);
@@ -73,6 +77,7 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
     double way = stopping_way(p, g);
     pl->lasts = LASTS * way;
     pl->refresh = pl->length < JUST_COVERS * way ? fmin(p->cfg.refresh, JUST_REFRESH) : p->cfg.refresh;
+    return true;
 }
 
 /* Time over the first `length` mm, to compare plans; rest intervals are exact, others by the mean speed. */
@@ -284,8 +289,7 @@ void plan_window(jerk_planner *p) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) {
             p->stats.slower++;
             p->plan.final = p->plan.final || p->prob.solved; /* the solver does no better */
-        } else {
-            plan_accept(p, g, p->prob.solved);
+        } else if (plan_accept(p, g, p->prob.solved)) {
             p->was = speeds_now(p);
         }
         reach_further(p, g);
@@ -293,10 +297,7 @@ void plan_window(jerk_planner *p) {
     }
     if (g->rest_start) {
         grid_window(p, g, 1e30);
-        if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) {
-            plan_accept(p, g, false);
-            p->was = speeds_now(p);
-        }
+        if ((solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) && plan_accept(p, g, false)) p->was = speeds_now(p);
         return;
     }
     if (changed) {
