@@ -127,6 +127,7 @@ typedef struct plan {
 /* What the limits along an interval ask of the grid, mm. */
 typedef struct steps {
     double longest, finest; /* planner interval; step at a standstill */
+    double rest;            /* from or to rest: over so much of a line the jerk is constant in any case */
     double knots;           /* such intervals, of the whole interval as pushed */
 } steps;
 
