@@ -148,12 +148,19 @@ static bool slow_fallback(jerk_planner *p, grid *g) {
     return false;
 }
 
+/* The speed peaks inside an interval above the feed that it was planned with: with so much less it will peak at the feed. */
+static void plan_slower(segment *s) {
+    double over = s->fast * FEED_SLACK / CHECK_SLACK, by = fmin(SLOWER_BY, 1.0 / (over * over));
+    s->soft *= by;
+    s->slower *= by;
+}
+
 /* Between its ends an interval may exceed a limit by a few percent: less of the jerk is planned with there, from now on. */
 static bool tighten(jerk_planner *p, grid *g, double worst) {
     if (!(worst < TIGHTEN_UP_TO)) return false;
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
-        if (s->fast > 0.0) s->soft *= SLOWER_BY;
+        if (s->fast > 0.0) plan_slower(s);
         if (s->leave > 0.0) *s->tight = fmin(*s->tight, fmax(TIGHTEST, (1.0 - s->leave) / s->jump));
         s->leave = 0.0;
         if (s->excess <= 0.0) continue;
