@@ -151,3 +151,17 @@ def test_laws_that_are_taken_back_come_again(seed: int) -> None:
     assert (np.diff(offset) > -1e-9).all()
     assert np.abs(np.diff(offset) - 0.0005 * (v[1:] + v[:-1])).max() < 3e-5
     assert not planner.take_back(1e9)
+
+
+@pytest.mark.parametrize("feed", [100.0, 200.0, 300.0])
+def test_a_hold_brakes_in_every_phase_of_speeding_up(feed: float) -> None:
+    """Also where the acceleration falls towards the feed, so that nothing but the plan as it is reaches it in time."""
+    rows = line_rows(np.array([[0.0, 0.0, 0.0], [400.0, 0.0, 0.0]]), feed)
+    free = with_hold(rows, None)[:, 0]
+    for moment in range(10, 130, 8):
+        held = with_hold(rows, moment)[:, 0]
+        at = moment + 1
+        v, a = motion_at(free, at)
+        way = held[moment + 700] - held[at]
+        assert held[moment + 1100] == held[moment + 700], moment
+        assert way <= 1.1 * stop_profile(v, a, A, J)[-1] + 0.05, moment
