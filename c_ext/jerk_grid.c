@@ -7,6 +7,7 @@
 #define REST_SHARE (1.0 / 20.0) /* of a line, that one interval from rest may take: half of the way is four ramps of jerk */
 #define REST_FEED (1.0 / 12.0)  /* of the way in which jerk changes the feed: half of the ramp to half of it */
 #define BEHIND_REST 0.2  /* step behind such an interval, over its length */
+#define STOP_STEPS 60    /* of a stop at least */
 #define MAX_TURN 0.07    /* rad in one planner interval */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
@@ -283,7 +284,7 @@ static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double re
     double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
     if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
     for (double done = rest_from; done < end;) {
-        double left = end - done, step = fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));
+        double left = end - done, step = g->finer * fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));
         double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? end : done + left / parts;
         if (!add_part(p, g, at, done, next)) return false;
         done = next;
@@ -326,6 +327,7 @@ static extent extent_to(const jerk_planner *p, double distance) {
 void grid_window(jerk_planner *p, grid *g, double reach) {
     extent e = window_extent(p);
     bool whole = e.length <= reach;
+    g->finer = 1.0;
     if (!whole) e = extent_to(p, reach);
     if (!grid_fill(p, g, &e, whole ? 1e30 : reach)) g->stands = false;
     if (!whole) g->stands = false; /* it ends at rest where the axes need not stand */
@@ -336,7 +338,12 @@ void grid_window(jerk_planner *p, grid *g, double reach) {
 bool grid_to(jerk_planner *p, grid *g, double distance) {
     extent e = extent_to(p, distance);
     if (e.length < distance - 1e-9) return false;
+    g->finer = 1.0;
     bool fits = grid_fill(p, g, &e, distance);
+    if (fits && g->n < STOP_STEPS) {
+        g->finer = (double)g->n / STOP_STEPS;
+        fits = grid_fill(p, g, &e, distance);
+    }
     knot_caps(p, g);
     return fits;
 }

@@ -43,6 +43,7 @@ typedef struct grid {
     double *from_start;       /* n + 1: distance from the start, mm */
     double *step;             /* grid step at the knots of the pushed intervals */
     double finest;            /* no step at a standstill is longer: the window has to have some */
+    double finer;             /* share of the steps that is taken: short stops have few, and rows hold the jerk at the faster end of each */
     double land_cap;          /* x of the feed there */
     double land_from, land_to; /* mm from the start: here a ramp down must not fall below the feed (empty: none) */
     int n, used, max;
