@@ -22,6 +22,7 @@ from cnc_core.jerk_planner import FloatArray
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
+FINEST, GROWTH = 0.004, 0.06  # mm at the ends of lines, growth by the distance from them
 KINK = 1e-6  # jump of the direction at which the axes stand
 PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 LEAST = 8  # intervals of a piece
@@ -41,11 +42,19 @@ def _places(length: float, turn: float, spacing: float) -> int:
     return 2 * max(LEAST, int(np.ceil(length / spacing)), int(np.ceil(turn / 0.02)))
 
 
+def _graded(length: float, spacing: float) -> FloatArray:
+    """Places on a line, closer together towards its ends: there the axes stand, or come from a tight bend."""
+    half = [0.0]
+    while half[-1] < 0.5 * length:
+        half.append(half[-1] + min(spacing, FINEST + GROWTH * half[-1]))
+    near = 0.5 * length * np.array(half) / half[-1]
+    return np.concatenate([near, length - near[-2::-1]])
+
+
 def _line(start: FloatArray, row: np.void, spacing: float) -> Knots:
     end, zero = row["end"][: len(start)], np.zeros
-    n = _places(row["length"], 0.0, spacing)
-    s = np.linspace(0.0, row["length"], n + 1)
-    slope = np.repeat(((end - start) / row["length"])[None], n + 1, axis=0)
+    s = _graded(row["length"], spacing)
+    slope = np.repeat(((end - start) / row["length"])[None], len(s), axis=0)
     return Knots(s, start + s[:, None] * slope, slope, zero(slope.shape), zero(slope.shape))
 
 

@@ -4,12 +4,16 @@
 #include "jerk_internal.h"
 
 #define GRADING 0.25     /* growth of the spacing with the distance from a standstill */
+#define REST_SHARE (1.0 / 20.0) /* of a line, that one interval from rest may take: half of the way is four ramps of jerk */
+#define REST_FEED (1.0 / 12.0)  /* of the way in which jerk changes the feed: half of the ramp to half of it */
+#define BEHIND_REST 0.2  /* step behind such an interval, over its length */
 #define MAX_TURN 0.07    /* rad in one planner interval */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
 #define SLOW 0.5         /* grid step over the length in which jerk changes a low speed */
-#define SLOWEST_STEP 0.1 /* of the step at a standstill: the finest where it is passed slowly */
+#define SLOWEST_STEP 0.1 /* of the step at a standstill: the finest where the path goes on slowly, ... */
+#define SLOWEST_KNOT 2e-3 /* ... and at knots that are passed slowly, between which it grows again */
 #define SLOW_FEED 1.0    /* the same for a low feed: of the speed that counts */
 #define SLOW_TAIL 0.6    /* and at the end of the window, where the plan comes to rest */
 #define LEAST_SHARE 0.25 /* of the jerk limit that the continuous motion keeps */
@@ -53,6 +57,7 @@ void segment_limits(const jerk_planner *p, segment *s) {
     s->excess = s->fast = s->leave = 0.0;
     s->cap = velocity_cap(p, q);
     s->soft = fmin(s->cap, feed * feed);
+    s->slower = 1.0;
 }
 
 /* Share of the jerk limit that jumps of q' and q'' take when they are passed with x. */
@@ -173,12 +178,17 @@ static extent window_extent(const jerk_planner *p) {
 /* Step at a standstill on interval i of the ring. */
 static double finest_at(const jerk_planner *p, const grid *g, uint64_t i) { return fmin(steps_at(p, i)->finest, g->finest); }
 
-/* Length over which the speed v can change much under the path jerk on interval i: the grid must resolve it. */
-static double slow_length(const jerk_planner *p, const grid *g, uint64_t i, double v) {
-    const jerk_interval *q = ring_at(p, i);
+/* Jerk along the path at the start of q that all axes can follow. */
+static double path_jerk(const jerk_planner *p, const jerk_interval *q) {
     double jerk = 1e30;
     for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, jerk_max(p, q, a) / fmax(1e-9, fabs(q->d1[0][a])));
-    return fmin(steps_at(p, i)->longest, fmax(SLOWEST_STEP * finest_at(p, g, i), SLOW * v * sqrt(v / jerk)));
+    return jerk;
+}
+
+/* Length over which the speed v can change much under the path jerk on interval i: the grid must resolve it, down to a share `least`
+ * of the step at a standstill. */
+static double slow_length(const jerk_planner *p, const grid *g, uint64_t i, double v, double least) {
+    return fmin(steps_at(p, i)->longest, fmax(least * finest_at(p, g, i), SLOW * v * sqrt(v / path_jerk(p, ring_at(p, i)))));
 }
 
 /* Cap on x (scaled) over an interval by feed and machine. */
@@ -188,13 +198,41 @@ static double feed_cap(const jerk_planner *p, const jerk_interval *q) {
     return s.soft;
 }
 
+/* The part of the way from rest to the feed of q that one interval may take. */
+static double feed_part(const jerk_planner *p, const jerk_interval *q) {
+    double v = p->scale * sqrt(feed_cap(p, q));
+    return REST_FEED * v * sqrt(v / path_jerk(p, q));
+}
+
+static bool straight(const jerk_planner *p, const jerk_interval *q) {
+    for (int a = 0; a < p->cfg.axes; a++)
+        if (q->d2[0][a] != 0.0 || q->d2[1][a] != 0.0) return false;
+    return true;
+}
+
+/* How long one interval from or to rest may be on the first or last `len` mm of interval i: constant jerk is exact there, while
+ * behind it the speed multiplies from knot to knot, and the jerk is the axes' at the faster one only. 0: no longer than any. */
+static double rest_length(const jerk_planner *p, const grid *g, uint64_t i, double len) {
+    const jerk_interval *q = ring_at(p, i);
+    double finest = finest_at(p, g, i);
+    if (!straight(p, q)) return 0.0;
+    double most = fmin(steps_at(p, i)->rest, fmin(REST_SHARE * len, feed_part(p, q)));
+    return most > finest ? most : 0.0;
+}
+
+/* Step at a stand, or behind that interval; finer where the feed is low. */
+static double rest_step(const jerk_planner *p, const grid *g, uint64_t i, double rest) {
+    double finest = finest_at(p, g, i), feed = fmax(SLOWEST_KNOT * finest, feed_part(p, ring_at(p, i)));
+    return fmax(fmin(finest, feed), BEHIND_REST * rest);
+}
+
 /* Step at the knot ahead of interval i: fine where it must be passed slowly or the feed changes. */
 static double knot_step(const jerk_planner *p, const grid *g, uint64_t i) {
     const jerk_interval *left = ring_at(p, i - 1), *right = ring_at(p, i);
     double before = feed_cap(p, left), after = feed_cap(p, right), open = fmin(before, after);
     double cap = jump_cap(p, left, right, open), longest = fmax(steps_at(p, i - 1)->longest, steps_at(p, i)->longest);
     if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) return longest;
-    return slow_length(p, g, i, p->scale * sqrt(cap));
+    return slow_length(p, g, i, p->scale * sqrt(cap), SLOWEST_KNOT);
 }
 
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
@@ -210,11 +248,11 @@ static double turn_length(const jerk_planner *p, const jerk_interval *q) {
 }
 
 /* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
-static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands) {
+static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands, const double *rest) {
     double *step = g->step;
     uint64_t head = p->head, end = head + (uint64_t)n - 1;
-    step[0] = p->at_rest ? finest_at(p, g, head) : slow_length(p, g, head, p->scale * sqrt(p->x));
-    step[n] = stands ? finest_at(p, g, end) : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL);
+    step[0] = p->at_rest ? rest_step(p, g, head, rest[0]) : slow_length(p, g, head, p->scale * sqrt(p->x), SLOWEST_KNOT);
+    step[n] = stands ? rest_step(p, g, end, rest[1]) : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL, SLOWEST_STEP);
     for (int i = 1; i < n; i++) {
         const jerk_interval *left = ring_at(p, head + i - 1), *right = ring_at(p, head + i);
         step[i] = fmin(knot_step(p, g, head + i), 2.0 * fmin(turn_length(p, left), turn_length(p, right)));
@@ -238,18 +276,19 @@ static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, do
     return add_segment(p, g, part, i, to >= q->length);
 }
 
-/* Lay the grid over one pushed interval, or the first `len` mm of it. */
-static bool fill_interval(jerk_planner *p, grid *g, int i, double len) {
+/* Lay the grid over one pushed interval, or the first `len` mm of it, with such intervals from and to rest in it. */
+static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double rest_from, double rest_to) {
     const uint64_t at = p->head + (uint64_t)i;
     const jerk_interval *q = ring_at(p, at);
-    double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED));
-    for (double done = 0.0; done < len;) {
-        double left = len - done, step = fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], left, g->step[i + 1]));
-        double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? len : done + left / parts;
+    double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
+    if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
+    for (double done = rest_from; done < end;) {
+        double left = end - done, step = fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));
+        double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? end : done + left / parts;
         if (!add_part(p, g, at, done, next)) return false;
         done = next;
     }
-    return true;
+    return !(rest_to > 0.0) || add_part(p, g, at, end, len);
 }
 
 /* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
@@ -261,11 +300,15 @@ static bool grid_fill(jerk_planner *p, grid *g, const extent *e, double to) {
     g->land_from = g->land_to = -1.0;
     g->finest = e->length / 24.0;
     if (n > g->max) return false;
-    knot_steps(p, g, n, e->stands);
+    double ahead = to, rest[2] = {0.0, 0.0};
+    for (int i = 0; i < n - 1; i++) ahead -= ring_at(p, p->head + (uint64_t)i)->length;
+    if (n > 0 && p->at_rest) rest[0] = rest_length(p, g, p->head, fmin(to, ring_at(p, p->head)->length));
+    if (n > 0 && e->stands) rest[1] = rest_length(p, g, e->end - 1, fmin(ahead, ring_at(p, e->end - 1)->length));
+    knot_steps(p, g, n, e->stands, rest);
     double at = 0.0;
     for (int i = 0; i < n && to - at > 1e-9; i++) {
         double whole = ring_at(p, p->head + (uint64_t)i)->length, len = to - at > whole - 1e-9 ? whole : to - at;
-        if (!fill_interval(p, g, i, len)) return false;
+        if (!fill_interval(p, g, i, len, i == 0 ? rest[0] : 0.0, i == n - 1 ? rest[1] : 0.0)) return false;
         at += len;
     }
     return true;

@@ -7,7 +7,7 @@
 #define ENTRY_STAGES 8   /* stages behind the start ... */
 #define ENTRY_SLACK 0.01 /* ... and what may be added to the limits at the first of them */
 #define SLOW_GAINS 1.5   /* power of x by which a gain of it counts less: that of the time */
-#define SLOWEST 1e-4     /* share of the largest x below which it counts no more */
+#define SLOWEST 1e-5     /* share of the largest x below which it counts no more */
 #define LANDING 0.96 /* share of the cap that a ramp down must keep */
 #define IDLE 1e-7 /* of its limit, that an axis needs at full speed: it has no rows */
 #define FLOOR 0.2 /* share of the guess below which x may not fall */

@@ -6,6 +6,7 @@
 #define RAMP_PARTS 6.0      /* planner intervals over the ramp from rest to full acceleration, */
 #define STOP_PARTS 80.0     /* over the way from full speed to rest, */
 #define REST_PARTS 60.0     /* parts of that ramp next to a standstill, but no more than ... */
+#define JOINED_PARTS 6.0    /* of that ramp on a line: one interval from rest, whose jerk is constant */
 #define FINEST_PARTS 2000.0 /* ... of the longest interval */
 
 typedef struct along {
@@ -16,6 +17,7 @@ typedef struct along {
 static steps steps_for(along m) {
     double a = fmin(m.a, sqrt(m.v * m.j)), ramp = a * a * a / (6.0 * m.j * m.j), stop = 0.5 * m.v * (m.v / a + a / m.j);
     steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
+    out.rest = ramp / JOINED_PARTS;
     out.finest = fmax(ramp / REST_PARTS, fmin(0.5 * ramp, out.longest / FINEST_PARTS));
     return out;
 }
@@ -23,13 +25,13 @@ static steps steps_for(along m) {
 /* Of an axis, the largest rate over the interval counts; no interval is longer than along the slowest of the axes that move. */
 steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
     along m = {1e30, 1e30, 1e30};
-    steps most = {0.0, 0.0, 0.0};
+    steps most = {0};
     for (int a = 0; a < p->cfg.axes; a++) {
         double rate = fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a]));
         if (rate < 1e-9) continue;
         along own = {p->cfg.v_max[a], acc_max(p, q, a), jerk_max(p, q, a)};
         steps alone = steps_for(own);
-        most = (steps){fmax(most.longest, alone.longest), fmax(most.finest, alone.finest), 0.0};
+        most = (steps){fmax(most.longest, alone.longest), fmax(most.finest, alone.finest), .knots = 0.0};
         m = (along){fmin(m.v, own.v / rate), fmin(m.a, own.a / rate), fmin(m.j, own.j / rate)};
     }
     steps out = steps_for(m);
