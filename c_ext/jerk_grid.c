@@ -8,6 +8,9 @@
 #define REST_FEED (1.0 / 12.0)  /* of the way in which jerk changes the feed: half of the ramp to half of it */
 #define BEHIND_REST 0.2  /* step behind such an interval, over its length */
 #define MAX_TURN 0.07    /* rad in one planner interval */
+#define LEAN 0.14        /* change of an axis rate over its jerk limit in one planner interval, of the largest such rate */
+#define BEND_STEP 0.5    /* change of the third derivatives in one planner interval, of the largest ... */
+#define BEND_MATTERS 4.0 /* ... where at full feed it would take so many times the jerk limit */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
@@ -221,6 +224,22 @@ static double knot_step(const jerk_planner *p, const grid *g, uint64_t i) {
     return slow_length(p, g, i, p->scale * sqrt(cap));
 }
 
+/* How fast an axis comes to bind the path, or ceases to, at q: change per mm of its rate over its jerk limit, over the largest of
+ * all axes. A slow axis that turns round beside quick ones does so within a small part of the turn. */
+static double lean_rate(const jerk_planner *p, const jerk_interval *q) {
+    double worst = 0.0;
+    for (int e = 0; e < 2; e++) {
+        double most = 0.0, change = 0.0;
+        for (int a = 0; a < p->cfg.axes; a++) {
+            double jerk = jerk_max(p, q, a);
+            most = fmax(most, fabs(q->d1[e][a]) / jerk);
+            change = fmax(change, fabs(q->d2[e][a]) / jerk);
+        }
+        if (most > 0.0) worst = fmax(worst, change / most);
+    }
+    return worst;
+}
+
 /* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
  * count by the relative change of their rate. */
 static double turn_length(const jerk_planner *p, const jerk_interval *q) {
@@ -230,7 +249,20 @@ static double turn_length(const jerk_planner *p, const jerk_interval *q) {
         start += d0 * d0;
         end += d1 * d1;
     }
-    return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
+    return fmin(MAX_TURN / sqrt(fmax(1e-30, fmax(start, end))), LEAN / fmax(1e-15, lean_rate(p, q)));
+}
+
+/* Longest interval at q where the curvature changes so that jerk bounds the speed below v: the path jerk is constant over it, what the
+ * axes need to follow the bend is not. */
+static double bend_length(const jerk_planner *p, const jerk_interval *q, double v) {
+    double most = 0.0, change = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double jerk = jerk_max(p, q, a);
+        most = fmax(most, fmax(fabs(q->d3[0][a]), fabs(q->d3[1][a])) / jerk);
+        change = fmax(change, fabs(q->d3[1][a] - q->d3[0][a]) / jerk);
+    }
+    if (most * v * v * v < BEND_MATTERS || change <= BEND_STEP * most) return q->length;
+    return q->length * BEND_STEP * most / change;
 }
 
 /* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
@@ -267,6 +299,7 @@ static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double re
     const uint64_t at = p->head + (uint64_t)i;
     const jerk_interval *q = ring_at(p, at);
     double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED)), end = len - rest_to;
+    turn = fmin(turn, bend_length(p, q, p->scale * sqrt(feed_cap(p, q))));
     if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
     for (double done = rest_from; done < end;) {
         double left = end - done, step = fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));
