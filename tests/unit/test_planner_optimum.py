@@ -1,4 +1,4 @@
-"""The jerk-limited planner beside optima that nobody here computed: COPP over the same path (``bench/planner_parts.py``)."""
+"""The jerk-limited planner beside optima that nobody here computed: COPP over the same path."""
 
 from __future__ import annotations
 
