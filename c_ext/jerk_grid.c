@@ -11,6 +11,9 @@
 #define LEAN 0.14        /* change of an axis rate over its jerk limit in one planner interval, of the largest such rate */
 #define BEND_STEP 0.5    /* change of the third derivatives in one planner interval, of the largest ... */
 #define BEND_MATTERS 4.0 /* ... where at full feed it would take so many times the jerk limit */
+#define BEND_DECIDES 200.0 /* where it would take so many times and the pushed interval turns so little (of MAX_TURN), as in blends of ... */
+#define LITTLE_TURN 3.0    /* ... small angles, whose turn asks for next to no intervals: */
+#define BEND_FINER 0.2
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
@@ -261,8 +264,10 @@ static double bend_length(const jerk_planner *p, const jerk_interval *q, double 
         most = fmax(most, fmax(fabs(q->d3[0][a]), fabs(q->d3[1][a])) / jerk);
         change = fmax(change, fabs(q->d3[1][a] - q->d3[0][a]) / jerk);
     }
-    if (most * v * v * v < BEND_MATTERS || change <= BEND_STEP * most) return q->length;
-    return q->length * BEND_STEP * most / change;
+    double matters = most * v * v * v, part = BEND_STEP;
+    if (matters < BEND_MATTERS) return q->length;
+    if (matters > BEND_DECIDES && turn_length(p, q) > LITTLE_TURN * q->length) part = BEND_FINER;
+    return change > part * most ? q->length * part * most / change : q->length;
 }
 
 /* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
