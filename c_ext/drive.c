@@ -24,6 +24,7 @@
 #define BRAKES_AHEAD 1.6   /* window in planner intervals, over the stopping distance from full speed */
 #define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
 #define MAX_KNOTS 1000.0
+#define SAME_TIME 1e-9     /* s */
 
 /* ------------------------------------------------------------------------------------------------ limits */
 static jerk_config config_of(const engine_config *cfg) {
@@ -425,6 +426,7 @@ static void write_law(writer *w, const jerk_law *law) {
     w->piece = law->tag + last;
     w->s = last ? 0.0 : law->s0 + law->length;
     w->v = law->flags & JERK_STAND ? 0.0 : law->length / law->time; /* not at rest: that is all a tail needs */
+    w->motion += law->time;
 }
 
 static void write_commit(engine *e, writer *w, bool changed) {
@@ -503,23 +505,36 @@ double drive_take_back(engine *e, double seconds) {
     return back;
 }
 
-/* Commit motion until commit_high of it is ahead of GEO. */
-void drive_commit(engine *e) {
-    if (e->drive.restart && e->plan.v > 0.0) return; /* the stored tail is driven first */
-    if (e->drive.restart) restart(e);
+/* Motion from where w is, as much as its budget, and the tail behind it; false if that finds no room. */
+bool drive_write(engine *e, writer *w, tail *t) {
     bool changed = conditions_change(e);
     if (changed) update_stands(e);
     push_path(e);
     set_speeds(e);
+    write_commit(e, w, changed);
+    return write_tail(e, t, w);
+}
+
+/* GEO has taken the tail behind the last commit: the planner goes back to where it begins. False if its plan is another one by now. */
+static bool back_to_tail(engine *e, const writer *w, uint64_t edition) {
+    if (jerk_edition(e->drive.planner) != edition) return false;
+    return !(w->motion > 0.0) || fabs(jerk_take_back(e->drive.planner, w->motion) - w->motion) < SAME_TIME;
+}
+
+/* Commit motion until commit_high of it is ahead of GEO. */
+void drive_commit(engine *e) {
+    if (e->drive.restart && e->plan.v > 0.0) return; /* the stored tail is driven first */
+    if (e->drive.restart) restart(e);
+    uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written, edition = jerk_edition(e->drive.planner);
     writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e)};
-    uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     if (word & 1) return; /* GEO has taken the tail */
-    write_commit(e, &w, changed);
-    if (!write_tail(e, &e->plan.tails[next], &w) ||
-        !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
+    jerk_watch(e->drive.planner, &e->commit);
+    bool fits = drive_write(e, &w, &e->plan.tails[next]);
+    jerk_watch(e->drive.planner, NULL);
+    if (!fits || !__atomic_compare_exchange_n(&e->commit, &word, e->plan.written << 2 | next << 1, false, __ATOMIC_ACQ_REL, __ATOMIC_ACQUIRE)) {
         e->plan.written = before;
-        e->drive.restart = true; /* ... from rest: where the tail that GEO drives now ends, or where the path stands already */
+        e->drive.restart = !fits || !back_to_tail(e, &w, edition); /* from rest: where the tail that GEO drives now ends, or where the path stands already */
         return;
     }
     e->plan.phases += e->plan.written - before;

@@ -296,10 +296,25 @@ typedef struct drive {
     double at;           /* ... from there on, mm of it */
     uint64_t last;       /* motion pushed last */
     bool has_last, open; /* open: whether the axes stand behind it is not known yet */
-    bool restart;        /* the path stands elsewhere than where the planner is */
+    bool restart;        /* the path stands elsewhere than where the planner is: where the stored tail begins */
     jerk_law *laws;      /* room for a stopping tail */
     int64_t laws_max;
 } drive;
+
+#define REJOIN_NONE 0
+#define REJOIN_OFFERED 1 /* by the planner */
+#define REJOIN_TAKEN 2   /* GEO drives the tail to the place, then what was offered */
+#define REJOIN_REFUSED 3
+
+/* Motion that goes on from a place on the stored tail which GEO drives. */
+typedef struct rejoin {
+    int state;
+    uint32_t phase; /* of the tail, ... */
+    double t;       /* ... s of it */
+    uint64_t word;  /* the commit from there on */
+    uint64_t piece, written; /* where committed motion ended before, if it is refused */
+    double s, v, committed_s;
+} rejoin;
 
 /* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
 typedef struct insert_cmd {
@@ -355,6 +370,7 @@ typedef struct geo {
     uint64_t consumed;    /* phases consumed */
     phase now;
     bool has_phase, in_tail, waiting_continue, waiting_techno;
+    bool leaves; /* the tail, where `rejoin` says */
     uint32_t tail_next, tail_index;
     double t;             /* time in the phase */
     double s, v;
@@ -438,6 +454,7 @@ struct engine {
     drive drive;
     geo geo;
     int tail_done;
+    rejoin rejoin;
     double override_now, rapid_now;
     int single_now, m01_now, rt_loop_now, backward_now, simulate_now, active_now;
     uint32_t shortcut_requests, shortcut_mask; /* delete distance to go: rising edges, end marks */
@@ -668,6 +685,7 @@ typedef struct writer {
     uint32_t count, max;
     uint64_t piece;
     double s, v, seconds, budget;
+    double motion;     /* s; of that what the jerk-limited planner has handed out */
     double least;      /* s; so much is committed although more of the path might let it drive faster */
     uint64_t too_fast; /* corners and stands that it passes too fast, ... */
     bool refused;      /* ... by more than rounding */
@@ -683,8 +701,16 @@ double soft_cap(const engine *e, const piece *p);
 int planner_pump(engine *e);
 void planner_store_tail(engine *e);
 
+/* drive.c */
+bool drive_write(engine *e, writer *w, tail *t);
+
 /* recall.c */
 void recall_commit(engine *e);
+
+/* rejoin.c */
+bool rejoin_settled(engine *e);
+bool rejoin_possible(engine *e);
+void rejoin_offer(engine *e);
 double drive_take_back(engine *e, double seconds);
 
 /* interp.c */

@@ -210,7 +210,7 @@ static forecast *free_buffer(struct foresight *f) {
 void foresight_plan(engine *e, bool pumped) {
     struct foresight *f = e->foresight;
     if (!f || (!pumped && f->latest != NONE && f->seen == e->plan.written)) return;
-    if (ATOMIC_GET(e->commit) & 1) return; /* GEO drives the stored tail */
+    if ((ATOMIC_GET(e->commit) & 1) || ATOMIC_GET(e->rejoin.state) != REJOIN_NONE) return; /* GEO drives the stored tail */
     forecast *to = free_buffer(f);
     if (!to) return;
     to->begin_s = e->plan.committed_s;
@@ -292,6 +292,7 @@ static double speed_at(engine *e, const forecast *f, double ahead) {
         if (g->t + t <= g->now.time) return speed_in(&g->now, g->t + t);
         t -= g->now.time - g->t;
     }
+    if (g->in_tail) return -1.0;
     for (uint64_t k = g->consumed, end = ATOMIC_GET(e->commit) >> 2; k < end; k++) {
         const phase *ph = &e->phase_ring[k & (PHASE_RING - 1)];
         if (t <= ph->time) return speed_in(ph, t);

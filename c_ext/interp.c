@@ -137,13 +137,27 @@ static void leave_piece(engine *e) {
     if (p->dir > 0 && !p->inserted && p->from + p->length >= p->whole - 1e-9 && p->origin >= e->store_done) ATOMIC_SET(e->store_done, p->origin + 1);
 }
 
+static bool fetch_phase(engine *e);
+
+/* The present phase is driven for t seconds only; its piece goes on. */
+static void end_phase_at(geo *g, double t) {
+    g->now.time = t;
+    g->now.last = false;
+}
+
 /* The tail was taken: its next phase, or, once it is used up, standstill until the planner has taken note. */
 static bool fetch_from_tail(engine *e) {
     geo *g = &e->geo;
     if (!g->in_tail) return false;
+    if (g->leaves && g->tail_next > e->rejoin.phase) {
+        g->in_tail = g->leaves = false;
+        ATOMIC_SET(e->rejoin.state, REJOIN_NONE); /* from here on the buffer is the planner's again */
+        return fetch_phase(e);
+    }
     const tail *t = &e->plan.tails[g->tail_index];
     if (g->tail_next < t->count) {
         g->now = t->phases[g->tail_next++];
+        if (g->leaves && g->tail_next > e->rejoin.phase) end_phase_at(g, e->rejoin.t);
         return true;
     }
     g->in_tail = false; /* from here on the buffer is the planner's again */
@@ -156,7 +170,7 @@ static bool fetch_from_tail(engine *e) {
 static bool fetch_phase(engine *e) {
     geo *g = &e->geo;
     uint64_t word = ATOMIC_GET(e->commit);
-    if (word & 1) return fetch_from_tail(e);
+    if (g->in_tail || (word & 1)) return fetch_from_tail(e);
     if (g->consumed < word >> 2) {
         g->now = e->phase_ring[g->consumed & (PHASE_RING - 1)];
         ATOMIC_SET(g->consumed, g->consumed + 1);
@@ -303,11 +317,28 @@ static void answer_withdrawal(engine *e) {
     ATOMIC_SET(e->withdraw, WITHDRAW_DONE);
 }
 
+/* The planner offers to go on from a place on the tail: taken if that is still ahead. */
+static void answer_rejoin(engine *e) {
+    geo *g = &e->geo;
+    rejoin *r = &e->rejoin;
+    if (ATOMIC_GET(r->state) != REJOIN_OFFERED) return;
+    bool inside = g->tail_next == r->phase + 1 && g->has_phase;
+    if (!g->in_tail || !(g->tail_next <= r->phase || (inside && g->t < r->t))) {
+        ATOMIC_SET(r->state, REJOIN_REFUSED);
+        return;
+    }
+    g->leaves = true;
+    if (inside) end_phase_at(g, r->t);
+    ATOMIC_SET(e->commit, r->word);
+    ATOMIC_SET(r->state, REJOIN_TAKEN);
+}
+
 void geo_cycle(engine *e) {
     if (e->segment) take_commands(e);
     external_cycle(e);
     techno_cycle(e);
     answer_withdrawal(e);
+    answer_rejoin(e);
     if (!ATOMIC_GET(e->hold_start)) advance(e, e->cfg.cycle_s);
     ATOMIC_SET(e->waits_now, e->geo.waiting_continue || e->geo.waiting_techno);
     evaluate(e);

@@ -136,7 +136,7 @@ double bend_inside(const jerk_planner *p, const segment *s, double x, double u, 
 
 /* Largest speed over its cap: the feed or what was allowed on the way down to it. */
 static double feed_ratio(const jerk_planner *p, const grid *g, int k, double x0, double x1, double top_x) {
-    double f2 = p->scale * p->scale, cap = fmin(g->seg[k].soft, g->seg[k].cap) * f2;
+    double f2 = p->scale * p->scale, cap = fmin(g->seg[k].soft / g->seg[k].slower, g->seg[k].cap) * f2;
     double most = k == 0 ? fmax(x1, fmin(top_x, x1)) : fmax(top_x, fmax(x0, x1));
     return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK : INFINITY;
 }

@@ -18,7 +18,8 @@
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
 #define SLOW 0.5         /* grid step over the length in which jerk changes a low speed */
-#define SLOWEST_STEP 0.1 /* of the step at a standstill: the finest where it is passed slowly */
+#define SLOWEST_STEP 0.1 /* of the step at a standstill: the finest where the path goes on slowly, ... */
+#define SLOWEST_KNOT 2e-3 /* ... and at knots that are passed slowly, between which it grows again */
 #define SLOW_FEED 1.0    /* the same for a low feed: of the speed that counts */
 #define SLOW_TAIL 0.6    /* and at the end of the window, where the plan comes to rest */
 #define LEAST_SHARE 0.25 /* of the jerk limit that the continuous motion keeps */
@@ -62,6 +63,7 @@ void segment_limits(const jerk_planner *p, segment *s) {
     s->excess = s->fast = s->leave = 0.0;
     s->cap = velocity_cap(p, q);
     s->soft = fmin(s->cap, feed * feed);
+    s->slower = 1.0;
 }
 
 /* Share of the jerk limit that jumps of q' and q'' take when they are passed with x. */
@@ -182,12 +184,17 @@ static extent window_extent(const jerk_planner *p) {
 /* Step at a standstill on interval i of the ring. */
 static double finest_at(const jerk_planner *p, const grid *g, uint64_t i) { return fmin(steps_at(p, i)->finest, g->finest); }
 
-/* Length over which the speed v can change much under the path jerk on interval i: the grid must resolve it. */
-static double slow_length(const jerk_planner *p, const grid *g, uint64_t i, double v) {
-    const jerk_interval *q = ring_at(p, i);
+/* Jerk along the path at the start of q that all axes can follow. */
+static double path_jerk(const jerk_planner *p, const jerk_interval *q) {
     double jerk = 1e30;
     for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, jerk_max(p, q, a) / fmax(1e-9, fabs(q->d1[0][a])));
-    return fmin(steps_at(p, i)->longest, fmax(SLOWEST_STEP * finest_at(p, g, i), SLOW * v * sqrt(v / jerk)));
+    return jerk;
+}
+
+/* Length over which the speed v can change much under the path jerk on interval i: the grid must resolve it, down to a share `least`
+ * of the step at a standstill. */
+static double slow_length(const jerk_planner *p, const grid *g, uint64_t i, double v, double least) {
+    return fmin(steps_at(p, i)->longest, fmax(least * finest_at(p, g, i), SLOW * v * sqrt(v / path_jerk(p, ring_at(p, i)))));
 }
 
 /* Cap on x (scaled) over an interval by feed and machine. */
@@ -195,6 +202,12 @@ static double feed_cap(const jerk_planner *p, const jerk_interval *q) {
     segment s = {.q = q};
     segment_limits(p, &s);
     return s.soft;
+}
+
+/* The part of the way from rest to the feed of q that one interval may take. */
+static double feed_part(const jerk_planner *p, const jerk_interval *q) {
+    double v = p->scale * sqrt(feed_cap(p, q));
+    return REST_FEED * v * sqrt(v / path_jerk(p, q));
 }
 
 static bool straight(const jerk_planner *p, const jerk_interval *q) {
@@ -207,16 +220,17 @@ static bool straight(const jerk_planner *p, const jerk_interval *q) {
  * behind it the speed multiplies from knot to knot, and the jerk is the axes' at the faster one only. 0: no longer than any. */
 static double rest_length(const jerk_planner *p, const grid *g, uint64_t i, double len) {
     const jerk_interval *q = ring_at(p, i);
-    double jerk = 1e30, finest = finest_at(p, g, i);
+    double finest = finest_at(p, g, i);
     if (!straight(p, q)) return 0.0;
-    for (int a = 0; a < p->cfg.axes; a++) jerk = fmin(jerk, jerk_max(p, q, a) / fmax(1e-9, fabs(q->d1[0][a])));
-    double v = p->scale * sqrt(feed_cap(p, q)), most = fmin(REST_SHARE * len, REST_FEED * v * sqrt(v / jerk));
-    most = fmin(steps_at(p, i)->rest, most);
+    double most = fmin(steps_at(p, i)->rest, fmin(REST_SHARE * len, feed_part(p, q)));
     return most > finest ? most : 0.0;
 }
 
-/* Step behind it. */
-static double rest_step(const jerk_planner *p, const grid *g, uint64_t i, double rest) { return fmax(finest_at(p, g, i), BEHIND_REST * rest); }
+/* Step at a stand, or behind that interval; finer where the feed is low. */
+static double rest_step(const jerk_planner *p, const grid *g, uint64_t i, double rest) {
+    double finest = finest_at(p, g, i), feed = fmax(SLOWEST_KNOT * finest, feed_part(p, ring_at(p, i)));
+    return fmax(fmin(finest, feed), BEHIND_REST * rest);
+}
 
 /* Step at the knot ahead of interval i: fine where it must be passed slowly or the feed changes. */
 static double knot_step(const jerk_planner *p, const grid *g, uint64_t i) {
@@ -224,7 +238,7 @@ static double knot_step(const jerk_planner *p, const grid *g, uint64_t i) {
     double before = feed_cap(p, left), after = feed_cap(p, right), open = fmin(before, after);
     double cap = jump_cap(p, left, right, open), longest = fmax(steps_at(p, i - 1)->longest, steps_at(p, i)->longest);
     if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) return longest;
-    return slow_length(p, g, i, p->scale * sqrt(cap));
+    return slow_length(p, g, i, p->scale * sqrt(cap), SLOWEST_KNOT);
 }
 
 /* How fast an axis comes to bind the path, or ceases to, at q: change per mm of its rate over its jerk limit, over the largest of
@@ -274,8 +288,8 @@ static double bend_length(const jerk_planner *p, const jerk_interval *q, double 
 static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands, const double *rest) {
     double *step = g->step;
     uint64_t head = p->head, end = head + (uint64_t)n - 1;
-    step[0] = p->at_rest ? rest_step(p, g, head, rest[0]) : slow_length(p, g, head, p->scale * sqrt(p->x));
-    step[n] = stands ? rest_step(p, g, end, rest[1]) : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL);
+    step[0] = p->at_rest ? rest_step(p, g, head, rest[0]) : slow_length(p, g, head, p->scale * sqrt(p->x), SLOWEST_KNOT);
+    step[n] = stands ? rest_step(p, g, end, rest[1]) : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL, SLOWEST_STEP);
     for (int i = 1; i < n; i++) {
         const jerk_interval *left = ring_at(p, head + i - 1), *right = ring_at(p, head + i);
         step[i] = fmin(knot_step(p, g, head + i), 2.0 * fmin(turn_length(p, left), turn_length(p, right)));
@@ -303,7 +317,7 @@ static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, do
 static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double rest_from, double rest_to) {
     const uint64_t at = p->head + (uint64_t)i;
     const jerk_interval *q = ring_at(p, at);
-    double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED)), end = len - rest_to;
+    double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
     turn = fmin(turn, bend_length(p, q, p->scale * sqrt(feed_cap(p, q))));
     if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
     for (double done = rest_from; done < end;) {

@@ -40,10 +40,7 @@ bool plan_ramp(jerk_planner *p) {
         g->land_cap = target;
         g->land_from = tries[i] * b.distance;
         g->land_to = 3.0 * g->land_from;
-        if (solve_window(p, g, true, 1.0)) {
-            plan_accept(p, g, p->prob.solved);
-            return true;
-        }
+        if (solve_window(p, g, true, 1.0)) return plan_accept(p, g, p->prob.solved);
     }
     return false;
 }
@@ -60,8 +57,7 @@ static bool try_stop(jerk_planner *p, double distance) {
     if (!(worst <= CHECK_SLACK)) return false;
     p->stats.worst_ratio = fmax(p->stats.worst_ratio, worst);
     g->stands = false;
-    plan_accept(p, g, true);
-    return true;
+    return plan_accept(p, g, true);
 }
 
 /* Replace the plan by the shortest stop; the stored tail is the longest that is considered. */

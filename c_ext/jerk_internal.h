@@ -18,7 +18,7 @@ typedef long long ivec __attribute__((vector_size(32)));
 #define JERK_USABLE 0.998
 #define VEL_USABLE 1.0
 #define CHECK_SLACK 1.012     /* the checker's bound, over the machine's limits */
-#define FEED_SLACK 1.004      /* of speed over the feed */
+#define FEED_SLACK 1.0015     /* of speed over the feed */
 
 /* One interval of the planner's grid: a part of a pushed interval. */
 typedef struct segment {
@@ -26,6 +26,7 @@ typedef struct segment {
     double h;
     double cap;               /* hard cap on x (scaled), both ends */
     double soft;              /* cap by feed and override; may lie below the present speed */
+    double slower;            /* share of that which is planned with, and which `soft` is lowered by */
     double *tight;            /* the ring interval's share of the jerk limit, lowered where a check failed */
     double excess, fast;      /* ratios of the last check (limits; feed) where they were too large, else 0 */
     double leave;             /* of the jerk limit, that the last check has asked it to leave to kinks; else 0 */
@@ -154,6 +155,7 @@ struct jerk_planner {
     steps *steps;                         /* as `ring` */
     uint64_t head, tail, mask;            /* intervals head..tail-1; the head one may be trimmed */
     bool finished, hold, changed, at_rest;
+    const uint64_t *gone;                 /* no plan is accepted once bit 0 is set; NULL: always */
     double feed_factor, rapid_factor;
     double command_speed;                 /* mm/s; < 0: none */
     speeds was;                           /* under which the present plan was made */
@@ -242,7 +244,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b);
 double bend_inside(const jerk_planner *p, const segment *s, double x, double u, double c, double *ends);
 
 /* jerk_plan.c */
-void plan_accept(jerk_planner *p, const grid *g, bool final);
+bool plan_accept(jerk_planner *p, const grid *g, bool final);
 void plan_window(jerk_planner *p);
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 void allow_present(jerk_planner *p, grid *g, double reach, double top);

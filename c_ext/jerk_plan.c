@@ -44,8 +44,12 @@ static double stopping_way(const jerk_planner *p, const grid *g) {
     return 0.5 * v * (v / ramp + ramp / j);
 }
 
-/* The checked problem becomes the plan. */
-void plan_accept(jerk_planner *p, const grid *g, bool final) {
+/* The checked problem becomes the plan, unless what it begins with is no longer what is driven. */
+bool plan_accept(jerk_planner *p, const grid *g, bool final) {
+    if (p->gone && __atomic_load_n(p->gone, __ATOMIC_ACQUIRE) & 1) {
+        p->changed = true;
+        return false;
+    }
     plan *pl = &p->plan;
     problem *b = &p->prob;
     size_t bytes = sizeof(double) * (size_t)(g->n + 1);
@@ -73,6 +77,7 @@ void plan_accept(jerk_planner *p, const grid *g, bool final) {
     double way = stopping_way(p, g);
     pl->lasts = LASTS * way;
     pl->refresh = pl->length < JUST_COVERS * way ? fmin(p->cfg.refresh, JUST_REFRESH) : p->cfg.refresh;
+    return true;
 }
 
 /* Time over the first `length` mm, to compare plans; rest intervals are exact, others by the mean speed. */
@@ -143,12 +148,19 @@ static bool slow_fallback(jerk_planner *p, grid *g) {
     return false;
 }
 
+/* The speed peaks inside an interval above the feed that it was planned with: with so much less it will peak at the feed. */
+static void plan_slower(segment *s) {
+    double over = s->fast * FEED_SLACK / CHECK_SLACK, by = fmin(SLOWER_BY, 1.0 / (over * over));
+    s->soft *= by;
+    s->slower *= by;
+}
+
 /* Between its ends an interval may exceed a limit by a few percent: less of the jerk is planned with there, from now on. */
 static bool tighten(jerk_planner *p, grid *g, double worst) {
     if (!(worst < TIGHTEN_UP_TO)) return false;
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
-        if (s->fast > 0.0) s->soft *= SLOWER_BY;
+        if (s->fast > 0.0) plan_slower(s);
         if (s->leave > 0.0) *s->tight = fmin(*s->tight, fmax(TIGHTEST, (1.0 - s->leave) / s->jump));
         s->leave = 0.0;
         if (s->excess <= 0.0) continue;
@@ -284,8 +296,7 @@ void plan_window(jerk_planner *p) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) {
             p->stats.slower++;
             p->plan.final = p->plan.final || p->prob.solved; /* the solver does no better */
-        } else {
-            plan_accept(p, g, p->prob.solved);
+        } else if (plan_accept(p, g, p->prob.solved)) {
             p->was = speeds_now(p);
         }
         reach_further(p, g);
@@ -293,10 +304,7 @@ void plan_window(jerk_planner *p) {
     }
     if (g->rest_start) {
         grid_window(p, g, 1e30);
-        if (solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) {
-            plan_accept(p, g, false);
-            p->was = speeds_now(p);
-        }
+        if ((solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) && plan_accept(p, g, false)) p->was = speeds_now(p);
         return;
     }
     if (changed) {

@@ -107,6 +107,7 @@ void planner_copy(jerk_planner *to, const jerk_planner *from) {
     *to = *from;
     to->arena = m.at;
     to->handed = kept;
+    to->gone = NULL;
     forget_laws(to);
     lay_out(to, &m);
     memcpy(to->arena, from->arena, m.used);
@@ -258,6 +259,24 @@ int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds) {
     }
     p->stats.laws++;
     return 1;
+}
+
+void jerk_watch(jerk_planner *p, const uint64_t *word) { p->gone = word; }
+
+double jerk_advance(jerk_planner *p, double seconds) {
+    double t = 0.0;
+    while (seconds - t > LEAST_TIME && p->plan.next < p->plan.n) {
+        jerk_law law;
+        law_of(p, p->plan.next, &law);
+        if (law.time > seconds - t) {
+            t += hand_out_again(p, seconds - t);
+            continue;
+        }
+        remember_law(p, p->plan.next, &law, true);
+        hand_out(p);
+        t += law.time;
+    }
+    return t;
 }
 
 int64_t jerk_take(jerk_planner *p, jerk_law *laws, int64_t max, double seconds) {

@@ -94,6 +94,9 @@ double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch); /* mm: w
 double jerk_line_time(const jerk_planner *p, const double *direction, double length, double speed); /* s, from rest to rest */
 double jerk_speed(const jerk_planner *p);           /* mm/s at the end of what was handed out; 0: at rest */
 
+void jerk_watch(jerk_planner *p, const uint64_t *word); /* once bit 0 of it is set the plan stays as it is; NULL: no longer */
+double jerk_advance(jerk_planner *p, double seconds); /* `seconds` of the plan as it is are handed out; returns how many they were */
+
 int jerk_ready(const jerk_planner *p);              /* enough is known to go on without planning a stop too early */
 int jerk_next(jerk_planner *p, jerk_law *law);      /* 1: a law was handed out; 0: at rest, nothing to do */
 int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds); /* as jerk_next, at most `seconds` of the law */

@@ -122,6 +122,7 @@ void recall_commit(engine *e) {
     double seconds = drive_take_back(e, c.motion_s);
     if (seconds <= 0.0) return;
     cut_later(e, &c, seconds);
-    if (publish_cut(e, word, &c)) e->plan.v = jerk_speed(e->drive.planner);
+    bool in_time = publish_cut(e, word, &c);
+    if (in_time || e->plan.late) e->plan.v = jerk_speed(e->drive.planner); /* late: GEO comes to the tail, whose beginning that is (rejoin.c) */
     else e->drive.restart = true; /* from where the tail ends */
 }
