@@ -8,7 +8,10 @@
 #define REST_FEED (1.0 / 12.0)  /* of the way in which jerk changes the feed: half of the ramp to half of it */
 #define BEHIND_REST 0.2  /* step behind such an interval, over its length */
 #define STOP_STEPS 60    /* of a stop at least */
-#define MAX_TURN 0.07    /* rad in one planner interval */
+#define BEND_STEP 0.5    /* change of the third derivatives in one planner interval, of the largest ... */
+#define BEND_MATTERS 40.0 /* ... where at full feed it would take so many times the jerk limit */
+#define BEND_DECIDES 200.0 /* where it would take so many times and the pushed interval turns next to not at all, as in blends of small angles: */
+#define BEND_FINER 0.2
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
@@ -236,16 +239,12 @@ static double knot_step(const jerk_planner *p, const grid *g, uint64_t i) {
     return slow_length(p, g, i, p->scale * sqrt(cap), SLOWEST_KNOT);
 }
 
-/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
- * count by the relative change of their rate. */
-static double turn_length(const jerk_planner *p, const jerk_interval *q) {
-    double start = 0.0, end = 0.0;
-    for (int a = 0; a < p->cfg.axes; a++) {
-        double rate = fmax(1.0, fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a]))), d0 = q->d2[0][a] / rate, d1 = q->d2[1][a] / rate;
-        start += d0 * d0;
-        end += d1 * d1;
-    }
-    return MAX_TURN / sqrt(fmax(1e-30, fmax(start, end)));
+/* Longest interval on interval i of the ring at the speed v: where the curvature changes so that jerk bounds the speed below v the path jerk is
+ * constant over it, what the axes need to follow the bend is not. */
+static double bend_length(const jerk_planner *p, uint64_t i, double v) {
+    const steps *s = steps_at(p, i);
+    double times = s->bend * v * v * v, part = times > BEND_DECIDES && s->little ? BEND_FINER : BEND_STEP;
+    return times < BEND_MATTERS ? s->turn : fmin(s->turn, part * s->even);
 }
 
 /* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
@@ -255,8 +254,7 @@ static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands, const
     step[0] = p->at_rest ? rest_step(p, g, head, rest[0]) : slow_length(p, g, head, p->scale * sqrt(p->x), SLOWEST_KNOT);
     step[n] = stands ? rest_step(p, g, end, rest[1]) : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL, SLOWEST_STEP);
     for (int i = 1; i < n; i++) {
-        const jerk_interval *left = ring_at(p, head + i - 1), *right = ring_at(p, head + i);
-        step[i] = fmin(knot_step(p, g, head + i), 2.0 * fmin(turn_length(p, left), turn_length(p, right)));
+        step[i] = fmin(knot_step(p, g, head + i), 2.0 * fmin(steps_at(p, head + i - 1)->turn, steps_at(p, head + i)->turn));
     }
     for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, head + i - 1)->length);
     for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, head + i)->length);
@@ -281,7 +279,7 @@ static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, do
 static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double rest_from, double rest_to) {
     const uint64_t at = p->head + (uint64_t)i;
     const jerk_interval *q = ring_at(p, at);
-    double turn = fmin(turn_length(p, q), slow_length(p, g, at, p->scale * sqrt(feed_cap(p, q)) * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
+    double v = p->scale * sqrt(feed_cap(p, q)), turn = fmin(bend_length(p, at, v), slow_length(p, g, at, v * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
     if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
     for (double done = rest_from; done < end;) {
         double left = end - done, step = g->finer * fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));

@@ -130,6 +130,9 @@ typedef struct plan {
 typedef struct steps {
     double longest, finest; /* planner interval; step at a standstill */
     double rest;            /* from or to rest: over so much of a line the jerk is constant in any case */
+    double turn;            /* longest by what it turns */
+    double bend, even;      /* largest third derivative over the jerk limit, s3/mm3; mm over which they change by so much */
+    bool little;            /* it turns next to not at all */
     double knots;           /* such intervals, of the whole interval as pushed */
 } steps;
 

@@ -9,6 +9,10 @@
 #define JOINED_PARTS 6.0    /* of that ramp on a line: one interval from rest, whose jerk is constant */
 #define FINEST_PARTS 2000.0 /* ... of the longest interval */
 
+#define MAX_TURN 0.07    /* rad in one planner interval */
+#define LEAN 0.14        /* change of an axis rate over its jerk limit in one planner interval, of the largest such rate */
+#define LITTLE_TURN 3.0     /* a pushed interval turns next to not at all: this much shorter than what it may turn by */
+
 typedef struct along {
     double v, a, j; /* limits of the path */
 } along;
@@ -20,6 +24,47 @@ static steps steps_for(along m) {
     out.rest = ramp / JOINED_PARTS;
     out.finest = fmax(ramp / REST_PARTS, fmin(0.5 * ramp, out.longest / FINEST_PARTS));
     return out;
+}
+
+/* How fast an axis comes to bind the path, or ceases to, at q: change per mm of its rate over its jerk limit, over the largest of
+ * all axes. A slow axis that turns round beside quick ones does so within a small part of the turn. */
+static double lean_rate(const jerk_planner *p, const jerk_interval *q) {
+    double worst = 0.0;
+    for (int e = 0; e < 2; e++) {
+        double most = 0.0, change = 0.0;
+        for (int a = 0; a < p->cfg.axes; a++) {
+            double jerk = jerk_max(p, q, a);
+            most = fmax(most, fabs(q->d1[e][a]) / jerk);
+            change = fmax(change, fabs(q->d2[e][a]) / jerk);
+        }
+        if (most > 0.0) worst = fmax(worst, change / most);
+    }
+    return worst;
+}
+
+/* Longest interval at q: beyond a few degrees of turn the rows at both ends no longer hold the middle. Axes that outrun the path
+ * count by the relative change of their rate. */
+static double turn_length(const jerk_planner *p, const jerk_interval *q) {
+    double start = 0.0, end = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double rate = fmax(1.0, fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a]))), d0 = q->d2[0][a] / rate, d1 = q->d2[1][a] / rate;
+        start += d0 * d0;
+        end += d1 * d1;
+    }
+    return fmin(MAX_TURN / sqrt(fmax(1e-30, fmax(start, end))), LEAN / fmax(1e-15, lean_rate(p, q)));
+}
+
+/* Of the third derivatives by the jerk limits: the largest, and the length over which they change by as much. */
+static void set_bend(const jerk_planner *p, const jerk_interval *q, steps *out) {
+    double change = 0.0;
+    out->bend = 0.0;
+    for (int a = 0; a < p->cfg.axes; a++) {
+        double jerk = jerk_max(p, q, a);
+        out->bend = fmax(out->bend, fmax(fabs(q->d3[0][a]), fabs(q->d3[1][a])) / jerk);
+        change = fmax(change, fabs(q->d3[1][a] - q->d3[0][a]) / jerk);
+    }
+    out->even = q->length * out->bend / fmax(1e-30, change);
+    out->little = out->turn > LITTLE_TURN * q->length;
 }
 
 /* Of an axis, the largest rate over the interval counts; no interval is longer than along the slowest of the axes that move. */
@@ -39,6 +84,8 @@ steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
     out.longest = fmin(out.longest, most.longest);
     out.finest = fmin(out.finest, most.finest);
     if (p->cfg.spacing_mm > 0.0) out.longest = p->cfg.spacing_mm;
+    out.turn = turn_length(p, q);
+    set_bend(p, q, &out);
     out.knots = ceil(q->length / out.longest);
     return out;
 }
