@@ -10,8 +10,10 @@ import numpy as np
 from cnc_core.jerk_paths import Knots as Path
 from cnc_core.jerk_planner import FloatArray
 
+UNLIMITED = 1e9
 
-def _robot(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatArray | None) -> Any:
+
+def _robot(path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray, j: FloatArray | None) -> Any:
     n, axes = path.q.shape
     robot = copp.Robot(axes, capacity=n)
     robot.append_s(path.s)
@@ -23,12 +25,12 @@ def _robot(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatArray 
     robot.add_acceleration_limits(a, -a, start_idx_s=0, length=n)
     if j is not None:
         robot.add_jerk_limits(j, -j, start_idx_s=0, length=n)
-    robot.constraints.add_constraint_1st(np.full((n, 1), feed**2), 0)
+    robot.constraints.add_constraint_1st(np.broadcast_to(feed, n)[:, None] ** 2, 0)
     return robot
 
 
-def topp2_profile(path: Path, feed: float, v: FloatArray, a: FloatArray) -> FloatArray:
-    """x = (ds/dt)^2 at the knots, limited by velocity and acceleration."""
+def topp2_profile(path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
+    """x = (ds/dt)^2 at the knots, limited by velocity and acceleration; feed: one, or one a knot."""
     robot = _robot(path, feed, v, a, None)
     problem = copp.solver.topp2_ra.Problem(
         robot.constraints, idx_s_interval=(0, len(path.s) - 1), a_boundary=(0.0, 0.0)
@@ -36,9 +38,20 @@ def topp2_profile(path: Path, feed: float, v: FloatArray, a: FloatArray) -> Floa
     return np.asarray(copp.solver.topp2_ra.solve(problem, copp.solver.topp2_ra.Options()))
 
 
-def topp2_time(path: Path, feed: float, v: FloatArray, a: FloatArray) -> float:
+def topp2_time(path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray) -> float:
     """Motion time limited by velocity and acceleration."""
     return float(copp.interpolation.s_to_t_topp2(path.s, topp2_profile(path, feed, v, a), 0.0)[0])
+
+
+def topp2_time_by_middles(path: Path, feed: FloatArray, v: FloatArray, a: FloatArray) -> float:
+    """The same with every other knot as the middle of an interval, where accelerations are limited: of second order,
+    and q'' may jump at the knots left. |q' u + q'' (x + 2 h u)| <= a, h: from the knot to the middle."""
+    knots, d1, d2 = slice(None, None, 2), path.d1[1::2], path.d2[1::2]
+    s, half = path.s[knots], (path.s[1::2] - path.s[:-1:2])[:, None]
+    rows = (np.vstack([r, r[-1:]]) for r in (d1 + 2.0 * half * d2, d2))
+    cap = np.minimum(feed[knots], (v / np.maximum(np.abs(path.d1[knots]), 1e-12)).min(axis=1))
+    shifted = Path(s, path.q[knots], *rows, path.d3[knots])
+    return topp2_time(shifted, cap, np.full(len(v), UNLIMITED), a)
 
 
 def topp3_time(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatArray, rounds: int = 20) -> float:

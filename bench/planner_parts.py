@@ -1,17 +1,19 @@
 """A part program as it is driven beside the optimum over the same path: ``python bench/planner_parts.py PART.nc``.
 
 The rows behind all geometry stages (``--tolerance``) are taken apart where the axes have to stand; toppra's and COPP's
-optimum of every stretch (TOPP2; with jerk TOPP3) are added up. For programs of one feed without technology functions.
+optimum of every stretch (TOPP2; with jerk TOPP3) are added up. For programs without technology functions; with jerk of
+one feed. Without jerk the accelerations are looked at in the middle of intervals, so q'' may jump where pieces meet.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from planner_oracles import topp2_time, topp3_time
+from planner_oracles import topp2_time_by_middles, topp3_time
 
 from cnc_core.blocks import CIRCULAR, ELEMENT, LINEAR, POLYNOMIAL, BlockBatch
 from cnc_core.config import CellConfig
@@ -23,10 +25,21 @@ from cnc_core.program import Program
 FINEST, GROWTH = 0.004, 0.06  # mm at the ends of lines, growth by the distance from them
 KINK = 1e-6  # jump of the direction at which the axes stand
 PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
+LEAST = 8  # intervals of a piece
+RAPID = 1e5  # mm/s: no limit but those of the axes
+
+
+@dataclass
+class Stretch:
+    """Path between two standstills; feed: the largest speed at each of its knots, mm/s. Pieces have an even number of
+    intervals, so knots of odd numbers are never where two of them meet."""
+
+    knots: Knots
+    feed: FloatArray
 
 
 def _places(length: float, turn: float, spacing: float) -> int:
-    return max(3, int(np.ceil(length / spacing)), int(np.ceil(turn / 0.02)))
+    return 2 * max(LEAST, int(np.ceil(length / spacing)), int(np.ceil(turn / 0.02)))
 
 
 def _graded(length: float, spacing: float) -> FloatArray:
@@ -78,52 +91,58 @@ def _polynomial(axes: int, row: np.void, pool: FloatArray, spacing: float) -> Kn
     return by_length(curve, np.linspace(0.0, float(row["angle"]), 2 * _places(row["length"], turn, spacing) + 1))
 
 
-def _pieces(batches: Iterator[BlockBatch], start: FloatArray, spacing: float) -> Iterator[Knots]:
+def _pieces(batches: Iterator[BlockBatch], start: FloatArray, spacing: float) -> Iterator[tuple[Knots, float]]:
     at = start
     for batch in batches:
         for row in batch.rows:
             if row["flags"] & ELEMENT:
                 continue
+            feed = float(row["feed"]) if row["feed"] > 0 else RAPID
             if row["type"] == LINEAR:
-                yield _line(at, row, spacing)
+                yield _line(at, row, spacing), feed
             elif row["type"] == CIRCULAR:
-                yield _arc(at, row, spacing)
+                yield _arc(at, row, spacing), feed
             elif row["type"] == POLYNOMIAL:
-                yield _polynomial(len(at), row, batch.pool, spacing)
+                yield _polynomial(len(at), row, batch.pool, spacing), feed
             else:
                 continue
             at = row["end"][: len(at)].copy()
 
 
-def stretches(batches: Iterator[BlockBatch], start: FloatArray, spacing: float = 0.1) -> list[Knots]:
-    """The path between two standstills each; where pieces meet the later one's derivatives count."""
-    groups: list[list[Knots]] = []
+def stretches(batches: Iterator[BlockBatch], start: FloatArray, spacing: float = 0.1) -> list[Stretch]:
+    """The path between two standstills; where pieces meet the later one's derivatives count, and the lower feed."""
+    groups: list[list[tuple[Knots, float]]] = []
     for piece in _pieces(batches, start, spacing):
-        if groups and np.abs(groups[-1][-1].d1[-1] - piece.d1[0]).max() < KINK:
+        if groups and np.abs(groups[-1][-1][0].d1[-1] - piece[0].d1[0]).max() < KINK:
             groups[-1].append(piece)
         else:
             groups.append([piece])
     return [_joined(group) for group in groups]
 
 
-def _joined(group: list[Knots]) -> Knots:
-    offsets = np.concatenate([[0.0], np.cumsum([g.length for g in group])])
-    s = np.concatenate([g.s[:-1] + o for g, o in zip(group, offsets, strict=False)] + [[offsets[-1]]])
-    return Knots(
-        s,
-        *(
-            np.vstack([getattr(g, name)[:-1] for g in group] + [getattr(group[-1], name)[-1:]])
-            for name in ("q", "d1", "d2", "d3")
-        ),
+def _joined(group: list[tuple[Knots, float]]) -> Stretch:
+    pieces = [knots for knots, _ in group]
+    offsets = np.concatenate([[0.0], np.cumsum([g.length for g in pieces])])
+    s = np.concatenate([g.s[:-1] + o for g, o in zip(pieces, offsets, strict=False)] + [[offsets[-1]]])
+    feed = np.full(len(s), np.inf)
+    at = 0
+    for knots, value in group:
+        feed[at : at + len(knots.s)] = np.minimum(feed[at : at + len(knots.s)], value)
+        at += len(knots.s) - 1
+    joined = (
+        np.vstack([getattr(g, name)[:-1] for g in pieces] + [getattr(pieces[-1], name)[-1:]])
+        for name in ("q", "d1", "d2", "d3")
     )
+    return Stretch(Knots(s, *joined), feed)
 
 
-def optimum(paths: list[Knots], feed: float, cell: CellConfig, *, jerk: bool) -> float:
+def optimum(paths: list[Stretch], cell: CellConfig, *, jerk: bool) -> float:
     """Shortest motion time, s, from standstill to standstill over each of the paths."""
     v, a, j = (cell.axis_values(name) for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3"))
-    if jerk:
-        return sum(topp3_time(path, feed, v, a, j) for path in paths)
-    return sum(topp2_time(path, feed, v, a) for path in paths)
+    if not jerk:
+        return sum(topp2_time_by_middles(path.knots, path.feed, v, a) for path in paths)
+    (feed,) = {float(f) for path in paths for f in path.feed}
+    return sum(topp3_time(path.knots, feed, v, a, j) for path in paths)
 
 
 def main() -> None:
@@ -139,11 +158,9 @@ def main() -> None:
     def program() -> Program:
         return Program(options.part, cell, "isg", tolerance=options.tolerance)
 
-    rows = np.concatenate([b.rows for b in program().batches()])
-    (feed,) = set(rows["feed"][np.isin(rows["type"], (LINEAR, CIRCULAR, POLYNOMIAL))])
     paths = stretches(program().batches(), cell.axis_values("start_mm"), options.spacing)
-    best = optimum(paths, float(feed), cell, jerk=jerk)
-    print(f"{len(paths)} stretches, {sum(len(p.s) for p in paths)} knots, optimum {best:.5f} s")
+    best = optimum(paths, cell, jerk=jerk)
+    print(f"{len(paths)} stretches, {sum(len(p.feed) for p in paths)} knots, optimum {best:.5f} s")
     for window in options.windows:
         out = plan_program(program(), window=window, jerk=jerk).as_json()
         took, ratio = out["motion_time_s"], out["max_ratio"]

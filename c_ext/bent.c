@@ -320,8 +320,8 @@ bent_step bent_forward(const span *sp, double s, double x, double soft2, double 
     if (braking || soft2 <= 0.0) return brake(sp, s, x, &o, ramp2 > LONG * x, braking);
     double top = lesser(soft2, o.cap2);
     if ((double)sp->bend * top > 1.0) top = 1.0 / (double)sp->bend;
-    bool is_long = ramp2 > LONG * greater(top, x);
     double end = lesser(lesser(next, soft2), o.end_cap2), inv_h = 0.5 / o.h;
+    bool is_long = ramp2 > LONG * greater(end, x);
     if (x + end <= STANDS && !is_long) return hop(&o, soft2);
     range r = range_at(&o, x, -NEVER, NEVER);
     double meets = (end - x) * inv_h, u = r.high < r.low ? 0.5 * (r.high + r.low) : r.high;

@@ -28,6 +28,8 @@
 #define STOP_HALVINGS 3  /* at least, between two standstills */
 #define SHORTEST_MM 1e-5
 #define GENTLE_ACCEL 0.1  /* share of the acceleration that constant bounds may lose ... */
+#define GENTLE_RAMP 0.03  /* ... where a ramp takes many pieces ... */
+#define MANY_PIECES 8.0
 #define GENTLE_SPEED 0.01 /* ... and of speeds squared, if no more */
 #define KEPT_ACCEL 0.97   /* share of the acceleration, ... */
 #define KEPT_SPEED 0.75   /* ... of squares of speeds that may be kept: the rows of the piece let that pass */
@@ -311,6 +313,11 @@ static void free_at(const builder *b, const swing *w, int end, const double *roo
     }
 }
 
+/* What constant bounds may lose of the path acceleration that the axes have: on a ramp over many pieces it adds up. */
+static double gentle_loss(const builder *b, double free) {
+    return b->fast2 > 2.0 * free * MANY_PIECES * b->p->length ? GENTLE_RAMP : GENTLE_ACCEL;
+}
+
 /* Constant bounds of a strip that hold up to the speed squared x; false where they would cost too much. */
 static bool gentle_strip(const builder *b, const swing *w, const double *reserve, double length, double x, span *out) {
     double accel = NEVER, room[NC_AXES], free, fast;
@@ -321,7 +328,7 @@ static bool gentle_strip(const builder *b, const swing *w, const double *reserve
     }
     for (int k = 0; k < 2; k++) {
         free_at(b, w, k, room, &free, &fast);
-        if (accel < (1.0 - GENTLE_ACCEL) * free || x < (1.0 - GENTLE_SPEED) * lesser(fast, b->fast2)) return false;
+        if (accel < (1.0 - gentle_loss(b, free)) * free || x < (1.0 - GENTLE_SPEED) * lesser(fast, b->fast2)) return false;
     }
     if (b->p->limits.path_acceleration > 0) accel = lesser(accel, (double)b->p->limits.path_acceleration);
     *out = (span){.length = length, .accel = accel, .v_hard = sqrt(x)};
@@ -337,7 +344,7 @@ static bool gentle_ends(const builder *b) {
             if (free * d > room) free = room / d;
             if (accel * d > left) accel = left / d;
         }
-        if (accel < (1.0 - GENTLE_ACCEL) * free) return false;
+        if (accel < (1.0 - gentle_loss(b, free)) * free) return false;
     }
     return true;
 }

@@ -11,6 +11,7 @@
 #define BEND_MATTERS 40.0 /* ... where at full feed it would take so many times the jerk limit */
 #define BEND_DECIDES 200.0 /* where it would take so many times and the pushed interval turns next to not at all, as in blends of small angles: */
 #define BEND_FINER 0.2
+#define STOP_STEPS 60    /* of a stop at least */
 #define JUMP_SHARE 0.5   /* share of the jerk limit that jumps of derivatives may use */
 #define ACC_SHARE 0.012  /* share of the acceleration limit that a jump of the direction may use: nothing is set aside for it */
 #define STEP_SEEN 0.75   /* an acceleration step da shows as a jerk of at most 0.75 da / cycle in samples */
@@ -281,7 +282,7 @@ static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double re
     double v = p->scale * sqrt(feed_cap(p, q)), turn = fmin(bend_length(p, at, v), slow_length(p, g, at, v * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
     if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
     for (double done = rest_from; done < end;) {
-        double left = end - done, step = fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));
+        double left = end - done, step = g->finer * fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));
         double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? end : done + left / parts;
         if (!add_part(p, g, at, done, next)) return false;
         done = next;
@@ -324,6 +325,7 @@ static extent extent_to(const jerk_planner *p, double distance) {
 void grid_window(jerk_planner *p, grid *g, double reach) {
     extent e = window_extent(p);
     bool whole = e.length <= reach;
+    g->finer = 1.0;
     if (!whole) e = extent_to(p, reach);
     if (!grid_fill(p, g, &e, whole ? 1e30 : reach)) g->stands = false;
     if (!whole) g->stands = false; /* it ends at rest where the axes need not stand */
@@ -334,7 +336,12 @@ void grid_window(jerk_planner *p, grid *g, double reach) {
 bool grid_to(jerk_planner *p, grid *g, double distance) {
     extent e = extent_to(p, distance);
     if (e.length < distance - 1e-9) return false;
+    g->finer = 1.0;
     bool fits = grid_fill(p, g, &e, distance);
+    if (fits && g->n < STOP_STEPS) {
+        g->finer = (double)g->n / STOP_STEPS;
+        fits = grid_fill(p, g, &e, distance);
+    }
     knot_caps(p, g);
     return fits;
 }

@@ -5,6 +5,7 @@
 #define STOP_ITERATIONS 25
 #define CLOSE_ENOUGH 0.01
 #define MAX_HALVINGS 12
+#define NEAR_ENOUGH 1.05 /* a stored tail so much longer than the estimate is a stop already */
 
 typedef struct brake {
     double top, distance; /* highest speed on the way, mm/s; mm */
@@ -60,18 +61,20 @@ static bool try_stop(jerk_planner *p, double distance) {
     return plan_accept(p, g, true);
 }
 
-/* Replace the plan by the shortest stop; the stored tail is the longest that is considered. */
-void plan_stop(jerk_planner *p) {
+/* Replace the plan by the shortest stop; the stored tail is the longest that is considered. False if none was found that is shorter by much. */
+bool plan_stop(jerk_planner *p) {
     double low = 0.0, high = 0.0;
+    bool found = false;
     for (int k = p->plan.next; k < p->plan.n; k++) high += p->plan.h[k];
     p->stats.holds++;
     double d = fmin(0.999 * high, 1.02 * brake_estimate(p, 0.0).distance);
     for (int i = 0; i < MAX_HALVINGS && high - low > CLOSE_ENOUGH * high; i++) {
-        if (try_stop(p, d)) high = d;
+        if (try_stop(p, d)) high = d, found = true;
         else low = d;
         double near = low > 0.0 && i < 3 ? fmin(0.5 * (low + high), 1.1 * low) : 0.5 * (low + high);
         d = low > 0.0 ? near : 0.92 * high;
     }
+    return found || high <= NEAR_ENOUGH * brake_estimate(p, 0.0).distance;
 }
 
 /* Way of the stop that a hold would plan now; `scratch`: made like p, its content is lost. */

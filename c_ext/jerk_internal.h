@@ -43,6 +43,7 @@ typedef struct grid {
     double *from_start;       /* n + 1: distance from the start, mm */
     double *step;             /* grid step at the knots of the pushed intervals */
     double finest;            /* no step at a standstill is longer: the window has to have some */
+    double finer;             /* share of the steps that is taken: short stops have few, and rows hold the jerk at the faster end of each */
     double land_cap;          /* x of the feed there */
     double land_from, land_to; /* mm from the start: here a ramp down must not fall below the feed (empty: none) */
     int n, used, max;
@@ -171,6 +172,7 @@ struct jerk_planner {
     double *scratch;                      /* capacity + LANES */
     double reach;                         /* mm: windows this long are solved; longer ones have failed */
     int wait;                             /* segments to hand out before the next plan is tried */
+    double again_s, waited_s;             /* s to hand out before what has changed is tried again (no plan for it was found), and at the last try */
     jerk_stats stats;
     handed *handed;                       /* ring of the last HANDED_MAX laws */
     uint64_t handed_count;
@@ -248,7 +250,7 @@ double bend_inside(const jerk_planner *p, const segment *s, double x, double u, 
 
 /* jerk_plan.c */
 bool plan_accept(jerk_planner *p, const grid *g, bool final);
-void plan_window(jerk_planner *p);
+bool plan_window(jerk_planner *p);
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 void allow_present(jerk_planner *p, grid *g, double reach, double top);
 
@@ -265,7 +267,7 @@ double hand_out_again(jerk_planner *p, double seconds);
 void planner_copy(jerk_planner *to, const jerk_planner *from);
 
 /* jerk_hold.c */
-void plan_stop(jerk_planner *p);
+bool plan_stop(jerk_planner *p);
 bool plan_ramp(jerk_planner *p);
 
 /* jerk_law.c */

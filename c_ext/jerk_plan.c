@@ -279,16 +279,16 @@ static void reach_further(jerk_planner *p, const grid *g) {
     if (p->reach > REACH_FORGOTTEN) p->reach = 1e30;
 }
 
-/* A new plan over the window, if it is legal and not slower than the stored tail; else the tail stays. */
-void plan_window(jerk_planner *p) {
+/* A new plan over the window, if it is legal and not slower than the stored tail; else the tail stays. False: it is not what is wanted. */
+bool plan_window(jerk_planner *p) {
     grid *g = &p->grid;
     if (plan_straight(p)) {
         p->changed = false;
-        return;
+        return true;
     }
     double left = p->plan.next < p->plan.n ? fmax(0.0, p->plan.length) : 0.0;
     grid_window(p, g, fmax(p->reach, TAIL_MORE * left));
-    if (g->n < (g->rest_start ? 3 : 2)) return;
+    if (g->n < (g->rest_start ? 3 : 2)) return true;
     bool changed = p->changed, above = above_soft(p, g);
     p->changed = false;
     p->wait = 1 + g->n / 10;
@@ -300,19 +300,17 @@ void plan_window(jerk_planner *p) {
             p->was = speeds_now(p);
         }
         reach_further(p, g);
-        return;
+        return true;
     }
     if (g->rest_start) {
         grid_window(p, g, 1e30);
         if ((solve_window(p, g, false, SHRINK) || slow_fallback(p, g)) && plan_accept(p, g, false)) p->was = speeds_now(p);
-        return;
+        return true;
     }
-    if (changed) {
-        if (plan_ramp(p)) return;
-        plan_stop(p); /* the fastest way down */
-    }
-    if (!changed && !above) return;
+    if (changed && plan_ramp(p)) return true;
+    bool met = !changed || plan_stop(p); /* the fastest way down */
+    if (!changed && !above) return true;
     grid_window(p, g, 1e30);
     allow_tail(p, g, INFINITY);
-    if (solve_window(p, g, true, 1.0)) plan_accept(p, g, p->prob.solved);
+    return (solve_window(p, g, true, 1.0) && plan_accept(p, g, p->prob.solved)) || met;
 }

@@ -11,6 +11,8 @@
 #define SHORT_REFRESH 0.12
 #define LEAST_PART 1e-7  /* mm: shorter parts of a law are not handed out */
 #define LEAST_TIME 1e-9  /* s */
+#define TRY_AGAIN_S 0.003 /* so long the old plan is followed where there is none for a hold or another speed; for a speed twice as long each time, ... */
+#define TRY_AGAIN_MAX_S 0.05 /* ... up to this */
 
 static bool positive(double v) { return isfinite(v) && v > 0.0; }
 
@@ -120,18 +122,24 @@ void jerk_free(jerk_planner *p) {
     free(p);
 }
 
+/* Another motion is wanted, from here on. */
+static void changes(jerk_planner *p) {
+    p->changed = true;
+    p->again_s = p->waited_s = 0.0;
+}
+
 void jerk_override(jerk_planner *p, double feed, double rapid) {
     if (!isfinite(feed) || !isfinite(rapid)) return;
     if (feed == p->feed_factor && rapid == p->rapid_factor) return;
     p->feed_factor = fmax(0.0, feed);
     p->rapid_factor = fmax(0.0, rapid);
-    p->changed = true;
+    changes(p);
 }
 
 void jerk_hold(jerk_planner *p, int hold) {
     if ((hold != 0) == p->hold) return;
     p->hold = hold != 0;
-    p->changed = true;
+    changes(p);
 }
 
 /* The path under the plan's end as far as it could be planned now. */
@@ -139,9 +147,9 @@ static bool more_path(const jerk_planner *p) { return p->plan.end != p->tail || 
 
 static bool worth_planning(const jerk_planner *p) {
     const plan *pl = &p->plan;
-    if (p->changed) return true;
+    if (p->changed && (p->at_rest || !(p->again_s > 0.0))) return true;
     if (pl->next >= pl->n) return p->head != p->tail;
-    if (p->hold || p->wait > 0) return false;
+    if (p->hold || p->changed || p->wait > 0) return false;
     if (!pl->final) return true;
     if (pl->stands || !more_path(p)) return false;
     return pl->since >= pl->refresh * pl->n && pl->length < pl->lasts;
@@ -160,13 +168,17 @@ static bool zero_factor(const jerk_planner *p) {
 
 static void plan_again(jerk_planner *p) {
     double t0 = thread_cpu_s();
+    bool met = true;
     if (p->hold || zero_factor(p)) {
         if (p->at_rest) forget_plan(p);
-        else if (p->changed) plan_stop(p);
+        else if (p->changed) met = plan_stop(p);
         p->changed = false;
     } else {
-        plan_window(p);
+        met = plan_window(p);
     }
+    if (!met) p->changed = true;
+    p->waited_s = met ? 0.0 : p->hold ? TRY_AGAIN_S : fmin(TRY_AGAIN_MAX_S, fmax(TRY_AGAIN_S, 2.0 * p->waited_s));
+    p->again_s = p->waited_s;
     p->stats.worst_solve_s = fmax(p->stats.worst_solve_s, thread_cpu_s() - t0);
 }
 
@@ -202,15 +214,7 @@ static void hand_out(jerk_planner *p) {
     p->stats.segments++;
 }
 
-int jerk_next(jerk_planner *p, jerk_law *law) {
-    if (worth_planning(p)) plan_again(p);
-    if (p->plan.next >= p->plan.n) return 0;
-    law_of(p, p->plan.next, law);
-    remember_law(p, p->plan.next, law, true);
-    hand_out(p);
-    p->stats.laws++;
-    return 1;
-}
+int jerk_next(jerk_planner *p, jerk_law *law) { return jerk_next_within(p, law, INFINITY); }
 
 /* Only the first `seconds` of the law of segment `next` are handed out; what is left stays in the plan. */
 static void split(jerk_planner *p, jerk_law *law, double seconds) {
@@ -251,12 +255,14 @@ int jerk_next_within(jerk_planner *p, jerk_law *law, double seconds) {
     if (worth_planning(p)) plan_again(p);
     if (p->plan.next >= p->plan.n) return 0;
     law_of(p, p->plan.next, law);
+    if (p->again_s > 0.0) seconds = fmin(seconds, p->again_s);
     if (law->time <= seconds * (1.0 + 1e-9)) {
         remember_law(p, p->plan.next, law, true);
         hand_out(p);
     } else {
         split(p, law, seconds);
     }
+    p->again_s = fmax(0.0, p->again_s - law->time);
     p->stats.laws++;
     return 1;
 }

@@ -110,7 +110,7 @@ static bool publish_cut(engine *e, uint64_t word, const cut *c) {
 void recall_commit(engine *e) {
     uint64_t word = ATOMIC_GET(e->commit);
     cut c;
-    if ((word & 1) || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE || e->drive.restart) return;
+    if ((word & 1) || ATOMIC_GET(e->withdraw) != WITHDRAW_NONE || (e->drive.planner && e->drive.restart)) return;
     if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) return; /* the place of rest has been told the PLC */
     planner_store_tail(e);
     end_present_phase(e);

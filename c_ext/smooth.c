@@ -53,6 +53,7 @@ static void begin_at(nc_smooth *s) {
     s->n_nodes = 1;
     s->keep.valid = s->has_line = false;
     s->skipped = 0.0;
+    s->feed = -1.0;
     s->merged_n = 0;
     s->measure = 0.0;
     s->out_t = s->t;
@@ -386,8 +387,10 @@ static void take_motion(nc_smooth *s, const nc_block *row, const double *pool) {
         exact_motion(s, row, pool);
         return;
     }
-    bool same = last_node(s)->feed == row->feed && last_node(s)->flags == (row->flags & NC_NO_OVERRIDE);
-    if (last_node(s)->feed >= 0.0 && !same) node_here(s)->mark = true;
+    uint16_t flags = row->flags & NC_NO_OVERRIDE;
+    if (s->feed >= 0.0 && (s->feed != row->feed || s->feed_flags != flags)) node_here(s)->mark = true;
+    s->feed = row->feed;
+    s->feed_flags = flags;
     if (row->type == NC_CIRCULAR) node_here(s);
     bool function = s->has_function && row->count == s->function_count;
     emit_hold(s, row, last_node(s)->t, true);

@@ -98,6 +98,8 @@ struct nc_smooth {
     bool has_function;       /* rows that are not motion came with this block_count last */
     uint32_t function_count;
     double skipped;          /* farthest point left out behind the last node */
+    double feed;             /* of the section's last row, whose point may be left out; -1: none yet */
+    uint16_t feed_flags;
     int merged_n;            /* points left out on the last chord, collinear */
     double toward[NC_AXES], spread; /* directions of that chord that pass them */
     double measure;          /* knot spans that the settled nodes ask for */

@@ -10,6 +10,10 @@
 #define TURN_STEP 0.15     /* rad of an arc between knots, ... */
 #define LIMITED_STEP 0.08  /* ... where the axes cannot follow its feed, ... */
 #define LEAST_STEP 0.04    /* ... at least, where the one axis of its plane is much slower than the other */
+#define RAMP_STEP 0.035    /* the same where it has to change its speed much, ... */
+#define LEAST_RAMP 0.015   /* ... at least */
+#define KEPT_SPEED2 0.8    /* squares of speeds: a change to less is much */
+#define RAMP_PIECES 8      /* looked at to either side */
 #define STOP_PARTS 8       /* stretches at least between two standstills */
 #define ARC_TANGENT 0.6    /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
 #define ARC_NORMAL 0.8     /* ... and the share of the limit for the normal direction */
@@ -180,13 +184,50 @@ static double turns_of(const piece *p) { return fabs(p->sweep) / p->whole * p->l
 
 static bool too_many_turns(const engine *e, const piece *p) { return turns_of(p) > (spans_max(e) - ENDS) * TURN_STEP * ROUNDED; }
 
+/* About the square of the speed that can be kept on a piece. */
+static double kept_speed2(const engine *e, const piece *p) {
+    double v = reachable(p, 1.0), x = v * v;
+    if (p->kind != PIECE_ARC) return x;
+    for (int a = 0; a < 2; a++) {
+        int axis = a ? p->axis2 : p->axis1;
+        double rate = piece_v_max(e, p, axis) / p->plane_speed;
+        x = lesser(x, lesser(rate * rate, piece_a_max(e, p, axis) / p->curvature));
+    }
+    return x;
+}
+
+/* Whether the axes stand or drive much slower than at x within the way of a ramp to one side of piece i. */
+static bool slows_down(const engine *e, uint64_t i, int side, double x, double way) {
+    for (int n = 0; n < RAMP_PIECES && way > 0.0; n++) {
+        const piece *p = &e->pieces[i & e->piece_mask];
+        if (side < 0 ? stands_before(e, p) || i == 0 : p->stop_after) return true;
+        if (side > 0 && i + 1 >= e->plan.capped) return e->feed.final;
+        i = side < 0 ? i - 1 : i + 1;
+        p = &e->pieces[i & e->piece_mask];
+        if (!is_motion(p)) continue;
+        if (side > 0 && stands_before(e, p)) return true;
+        if (kept_speed2(e, p) < KEPT_SPEED2 * x) return true;
+        way -= p->length;
+    }
+    return false;
+}
+
+/* Whether an arc is likely to be driven with much acceleration along it. */
+static bool has_ramps(const engine *e, uint64_t i, double slow) {
+    const piece *p = &e->pieces[i & e->piece_mask];
+    double v = reachable(p, 1.0), x = kept_speed2(e, p), way = x / (2.0 * slow);
+    return x < KEPT_SPEED2 * v * v || slows_down(e, i, -1, x, way) || slows_down(e, i, 1, x, way);
+}
+
 /* u is constant between knots, so what is lost of it grows with the step. Near where a slow axis stands beside a quick one its
  * share of the path changes at once, and with it what it allows. */
-static double turn_step(const engine *e, const piece *p) {
+static double turn_step(const engine *e, uint64_t i) {
+    const piece *p = &e->pieces[i & e->piece_mask];
     double a = piece_a_max(e, p, p->axis1), b = piece_a_max(e, p, p->axis2);
     double slow = lesser(a, b), v = reachable(p, 1.0);
-    double step = v * v * p->curvature > slow ? LIMITED_STEP : TURN_STEP;
-    step = greater(LEAST_STEP, step * sqrt(slow / greater(a, b)));
+    bool ramps = has_ramps(e, i, slow);
+    double step = ramps ? RAMP_STEP : v * v * p->curvature > slow ? LIMITED_STEP : TURN_STEP;
+    step = greater(ramps ? LEAST_RAMP : LEAST_STEP, step * sqrt(slow / greater(a, b)));
     return lesser(TURN_STEP, greater(step, turns_of(p) / (spans_max(e) - ENDS))); /* so many turns: as fine as there is room for */
 }
 
@@ -285,7 +326,7 @@ static void curve_strips(builder *b, uint64_t i, const strip *strips, int n, boo
 void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
-    builder b = {.e = e, .p = p, .step = p->kind == PIECE_ARC ? turn_step(e, p) : 0.0};
+    builder b = {.e = e, .p = p, .step = p->kind == PIECE_ARC ? turn_step(e, i) : 0.0};
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
     for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};

@@ -59,3 +59,21 @@ def test_a_lower_feed_ahead_holds_on_the_way_down(seed: int, jerk: bool, tmp_pat
     assert ratio["feed"] <= 1.005
     assert ratio["acceleration"] <= 1.02
     assert not jerk or ratio["jerk"] <= 1.02
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_feeds_of_blocks_far_shorter_than_the_tolerance(seed: int, tmp_path: Path) -> None:
+    """Their points are left out where the path is smoothed, their feeds are not."""
+    rng = np.random.default_rng(seed)
+    lines, p = ["G90"], np.zeros(3)
+    for _ in range(40):
+        p = p + rng.normal(size=3) * rng.choice([3e-4, 3e-3, 0.02, 1.0], p=[0.2, 0.3, 0.2, 0.3])
+        lines.append("G1 X{:.6f} Y{:.6f} Z{:.6f} F{}".format(*p, rng.choice([20, 60, 600, 6000])))
+    path = tmp_path / "part.nc"
+    path.write_text("\n".join([*lines, "M30", ""]))
+    for jerk in (True, False):
+        program = Program(path, CellConfig(), "isg", tolerance=float(rng.choice([0.02, 0.1, 0.5])))
+        ratio = plan_program(program, window=120, jerk=jerk).as_json()["max_ratio"]
+        assert ratio["feed"] <= 1.005
+        assert ratio["acceleration"] <= 1.02
+        assert not jerk or ratio["jerk"] <= 1.02

@@ -151,3 +151,37 @@ def test_laws_that_are_taken_back_come_again(seed: int) -> None:
     assert (np.diff(offset) > -1e-9).all()
     assert np.abs(np.diff(offset) - 0.0005 * (v[1:] + v[:-1])).max() < 3e-5
     assert not planner.take_back(1e9)
+
+
+@pytest.mark.parametrize("feed", [100.0, 200.0, 300.0])
+def test_a_hold_brakes_in_every_phase_of_speeding_up(feed: float) -> None:
+    """Also where the acceleration falls towards the feed, so that nothing but the plan as it is reaches it in time."""
+    rows = line_rows(np.array([[0.0, 0.0, 0.0], [400.0, 0.0, 0.0]]), feed)
+    free = with_hold(rows, None)[:, 0]
+    for moment in range(10, 130, 8):
+        held = with_hold(rows, moment)[:, 0]
+        at = moment + 1
+        v, a = motion_at(free, at)
+        way = held[moment + 700] - held[at]
+        assert held[moment + 1100] == held[moment + 700], moment
+        assert way <= 1.1 * stop_profile(v, a, A, J)[-1] + 0.05, moment
+
+
+@pytest.mark.parametrize("moment", [3, 8, 16, 24, 36])
+def test_a_hold_while_the_acceleration_rises(moment: int) -> None:
+    """At 0.4 to 34 mm/s from rest: within 5 % of the shortest way from the state in which the brake begins."""
+    rows = line_rows(np.array([[0.0, 0.0, 0.0], [300.0, 0.0, 0.0]]), 100.0)
+    free, held = with_hold(rows, None)[:, 0], with_hold(rows, moment)[:, 0]
+    at = int(np.flatnonzero(np.abs(free[:200] - held[:200]) > 0)[0]) - 1
+    assert at <= moment + 1
+    t = np.cbrt(6 * free[at] / (0.998 * J))  # constant jerk from rest
+    v, a = 0.5 * 0.998 * J * t**2, 0.998 * J * t
+    assert held[moment + 700] - free[at] <= 1.05 * stop_way(v, a)
+
+
+def stop_way(v: float, a: float) -> float:
+    """Shortest way to rest from speed v and acceleration a >= 0, mm."""
+    t = a / J
+    top = v + 0.5 * a * t
+    ramp = min(A, np.sqrt(top * J))
+    return float(v * t + 0.5 * a * t**2 - J * t**3 / 6 + 0.5 * top * (top / ramp + ramp / J))

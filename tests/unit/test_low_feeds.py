@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ JERK = 50_000.0  # of the built-in cell; steps of the feed stay below those that
 def shortest(blocks: list[tuple[float, float]]) -> float:
     """Time over collinear blocks (mm, mm/s) from rest to rest: each step of the feed is driven in the faster block."""
     feeds, time, left = [0.0, *(v for _, v in blocks), 0.0], 0.0, [length for length, _ in blocks]
-    for k, (a, b) in enumerate(zip(feeds, feeds[1:], strict=False)):
+    for k, (a, b) in enumerate(pairwise(feeds)):
         ramp = 2.0 * np.sqrt(abs(b - a) / JERK)
         time += ramp
         left[k if b > a else k - 1] -= 0.5 * (a + b) * ramp

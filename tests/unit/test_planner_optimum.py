@@ -1,4 +1,4 @@
-"""The jerk-limited planner beside optima that nobody here computed: COPP over the same path."""
+"""The jerk-limited planner beside optima of COPP over the same path (``bench/planner_parts.py``)."""
 
 from __future__ import annotations
 
