@@ -25,6 +25,7 @@
 #define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
 #define MAX_KNOTS 1000.0
 #define SAME_TIME 1e-9     /* s */
+#define JERK_SEEN 4.0      /* a jerk that reaches the acceleration in less of a cycle is none that anybody sees */
 
 /* ------------------------------------------------------------------------------------------------ limits */
 static jerk_config config_of(const engine_config *cfg) {
@@ -52,6 +53,7 @@ jerk_planner *drive_spare(const engine *e) {
 
 bool drive_new(engine *e) {
     if (!jerk_limited(&e->cfg)) return true;
+    for (int i = 0; i < e->cfg.axis_count; i++) e->cfg.j_max[i] = fmin(e->cfg.j_max[i], JERK_SEEN * e->cfg.a_max[i] / e->cfg.cycle_s);
     jerk_config c = config_of(&e->cfg);
     e->drive.laws_max = c.window_knots + 128 + jerk_laws_kept();
     if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;

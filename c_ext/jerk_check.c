@@ -106,7 +106,7 @@ static int points_inside(const jerk_planner *p, const jerk_interval *q) {
         change = fmax(change, fabs(q->d3[1][a] - q->d3[0][a]));
         most = fmax(most, fmax(fabs(q->d3[0][a]), fabs(q->d3[1][a])));
     }
-    return change > 0.4 * most ? 12 : 4;
+    return change > 0.2 * most ? 12 : 4;
 }
 
 /* Between the points that have rows the path may bend otherwise than the rows know. */

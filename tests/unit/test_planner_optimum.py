@@ -55,3 +55,27 @@ def test_swelling_curvature_is_resolved(cell: CellConfig, optimum: float, worst:
     result = plan_program(Program(path, cell, "isg", tolerance=0.03), window=120)
     assert result.motion_time_s < worst * optimum
     assert result.max_ratio["jerk"] < 1.02
+
+
+@pytest.mark.parametrize("cycle_ms", [0.25, 0.5, 1.0])
+def test_jerk_between_the_ends_of_an_interval(cycle_ms: float, tmp_path: Path) -> None:
+    """A line into a steep helix within 0.1 mm: the jerk is larger inside one interval than at its ends."""
+    (tmp_path / "a.ngc").write_text(
+        "G21 G90 G19\nG1 X95.780406 Y-3.87026 Z-126.631358 F8713\nG1 X134.642275 Y-22.304956\n"
+        "G3 Y-22.028073 Z-124.000048 X136.98457 J0.234256 K1.305573 F21980\nM30\n"
+    )
+    cell = CellConfig(cycle_s=cycle_ms * 1e-3)
+    result = plan_program(Program(tmp_path / "a.ngc", cell, "iso", tolerance=0.1), window=120, jerk=True)
+    assert result.max_ratio["jerk"] <= 1.0125
+
+
+def test_a_jerk_limit_that_nobody_sees_is_like_a_large_one(tmp_path: Path) -> None:
+    """Full acceleration within nanoseconds: planned at once, as quick as within a third of a cycle."""
+    (tmp_path / "a.nc").write_text("G1 X1 F6000\nY1\nX3 Y1.2\nX4 Y1.8\nM30\n")
+    times = []
+    for jerk in (1e7, 9e11):
+        axis = {"v_max_mm_s": 300.0, "a_max_mm_s2": 3000.0, "j_max_mm_s3": jerk}
+        cell = CellConfig(axes={"X": axis, "Y": axis, "Z": axis})  # type: ignore[dict-item]
+        program = Program(tmp_path / "a.nc", cell, "isg", tolerance=0.01)
+        times.append(plan_program(program, window=120, jerk=True).motion_time_s)
+    assert times[1] <= times[0] * 1.001
