@@ -25,7 +25,7 @@
 #define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
 #define MAX_KNOTS 1000.0
 #define SAME_TIME 1e-9     /* s */
-#define JERK_SEEN 4.0      /* a jerk that reaches the acceleration in less of a cycle is none that anybody sees */
+#define JERK_SEEN 3.0      /* a jerk that reaches the acceleration in less of a cycle is none that anybody sees */
 
 /* ------------------------------------------------------------------------------------------------ limits */
 static jerk_config config_of(const engine_config *cfg) {
