@@ -3,7 +3,9 @@
 #include <string.h>
 #include "jerk_internal.h"
 
-#define GRADING 0.25     /* growth of the spacing with the distance from a standstill */
+#define GRADING 0.25     /* growth of the spacing with the distance from a standstill, ... */
+#define REST_GRADING 0.08 /* ... and on curves, ... */
+#define RAMP_STEPS 6.0   /* ... over so many of the longest steps: the ramp to full acceleration */
 #define REST_SHARE (1.0 / 20.0) /* of a line, that one interval from rest may take: half of the way is four ramps of jerk */
 #define REST_FEED (1.0 / 12.0)  /* of the way in which jerk changes the feed: half of the ramp to half of it */
 #define BEHIND_REST 0.2  /* step behind such an interval, over its length */
@@ -247,6 +249,12 @@ static double bend_length(const jerk_planner *p, uint64_t i, double v) {
     return times < BEND_MATTERS ? s->turn : fmin(s->turn, part * s->even);
 }
 
+/* Growth of the spacing over interval i, which begins `at` mm from a standstill on a curve: near it the speed multiplies from knot to
+ * knot, and rows hold the jerk at the faster one. */
+static double grading_at(const jerk_planner *p, uint64_t i, double at) {
+    return at < RAMP_STEPS * steps_at(p, i)->longest ? REST_GRADING : GRADING;
+}
+
 /* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1 values). */
 static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands, const double *rest) {
     double *step = g->step;
@@ -256,13 +264,20 @@ static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands, const
     for (int i = 1; i < n; i++) {
         step[i] = fmin(knot_step(p, g, head + i), 2.0 * fmin(steps_at(p, head + i - 1)->turn, steps_at(p, head + i)->turn));
     }
-    for (int i = 1; i <= n; i++) step[i] = fmin(step[i], step[i - 1] + GRADING * ring_at(p, head + i - 1)->length);
-    for (int i = n - 1; i >= 0; i--) step[i] = fmin(step[i], step[i + 1] + GRADING * ring_at(p, head + i)->length);
+    double at = p->at_rest && !(rest[0] > 0.0) ? 0.0 : INFINITY, to = stands && !(rest[1] > 0.0) ? 0.0 : INFINITY;
+    for (int i = 1; i <= n; at += ring_at(p, head + i - 1)->length, i++) {
+        g->grade[i - 1] = grading_at(p, head + i - 1, at);
+        step[i] = fmin(step[i], step[i - 1] + g->grade[i - 1] * ring_at(p, head + i - 1)->length);
+    }
+    for (int i = n - 1; i >= 0; to += ring_at(p, head + i)->length, i--) {
+        g->grade[i] = fmin(g->grade[i], grading_at(p, head + i, to));
+        step[i] = fmin(step[i], step[i + 1] + g->grade[i] * ring_at(p, head + i)->length);
+    }
 }
 
 /* Length of the next planner interval, `d0` behind a knot with the step s0 and `d1` ahead of one with s1. */
-static double step_at(double longest, double d0, double s0, double d1, double s1) {
-    double behind = s0 + GRADING * d0, ahead = fmax(s1, (s1 + GRADING * d1) / (1.0 + GRADING));
+static double step_at(double longest, double grading, double d0, double s0, double d1, double s1) {
+    double behind = s0 + grading * d0, ahead = fmax(s1, (s1 + grading * d1) / (1.0 + grading));
     return fmin(longest, fmin(behind, ahead));
 }
 
@@ -282,7 +297,7 @@ static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double re
     double v = p->scale * sqrt(feed_cap(p, q)), turn = fmin(bend_length(p, at, v), slow_length(p, g, at, v * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
     if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
     for (double done = rest_from; done < end;) {
-        double left = end - done, step = g->finer * fmin(turn, step_at(steps_at(p, at)->longest, done, g->step[i], len - done, g->step[i + 1]));
+        double left = end - done, step = g->finer * fmin(turn, step_at(steps_at(p, at)->longest, g->grade[i], done, g->step[i], len - done, g->step[i + 1]));
         double parts = ceil(left / step - 1e-6), next = parts <= 1.0 ? end : done + left / parts;
         if (!add_part(p, g, at, done, next)) return false;
         done = next;

@@ -42,6 +42,7 @@ typedef struct grid {
     double *knot_cap;         /* n + 1: hard caps including jumps of derivatives */
     double *from_start;       /* n + 1: distance from the start, mm */
     double *step;             /* grid step at the knots of the pushed intervals */
+    double *grade;            /* growth of the steps over each pushed interval */
     double finest;            /* no step at a standstill is longer: the window has to have some */
     double finer;             /* share of the steps that is taken: short stops have few, and rows hold the jerk at the faster end of each */
     double land_cap;          /* x of the feed there */

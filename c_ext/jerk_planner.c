@@ -46,6 +46,7 @@ static void lay_out(jerk_planner *p, arena *m) {
     p->grid.parts = take(m, sizeof(jerk_interval) * n);
     p->grid.knot_cap = doubles(m, n + 1);
     p->grid.step = doubles(m, n + 2);
+    p->grid.grade = doubles(m, n + 2);
     p->grid.from_start = doubles(m, n + 1);
     problem *b = &p->prob;
     double **stage[] = {&b->h, &b->x, &b->u, &b->c, &b->dx, &b->du, &b->dc, &b->guess, &b->weight, &b->root[0], &b->root[1], &b->calm, &b->on,
