@@ -4,7 +4,7 @@
 #include "jerk_internal.h"
 
 #define GRADING 0.25     /* growth of the spacing with the distance from a standstill, ... */
-#define REST_GRADING 0.08 /* ... and on curves, ... */
+#define REST_GRADING 0.05 /* ... and on curves, ... */
 #define RAMP_STEPS 6.0   /* ... over so many of the longest steps: the ramp to full acceleration */
 #define REST_SHARE (1.0 / 20.0) /* of a line, that one interval from rest may take: half of the way is four ramps of jerk */
 #define REST_FEED (1.0 / 12.0)  /* of the way in which jerk changes the feed: half of the ramp to half of it */

@@ -74,10 +74,10 @@ def distance(points, line):
 @pytest.mark.parametrize("feed", [4000, 15000])
 @pytest.mark.parametrize(("step", "noise"), [(1.0, 0.0), (2.0, 0.0), (1.1, 0.006), (2.0, 0.006), (0.3, 0.006)])
 def test_a_sparse_surface_is_not_slower(tmp_path, step, noise, feed):
-    """Points 0.3 to 2 mm apart: all within Toll; with noise less time, else none is lost (1e-4 of the plan)."""
+    """Points 0.3 to 2 mm apart, with noise and without: less time than before, every point within Toll."""
     points = wave(step, noise)
     result, before, after, made = run(tmp_path, points, setup_of(TOLL), feed)
-    assert after < before * (1.0 if noise else 1.0001)
+    assert after < before
     assert result.time_before_s == pytest.approx(before)
     assert result.time_after_s == pytest.approx(after)
     assert distance(points, samples(made)).max() <= TOLL
