@@ -11,7 +11,8 @@
 #define TURN_STEP 0.1      /* rad of turn over an interval */
 #define CURVE_MISS 0.006    /* of the third derivative: beyond it an interval of a curve is halved, ... */
 #define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
-#define CURVE_SHORTEST 2e-3 /* mm */
+#define CURVE_SHORTEST 2e-3 /* mm, or ... */
+#define CURVE_UNSEEN 0.5   /* cycles at the speed that its third derivative allows, if that is less */
 #define CURVE_NOISE 1e-3
 #define STRAIGHT 1e-9      /* change of the tangent over an interval that does not bend */
 #define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
@@ -214,6 +215,16 @@ static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) 
     return curve_miss(e, p, q, 0.5) <= CURVE_MISS && curve_miss(e, p, q, 0.25) <= CURVE_MISS;
 }
 
+/* Shortest interval of a curve that is worth halving: a blend of a micrometre is seen by many cycles if it must be crept through. */
+static double shortest_seen(const engine *e, const jerk_interval *q) {
+    double most = 0.0;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : e->cfg.a_max[i] / e->cfg.cycle_s;
+        most = fmax(most, fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i])) / j);
+    }
+    return most > 0.0 ? fmin(CURVE_SHORTEST, CURVE_UNSEEN * e->cfg.cycle_s / cbrt(most)) : CURVE_SHORTEST;
+}
+
 /* The next interval of the path of a piece. */
 static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, double from) {
     double to = interval_end(e, p, from);
@@ -221,7 +232,7 @@ static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, 
     q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     end_interval(e, p, to, &q);
-    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > CURVE_SHORTEST && !fits_curve(e, p, &q); k++) {
+    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > shortest_seen(e, &q) && !fits_curve(e, p, &q); k++) {
         to = 0.5 * (from + to);
         end_interval(e, p, to, &q);
     }
