@@ -12,7 +12,7 @@
 #define CURVE_MISS 0.006    /* of the third derivative: beyond it an interval of a curve is halved, ... */
 #define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
 #define CURVE_SHORTEST 2e-3 /* mm, or ... */
-#define CURVE_UNSEEN 0.5   /* cycles at the speed that its third derivative allows, if that is less */
+#define CURVE_UNSEEN 0.25    /* cycles at the speed that its third derivative allows, if that is less */
 #define CURVE_NOISE 1e-3
 #define STRAIGHT 1e-9      /* change of the tangent over an interval that does not bend */
 #define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
