@@ -176,9 +176,14 @@ class Tap:
 
     def _record(self, rows: Rows, pool: FloatArray) -> None:
         """Motions; behind the filter's end too, until they are driven."""
-        moves = rows[_moving(rows)]
-        if not len(moves):
+        at = _moving(rows)
+        if not len(at):
             return
+        if not self._on and not self.active:  # plain reading: no row is copied
+            ends = rows["end"][at[-2:], : len(self._before)]
+            self._before, self._chords.last = (self._chords.last if len(at) == 1 else ends[0].copy()), ends[-1].copy()
+            return
+        moves = rows[at]
         ends = np.vstack([self._chords.last, moves["end"][:, : len(self._before)]])
         if self._on and not self.active:
             self._forget()
