@@ -25,6 +25,7 @@
 #define COMMIT_HIGH_CYCLES 4.0
 #define NEVER 1e300
 #define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
+#define STEPPED_OVER_MM 2e-9 /* the jerk-limited planner steps over what is shorter */
 #define GEO_MOVES 1e-6 /* mm/s: slower than this, GEO may take it for a standstill, where it waits and takes no tail */
 
 #ifdef ENGINE_INTERLEAVE /* tests: every atomic access is a place to switch to the other thread (interleave.c) */
@@ -323,6 +324,15 @@ typedef struct insert_cmd {
     int32_t add;
 } insert_cmd;
 
+/* Motions that were too short to be driven (carry.c). */
+typedef struct carried {
+    nc_block row;      /* the last of them */
+    uint32_t rows;     /* how many; 0: none */
+    double path;       /* mm, together */
+    double programmed; /* mm of elements that those flagged NC_PIECE cover */
+    uint64_t element, number; /* of the last one */
+} carried;
+
 #define COMMANDS_MAX 1024u
 #define ERRORS_MAX 16u
 #define STOPS_MAX 64u /* inserted stops that are fed and not yet reached */
@@ -410,6 +420,7 @@ struct engine {
     uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
     double element_end[NC_AXES]; /* programmed end of the last element */
+    carried carried;
     uint64_t map_element; /* where the pieces pushed so far end in the elements ... */
     double map_from;      /* ... and mm behind its start */
     uint32_t last_count;  /* block_count of the last motion */
@@ -579,7 +590,14 @@ void map_behind_element(engine *e);
 void map_piece(engine *e, piece *p, double programmed);
 void map_position(engine *e, const piece *p);
 
+/* carry.c */
+bool carry_row(engine *e, const nc_block *row);
+void carry_build(engine *e, piece *p, const nc_block *row);
+void carry_flush(engine *e);
+
 /* ring.c */
+void push_programmed(engine *e, const nc_block *row);
+void push_piece(engine *e, piece *p, const nc_block *row);
 bool ring_has_room(engine *e);
 piece *store_slot(engine *e, const nc_block *row);
 void store_publish(engine *e);
