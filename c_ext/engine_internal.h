@@ -315,6 +315,7 @@ typedef struct rejoin {
     uint64_t word;  /* the commit from there on */
     uint64_t piece, written; /* where committed motion ended before, if it is refused */
     double s, v, committed_s;
+    bool over;      /* without jerk: too little of the tail is left, it is driven to its end */
 } rejoin;
 
 /* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
@@ -716,6 +717,7 @@ void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
 double commit_high(const engine *e);
 double soft_cap(const engine *e, const piece *p);
+bool profile_write(engine *e, writer *w, tail *t);
 int planner_pump(engine *e);
 void planner_store_tail(engine *e);
 

@@ -320,6 +320,7 @@ static bool resume_after_tail(engine *e) {
     other->first = other->count = 0;
     other->edition = 0;
     e->drive.restart = true;
+    e->rejoin.over = false;
     e->plan.late = false;
     e->tail_done = 0;
     ATOMIC_SET(e->commit, word ^ 3u);
@@ -461,6 +462,18 @@ static void commit(engine *e) {
     e->plan.tail_due = due;
     e->plan.tail_end = end;
     e->plan.committed_s += w.seconds;
+}
+
+/* Motion from a place of the tail on, where the planner is (rejoin.c), and the tail behind it. False: what lies ahead cannot be met from there. */
+bool profile_write(engine *e, writer *w, tail *t) {
+    uint64_t end = choose_window(e);
+    if (!state_feasible(e, end, FEASIBLE_BENT)) return false;
+    w->least = lesser(w->budget, commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s);
+    drive_window(w, end);
+    if (w->refused || !write_tail(e, t, w, end)) return false;
+    e->plan.fed_anew = e->plan.tail_due = false;
+    e->plan.infeasible += w->too_fast;
+    return true;
 }
 
 /* The path stands where GEO says; what was committed behind that place is taken back. */

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commanded import config, drive, over_limits, program
+from commanded import NO_JERK, config, drive, over_limits, program
 from inside import FloatArray, Inside, legal
 
 from cnc_core.engine import Event
@@ -66,7 +66,23 @@ def test_a_tail_that_is_nearly_over_is_driven_to_its_end(tmp_path: Path) -> None
         legal(cnc.pos, cnc.cell)
 
 
-@pytest.mark.parametrize(("seed", "options"), [(0, ""), (1, "f"), (2, "c"), (3, ""), (4, "n"), (5, "")])
+@pytest.mark.parametrize(("cycles", "least"), [(20, 80.0), (25, 60.0), (30, 45.0), (35, 30.0)])
+def test_without_jerk_it_goes_on_from_the_tail_too(tmp_path: Path, cycles: int, least: float) -> None:
+    """There the tail brakes from its beginning on, from 100 mm/s in 33 ms: the speed that is left then is kept."""
+    with Inside(tmp_path, CIRCLES, NO_JERK) as cnc:
+        _stalled(cnc, cycles)
+        cnc.engine.stall_planner(False)
+        cnc.run(1200)
+        assert _speeds(cnc)[500:].min() > least
+        cnc.end()
+        assert cnc.pos[-1] == pytest.approx([50.0, 0.0, 0.0], abs=1e-9)
+        legal(cnc.pos, cnc.cell)
+
+
+@pytest.mark.parametrize(
+    ("seed", "options"),
+    [(0, ""), (1, "f"), (2, "c"), (3, ""), (4, "n"), (5, ""), (6, "n"), (7, "nc"), (8, "nf"), (9, "n")],
+)
 def test_random_commands_and_a_planner_that_is_often_late(tmp_path: Path, seed: int, options: str) -> None:
     """Every command of the HLI, and now and then up to 60 cycles without the planner: all is legal, nothing is lost."""
     rng, late = np.random.default_rng(seed), np.random.default_rng(seed + 1000)
