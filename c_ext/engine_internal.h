@@ -716,6 +716,7 @@ void pass_event(writer *w);
 void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
 double commit_high(const engine *e);
+double commit_low(const engine *e);
 double soft_cap(const engine *e, const piece *p);
 bool profile_write(engine *e, writer *w, tail *t);
 int planner_pump(engine *e);

@@ -409,7 +409,7 @@ double commit_high(const engine *e) { return greater(COMMIT_HIGH_S, COMMIT_HIGH_
 
 /* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
  * own; fewer and longer commits spare it stopping tails. */
-static double commit_low(const engine *e) {
+double commit_low(const engine *e) {
     double least = COMMIT_LOW_CYCLES * e->cfg.cycle_s;
     if (e->drive.planner || ATOMIC_GET(e->run_running)) return greater(COMMIT_LOW_S, least);
     return greater(lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s), least);
