@@ -11,6 +11,7 @@
 #define TINY_MM 1e-12
 #define MOVES 3            /* the window is moved on so often while it is driven through */
 #define SAME_SPEED 1e-12   /* relative */
+#define SAME_TIME 1e-9     /* s */
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
 #define LEAST_CYCLES 1.0   /* ... and that is at least so many */
 #define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
@@ -124,7 +125,7 @@ static void emit(writer *w, double a, double time, bool last) {
 /* Constant acceleration until speed v1 or distance d (whichever the caller computed to coincide); cut at the budget. */
 static void run(writer *w, double a, double time, double s1, double v1, bool last) {
     double room = w->budget - w->seconds;
-    if (time <= room) {
+    if (time <= room + SAME_TIME) { /* the end of a piece is not cut off by rounding */
         emit(w, a, time, last);
         w->s = s1;
         w->v = v1;
