@@ -79,17 +79,21 @@ def test_without_jerk_it_goes_on_from_the_tail_too(tmp_path: Path, cycles: int, 
         legal(cnc.pos, cnc.cell)
 
 
-@pytest.mark.parametrize(
-    ("seed", "options"),
-    [(0, ""), (1, "f"), (2, "c"), (3, ""), (4, "n"), (5, ""), (6, "n"), (7, "nc"), (8, "nf"), (9, "n")],
-)
-def test_random_commands_and_a_planner_that_is_often_late(tmp_path: Path, seed: int, options: str) -> None:
+CASES = [(0, "", 0.05), (1, "f", 0.05), (2, "c", 0.05), (3, "", 0.05), (4, "n", 0.05), (5, "", 0.05)]
+CASES += [(6, "n", 0.05), (7, "nc", 0.05), (8, "nf", 0.05), (9, "n", 0.05)]
+CASES += [(24, "n", 0.1)]  # a brake that ends within rounding of the end of a commit
+
+
+@pytest.mark.parametrize(("seed", "options", "share"), CASES)
+def test_random_commands_and_a_planner_that_is_often_late(
+    tmp_path: Path, seed: int, options: str, share: float
+) -> None:
     """Every command of the HLI, and now and then up to 60 cycles without the planner: all is legal, nothing is lost."""
     rng, late = np.random.default_rng(seed), np.random.default_rng(seed + 1000)
     with Inside(tmp_path, program(rng), config(rng, options)) as cnc:
 
         def cycles(n: int, _turn: int) -> Event:
-            cnc.engine.stall_planner(bool(late.random() < 0.05))
+            cnc.engine.stall_planner(bool(late.random() < share))
             event = cnc.engine.run(n + int(late.integers(0, 60)))
             cnc.engine.stall_planner(False)
             return event
