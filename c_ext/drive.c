@@ -16,7 +16,6 @@
 #define CURVE_NOISE 1e-3
 #define STRAIGHT 1e-9      /* change of the tangent over an interval that does not bend */
 #define LEAST_SHARE 1e-4   /* of a limit, however small the program asks for */
-#define TINY_MM 1e-7       /* shorter pieces are stepped over */
 #define LEAST_MM 1e-6      /* of an interval of a curve, however much it bends */
 #define CORNER_SHARE 0.5   /* of the jerk limit, as in jerk_grid.c */
 #define CORNER_ACC_SHARE 0.012
@@ -130,7 +129,7 @@ static double interval_end(const engine *e, const piece *p, double s) {
         bend = turn_rate(e, p, s, end);
     }
     double parts = fmin(ceil((end - s) * bend / TURN_STEP - 1e-9), floor((end - s) / LEAST_MM)), next = parts > 1.0 ? s + (end - s) / parts : end;
-    return p->length - next < TINY_MM ? p->length : next;
+    return p->length - next < STEPPED_OVER_MM ? p->length : next;
 }
 
 /* Speed at which the axes keep their shares of velocity from `from` to `to`. */
@@ -282,7 +281,7 @@ static bool push_interval(engine *e) {
     drive *d = &e->drive;
     const piece *p = piece_at(e, d->next);
     bool whole = true;
-    if (p->length - d->at > TINY_MM) {
+    if (p->length - d->at > STEPPED_OVER_MM) {
         jerk_interval q = next_interval(e, p, d->next, d->at);
         int64_t taken = jerk_push(d->planner, &q, 1);
         if (taken < 0) ATOMIC_SET(e->fault, ENGINE_BAD_PATH); /* it stands ahead of it */
@@ -350,7 +349,7 @@ void drive_shorten(engine *e, uint64_t i, double s) {
     if (!d->planner || d->restart || d->next < i || (d->next == i && d->at <= s)) return;
     forget_tails(e);
     int64_t n = jerk_ahead(d->planner);
-    while (n > 0 && jerk_path(d->planner, n - 1)->tag == i && jerk_path(d->planner, n - 1)->offset >= s - TINY_MM) n--;
+    while (n > 0 && jerk_path(d->planner, n - 1)->tag == i && jerk_path(d->planner, n - 1)->offset >= s - STEPPED_OVER_MM) n--;
     if (n > 0 && jerk_path(d->planner, n - 1)->tag == i) jerk_cut(d->planner, n - 1, s - jerk_path(d->planner, n - 1)->offset);
     d->next = i + 1;
     d->at = 0.0;
@@ -415,7 +414,7 @@ static void set_speeds(engine *e) {
 /* ------------------------------------------------------------------------------------------------ phases */
 static bool steps_over(engine *e, uint64_t i) {
     const piece *p = piece_at(e, i);
-    return !is_motion(p) || p->length <= TINY_MM;
+    return !is_motion(p) || p->length <= STEPPED_OVER_MM;
 }
 
 /* Events, and pieces without a length, up to piece `until`. */

@@ -25,6 +25,7 @@
 #define COMMIT_HIGH_CYCLES 4.0
 #define NEVER 1e300
 #define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
+#define STEPPED_OVER_MM 2e-9 /* the jerk-limited planner steps over what is shorter */
 #define GEO_MOVES 1e-6 /* mm/s: slower than this, GEO may take it for a standstill, where it waits and takes no tail */
 
 #ifdef ENGINE_INTERLEAVE /* tests: every atomic access is a place to switch to the other thread (interleave.c) */
@@ -314,6 +315,7 @@ typedef struct rejoin {
     uint64_t word;  /* the commit from there on */
     uint64_t piece, written; /* where committed motion ended before, if it is refused */
     double s, v, committed_s;
+    bool over;      /* without jerk: too little of the tail is left, it is driven to its end */
 } rejoin;
 
 /* insert_cmd as the PLC gave it (hli_reference 5.3); distances mm. */
@@ -322,6 +324,15 @@ typedef struct insert_cmd {
     int mode, axis, m_function; /* axis: 0 distance, else index + 1 */
     int32_t add;
 } insert_cmd;
+
+/* Motions that were too short to be driven (carry.c). */
+typedef struct carried {
+    nc_block row;      /* the last of them */
+    uint32_t rows;     /* how many; 0: none */
+    double path;       /* mm, together */
+    double programmed; /* mm of elements that those flagged NC_PIECE cover */
+    uint64_t element, number; /* of the last one */
+} carried;
 
 #define COMMANDS_MAX 1024u
 #define ERRORS_MAX 16u
@@ -410,6 +421,7 @@ struct engine {
     uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
     double element_end[NC_AXES]; /* programmed end of the last element */
+    carried carried;
     uint64_t map_element; /* where the pieces pushed so far end in the elements ... */
     double map_from;      /* ... and mm behind its start */
     uint32_t last_count;  /* block_count of the last motion */
@@ -579,7 +591,14 @@ void map_behind_element(engine *e);
 void map_piece(engine *e, piece *p, double programmed);
 void map_position(engine *e, const piece *p);
 
+/* carry.c */
+bool carry_row(engine *e, const nc_block *row);
+void carry_build(engine *e, piece *p, const nc_block *row);
+void carry_flush(engine *e);
+
 /* ring.c */
+void push_programmed(engine *e, const nc_block *row);
+void push_piece(engine *e, piece *p, const nc_block *row);
 bool ring_has_room(engine *e);
 piece *store_slot(engine *e, const nc_block *row);
 void store_publish(engine *e);
@@ -697,7 +716,9 @@ void pass_event(writer *w);
 void drive_window(writer *w, uint64_t end);
 double ahead_s(engine *e);
 double commit_high(const engine *e);
+double commit_low(const engine *e);
 double soft_cap(const engine *e, const piece *p);
+bool profile_write(engine *e, writer *w, tail *t);
 int planner_pump(engine *e);
 void planner_store_tail(engine *e);
 

@@ -21,6 +21,7 @@ void engine_halt(engine *e) {
 void engine_resync(engine *e) {
     ATOMIC_SET(e->abort_now, 0);
     memcpy(e->last_end, e->geo.position, sizeof e->last_end);
+    e->carried.rows = 0;
     memcpy(e->element_end, e->geo.position, sizeof e->element_end);
     map_behind_element(e);
     e->has_tangent = e->has_motion_piece = e->stop_pending = false;
@@ -69,6 +70,7 @@ void engine_reset_channel(engine *e) { clear_units(e); }
 
 static void begin_preparation(engine *e) {
     memcpy(e->last_end, e->geo.position, sizeof e->last_end);
+    e->carried.rows = 0;
     memcpy(e->element_end, e->geo.position, sizeof e->element_end);
     map_behind_element(e);
     e->has_tangent = e->has_motion_piece = e->stop_pending = e->m01_pending = e->in_loop = false;

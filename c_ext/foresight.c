@@ -12,16 +12,22 @@
 #define NONE 3u
 #define MARKS_MAX 4        /* feed blocks looked ahead to */
 #define SECOND_US 1e6
+#define SAME 1e-6
+
+typedef struct place_of_rest {
+    bool moving;           /* there is one ahead of the commit's end, ... */
+    double way;            /* ... mm from there */
+    double q[NC_AXES];
+} place_of_rest;
 
 typedef struct forecast {
     double begin_s;        /* motion time at which the first phase begins */
     uint32_t count, mark_count;
     bool complete;         /* at rest at its end, and nothing comes behind */
-    bool moving;           /* `rest` is ahead of the commit's end */
     double marks[MARKS_MAX]; /* motion times at which feed blocks begin behind rapid motion */
     uint64_t piece;        /* the commit's end ... */
-    double s, way;         /* ... and the way from there to rest, mm */
-    double rest[NC_AXES];
+    double s;
+    place_of_rest rest[2]; /* of a hold that comes now; that comes so late that more is committed before it acts */
     phase *phases;
 } forecast;
 
@@ -32,6 +38,8 @@ struct foresight {
     uint32_t max;
     uint64_t seen;         /* phases written when it was made */
     jerk_planner *scratch; /* a stop is tried in it */
+    jerk_preview next;     /* of a hold behind the next commit, ... */
+    double next_s;         /* ... which is expected to end there */
 };
 
 bool foresight_new(engine *e) {
@@ -171,10 +179,35 @@ static double tail_way(engine *e) {
     return fmax(0.0, sum + (t->piece < e->piece_head ? t->s : 0.0));
 }
 
-/* From the commit's end to where a hold that comes now would bring the path to rest. */
-static double way_to_rest(engine *e) {
-    if (e->plan.v <= 0.0) return 0.0;
-    return e->drive.planner ? jerk_stop_preview(e->drive.planner, e->foresight->scratch) : tail_way(e);
+/* What is committed next, once too little is ahead of GEO; s. */
+static double next_commit(engine *e) {
+    double dt = e->cfg.cycle_s, low = commit_low(e), ahead = ahead_s(e);
+    return e->plan.hold ? 0.0 : greater(0.0, commit_high(e) - (ahead - (floor(greater(0.0, ahead - low) / dt) + 1.0) * dt));
+}
+
+/* Whether the plan has come to where the last forecast has looked from: what it has found there holds. */
+static bool as_foreseen(const engine *e) {
+    const struct foresight *f = e->foresight;
+    return !e->plan.hold && f->next.v > 0.0 && fabs(e->plan.committed_s - f->next_s) < SAME && fabs(e->plan.v - f->next.v) < SAME * f->next.v;
+}
+
+/* From the commit's end to where a hold brings the path to rest: one that comes now, one that comes behind the next commit. */
+static void ways_to_rest(engine *e, double way[2]) {
+    struct foresight *f = e->foresight;
+    jerk_planner *p = e->drive.planner;
+    way[0] = way[1] = 0.0;
+    if (!p) {
+        if (e->plan.v > 0.0) way[0] = way[1] = tail_way(e);
+        return;
+    }
+    if (e->plan.v <= 0.0 && e->drive.restart) return;
+    double later = next_commit(e);
+    jerk_preview now = f->next;
+    if (!as_foreseen(e)) jerk_stop_preview(p, f->scratch, 0.0, &now);
+    jerk_stop_preview(p, f->scratch, later, &f->next);
+    f->next_s = e->plan.committed_s + later;
+    way[0] = now.way;
+    way[1] = f->next.before + f->next.way;
 }
 
 /* Axis positions `way` mm behind the commit's end; false: the path has no place there. */
@@ -223,8 +256,12 @@ void foresight_plan(engine *e, bool pumped) {
     to->piece = e->plan.piece;
     to->s = e->plan.s;
     if (e->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
-        to->way = way_to_rest(e);
-        to->moving = position_behind(e, to->way, to->rest);
+        double way[2];
+        ways_to_rest(e, way);
+        for (int i = 0; i < 2; i++) {
+            to->rest[i].way = way[i];
+            to->rest[i].moving = position_behind(e, way[i], to->rest[i].q);
+        }
     }
     f->seen = e->plan.written;
     __atomic_store_n(&f->latest, (uint32_t)(to - f->of), __ATOMIC_SEQ_CST);
@@ -261,10 +298,12 @@ static double committed_way(engine *e, const forecast *f) {
 static void publish_rest(engine *e, HLI_BAHN_STATE *b, const forecast *f) {
     const geo *g = &e->geo;
     bool stands = g->v <= 0.0 && !g->has_phase;
-    bool known = f && f->moving && !stands;
-    show_f64(&b->dist_v_0_r, known ? (committed_way(e, f) + f->way) * TENTH_UM : 0.0);
+    bool later = f && !ATOMIC_GET(e->hold_now) && f->begin_s - g->consumed_s < commit_low(e); /* the planner is first, then the hold is seen */
+    const place_of_rest *r = f ? &f->rest[later] : NULL;
+    bool known = r && r->moving && !stands;
+    show_f64(&b->dist_v_0_r, known ? (committed_way(e, f) + r->way) * TENTH_UM : 0.0);
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        uint32_t at = (uint32_t)(int32_t)llrint(fmax(-2147483648.0, fmin(2147483647.0, (known ? f->rest[i] : g->position[i]) * TENTH_UM)));
+        uint32_t at = (uint32_t)(int32_t)llrint(fmax(-2147483648.0, fmin(2147483647.0, (known ? r->q[i] : g->position[i]) * TENTH_UM)));
         show_u32((uint32_t *)&b->pos_v_0_pcs_r[i], at);
         show_u32((uint32_t *)&b->pos_v_0_acs_r[i], at);
     }

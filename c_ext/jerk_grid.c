@@ -294,7 +294,8 @@ static bool add_part(const jerk_planner *p, grid *g, uint64_t i, double from, do
 static bool fill_interval(jerk_planner *p, grid *g, int i, double len, double rest_from, double rest_to) {
     const uint64_t at = p->head + (uint64_t)i;
     const jerk_interval *q = ring_at(p, at);
-    double v = p->scale * sqrt(feed_cap(p, q)), turn = fmin(bend_length(p, at, v), slow_length(p, g, at, v * SLOW_FEED, SLOWEST_STEP)), end = len - rest_to;
+    double v = p->scale * sqrt(feed_cap(p, q)), slow = fmax(slow_length(p, g, at, v * SLOW_FEED, SLOWEST_STEP), fmin(steps_at(p, at)->least, SLOW_TIME * v));
+    double turn = fmin(bend_length(p, at, v), slow), end = len - rest_to;
     if (rest_from > 0.0 && !add_part(p, g, at, 0.0, rest_from)) return false;
     for (double done = rest_from; done < end;) {
         double left = end - done, step = g->finer * fmin(turn, step_at(steps_at(p, at)->longest, g->grade[i], done, g->step[i], len - done, g->step[i + 1]));

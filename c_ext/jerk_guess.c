@@ -7,6 +7,7 @@
 #define EASY_SPEED 0.9
 #define EASY_BEND 0.6
 #define TINY 1e-14
+#define LEAST_COST 1e-12
 #define LEAST_KEPT 0.05  /* of x, from one knot to the next while it brakes */
 #define STIFFNESS 0.05   /* weight of jerk against the distance from the profile */
 
@@ -118,7 +119,7 @@ static bool project(jerk_planner *p, const grid *g, double stiffness) {
         path_limits(p, &g->seg[k], &acc, &jerk);
         b->cost.xx[k] = 1.0 / (xk * xk);
         b->cost.uu[k] = stiffness / (acc * acc);
-        b->cost.cc[k] = stiffness * xk / (jerk * jerk) + 1e-12;
+        b->cost.cc[k] = stiffness * xk / (jerk * jerk) + LEAST_COST * b->convex;
     }
     if (!riccati_factor(b)) return false;
     /* the problem is homogeneous in the deviation from a start trajectory: a first rollout with no input */

@@ -5,6 +5,9 @@
 #define STOP_ITERATIONS 25
 #define CLOSE_ENOUGH 0.01
 #define MAX_HALVINGS 12
+#define PREVIEW_TRIES 4      /* distances that are tried where none is found, and */
+#define PREVIEW_STEP_S 0.003 /* as TRY_AGAIN_S; */
+#define PREVIEW_GROWS 1.3    /* longer and longer, so that looking ahead takes a bounded time */
 #define NEAR_ENOUGH 1.05 /* a stored tail so much longer than the estimate is a stop already */
 
 typedef struct brake {
@@ -61,14 +64,15 @@ static bool try_stop(jerk_planner *p, double distance) {
     return plan_accept(p, g, true);
 }
 
-/* Replace the plan by the shortest stop; the stored tail is the longest that is considered. False if none was found that is shorter by much. */
-bool plan_stop(jerk_planner *p) {
+/* Replace the plan by the shortest stop; the stored tail is the longest that is considered. False if none was found that is shorter by much;
+ * given up after so many tries without one. */
+static bool shortest_stop(jerk_planner *p, int hopeless) {
     double low = 0.0, high = 0.0;
     bool found = false;
     for (int k = p->plan.next; k < p->plan.n; k++) high += p->plan.h[k];
     p->stats.holds++;
     double d = fmin(0.999 * high, 1.02 * brake_estimate(p, 0.0).distance);
-    for (int i = 0; i < MAX_HALVINGS && high - low > CLOSE_ENOUGH * high; i++) {
+    for (int i = 0; i < (found ? MAX_HALVINGS : hopeless) && high - low > CLOSE_ENOUGH * high; i++) {
         if (try_stop(p, d)) high = d, found = true;
         else low = d;
         double near = low > 0.0 && i < 3 ? fmin(0.5 * (low + high), 1.1 * low) : 0.5 * (low + high);
@@ -77,12 +81,26 @@ bool plan_stop(jerk_planner *p) {
     return found || high <= NEAR_ENOUGH * brake_estimate(p, 0.0).distance;
 }
 
-/* Way of the stop that a hold would plan now; `scratch`: made like p, its content is lost. */
-double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch) {
+bool plan_stop(jerk_planner *p) { return shortest_stop(p, MAX_HALVINGS); }
+
+static double follow(jerk_planner *p, double seconds) {
+    jerk_law law;
     double way = 0.0;
-    if (p->at_rest) return 0.0;
-    planner_copy(scratch, p);
-    if (!p->hold) plan_stop(scratch);
-    for (int k = scratch->plan.next; k < scratch->plan.n; k++) way += scratch->plan.h[k];
+    for (double t = 0.0; t < seconds && jerk_next_within(p, &law, seconds - t); t += law.time) way += law.length;
     return way;
+}
+
+/* What a hold would do that comes when `later` seconds more are handed out: as it is driven, the plan is followed where no stop is found
+ * (jerk_planner.c), but it is given up sooner there. `scratch`: made like p, its content is lost. */
+void jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch, double later, jerk_preview *out) {
+    planner_copy(scratch, p);
+    *out = (jerk_preview){.before = follow(scratch, later), .v = jerk_speed(scratch)};
+    scratch->changed = false; /* what comes now is known */
+    scratch->hold = true;
+    for (double step = p->hold ? p->again_s : 0.0; !scratch->at_rest; step = fmax(PREVIEW_STEP_S, PREVIEW_GROWS * step)) {
+        out->way += follow(scratch, step);
+        if (scratch->at_rest || (p->hold && !p->changed)) break;
+        if (shortest_stop(scratch, PREVIEW_TRIES)) break;
+    }
+    for (int k = scratch->plan.next; k < scratch->plan.n && !scratch->at_rest; k++) out->way += scratch->plan.h[k];
 }

@@ -18,6 +18,7 @@ typedef long long ivec __attribute__((vector_size(32)));
 #define JERK_USABLE 0.998
 #define VEL_USABLE 1.0
 #define CHECK_SLACK 1.012     /* the checker's bound, over the machine's limits */
+#define SLOW_TIME 0.01        /* s: intervals need not be shorter than what is driven in it */
 #define FEED_SLACK 1.0015     /* of speed over the feed */
 
 /* One interval of the planner's grid: a part of a pushed interval. */
@@ -101,6 +102,7 @@ typedef struct problem {
     riccati ric;
     double x0, u0;
     double terminal;                      /* 1.5 h of the last interval */
+    double convex;                        /* what keeps a cost of c^2 positive: 1, less where c is large (very slow machines) */
     int iterations;
     double pause;                         /* the solver stops once at this gap; 0: it does not */
     bool paused;                          /* it has, and goes on from there */
@@ -130,6 +132,7 @@ typedef struct plan {
 /* What the limits along an interval ask of the grid, mm. */
 typedef struct steps {
     double longest, finest; /* planner interval; step at a standstill */
+    double least;           /* none need be shorter where nothing changes */
     double rest;            /* from or to rest: over so much of a line the jerk is constant in any case */
     double turn;            /* longest by what it turns */
     double bend, even;      /* largest third derivative over the jerk limit, s3/mm3; mm over which they change by so much */
@@ -213,6 +216,7 @@ void interval_part(const jerk_interval *in, double from, double to, int axes, je
 void ring_consume(jerk_planner *p, double length, bool whole);
 
 /* jerk_steps.c */
+double reached_speed(double v, double a, double j);
 steps interval_steps(const jerk_planner *p, const jerk_interval *q);
 
 /* jerk_grid.c */

@@ -16,6 +16,7 @@
 #define CENTRED 0.1     /* least product of slack and multiplier, over what the step aims at */
 #define GAP          3e-4 /* of the objective */
 #define HOPELESS 1e6
+#define LEAST_COST 1e-14
 #define ROWS_MET 1e-6
 
 static inline vec set1(double v) { return (vec){v, v, v, v}; }
@@ -170,7 +171,7 @@ static void gather(problem *b, vec least) {
         store(b->cost.uu + k, s.uu);
         store(b->cost.xc + k, s.xc);
         store(b->cost.uc + k, s.uc);
-        store(b->cost.cc + k, s.cc + load(b->calm + k) + 1e-14);
+        store(b->cost.cc + k, s.cc + load(b->calm + k) + LEAST_COST * b->convex);
         store(b->grad.x + k, s.x - load(b->weight + k));
         store(b->grad.u + k, s.u);
         store(b->grad.c + k, s.c + load(b->calm + k) * bl.c);

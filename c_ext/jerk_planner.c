@@ -68,7 +68,7 @@ static void lay_out(jerk_planner *p, arena *m) {
 static void set_scales(jerk_planner *p) {
     const jerk_config *c = &p->cfg;
     double v = 0.0;
-    for (int i = 0; i < c->axes; i++) v = fmax(v, c->v_max[i]);
+    for (int i = 0; i < c->axes; i++) v = fmax(v, reached_speed(c->v_max[i], c->a_max[i], c->j_max[i]));
     p->scale = v / 3.0;
     if (!(c->refresh > 0.0)) p->cfg.refresh = c->window_blocks < SHORT_WINDOW ? SHORT_REFRESH : DEFAULT_REFRESH;
 }

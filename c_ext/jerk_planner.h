@@ -57,6 +57,11 @@ typedef struct jerk_state {
     double s, v, a;
 } jerk_state;
 
+/* A hold that has not come: mm that are driven before it acts, mm/s there, mm from there to rest. */
+typedef struct jerk_preview {
+    double before, v, way;
+} jerk_preview;
+
 typedef struct jerk_stats {
     uint64_t solves, failed, refused, slower, holds, hold_solves, laws, iterations;
     double worst_solve_s;       /* CPU seconds of the slowest plan */
@@ -90,7 +95,7 @@ void jerk_cut(jerk_planner *p, int64_t i, double length); /* keep `length` mm of
 void jerk_brake(jerk_planner *p);                   /* what is left of the plan becomes the shortest stop */
 void jerk_reset(jerk_planner *p);                   /* at rest, without a path */
 double jerk_stop_distance(const jerk_planner *p);    /* mm, estimated on a straight line from here */
-double jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch); /* mm: way of the stop that a hold would plan */
+void jerk_stop_preview(const jerk_planner *p, jerk_planner *scratch, double later, jerk_preview *out);
 double jerk_line_time(const jerk_planner *p, const double *direction, double length, double speed); /* s, from rest to rest */
 double jerk_speed(const jerk_planner *p);           /* mm/s at the end of what was handed out; 0: at rest */
 

@@ -10,6 +10,7 @@
 #define SLOWEST 1e-5     /* share of the largest x below which it counts no more */
 #define LANDING 0.96 /* share of the cap that a ramp down must keep */
 #define IDLE 1e-7 /* of its limit, that an axis needs at full speed: it has no rows */
+#define ORDINARY 1e-3 /* of rows by c: those of a machine that does 10 mm/s */
 #define FLOOR 0.2 /* share of the guess below which x may not fall */
 
 /* Index of a row's coefficient for stage k. */
@@ -124,6 +125,13 @@ static bool has_kinks(const jerk_planner *p, const grid *g) {
     return false;
 }
 
+/* The share of the least costs of c^2 that does not outweigh the rows: with low speeds and much jerk c is large. */
+static double convex_share(const jerk_planner *p) {
+    double least = ORDINARY;
+    for (int a = 0; a < p->cfg.axes; a++) least = fmin(least, p->scale * p->scale * p->scale / p->cfg.j_max[a]);
+    return least * least / (ORDINARY * ORDINARY);
+}
+
 /* Dimensions and rows of the problem over a grid; caps and floors follow when the guess is known (`bound_rows`). */
 void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
     problem *b = &p->prob;
@@ -136,6 +144,7 @@ void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
     b->x0 = x0;
     b->u0 = u0;
     b->terminal = 1.5 * g->seg[g->n - 1].h;
+    b->convex = convex_share(p);
     clear_rows(b);
     for (int k = 0; k < g->n; k++) {
         b->h[k] = g->seg[k].h;

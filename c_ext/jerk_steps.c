@@ -9,6 +9,8 @@
 #define JOINED_PARTS 6.0    /* of that ramp on a line: one interval from rest, whose jerk is constant */
 #define FINEST_PARTS 2000.0 /* ... of the longest interval */
 
+#define LONGEST_WAY 1e4     /* mm: no speed counts that is not reached from rest over it */
+#define SLOW_STEP 2e-4      /* mm: no interval need be shorter, nor than the way in SLOW_TIME: so on machines that do less than 1 mm/s, about */
 #define MAX_TURN 0.07    /* rad in one planner interval */
 #define LEAN 0.14        /* change of an axis rate over its jerk limit in one planner interval, of the largest such rate */
 #define LITTLE_TURN 3.0     /* a pushed interval turns next to not at all: this much shorter than what it may turn by */
@@ -17,8 +19,15 @@ typedef struct along {
     double v, a, j; /* limits of the path */
 } along;
 
+/* Of a limit of speed, what there is a way to reach: numbers are scaled by it, and so are steps. */
+double reached_speed(double v, double a, double j) {
+    double by_a2 = 2.0 * a * LONGEST_WAY, by_j3 = 4.5 * j * LONGEST_WAY * LONGEST_WAY;
+    return v * v <= by_a2 && v * v * v <= by_j3 ? v : fmin(v, fmin(sqrt(by_a2), cbrt(by_j3)));
+}
+
 /* The longest interval resolves the ramp to full acceleration, or the way to rest where that ramp is very short. */
 static steps steps_for(along m) {
+    m.v = reached_speed(m.v, m.a, m.j);
     double a = fmin(m.a, sqrt(m.v * m.j)), ramp = a * a * a / (6.0 * m.j * m.j), stop = 0.5 * m.v * (m.v / a + a / m.j);
     steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
     out.rest = ramp / JOINED_PARTS;
@@ -71,17 +80,20 @@ static void set_bend(const jerk_planner *p, const jerk_interval *q, steps *out) 
 steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
     along m = {1e30, 1e30, 1e30};
     steps most = {0};
+    double least = 1e30;
     for (int a = 0; a < p->cfg.axes; a++) {
         double rate = fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a]));
         if (rate < 1e-9) continue;
         along own = {p->cfg.v_max[a], acc_max(p, q, a), jerk_max(p, q, a)};
         steps alone = steps_for(own);
+        least = fmin(least, fmin(SLOW_STEP, SLOW_TIME * own.v) / rate);
         most = (steps){fmax(most.longest, alone.longest), fmax(most.finest, alone.finest), .knots = 0.0};
         m = (along){fmin(m.v, own.v / rate), fmin(m.a, own.a / rate), fmin(m.j, own.j / rate)};
     }
     steps out = steps_for(m);
     if (!(most.longest > 0.0)) most = out; /* no axis moves here: a parameter runs on (profiles) */
-    out.longest = fmin(out.longest, most.longest);
+    out.least = fmin(least, q->length);
+    out.longest = fmax(fmin(out.longest, most.longest), out.least);
     out.finest = fmin(out.finest, most.finest);
     if (p->cfg.spacing_mm > 0.0) out.longest = p->cfg.spacing_mm;
     out.turn = turn_length(p, q);
@@ -94,7 +106,7 @@ steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
 double jerk_stop_knots(const jerk_config *c) {
     double most = 0.0;
     for (int i = 0; i < c->axes; i++) {
-        double v = c->v_max[i], a = fmin(c->a_max[i], sqrt(v * c->j_max[i]));
+        double v = reached_speed(c->v_max[i], c->a_max[i], c->j_max[i]), a = fmin(c->a_max[i], sqrt(v * c->j_max[i]));
         most = fmax(most, 0.5 * v * (v / a + a / c->j_max[i]) / steps_for((along){v, c->a_max[i], c->j_max[i]}).longest);
     }
     return most;

@@ -80,8 +80,8 @@ static void whole_position(const engine *e, const piece *p, double u, double *q)
     for (int i = 0; i < e->cfg.axis_count; i++) q[i] = p->start[i] + p->slope[i] * u;
     if (p->kind == PIECE_ARC) {
         double angle = p->angle0 + p->sweep * (u / p->whole);
-        q[p->axis1] = p->centre[0] + p->radius * cos(angle);
-        q[p->axis2] = p->centre[1] + p->radius * sin(angle);
+        q[p->axis1] = p->centre[0] + p->radius * cos(angle) + p->slope[p->axis1] * (u - p->whole); /* slope: carry.c */
+        q[p->axis2] = p->centre[1] + p->radius * sin(angle) + p->slope[p->axis2] * (u - p->whole);
     }
 }
 
@@ -143,7 +143,7 @@ void piece_tangent(const engine *e, const piece *p, double s, double *u) {
     if (p->kind == PIECE_ARC) {
         double angle = p->angle0 + p->sweep * ((p->from + p->dir * s) / p->whole);
         double speed = p->sweep * p->dir > 0 ? p->plane_speed : -p->plane_speed;
-        u[p->axis1] = -speed * sin(angle);
-        u[p->axis2] = speed * cos(angle);
+        u[p->axis1] -= speed * sin(angle);
+        u[p->axis2] += speed * cos(angle);
     }
 }

@@ -11,6 +11,7 @@
 #define TINY_MM 1e-12
 #define MOVES 3            /* the window is moved on so often while it is driven through */
 #define SAME_SPEED 1e-12   /* relative */
+#define SAME_TIME 1e-9     /* s */
 #define PUMPED_CYCLES 3.0  /* motion ahead of GEO below which a pumped planner commits more */
 #define LEAST_CYCLES 1.0   /* ... and that is at least so many */
 #define LAST_CYCLES 1.5    /* motion ahead of GEO below which it may take the tail in this cycle */
@@ -124,7 +125,7 @@ static void emit(writer *w, double a, double time, bool last) {
 /* Constant acceleration until speed v1 or distance d (whichever the caller computed to coincide); cut at the budget. */
 static void run(writer *w, double a, double time, double s1, double v1, bool last) {
     double room = w->budget - w->seconds;
-    if (time <= room) {
+    if (time <= room + SAME_TIME) { /* the end of a piece is not cut off by rounding */
         emit(w, a, time, last);
         w->s = s1;
         w->v = v1;
@@ -320,6 +321,7 @@ static bool resume_after_tail(engine *e) {
     other->first = other->count = 0;
     other->edition = 0;
     e->drive.restart = true;
+    e->rejoin.over = false;
     e->plan.late = false;
     e->tail_done = 0;
     ATOMIC_SET(e->commit, word ^ 3u);
@@ -408,7 +410,7 @@ double commit_high(const engine *e) { return greater(COMMIT_HIGH_S, COMMIT_HIGH_
 
 /* Less motion ahead than this: more is committed. Without jerk a planner that is pumped with every cycle needs no time of its
  * own; fewer and longer commits spare it stopping tails. */
-static double commit_low(const engine *e) {
+double commit_low(const engine *e) {
     double least = COMMIT_LOW_CYCLES * e->cfg.cycle_s;
     if (e->drive.planner || ATOMIC_GET(e->run_running)) return greater(COMMIT_LOW_S, least);
     return greater(lesser(COMMIT_LOW_S, PUMPED_CYCLES * e->cfg.cycle_s), least);
@@ -461,6 +463,18 @@ static void commit(engine *e) {
     e->plan.tail_due = due;
     e->plan.tail_end = end;
     e->plan.committed_s += w.seconds;
+}
+
+/* Motion from a place of the tail on, where the planner is (rejoin.c), and the tail behind it. False: what lies ahead cannot be met from there. */
+bool profile_write(engine *e, writer *w, tail *t) {
+    uint64_t end = choose_window(e);
+    if (!state_feasible(e, end, FEASIBLE_BENT)) return false;
+    w->least = lesser(w->budget, commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s);
+    drive_window(w, end);
+    if (w->refused || !write_tail(e, t, w, end)) return false;
+    e->plan.fed_anew = e->plan.tail_due = false;
+    e->plan.infeasible += w->too_fast;
+    return true;
 }
 
 /* The path stands where GEO says; what was committed behind that place is taken back. */

@@ -3,12 +3,14 @@
  *
  * GEO answers at the beginning of a cycle. If the place is ahead it makes the offer its commit, drives the tail to there and goes on;
  * until it has left the tail, nothing else is committed, since the next tail would be written over the one it drives. If not, the
- * tail is driven to its end.
+ * tail is driven to its end. Without jerk the tail brakes from its beginning on: the place is nearer, and where it was passed or what
+ * lies ahead cannot be met from it, a later one is tried.
  */
 #include <math.h>
 #include "engine_internal.h"
 
 #define THREAD_MARGIN_S 0.010 /* the place is so far ahead of GEO where the planner has its own thread, ... */
+#define QUICK_MARGIN_S 0.004  /* ... without jerk, where plans take less time, ... */
 #define MARGIN_CYCLES 3.0     /* ... and at least so many cycles */
 #define LEAST_LEFT_CYCLES 5.0 /* of the tail behind it: for less it is driven to its end */
 #define SHORTEST 0.05         /* of a cycle: no shorter part of a phase is left on either side */
@@ -22,7 +24,7 @@ typedef struct place {
 
 static double margin_s(engine *e) {
     double least = MARGIN_CYCLES * e->cfg.cycle_s;
-    return ATOMIC_GET(e->run_running) ? fmax(THREAD_MARGIN_S, least) : least;
+    return ATOMIC_GET(e->run_running) ? fmax(e->drive.planner ? THREAD_MARGIN_S : QUICK_MARGIN_S, least) : least;
 }
 
 /* The first place far enough ahead of GEO, inside a motion; false if too little of the tail would be left. */
@@ -47,7 +49,7 @@ static bool find_place(engine *e, const tail *t, place *out) {
 
 /* GEO drives the tail, and the planner is where that begins. */
 bool rejoin_possible(engine *e) {
-    return e->drive.planner && !e->drive.restart && e->plan.v > 0.0 && (ATOMIC_GET(e->commit) & 1) && !ATOMIC_GET(e->tail_done);
+    return !(e->drive.planner ? e->drive.restart : e->rejoin.over) && e->plan.v > 0.0 && (ATOMIC_GET(e->commit) & 1) && !ATOMIC_GET(e->tail_done);
 }
 
 static void place_writer(engine *e, const tail *t, const place *at, writer *w) {
@@ -78,8 +80,50 @@ static void go_back(engine *e) {
     e->drive.restart = true;
 }
 
+/* The offer, as far as the planner has written it. */
+static void offer(engine *e, const place *at, uint32_t next) {
+    e->plan.late = false;
+    e->rejoin.phase = at->phase;
+    e->rejoin.t = at->t;
+    e->rejoin.word = e->plan.written << 2 | next << 1;
+    ATOMIC_SET(e->rejoin.state, REJOIN_OFFERED);
+}
+
+/* Without jerk any place of the tail will do: all that lies ahead can be met from where it begins, so from there too, unless it has
+ * been fed anew meanwhile. */
+static void offer_quickly(engine *e) {
+    uint64_t word = ATOMIC_GET(e->commit);
+    uint32_t old = (word >> 1) & 1, next = old ^ 1;
+    place at;
+    writer w;
+    if (!find_place(e, &e->plan.tails[old], &at)) {
+        e->rejoin.over = true;
+        return;
+    }
+    remember_end(e);
+    place_writer(e, &e->plan.tails[old], &at, &w);
+    e->plan.piece = w.piece;
+    e->plan.s = w.s;
+    e->plan.v = w.v;
+    e->plan.committed_s += at.at_s;
+    if (!profile_write(e, &w, &e->plan.tails[next])) {
+        go_back(e);
+        return;
+    }
+    e->plan.piece = w.piece;
+    e->plan.s = w.s;
+    e->plan.v = w.v;
+    e->plan.left = w.left;
+    e->plan.committed_s += w.seconds;
+    offer(e, &at, next);
+}
+
 /* Motion from a place on the tail on. If there is none the tail is driven to its end. */
 void rejoin_offer(engine *e) {
+    if (!e->drive.planner) {
+        offer_quickly(e);
+        return;
+    }
     uint64_t word = ATOMIC_GET(e->commit);
     uint32_t old = (word >> 1) & 1, next = old ^ 1;
     place at;
@@ -99,11 +143,7 @@ void rejoin_offer(engine *e) {
     e->plan.s = w.s;
     e->plan.v = w.v;
     e->plan.committed_s += at.at_s + w.seconds;
-    e->plan.late = false;
-    e->rejoin.phase = at.phase;
-    e->rejoin.t = at.t;
-    e->rejoin.word = e->plan.written << 2 | next << 1;
-    ATOMIC_SET(e->rejoin.state, REJOIN_OFFERED);
+    offer(e, &at, next);
 }
 
 /* No offer is out, and GEO has left the tail. */

@@ -140,10 +140,12 @@ piece *store_slot(engine *e, const nc_block *row) {
 
 void store_publish(engine *e) { ATOMIC_SET(e->store_head, e->store_head + 1); }
 
-static void push_motion(engine *e, piece *p, const nc_block *row) {
+/* What a motion row says of its piece, but for where that lies on the path. */
+void push_piece(engine *e, piece *p, const nc_block *row) {
     memcpy(p->start, e->last_end, sizeof p->start);
     p->limits = e->limits[row->flags & NC_RAPID ? 1 : 0];
-    piece_build(e, p, row);
+    if (e->carried.rows) carry_build(e, p, row);
+    else piece_build(e, p, row);
     p->stop_before = e->stop_pending || !e->has_motion_piece;
     p->new_block = e->has_motion_piece && e->last_count != p->count;
     p->m01 = e->m01_pending;
@@ -156,26 +158,36 @@ static void push_motion(engine *e, piece *p, const nc_block *row) {
     p->entry_speed = e->end_speed > 0 ? e->end_speed : NEVER;
     e->end_speed = row->end_speed;
     p->path0 = e->pushed_path;
-    p->path_rate = p->dist_rate = 1.0;
     p->whole = p->length;
-    if (row->flags & NC_PIECE) {
-        map_piece(e, p, row->value);
-        if (row->flags & NC_BY_PARAMETER) p->path_rate = p->dist_rate;
-    } else {
-        p->element = e->element_head;
-        p->dist0 = e->distance / TENTH_UM;
-        push_element(e, p, row);
-        memcpy(e->element_end, row->end, sizeof e->element_end);
-        map_behind_element(e);
-    }
-    e->pushed_path += p->length * p->path_rate;
     memcpy(e->last_end, row->end, sizeof e->last_end);
     e->last_count = p->count;
     e->has_motion_piece = true;
 }
 
+static void push_motion(engine *e, piece *p, const nc_block *row) {
+    const carried before = e->carried;
+    push_piece(e, p, row);
+    p->path_rate = p->dist_rate = row->length / p->length;
+    e->carried.rows = 0;
+    if (row->flags & NC_PIECE) {
+        map_piece(e, p, row->value + (before.rows ? before.programmed : 0.0));
+        if (row->flags & NC_BY_PARAMETER) p->path_rate = p->dist_rate;
+    } else {
+        p->element = e->element_head;
+        p->dist0 = e->distance / TENTH_UM;
+        if (before.rows && p->kind != PIECE_CURVE) {
+            push_programmed(e, row);
+        } else {
+            push_element(e, p, row);
+            memcpy(e->element_end, row->end, sizeof e->element_end);
+        }
+        map_behind_element(e);
+    }
+    e->pushed_path += p->length * p->path_rate;
+}
+
 /* A programmed motion that smoothed pieces execute: an element without a piece. */
-static void push_programmed(engine *e, const nc_block *row) {
+void push_programmed(engine *e, const nc_block *row) {
     piece p;
     memset(&p, 0, sizeof p);
     memcpy(p.start, e->element_end, sizeof p.start);
@@ -239,6 +251,7 @@ static void push_event(engine *e, piece *p, const nc_block *row) {
 
 /* Functions that wait for the end of their block go ahead of the first row of the next one. */
 static void push_row(engine *e, const nc_block *row) {
+    if (row->type > NC_POLYNOMIAL && row->type != NC_DYNAMICS) carry_flush(e);
     if (e->spindle_pending && (row->count != e->spindle_row.count || row->type <= NC_POLYNOMIAL)) techno_spindle_word(e);
     if (e->behind_count && row->count != e->behind[0].count) techno_block_end(e);
     if (row->type == NC_DYNAMICS) {
@@ -249,7 +262,10 @@ static void push_row(engine *e, const nc_block *row) {
         push_programmed(e, row);
         return;
     }
-    if (row->type <= NC_POLYNOMIAL) techno_before_motion(e, row);
+    if (row->type <= NC_POLYNOMIAL) {
+        if (carry_row(e, row)) return;
+        techno_before_motion(e, row);
+    }
     if (techno_push(e, row)) return;
     if (row->type == NC_EVENT && row->code == NC_EVENT_EXPL_SYN) techno_expl_syn(e, row);
     piece *p = store_slot(e, row);
@@ -272,6 +288,7 @@ int64_t engine_push(engine *e, const nc_block *rows, int64_t n, const double *po
 }
 
 void engine_finish(engine *e) {
+    carry_flush(e);
     techno_spindle_word(e);
     techno_block_end(e);
     log_program_end(e);
@@ -279,6 +296,7 @@ void engine_finish(engine *e) {
 }
 
 void engine_expect_drain(engine *e) {
+    carry_flush(e);
     techno_spindle_word(e);
     techno_block_end(e);
     e->drain_at = e->store_head;

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commanded import config, drive, over_limits, program
+from commanded import NO_JERK, config, drive, over_limits, program
 from inside import FloatArray, Inside, legal
 
 from cnc_core.engine import Event
@@ -66,14 +66,34 @@ def test_a_tail_that_is_nearly_over_is_driven_to_its_end(tmp_path: Path) -> None
         legal(cnc.pos, cnc.cell)
 
 
-@pytest.mark.parametrize(("seed", "options"), [(0, ""), (1, "f"), (2, "c"), (3, ""), (4, "n"), (5, "")])
-def test_random_commands_and_a_planner_that_is_often_late(tmp_path: Path, seed: int, options: str) -> None:
+@pytest.mark.parametrize(("cycles", "least"), [(20, 80.0), (25, 60.0), (30, 45.0), (35, 30.0)])
+def test_without_jerk_it_goes_on_from_the_tail_too(tmp_path: Path, cycles: int, least: float) -> None:
+    """There the tail brakes from its beginning on, from 100 mm/s in 33 ms: the speed that is left then is kept."""
+    with Inside(tmp_path, CIRCLES, NO_JERK) as cnc:
+        _stalled(cnc, cycles)
+        cnc.engine.stall_planner(False)
+        cnc.run(1200)
+        assert _speeds(cnc)[500:].min() > least
+        cnc.end()
+        assert cnc.pos[-1] == pytest.approx([50.0, 0.0, 0.0], abs=1e-9)
+        legal(cnc.pos, cnc.cell)
+
+
+CASES = [(0, "", 0.05), (1, "f", 0.05), (2, "c", 0.05), (3, "", 0.05), (4, "n", 0.05), (5, "", 0.05)]
+CASES += [(6, "n", 0.05), (7, "nc", 0.05), (8, "nf", 0.05), (9, "n", 0.05)]
+CASES += [(24, "n", 0.1)]  # a brake that ends within rounding of the end of a commit
+
+
+@pytest.mark.parametrize(("seed", "options", "share"), CASES)
+def test_random_commands_and_a_planner_that_is_often_late(
+    tmp_path: Path, seed: int, options: str, share: float
+) -> None:
     """Every command of the HLI, and now and then up to 60 cycles without the planner: all is legal, nothing is lost."""
     rng, late = np.random.default_rng(seed), np.random.default_rng(seed + 1000)
     with Inside(tmp_path, program(rng), config(rng, options)) as cnc:
 
         def cycles(n: int, _turn: int) -> Event:
-            cnc.engine.stall_planner(bool(late.random() < 0.05))
+            cnc.engine.stall_planner(bool(late.random() < share))
             event = cnc.engine.run(n + int(late.integers(0, 60)))
             cnc.engine.stall_planner(False)
             return event
