@@ -497,6 +497,20 @@ static bool wants_hold(engine *e) {
     return ATOMIC_GET(e->hold_now) || override <= 0.0 || feed_job_pending(e);
 }
 
+/* The planner's work, timed: feed, plan, commit. */
+static __attribute__((noinline)) bool commit_more(engine *e, bool rejoins) {
+    if (!rejoins) feed(e);
+    if (e->plan.piece >= e->piece_head) return false;
+    __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
+    __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
+    __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
+    e->plan.hold = wants_hold(e);
+    if (rejoins) rejoin_offer(e);
+    else if (e->drive.planner) drive_commit(e);
+    else commit(e);
+    return true;
+}
+
 static int pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start) || !rejoin_settled(e)) return 0;
     bool rejoins = rejoin_possible(e);
@@ -505,17 +519,9 @@ static int pump(engine *e) {
         if (wants_hold(e) && !e->plan.hold) recall_commit(e);
         if (e->plan.late || ahead_s(e) >= commit_low(e)) return 0;
     }
-    watch_start(e);
-    if (!rejoins) feed(e);
-    if (e->plan.piece >= e->piece_head) return 0;
     uint64_t before = e->plan.written;
-    __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
-    __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
-    __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
-    e->plan.hold = wants_hold(e);
-    if (rejoins) rejoin_offer(e);
-    else if (e->drive.planner) drive_commit(e);
-    else commit(e);
+    watch_start(e);
+    if (!commit_more(e, rejoins)) return 0;
     watch_stop(e);
     return e->plan.written != before;
 }
