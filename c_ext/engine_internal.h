@@ -737,6 +737,9 @@ void foresight_begin_program(engine *e);
 /* serve.c */
 int serve_request(engine *e);
 
+/* memory.c */
+void memory_touch(void *memory, size_t bytes);
+
 /* engine.c */
 int pending_event(engine *e);
 double max_dist_prog_start(engine *e);

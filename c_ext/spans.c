@@ -62,7 +62,11 @@ bool spans_new(engine *e) {
     w->rows = calloc(few * row, sizeof(double));
     w->span_slots = calloc((size_t)slots, sizeof(span_slot));
     room_for(&w->made, first_count(e), ROWS_FIRST * (uint32_t)row);
-    return w->spans && w->rows && w->span_slots && w->made.count;
+    if (!w->spans || !w->rows || !w->span_slots || !w->made.count) return false;
+    if (e->drive.planner) return true; /* it needs none of them */
+    memory_touch(w->spans, few * sizeof(span));
+    memory_touch(w->span_slots, (size_t)slots * sizeof(span_slot));
+    return true;
 }
 
 void spans_free(engine *e) {
