@@ -359,6 +359,7 @@ void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
     uint64_t kept = kept_needs(&e->plan), fixed_to = 0;
     e->plan.passed_at = e->plan.piece;
+    e->plan.passes++;
     if (kept == end && end > e->plan.piece && piece_at(e, end - 1)->settled) return;
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);

@@ -133,6 +133,7 @@ static void run(writer *w, double a, double time, double s1, double v1, bool las
     emit(w, a, room, false);
     w->s += w->v * room + 0.5 * a * room * room;
     w->v = greater(0.0, w->v + a * room);
+    if (!w->out) w->e->plan.rest = (run_left){w->piece, w->e->plan.passes, w->s, w->v, a, time - room, s1, v1, last};
 }
 
 static void brake_to(writer *w, const stretch *st, double v1, bool ends) {
@@ -249,6 +250,15 @@ static bool cruise(writer *w, const piece *p, uint64_t end) {
     return true;
 }
 
+/* The phase that the end of the last commit has cut. */
+static void run_on(writer *w, uint64_t end) {
+    const run_left rest = w->e->plan.rest;
+    bool fits = rest.pass == w->e->plan.passes && rest.piece == w->piece && rest.s == w->s && rest.v == w->v && rest.v > 0.0 && !writer_full(w);
+    if (!fits) return;
+    run(w, rest.a, rest.time, rest.s1, rest.v1, rest.last);
+    if (w->s >= piece_at(w->e, w->piece)->length) leave_motion(w, end);
+}
+
 /* From here on more of the path would let it drive faster, and enough is committed until then. */
 static bool waits_for_path(const writer *w) { return !w->out && w->seconds >= w->least && w->piece >= w->e->plan.fixed_to; }
 
@@ -355,9 +365,19 @@ static uint64_t plan_under(engine *e, const conditions *c) {
     return end;
 }
 
-static bool same_conditions(const conditions *a, const conditions *b) {
-    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 && a->held_axes == b->held_axes &&
-           memcmp(&a->done, &b->done, sizeof a->done) == 0 && memcmp(&a->done_again, &b->done_again, sizeof a->done_again) == 0;
+static double reserve_wanted(const engine *e) { return e->plan.ext_speed < NEVER ? NEVER : e->plan.override > 1.0 ? 2.0 : 1.0; }
+
+static bool same_counts(const techno_counts *now, const techno_counts *then) {
+    return ATOMIC_GET(now->std_freed) == then->std_freed && ATOMIC_GET(now->std_acked) == then->std_acked &&
+           ATOMIC_GET(now->late_freed) == then->late_freed && ATOMIC_GET(now->slm_acked) == then->slm_acked &&
+           ATOMIC_GET(now->slp_acked) == then->slp_acked;
+}
+
+/* The last plan was made under the present conditions. */
+static bool conditions_hold(engine *e) {
+    const planner *p = &e->plan;
+    return reserve_wanted(e) == p->reserve_override && ATOMIC_GET(e->single_now) == p->single && ATOMIC_GET(e->m01_now) == p->m01 &&
+           ATOMIC_GET(e->held_axes) == p->held_axes && same_counts(&e->done, &p->done) && same_counts(&e->done_again, &p->done_again);
 }
 
 static conditions conditions_now(const engine *e) {
@@ -366,21 +386,21 @@ static conditions conditions_now(const engine *e) {
 }
 
 static conditions conditions_wanted(engine *e) {
-    return (conditions){e->plan.ext_speed < NEVER ? NEVER : e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
-                        ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
+    return (conditions){reserve_wanted(e), techno_done(&e->done), techno_done(&e->done_again), ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now),
+                        ATOMIC_GET(e->held_axes)};
 }
 
 /* New conditions are taken over where the present state can be continued legally under them: a larger override, a speed that
  * the PLC commands (any speed may come) and an opened gate all make zones, where less acceleration is left. Until then the old
  * ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
-    conditions old = conditions_now(e), want = conditions_wanted(e);
-    if (same_conditions(&old, &want)) {
+    if (conditions_hold(e)) {
         corner_caps(e);
         uint64_t end = window_end(e);
         backward_pass(e, end);
         return end;
     }
+    conditions old = conditions_now(e), want = conditions_wanted(e);
     uint64_t end = plan_under(e, &want);
     if (state_feasible(e, end, want.reserve_override == old.reserve_override ? FEASIBLE_BENT : FEASIBLE)) return end; /* else cut anew */
     if (want.reserve_override > old.reserve_override) e->plan.override = lesser(e->plan.override, old.reserve_override);
@@ -417,26 +437,27 @@ static double commit_low(const engine *e) {
 /* Where nothing has changed, the last window does as long as the path does not come to where it would be faster with a
  * later end: the same motion is found without looking at every window between. */
 static bool drive_last_window(engine *e, writer *w) {
-    conditions now = conditions_now(e), want = conditions_wanted(e);
     uint64_t driven = e->plan.piece - e->plan.passed_at; /* the window is moved on in parts that take little time each */
-    if (e->foresight || driven * MOVES > e->cfg.window || e->plan.piece >= e->plan.fixed_to || !needs_hold(e) || !same_conditions(&now, &want)) return false;
+    if (e->foresight || driven * MOVES > e->cfg.window || e->plan.piece >= e->plan.fixed_to || !needs_hold(e) || !conditions_hold(e)) return false;
     uint64_t written = e->plan.written;
-    const writer from = *w;
+    run_on(w, e->plan.need_end);
     drive_window(w, e->plan.need_end);
     if (!w->refused && (w->piece < e->plan.fixed_to || (w->piece == e->plan.fixed_to && w->s <= 0.0))) return true;
-    *w = from;
     e->plan.written = written;
     return false;
 }
 
 static void commit(engine *e) {
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e), .left = e->plan.left};
-    w.least = commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s - ahead_s(e);
+    double ahead = ahead_s(e), least = commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s - ahead;
+    const writer begin = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead, .least = least};
+    writer w = begin;
+    w.left = e->plan.left;
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     uint64_t end = e->plan.need_end;
     if (!drive_last_window(e, &w)) {
         end = choose_window(e);
+        w = begin;
         w.left = e->plan.left; /* its stretch may be cut anew now */
         drive_window(&w, end);
     }
