@@ -571,7 +571,6 @@ bool curve_row_check(engine *e, const nc_block *row, const double *pool, int64_t
 void curve_piece_build(engine *e, piece *p);
 void curve_piece_position(const engine *e, const piece *p, double s, double *q);
 void curve_piece_tangent(const engine *e, const piece *p, double s, double *u);
-void curve_add_curvature(const engine *e, const piece *p, double *curvature);
 /* A stretch of a piece with the acceleration that jumps use up on it. */
 typedef struct strip {
     double length;

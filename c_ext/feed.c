@@ -31,7 +31,7 @@ static void set_jump(engine *e, piece *p) {
     const piece *before = piece_at(e, e->feed.last_motion);
     for (int i = 0; i < e->cfg.axis_count; i++) {
         p->jump[i] = fabs(p->tangent_in[i] - before->tangent_out[i]);
-        p->jump_max = fmax(p->jump_max, p->jump[i]);
+        p->jump_max = greater(p->jump_max, p->jump[i]);
     }
 }
 
