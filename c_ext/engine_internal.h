@@ -747,6 +747,7 @@ void foresight_begin_program(engine *e);
 int serve_request(engine *e);
 
 /* memory.c */
+void memory_large(void *memory, size_t bytes);
 void memory_touch(void *memory, size_t bytes);
 
 /* engine.c */

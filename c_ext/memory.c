@@ -5,15 +5,34 @@
 #include <unistd.h>
 #include "engine_internal.h"
 
-void memory_touch(void *memory, size_t bytes) {
-    size_t page = (size_t)sysconf(_SC_PAGESIZE);
-    char *first = (char *)(((uintptr_t)memory + page - 1) / page * page), *end = (char *)memory + bytes;
-    if (first >= end) return;
+typedef struct pages {
+    char *first;
+    size_t bytes, page;
+} pages;
+
+static pages whole_pages(void *memory, size_t bytes) {
+    size_t page = (size_t)sysconf(_SC_PAGESIZE), skipped = (page - (uintptr_t)memory % page) % page;
+    return (pages){(char *)memory + skipped, bytes > skipped ? (bytes - skipped) / page * page : 0, page};
+}
+
+/* Large pages for what is touched in its time. */
+void memory_large(void *memory, size_t bytes) {
+    pages p = whole_pages(memory, bytes);
 #ifdef MADV_HUGEPAGE
-    (void)madvise(first, (size_t)(end - first) / page * page, MADV_HUGEPAGE);
+    if (p.bytes) (void)madvise(p.first, p.bytes, MADV_HUGEPAGE);
+#else
+    (void)p;
 #endif
+}
+
+void memory_touch(void *memory, size_t bytes) {
+    pages p = whole_pages(memory, bytes);
+    memory_large(memory, bytes);
 #ifdef MADV_POPULATE_WRITE
-    (void)madvise(first, (size_t)(end - first) / page * page, MADV_POPULATE_WRITE);
+    if (p.bytes) (void)madvise(p.first, p.bytes, MADV_POPULATE_WRITE);
 #endif
-    for (volatile char *at = first; at < end; at += page) *at = *at;
+    for (size_t at = 0; at < p.bytes; at += p.page) {
+        volatile char *byte = p.first + at;
+        *byte = *byte;
+    }
 }

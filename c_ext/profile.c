@@ -87,11 +87,13 @@ static double rest_of_cycle(engine *e, double at) {
     return rest < SHORT_PART * dt ? rest + dt : rest;
 }
 
+static inline bool cuts_phases(engine *e) { return e->drive.planner || ATOMIC_GET(e->run_running); }
+
 /* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). Pumped on one thread without
  * jerk it is cut then and there. */
 static void commit_phase(writer *w, const phase *ph) {
     engine *e = w->e;
-    if (!e->drive.planner && !ATOMIC_GET(e->run_running)) {
+    if (!cuts_phases(e)) {
         e->phase_ring[e->plan.written++ & (PHASE_RING - 1)] = *ph;
         return;
     }
@@ -116,9 +118,18 @@ void write_phase(writer *w, const phase *ph) {
     w->seconds += ph->time;
 }
 
+/* Pumped on one thread without jerk phases are not cut: they are written where they stay. */
+static inline phase *phase_slot(writer *w) {
+    if (w->out) return &w->out[w->count++];
+    return &w->e->phase_ring[w->e->plan.written++ & (PHASE_RING - 1)];
+}
+
 static void emit(writer *w, double a, double time, bool last) {
-    phase ph = {.piece = w->piece, .s0 = w->s, .v0 = w->v, .a = a, .time = time, .last = last};
-    write_phase(w, &ph);
+    const phase ph = {.piece = w->piece, .s0 = w->s, .v0 = w->v, .a = a, .time = time, .last = last};
+    if (w->out || !cuts_phases(w->e)) {
+        *phase_slot(w) = ph;
+        w->seconds += time;
+    } else write_phase(w, &ph);
 }
 
 /* Constant acceleration until speed v1 or distance d (whichever the caller computed to coincide); cut at the budget. */
@@ -447,18 +458,32 @@ static bool drive_last_window(engine *e, writer *w) {
     return false;
 }
 
+/* A commit from where committed motion ends. What is of tails and of planning with jerk is not looked at. */
+static void begin_commit(engine *e, writer *w, double ahead) {
+    w->e = e;
+    w->out = NULL;
+    w->count = w->max = 0;
+    w->piece = e->plan.piece;
+    w->s = e->plan.s;
+    w->v = e->plan.v;
+    w->seconds = w->motion = 0.0;
+    w->budget = commit_high(e) - ahead;
+    w->least = commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s - ahead;
+    w->too_fast = 0;
+    w->refused = false;
+    w->left = e->plan.left;
+}
+
 static void commit(engine *e) {
-    double ahead = ahead_s(e), least = commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s - ahead;
-    const writer begin = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead, .least = least};
-    writer w = begin;
-    w.left = e->plan.left;
+    writer w;
+    double ahead = ahead_s(e);
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     uint64_t end = e->plan.need_end;
+    begin_commit(e, &w, ahead);
     if (!drive_last_window(e, &w)) {
         end = choose_window(e);
-        w = begin;
-        w.left = e->plan.left; /* its stretch may be cut anew now */
+        begin_commit(e, &w, ahead); /* its stretch may be cut anew now */
         drive_window(&w, end);
     }
     bool due = !ATOMIC_GET(e->run_running) && !e->plan.fed_anew;
@@ -518,14 +543,14 @@ static bool wants_hold(engine *e) {
     return ATOMIC_GET(e->hold_now) || override <= 0.0 || feed_job_pending(e);
 }
 
-/* The planner's work, timed: feed, plan, commit. */
-static __attribute__((noinline)) bool commit_more(engine *e, bool rejoins) {
+/* The planner's work, timed: feed, plan, commit. `hold`: the path is to come to rest. */
+static __attribute__((noinline)) bool commit_more(engine *e, bool rejoins, bool hold) {
     if (!rejoins) feed(e);
     if (e->plan.piece >= e->piece_head) return false;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
     __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
-    e->plan.hold = wants_hold(e);
+    e->plan.hold = hold;
     if (rejoins) rejoin_offer(e);
     else if (e->drive.planner) drive_commit(e);
     else commit(e);
@@ -535,14 +560,15 @@ static __attribute__((noinline)) bool commit_more(engine *e, bool rejoins) {
 static int pump(engine *e) {
     if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start) || !rejoin_settled(e)) return 0;
     bool rejoins = rejoin_possible(e);
+    if (!rejoins && (!resume_after_tail(e) || !jobs_allow(e))) return 0;
+    bool hold = wants_hold(e);
     if (!rejoins) {
-        if (!resume_after_tail(e) || !jobs_allow(e)) return 0;
-        if (wants_hold(e) && !e->plan.hold) recall_commit(e);
+        if (hold && !e->plan.hold) recall_commit(e);
         if (e->plan.late || ahead_s(e) >= commit_low(e)) return 0;
     }
     uint64_t before = e->plan.written;
     watch_start(e);
-    if (!commit_more(e, rejoins)) return 0;
+    if (!commit_more(e, rejoins, hold)) return 0;
     watch_stop(e);
     return e->plan.written != before;
 }
