@@ -52,7 +52,7 @@ def write_layout_header() -> None:
 
 def compile_args() -> tuple[list[str], list[str]]:
     """(compiler, linker) arguments. No -ffast-math and no contraction: distances must add up the same everywhere."""
-    args = ["-std=gnu11", "-O2", "-fvisibility=hidden", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off"]
+    args = ["-std=gnu11", "-O3", "-fvisibility=hidden", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off"]
     args += ["-Wno-psabi", "-pthread"]
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
