@@ -59,8 +59,10 @@ static double integrate(const curve *c, double a, double b, double *low, double 
     for (int k = 0; k < 4; k++) {
         pair v = speeds(c, (pair){middle - half * NODE[k], middle + half * NODE[k]});
         sum += WEIGHT[k] * (v[0] + v[1]);
-        *low = fmin(*low, fmin(v[0], v[1]));
-        *high = fmax(*high, fmax(v[0], v[1]));
+        if (*low > v[0]) *low = v[0];
+        if (*low > v[1]) *low = v[1];
+        if (*high < v[0]) *high = v[0];
+        if (*high < v[1]) *high = v[1];
     }
     return half * sum;
 }
@@ -78,7 +80,10 @@ double curve_length_to(const curve *c, double w) {
 double curve_length_between(const curve *c, double a, double b) {
     static const double node[2] = {0.3399810435848563, 0.8611363115940526}, weight[2] = {0.6521451548625461, 0.3478548451374538};
     double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a), sum = 0.0;
-    for (int k = 0; k < 2; k++) sum += weight[k] * (speed(c, middle - half * node[k]) + speed(c, middle + half * node[k]));
+    for (int k = 0; k < 2; k++) {
+        pair v = speeds(c, (pair){middle - half * node[k], middle + half * node[k]});
+        sum += weight[k] * (v[0] + v[1]);
+    }
     return half * sum;
 }
 

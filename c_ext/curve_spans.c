@@ -24,6 +24,8 @@
 #define SIGNS 4          /* rows of an axis that carry along what they lose */
 #define AT_ONCE 12       /* stretches that a certificate of a whole piece is cut into ... */
 #define OF_PART 4        /* ... and one of a part */
+#define CLEARLY 2         /* so many times that: it is cut in halves without being looked at */
+#define TIGHTER 4         /* about how many times fewer stretches a half needs by its own certificate */
 #define HALVINGS 8
 #define STOP_HALVINGS 3  /* at least, between two standstills */
 #define SHORTEST_MM 1e-5
@@ -240,18 +242,20 @@ static int most_constant(const builder *b, double w) {
     return cells + b->strips + HALVINGS;
 }
 
-static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least);
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least, int about);
 
-/* From one place to another; cut in halves at least `least` times, `halvings` at the most. */
-static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
+/* From one place to another; cut in halves at least `least` times, `halvings` at the most. `about`: so many stretches, by the
+ * certificate of a part twice as long or more; 0: that says nothing. */
+static void refine(builder *b, const place *from, const place *to, int halvings, int least, int about) {
     double parts[2][NC_AXES];
-    if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
+    if (least > 0 && cut_in_halves(b, from, to, halvings, least, about)) return;
+    if (about > CLEARLY * OF_PART && halvings > 0 && cut_in_halves(b, from, to, halvings, least, about)) return;
     int left = b->counting ? INT_MAX : (int)b->has->count - (int)b->p->span_count - most_constant(b, from->at.w);
     bool whole = b->certified && from->at.s <= 0.0 && to->at.s >= b->p->length;
     bool sure = whole || curve_certify(b->c, from->at.w, to->at.w, parts[0], parts[1]);
     const double *third = whole ? b->third : parts[0], *fourth = whole ? b->fourth : parts[1];
     int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX, most = halvings < HALVINGS ? OF_PART : AT_ONCE;
-    if (n > most && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
+    if (n > most && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least, n < INT_MAX ? n : 0)) return;
     if (n > most) n = most;
     b->starved |= left < n;
     if (n > left) n = left < 1 ? 1 : left;
@@ -260,13 +264,13 @@ static void refine(builder *b, const place *from, const place *to, int halvings,
     else add_constant(b, from->at.s, to->at.s);
 }
 
-static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least) {
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least, int about) {
     place middle;
     if (to->at.s - from->at.s < SHORTEST_MM) return false;
     place_inside(b, 0.5 * (from->at.w + to->at.w), &middle);
     if (!(middle.at.s > from->at.s && middle.at.s < to->at.s)) return false;
-    refine(b, from, &middle, halvings - 1, least - 1);
-    refine(b, &middle, to, halvings - 1, least - 1);
+    refine(b, from, &middle, halvings - 1, least - 1, about / TIGHTER);
+    refine(b, &middle, to, halvings - 1, least - 1, about / TIGHTER);
     return true;
 }
 
@@ -284,7 +288,7 @@ static bool add_strips(builder *b, const strip *strips, bool stands) {
         for (int i = 0; i < b->c->axes; i++) b->room[i] = b->usable[i] - b->reserve[i];
         place_behind(b, from.at.s, &from);
         place_behind(b, end, &to);
-        refine(b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0);
+        refine(b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0, 0);
         from = to;
     }
     if (b->starved) b->rows = rows;

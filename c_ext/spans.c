@@ -34,8 +34,8 @@ static void free_room(span_room *room) {
 /* Without memory it stays as it is. */
 static void room_for(span_room *room, uint32_t count, uint32_t numbers) {
     if (room->count >= count && room->row_numbers >= numbers) return;
-    span *spans = calloc(count, sizeof(span));
-    double *rows = calloc(numbers, sizeof(double));
+    span *spans = malloc(count * sizeof(span)); /* nothing is read that has not been written */
+    double *rows = malloc(numbers * sizeof(double));
     if (!spans || !rows) {
         free(spans);
         free(rows);
