@@ -249,8 +249,9 @@ static bool cut_in_halves(builder *b, const place *from, const place *to, int ha
 static void refine(builder *b, const place *from, const place *to, int halvings, int least, int about) {
     double parts[2][NC_AXES];
     if (least > 0 && cut_in_halves(b, from, to, halvings, least, about)) return;
-    if (about > CLEARLY * OF_PART && halvings > 0 && cut_in_halves(b, from, to, halvings, least, about)) return;
     int left = b->counting ? INT_MAX : (int)b->has->count - (int)b->p->span_count - most_constant(b, from->at.w);
+    bool clearly = about > CLEARLY * OF_PART && halvings > 0 && left > 1;
+    if (clearly && cut_in_halves(b, from, to, halvings, least, about)) return;
     bool whole = b->certified && from->at.s <= 0.0 && to->at.s >= b->p->length;
     bool sure = whole || curve_certify(b->c, from->at.w, to->at.w, parts[0], parts[1]);
     const double *third = whole ? b->third : parts[0], *fourth = whole ? b->fourth : parts[1];
