@@ -52,9 +52,14 @@ static void add_axis_speeds(const engine *e, const piece *p, const knot *a, cons
 
 /* Of a row |cu u + cx x| <= 1: middle and half of the range of u, which is slope x +- half. */
 static void set_bound(double cu, double cx, double *bound) {
-    bool free = fabs(cu) < 1e-12; /* then it is a bound of x: knot_cap2 */
-    bound[0] = free ? NEVER : 1.0 / fabs(cu);
-    bound[1] = free ? 0.0 : -cx / cu;
+    if (fabs(cu) < 1e-12) { /* then it is a bound of x: knot_cap2 */
+        bound[0] = NEVER;
+        bound[1] = 0.0;
+        return;
+    }
+    double inv = 1.0 / cu;
+    bound[0] = fabs(inv);
+    bound[1] = -cx * inv;
 }
 
 /* Rows of a stretch while they are written; largest |r0|, |r2|, and |r1|, |r3| of them. */

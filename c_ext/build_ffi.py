@@ -52,7 +52,8 @@ def write_layout_header() -> None:
 
 def compile_args() -> tuple[list[str], list[str]]:
     """(compiler, linker) arguments. No -ffast-math and no contraction: distances must add up the same everywhere."""
-    args = ["-std=gnu11", "-O2", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off", "-Wno-psabi", "-pthread"]
+    args = ["-std=gnu11", "-O3", "-fvisibility=hidden", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off"]
+    args += ["-Wno-psabi", "-pthread"]
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
         args.append("-Werror")

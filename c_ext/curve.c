@@ -59,8 +59,10 @@ static double integrate(const curve *c, double a, double b, double *low, double 
     for (int k = 0; k < 4; k++) {
         pair v = speeds(c, (pair){middle - half * NODE[k], middle + half * NODE[k]});
         sum += WEIGHT[k] * (v[0] + v[1]);
-        *low = fmin(*low, fmin(v[0], v[1]));
-        *high = fmax(*high, fmax(v[0], v[1]));
+        if (*low > v[0]) *low = v[0];
+        if (*low > v[1]) *low = v[1];
+        if (*high < v[0]) *high = v[0];
+        if (*high < v[1]) *high = v[1];
     }
     return half * sum;
 }
@@ -78,7 +80,10 @@ double curve_length_to(const curve *c, double w) {
 double curve_length_between(const curve *c, double a, double b) {
     static const double node[2] = {0.3399810435848563, 0.8611363115940526}, weight[2] = {0.6521451548625461, 0.3478548451374538};
     double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a), sum = 0.0;
-    for (int k = 0; k < 2; k++) sum += weight[k] * (speed(c, middle - half * node[k]) + speed(c, middle + half * node[k]));
+    for (int k = 0; k < 2; k++) {
+        pair v = speeds(c, (pair){middle - half * node[k], middle + half * node[k]});
+        sum += weight[k] * (v[0] + v[1]);
+    }
     return half * sum;
 }
 
@@ -91,22 +96,28 @@ void curve_tangent(const curve *c, double w, double *d1) {
     for (int i = 0; i < c->axes; i++) d1[i] = first_derivative(c->c[i], w) / v;
 }
 
-void curve_at(const curve *c, double w, curve_point *p) {
-    double first[NC_AXES], second[NC_AXES], v2 = 0.0, along = 0.0;
+/* First and second derivative by length. */
+void curve_derivatives(const curve *c, double w, double *d1, double *d2) {
+    double v2 = 0.0, along = 0.0;
     for (int i = 0; i < c->axes; i++) {
-        p->q[i] = value(c->c[i], w);
-        first[i] = first_derivative(c->c[i], w);
-        second[i] = second_derivative(c->c[i], w);
+        const double *k = c->c[i];
+        d1[i] = w == 0.0 ? k[1] : first_derivative(k, w);
+        d2[i] = w == 0.0 ? 2.0 * k[2] : second_derivative(k, w);
         if (!(c->metric >> i & 1)) continue;
-        v2 += first[i] * first[i];
-        along += first[i] * second[i];
+        v2 += d1[i] * d1[i];
+        along += d1[i] * d2[i];
     }
     if (c->natural > 0.0) v2 = c->natural * c->natural;
-    double v = sqrt(v2);
+    double inv2 = 1.0 / v2, inv = sqrt(inv2), share = along * inv2;
     for (int i = 0; i < c->axes; i++) {
-        p->d1[i] = first[i] / v;
-        p->d2[i] = (second[i] - first[i] * along / v2) / v2;
+        d2[i] = (d2[i] - d1[i] * share) * inv2;
+        d1[i] *= inv;
     }
+}
+
+void curve_at(const curve *c, double w, curve_point *p) {
+    curve_position(c, w, p->q);
+    curve_derivatives(c, w, p->d1, p->d2);
 }
 
 /* With v = |q'(w)| over the metric axes and dots for derivatives by w: q''' = (q3 - v2 d1 - 3 v v1 d2) / v^3. */

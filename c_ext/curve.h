@@ -43,6 +43,7 @@ double curve_length_to(const curve *c, double w);
 double curve_length_between(const curve *c, double a, double b);
 void curve_position(const curve *c, double w, double *q);
 void curve_tangent(const curve *c, double w, double *d1);
+void curve_derivatives(const curve *c, double w, double *d1, double *d2); /* by arc length */
 void curve_at(const curve *c, double w, curve_point *p);
 void curve_third(const curve *c, double w, double *d3); /* third derivative by arc length */
 /* curve_certify.c */

@@ -82,21 +82,15 @@ INLINE void normal_of(const double *p, int order, const double *e, double *n) {
         for (int k = 0; k < 2 * order - 1; k++) n[i + k] += p[i] * e[k] * SHARE[i][k];
 }
 
-/* Where the parameter runs with the length: the derivatives are those of the polynomial. */
-static void certify_natural(const curve *c, int order, double middle, double half, double *third, double *fourth) {
-    double inv = 1.0 / (c->natural * half), inv3 = inv * inv * inv;
+/* Where the parameter runs with the length: the derivatives are those of the polynomial. Taylor coefficients about the middle. */
+static void certify_natural(const curve *c, double middle, double half, double *third, double *fourth) {
+    double inv = 1.0 / c->natural, inv3 = inv * inv * inv, inv4 = inv3 * inv;
     for (int i = 0; i < c->axes; i++) {
-        double p[FIRST], d2 = 0.0, d3 = 0.0;
-        if (c->moving >> i & 1) {
-            tangent_about(c->c[i], order, middle, half, p);
-            for (int k = 2; k < order; k++) {
-                double m = NUMBER[k] * NUMBER[k - 1] * fabs(p[k]);
-                d2 += m;
-                d3 += m * NUMBER[k - 2];
-            }
-        }
-        third[i] = d2 * inv3;
-        fourth[i] = d3 * inv3 * inv;
+        const double *k = c->c[i];
+        double slope = fabs(24.0 * k[4] + 120.0 * k[5] * middle), bend = fabs(60.0 * k[5]) * half;
+        bool moves = c->moving >> i & 1;
+        third[i] = moves ? (fabs(6.0 * k[3] + middle * (24.0 * k[4] + middle * 60.0 * k[5])) + half * (slope + bend)) * inv3 : 0.0;
+        fourth[i] = moves ? (slope + 2.0 * bend) * inv4 : 0.0;
     }
 }
 
@@ -127,10 +121,10 @@ INLINE bool certify(const curve *c, int order, double middle, double half, doubl
 /* Bounds of q''' and q'''' of every axis between the parameters a and b; false where the speed changes too much to tell. */
 bool curve_certify(const curve *c, double a, double b, double *third, double *fourth) {
     double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a);
-    int order = order_of(c);
     if (c->natural > 0.0) {
-        certify_natural(c, order, middle, half, third, fourth);
+        certify_natural(c, middle, half, third, fourth);
         return true;
     }
+    int order = order_of(c);
     return order == FIRST ? certify(c, FIRST, middle, half, third, fourth) : certify(c, order, middle, half, third, fourth);
 }

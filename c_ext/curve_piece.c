@@ -205,12 +205,6 @@ double curve_piece_cell_end(const engine *e, const piece *p, double s) {
     return cell == last ? p->length : cell_ahead(c, p, cell, scale);
 }
 
-/* Largest |q''| per axis over the piece, taken into `curvature`. */
-void curve_add_curvature(const engine *e, const piece *p, double *curvature) {
-    const curve *c = curve_of(e, p);
-    for (int i = 0; i < c->axes; i++) curvature[i] = fmax(curvature[i], c->bend[i]);
-}
-
 /* Constant bounds over `length` mm of a cell. */
 void curve_cell_span(const engine *e, const piece *p, int cell, const double *reserve, double length, span *out) {
     cell_bounds b = bound_cell(curve_of(e, p), cell);

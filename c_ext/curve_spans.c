@@ -24,6 +24,8 @@
 #define SIGNS 4          /* rows of an axis that carry along what they lose */
 #define AT_ONCE 12       /* stretches that a certificate of a whole piece is cut into ... */
 #define OF_PART 4        /* ... and one of a part */
+#define CLEARLY 2         /* so many times that: it is cut in halves without being looked at */
+#define TIGHTER 4         /* about how many times fewer stretches a half needs by its own certificate */
 #define HALVINGS 8
 #define STOP_HALVINGS 3  /* at least, between two standstills */
 #define SHORTEST_MM 1e-5
@@ -44,6 +46,7 @@ typedef struct builder {
     const curve *c;
     span *spans;
     double *rows, scale, room[NC_AXES];
+    double usable[NC_AXES], v2[NC_AXES]; /* of the axes: acceleration that is planned with, squares of their speeds */
     double fast2;         /* speeds squared that occur at the most: feed and override */
     const double *reserve;
     double loss;          /* share of the acceleration that a stretch may lose before it is cut */
@@ -68,14 +71,22 @@ typedef struct place {
     extent most, likely; /* at the most; u at a standstill, x at constant speed */
 } place;
 
+static void set_axes(builder *b) {
+    for (int i = 0; i < b->c->axes; i++) {
+        double v = piece_v_max(b->e, b->p, i);
+        b->usable[i] = USABLE * piece_a_max(b->e, b->p, i);
+        b->v2[i] = v * v;
+    }
+}
+
 /* The largest u and x that meet |q' u + q'' x| <= room on all axes: two axes together bound both, one axis the one by the
  * other. */
 static extent extent_at(const builder *b, const knot *k) {
     const piece *p = b->p;
     double u = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER, x = b->fast2;
     for (int i = 0; i < b->c->axes; i++) {
-        double v = piece_v_max(b->e, p, i), d1 = k->d1[i], d2 = k->d2[i], room = b->room[i];
-        if (x * d1 * d1 > v * v) x = v * v / (d1 * d1);
+        double d1 = k->d1[i], d2 = k->d2[i], room = b->room[i];
+        if (x * d1 * d1 > b->v2[i]) x = b->v2[i] / (d1 * d1);
         for (int j = 0; j < i; j++) {
             double cross = fabs(d1 * k->d2[j] - k->d1[j] * d2);
             double along = fabs(d2) * b->room[j] + fabs(k->d2[j]) * room, across = fabs(d1) * b->room[j] + fabs(k->d1[j]) * room;
@@ -95,13 +106,11 @@ static extent extent_at(const builder *b, const knot *k) {
 }
 
 static void knot_at(const builder *b, double w, double s, knot *k) {
-    curve_point at;
-    curve_at(b->c, w, &at);
     double bend2 = 0.0;
+    curve_derivatives(b->c, w, k->d1, k->d2);
     for (int i = 0; i < b->c->axes; i++) {
-        k->d1[i] = b->p->dir * at.d1[i];
-        k->d2[i] = at.d2[i];
-        if (b->c->metric >> i & 1) bend2 += at.d2[i] * at.d2[i];
+        if (b->p->dir < 0) k->d1[i] = -k->d1[i];
+        if (b->c->metric >> i & 1) bend2 += k->d2[i] * k->d2[i];
     }
     k->bend = sqrt(bend2);
     k->w = w;
@@ -124,8 +133,13 @@ static void place_at(const builder *b, double w, double s, place *out) {
 }
 
 /* Inside of a piece, at the parameter w. */
+static void knot_inside(const builder *b, double w, knot *k) {
+    knot_at(b, w, b->p->dir * (curve_length_to(b->c, w) * b->scale - b->p->from), k);
+}
+
 static void place_inside(const builder *b, double w, place *out) {
-    place_at(b, w, b->p->dir * (curve_length_to(b->c, w) * b->scale - b->p->from), out);
+    knot_inside(b, w, &out->at);
+    reach_at(b, out);
 }
 
 static double parameter_behind(const builder *b, double s) { return curve_parameter(b->c, (b->p->from + b->p->dir * s) / b->scale); }
@@ -193,16 +207,21 @@ static void add_stretch(builder *b, const place *from, const place *to, const do
     for (int k = 0; k < 2; k++) s->cap2[k] = lesser(s->cap2[k], b->fast2);
 }
 
-/* Into how many stretches the part between two places has to be cut. */
-static int parts_needed(const builder *b, const place *from, const place *to, const double *third, const double *fourth) {
-    double h = to->at.s - from->at.s, worst = 0.0;
-    extent most = b->likely ? extent_between(&from->likely, &to->likely, h) : extent_between(&from->most, &to->most, h);
+/* Into how many stretches a part of length h has to be cut where that is reached. */
+static int parts_for(const builder *b, extent most, double h, const double *third, const double *fourth) {
+    double worst = 0.0;
     for (int i = 0; i < b->c->axes; i++) {
         double loss = h * h * (0.625 * third[i] * most.u + 0.125 * fourth[i] * most.x);
         if (loss > worst * b->room[i]) worst = loss / b->room[i];
     }
+    if (worst >= 0.0 && worst <= b->loss) return 1;
     double n = ceil(sqrt(worst / b->loss));
-    return n < 1.0 ? 1 : n < INT_MAX ? (int)n : INT_MAX;
+    return n < INT_MAX ? (int)n : INT_MAX;
+}
+
+static int parts_needed(const builder *b, const place *from, const place *to, const double *third, const double *fourth) {
+    double h = to->at.s - from->at.s;
+    return parts_for(b, b->likely ? extent_between(&from->likely, &to->likely, h) : extent_between(&from->most, &to->most, h), h, third, fourth);
 }
 
 static void add_stretches(builder *b, const place *from, const place *to, int n, const double *third, const double *fourth) {
@@ -223,18 +242,21 @@ static int most_constant(const builder *b, double w) {
     return cells + b->strips + HALVINGS;
 }
 
-static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least);
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least, int about);
 
-/* From one place to another; cut in halves at least `least` times, `halvings` at the most. */
-static void refine(builder *b, const place *from, const place *to, int halvings, int least) {
+/* From one place to another; cut in halves at least `least` times, `halvings` at the most. `about`: so many stretches, by the
+ * certificate of a part twice as long or more; 0: that says nothing. */
+static void refine(builder *b, const place *from, const place *to, int halvings, int least, int about) {
     double parts[2][NC_AXES];
-    if (least > 0 && cut_in_halves(b, from, to, halvings, least)) return;
+    if (least > 0 && cut_in_halves(b, from, to, halvings, least, about)) return;
     int left = b->counting ? INT_MAX : (int)b->has->count - (int)b->p->span_count - most_constant(b, from->at.w);
+    bool clearly = about > CLEARLY * OF_PART && halvings > 0 && left > 1;
+    if (clearly && cut_in_halves(b, from, to, halvings, least, about)) return;
     bool whole = b->certified && from->at.s <= 0.0 && to->at.s >= b->p->length;
     bool sure = whole || curve_certify(b->c, from->at.w, to->at.w, parts[0], parts[1]);
     const double *third = whole ? b->third : parts[0], *fourth = whole ? b->fourth : parts[1];
     int n = sure ? parts_needed(b, from, to, third, fourth) : INT_MAX, most = halvings < HALVINGS ? OF_PART : AT_ONCE;
-    if (n > most && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least)) return;
+    if (n > most && halvings > 0 && left > 1 && cut_in_halves(b, from, to, halvings, least, n < INT_MAX ? n : 0)) return;
     if (n > most) n = most;
     b->starved |= left < n;
     if (n > left) n = left < 1 ? 1 : left;
@@ -243,13 +265,13 @@ static void refine(builder *b, const place *from, const place *to, int halvings,
     else add_constant(b, from->at.s, to->at.s);
 }
 
-static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least) {
+static bool cut_in_halves(builder *b, const place *from, const place *to, int halvings, int least, int about) {
     place middle;
     if (to->at.s - from->at.s < SHORTEST_MM) return false;
     place_inside(b, 0.5 * (from->at.w + to->at.w), &middle);
     if (!(middle.at.s > from->at.s && middle.at.s < to->at.s)) return false;
-    refine(b, from, &middle, halvings - 1, least - 1);
-    refine(b, &middle, to, halvings - 1, least - 1);
+    refine(b, from, &middle, halvings - 1, least - 1, about / TIGHTER);
+    refine(b, &middle, to, halvings - 1, least - 1, about / TIGHTER);
     return true;
 }
 
@@ -264,10 +286,10 @@ static bool add_strips(builder *b, const strip *strips, bool stands) {
         double end = k + 1 == b->strips ? p->length : from.at.s + strips[k].length;
         if (!(end > from.at.s)) continue;
         b->reserve = strips[k].reserve;
-        for (int i = 0; i < b->c->axes; i++) b->room[i] = USABLE * piece_a_max(b->e, p, i) - b->reserve[i];
+        for (int i = 0; i < b->c->axes; i++) b->room[i] = b->usable[i] - b->reserve[i];
         place_behind(b, from.at.s, &from);
         place_behind(b, end, &to);
-        refine(b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0);
+        refine(b, &from, &to, HALVINGS, stands ? STOP_HALVINGS : 0, 0);
         from = to;
     }
     if (b->starved) b->rows = rows;
@@ -303,35 +325,37 @@ typedef struct swing {
     double d1, d2, ends[2];
 } swing;
 
-/* Largest path acceleration at one end if the axes do not bend, largest speed there. */
-static void free_at(const builder *b, const swing *w, int end, const double *room, double *accel, double *x) {
-    *accel = *x = NEVER;
-    for (int i = 0; i < b->c->axes; i++) {
-        double d = w[i].ends[end], v = piece_v_max(b->e, b->p, i);
-        if (*accel * d > room[i]) *accel = room[i] / d;
-        if (*x * d * d > v * v) *x = v * v / (d * d);
-    }
-}
-
 /* What constant bounds may lose of the path acceleration that the axes have: on a ramp over many pieces it adds up. */
 static double gentle_loss(const builder *b, double free) {
     return b->fast2 > 2.0 * free * MANY_PIECES * b->p->length ? GENTLE_RAMP : GENTLE_ACCEL;
 }
 
-/* Constant bounds of a strip that hold up to the speed squared x; false where they would cost too much. */
+/* Constant bounds of a strip that hold up to the speed squared x; false where they would cost too much of the path acceleration. */
 static bool gentle_strip(const builder *b, const swing *w, const double *reserve, double length, double x, span *out) {
-    double accel = NEVER, room[NC_AXES], free, fast;
+    double accel = NEVER, free[2] = {NEVER, NEVER};
     for (int i = 0; i < b->c->axes; i++) {
-        room[i] = USABLE * piece_a_max(b->e, b->p, i) - reserve[i];
-        double left = room[i] - w[i].d2 * x;
+        double room = b->usable[i] - reserve[i], left = room - w[i].d2 * x;
         if (accel * w[i].d1 > left) accel = left / w[i].d1;
+        for (int k = 0; k < 2; k++)
+            if (free[k] * w[i].ends[k] > room) free[k] = room / w[i].ends[k];
     }
-    for (int k = 0; k < 2; k++) {
-        free_at(b, w, k, room, &free, &fast);
-        if (accel < (1.0 - gentle_loss(b, free)) * free || x < (1.0 - GENTLE_SPEED) * lesser(fast, b->fast2)) return false;
-    }
+    for (int k = 0; k < 2; k++)
+        if (accel < (1.0 - gentle_loss(b, free[k])) * free[k]) return false;
     if (b->p->limits.path_acceleration > 0) accel = lesser(accel, (double)b->p->limits.path_acceleration);
     *out = (span){.length = length, .accel = accel, .v_hard = sqrt(x)};
+    return true;
+}
+
+/* Whether x is about the speed squared that the axes allow at both ends. */
+static bool fast_enough(const builder *b, const swing *w, double x) {
+    for (int k = 0; k < 2; k++) {
+        double fast = b->fast2;
+        for (int i = 0; i < b->c->axes; i++) {
+            double d = w[i].ends[k];
+            if (fast * d * d > b->v2[i]) fast = b->v2[i] / (d * d);
+        }
+        if (x < (1.0 - GENTLE_SPEED) * fast) return false;
+    }
     return true;
 }
 
@@ -340,8 +364,8 @@ static bool gentle_ends(const builder *b) {
     for (int k = 0; k < 2; k++) {
         double free = NEVER, accel = NEVER;
         for (int i = 0; i < b->c->axes; i++) {
-            double room = USABLE * piece_a_max(b->e, b->p, i), d = fabs(b->ends[k].d1[i]), left = room - fabs(b->ends[k].d2[i]) * b->fast2;
-            if (free * d > room) free = room / d;
+            double d = fabs(b->ends[k].d1[i]), left = b->usable[i] - fabs(b->ends[k].d2[i]) * b->fast2;
+            if (free * d > b->usable[i]) free = b->usable[i] / d;
             if (accel * d > left) accel = left / d;
         }
         if (accel < (1.0 - gentle_loss(b, free)) * free) return false;
@@ -354,11 +378,10 @@ static double swings_of(const builder *b, swing *w) {
     const piece *p = b->p;
     double h = b->ends[1].s - b->ends[0].s, bend = 0.0, x = b->fast2, h2 = 0.125 * h * h;
     for (int i = 0; i < b->c->axes; i++) {
-        double v = piece_v_max(b->e, p, i);
         for (int k = 0; k < 2; k++) w[i].ends[k] = fabs(b->ends[k].d1[i]);
         w[i].d1 = greater(w[i].ends[0], w[i].ends[1]) + h2 * b->third[i] + ROUNDING;
         w[i].d2 = greater(fabs(b->ends[0].d2[i]), fabs(b->ends[1].d2[i])) + h2 * b->fourth[i];
-        if (x * w[i].d1 * w[i].d1 > v * v) x = v * v / (w[i].d1 * w[i].d1);
+        if (x * w[i].d1 * w[i].d1 > b->v2[i]) x = b->v2[i] / (w[i].d1 * w[i].d1);
         if (b->c->metric >> i & 1) bend += w[i].d2 * w[i].d2;
     }
     if (p->limits.radial_acceleration > 0 && bend > 0.0) x = lesser(x, (double)p->limits.radial_acceleration / sqrt(bend));
@@ -366,14 +389,33 @@ static double swings_of(const builder *b, swing *w) {
     return x;
 }
 
+/* More than can be reached at either end: what the axes allow one by one. */
+static extent reach_bound(const builder *b) {
+    double u = b->p->limits.path_acceleration > 0 ? (double)b->p->limits.path_acceleration : NEVER;
+    for (int i = 0; i < b->c->axes; i++) {
+        double d1 = fabs(b->ends[0].d1[i]), most = b->room[i] + fabs(b->ends[0].d2[i]) * b->fast2;
+        if (u * d1 > most) u = most / d1;
+    }
+    return (extent){u, b->fast2};
+}
+
+/* Into how many stretches a part between `ends` would be cut; not looked at closely where they are few. */
+static int about_parts(builder *b) {
+    double h = b->ends[1].s - b->ends[0].s;
+    int n = parts_for(b, reach_bound(b), h, b->third, b->fourth);
+    if (n * KEPT_PARTS < (int)SPANS_FEW) return n;
+    extent at[2] = {extent_at(b, &b->ends[0]), extent_at(b, &b->ends[1])};
+    return parts_for(b, extent_between(&at[0], &at[1], h), h, b->third, b->fourth);
+}
+
 /* Largest speed squared that may be kept between two places, with what the rows there will lose. `count`: how many stretches
  * there will be. */
-static double kept_between(builder *b, const place *from, const place *to, int *count) {
+static double kept_between(builder *b, const knot *from, const knot *to, int *count) {
     swing w[NC_AXES];
-    b->ends[0] = from->at;
-    b->ends[1] = to->at;
-    if (!curve_certify(b->c, from->at.w, to->at.w, b->third, b->fourth)) return 0.0;
-    int n = parts_needed(b, from, to, b->third, b->fourth);
+    b->ends[0] = *from;
+    b->ends[1] = *to;
+    if (!curve_certify(b->c, from->w, to->w, b->third, b->fourth)) return 0.0;
+    int n = about_parts(b);
     *count += n < (int)SPANS_FEW ? n : (int)SPANS_FEW;
     double x = KEPT_SPEED * swings_of(b, w);
     for (int i = 0; i < b->c->axes; i++)
@@ -386,17 +428,24 @@ static double kept_between(builder *b, const place *from, const place *to, int *
 double curve_cruise2(engine *e, piece *p, const double *reserve, double wanted) {
     const curve *c = curve_of(e, p);
     double top = reachable(p, OVER_FEED), x = 0.0;
-    builder b = {.e = e, .p = p, .c = c, .scale = p->whole / curve_length(c), .fast2 = top * top, .loss = LOSS};
-    for (int i = 0; i < c->axes; i++) b.room[i] = USABLE * piece_a_max(e, p, i) - reserve[i];
-    place at[KEPT_PARTS + 1];
-    place_at(&b, parameter_behind(&b, 0.0), 0.0, &at[0]);
-    place_at(&b, parameter_behind(&b, p->length), p->length, &at[KEPT_PARTS]);
+    builder b; /* of which little is of use here: not cleared */
+    b.e = e;
+    b.p = p;
+    b.c = c;
+    b.scale = p->whole / curve_length(c);
+    b.fast2 = top * top;
+    b.loss = LOSS;
+    set_axes(&b);
+    for (int i = 0; i < c->axes; i++) b.room[i] = b.usable[i] - reserve[i];
+    knot at[KEPT_PARTS + 1];
+    knot_at(&b, parameter_behind(&b, 0.0), 0.0, &at[0]);
+    knot_at(&b, parameter_behind(&b, p->length), p->length, &at[KEPT_PARTS]);
     for (int step = KEPT_PARTS; step > 0 && x < wanted; step /= 2) {
         int count = 0;
         x = NEVER;
         for (int k = 0; k < KEPT_PARTS && (x >= wanted || step == KEPT_PARTS); k += step) {
-            place *to = &at[k + step];
-            if (k + step < KEPT_PARTS && k / step % 2 == 0) place_inside(&b, 0.5 * (at[k].at.w + at[k + 2 * step].at.w), to);
+            knot *to = &at[k + step];
+            if (k + step < KEPT_PARTS && k / step % 2 == 0) knot_inside(&b, 0.5 * (at[k].w + at[k + 2 * step].w), to);
             x = lesser(x, kept_between(&b, &at[k], to, &count));
         }
         if (count >= (int)SPANS_FEW) x = 0.0;
@@ -412,9 +461,9 @@ static bool add_gentle(builder *b, const strip *strips) {
     if (!gentle_ends(b)) return false;
     b->certified = curve_certify(b->c, b->ends[0].w, b->ends[1].w, b->third, b->fourth);
     if (!b->certified) return false;
-    double x = swings_of(b, w);
+    double x = swings_of(b, w), at = 0.0;
     int n = 0;
-    double at = 0.0;
+    if (!fast_enough(b, w, x)) return false;
     for (int i = 0; i < b->strips; i++) {
         double end = i + 1 == b->strips ? p->length : at + strips[i].length;
         if (!(end > at)) continue;
@@ -432,6 +481,7 @@ void curve_piece_spans(engine *e, piece *p, span_room *has, const strip *strips,
     span_room first = spans_first(e, has);
     builder b = {.e = e, .p = p, .c = c, .spans = has->spans, .rows = has->rows, .has = &first, .scale = p->whole / curve_length(c),
                  .fast2 = top * top, .strips = n, .loss = seconds_about(e, p) > LONG_S ? LOSS_LONG : LOSS};
+    set_axes(&b);
     knot_at(&b, parameter_behind(&b, 0.0), 0.0, &b.ends[0]);
     knot_at(&b, parameter_behind(&b, p->length), p->length, &b.ends[1]);
     double reached = reachable(p, e->plan.reserve_override);

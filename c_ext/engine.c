@@ -28,7 +28,12 @@ static bool allocate(engine *e) {
     e->curves = calloc(stored, sizeof(curve));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
-    return e->elements && e->store && e->pieces && e->curves && e->phase_ring && e->plan.tails[0].phases && e->plan.tails[1].phases;
+    if (!e->elements || !e->store || !e->pieces || !e->curves || !e->phase_ring || !e->plan.tails[0].phases || !e->plan.tails[1].phases) return false;
+    memory_large(e->store, stored * sizeof(piece));
+    memory_large(e->curves, stored * sizeof(curve));
+    memory_touch(e->pieces, (e->piece_mask + 1) * sizeof(piece));
+    memory_touch(e->phase_ring, PHASE_RING * sizeof(phase));
+    return true;
 }
 
 static void attach_segment(engine *e, void *segment) {

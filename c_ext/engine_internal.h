@@ -142,6 +142,14 @@ typedef struct bent_left {
     double s, v, to, x1, soft, end2;
 } bent_left;
 
+/* What the end of a commit has left of a phase: from s with v, over `time` with a, to s1 with v1. It holds in the pass over the
+ * needs that it was found in. */
+typedef struct run_left {
+    uint64_t piece, pass;
+    double s, v, a, time, s1, v1;
+    bool last;
+} run_left;
+
 typedef struct bent_step {
     double u, h, x1; /* path acceleration, over how many mm, speed squared behind them */
 } bent_step;
@@ -245,7 +253,7 @@ typedef struct need_key {
 
 /* CPU time of the planner (stopwatch.c). */
 typedef struct stopwatch {
-    double clock_s;         /* what reading the CPU clock takes */
+    double clock_s, passing_s; /* what reading the CPU clock takes, and that of the passing time */
     uint64_t pumps, chance; /* which pumps are timed */
     double weight;          /* how many pumps the next one stands for; 0: it is not timed */
     double from, cpu_before;
@@ -258,6 +266,8 @@ typedef struct planner {
     uint64_t need_end;   /* end of the last pass over need2, 0: none that is still true */
     uint64_t fixed_to;   /* the needs of pieces below it are the same whatever comes behind the window of that pass */
     uint64_t passed_at;  /* where committed motion ended at the last pass */
+    uint64_t passes;     /* over the window, as many as there have been */
+    run_left rest;
     uint64_t window_from, window_to; /* the window as counted last ... */
     uint32_t window_motions;         /* ... and the motions in it */
     bent_left left;
@@ -573,7 +583,6 @@ bool curve_row_check(engine *e, const nc_block *row, const double *pool, int64_t
 void curve_piece_build(engine *e, piece *p);
 void curve_piece_position(const engine *e, const piece *p, double s, double *q);
 void curve_piece_tangent(const engine *e, const piece *p, double s, double *u);
-void curve_add_curvature(const engine *e, const piece *p, double *curvature);
 /* A stretch of a piece with the acceleration that jumps use up on it. */
 typedef struct strip {
     double length;
@@ -757,6 +766,10 @@ void foresight_begin_program(engine *e);
 
 /* serve.c */
 int serve_request(engine *e);
+
+/* memory.c */
+void memory_large(void *memory, size_t bytes);
+void memory_touch(void *memory, size_t bytes);
 
 /* engine.c */
 int pending_event(engine *e);

@@ -10,6 +10,7 @@
 #include "feed_internal.h"
 
 #define FED_NEAR 64u    /* pieces fed beyond the window: what corner limits mostly have to look at ... */
+#define FED_AT_ONCE 8u  /* ... of which so many may be missing ... */
 #define FED_AHEAD 1064u /* ... and at the most */
 #define LOOP_AHEAD 8u   /* the same inside a real-time loop, whose end is decided as late as possible */
 
@@ -31,7 +32,7 @@ static void set_jump(engine *e, piece *p) {
     const piece *before = piece_at(e, e->feed.last_motion);
     for (int i = 0; i < e->cfg.axis_count; i++) {
         p->jump[i] = fabs(p->tangent_in[i] - before->tangent_out[i]);
-        p->jump_max = fmax(p->jump_max, p->jump[i]);
+        p->jump_max = greater(p->jump_max, p->jump[i]);
     }
 }
 
@@ -292,15 +293,29 @@ static void feed_next(engine *e) {
     else feed_event(e, from);
 }
 
+static uint64_t fed_ahead(const engine *e) {
+    return e->cfg.window + (e->feed.in_loop ? LOOP_AHEAD : e->drive.planner ? FED_AHEAD : FED_NEAR + e->feed.reach);
+}
+
 static bool wants_more(engine *e) {
-    uint64_t ahead = e->cfg.window + (e->feed.in_loop ? LOOP_AHEAD : e->drive.planner ? FED_AHEAD : FED_NEAR + e->feed.reach);
-    return e->piece_head - e->plan.piece < ahead && run_has_room(e) && e->stops_fed - ATOMIC_GET(e->stops_done) < STOPS_MAX;
+    return e->piece_head - e->plan.piece < fed_ahead(e) && run_has_room(e) && e->stops_fed - ATOMIC_GET(e->stops_done) < STOPS_MAX;
+}
+
+/* Nothing has changed but the path: without jerk some pieces are fed at a time. */
+static bool feed_waits(engine *e, bool finished, uint64_t head) {
+    const feeder *f = &e->feed;
+    if (e->drive.planner || f->in_loop || f->dir < 0 || f->armed || ATOMIC_GET(e->insert_requests) != f->inserts) return false;
+    return f->final == (finished && f->next >= head) && (f->next >= head || e->piece_head - e->plan.piece + FED_AT_ONCE > fed_ahead(e));
 }
 
 /* Feed as far as the planner has to see. */
 void feed(engine *e) {
     bool finished = ATOMIC_GET(e->finished); /* before the head: nothing is pushed behind it */
     uint64_t head = ATOMIC_GET(e->store_head);
+    if (feed_waits(e, finished, head)) {
+        feed_store_floor(e);
+        return;
+    }
     if (e->feed.in_loop) reconsider_loop(e);
     feed_take_insert(e);
     while (can_feed(e, head) && wants_more(e)) {

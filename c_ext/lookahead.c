@@ -29,10 +29,16 @@ typedef struct walk {
     int budget;
 } walk;
 
+typedef struct axis_load {
+    double sum, moment; /* sum of jumps; sum of distance * jump / dt */
+    double curvature;
+    double most;        /* acceleration allowed on all pieces seen */
+} axis_load;
+
+/* What has been seen of a corner's neighbourhood. */
 typedef struct load {
-    double sum[NC_AXES], moment[NC_AXES]; /* sum of jumps; sum of distance * jump / dt */
-    double curvature[NC_AXES];
-    double most[NC_AXES]; /* acceleration allowed on all pieces seen */
+    walk left, right;
+    axis_load axis[NC_AXES];
 } load;
 
 /* Pieces this far behind committed motion are still in the ring (ring.c keeps KEPT_BEHIND slots). */
@@ -58,13 +64,18 @@ static bool next_motion(engine *e, uint64_t *i, uint64_t head) {
 }
 
 static void add_curvature(const engine *e, const piece *p, load *l) {
-    for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = lesser(l->most[a], piece_a_max(e, p, a));
+    const double *bend = p->kind == PIECE_CURVE ? curve_of(e, p)->bend : NULL;
+    for (int a = 0; a < e->cfg.axis_count; a++) {
+        l->axis[a].most = lesser(l->axis[a].most, piece_a_max(e, p, a));
+        if (bend) l->axis[a].curvature = greater(l->axis[a].curvature, bend[a]);
+    }
     if (p->limits.transition_acceleration > 0)
-        for (int a = 0; a < e->cfg.axis_count; a++) l->most[a] = lesser(l->most[a], (double)p->limits.transition_acceleration / CORNER);
-    if (p->kind == PIECE_CURVE) curve_add_curvature(e, p, l->curvature);
+        for (int a = 0; a < e->cfg.axis_count; a++) l->axis[a].most = lesser(l->axis[a].most, (double)p->limits.transition_acceleration / CORNER);
     if (p->kind != PIECE_ARC) return;
-    l->curvature[p->axis1] = greater(l->curvature[p->axis1], p->curvature);
-    l->curvature[p->axis2] = greater(l->curvature[p->axis2], p->curvature);
+    for (int a = 0; a < 2; a++) {
+        axis_load *in_plane = &l->axis[a ? p->axis2 : p->axis1];
+        in_plane->curvature = greater(in_plane->curvature, p->curvature);
+    }
 }
 
 /* Step to the next corner on the left; pieces passed add their curvature. */
@@ -97,18 +108,19 @@ static void step_right(engine *e, walk *w, load *l, uint64_t head, bool finished
 
 static void add_corner(const engine *e, const piece *p, double d, load *l) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
-        l->sum[a] += p->jump[a];
-        l->moment[a] += d * p->jump[a] / e->cfg.cycle_s;
+        l->axis[a].sum += p->jump[a];
+        l->axis[a].moment += d * p->jump[a] / e->cfg.cycle_s;
     }
 }
 
-/* Largest v with (sum v - moment)/dt <= CORNER (a - curvature v^2) on every axis. */
-static double load_speed(const engine *e, const load *l) {
-    double v = NEVER, dt = e->cfg.cycle_s;
+/* Largest v with (sum v - moment)/dt <= CORNER (a - curvature v^2) on every axis, `v` at the most. */
+static double load_speed(const engine *e, const load *l, double v) {
+    double inv_dt = 1.0 / e->cfg.cycle_s;
     for (int a = 0; a < e->cfg.axis_count; a++) {
-        if (l->sum[a] < 1e-13) continue;
-        double c = CORNER * l->most[a] + l->moment[a] / dt, b = l->sum[a] / dt, bend = CORNER * l->curvature[a];
-        v = lesser(v, 2.0 * c / (b + sqrt(b * b + 4.0 * bend * c)));
+        const axis_load *at = &l->axis[a];
+        if (at->sum < 1e-13) continue;
+        double c = CORNER * at->most + at->moment * inv_dt, b = at->sum * inv_dt, bend = CORNER * at->curvature;
+        if ((b + bend * v) * v > c) v = lesser(v, 2.0 * c / (b + sqrt(b * b + 4.0 * bend * c)));
     }
     return v;
 }
@@ -119,47 +131,51 @@ double reachable(const piece *p, double override) {
 }
 
 static double jumps_at(const engine *e, const load *l, int axis, double v) {
-    return l->sum[axis] < 1e-13 ? 0.0 : (l->sum[axis] * v - l->moment[axis]) / e->cfg.cycle_s;
+    return l->axis[axis].sum < 1e-13 ? 0.0 : (l->axis[axis].sum * v - l->axis[axis].moment) / e->cfg.cycle_s;
 }
 
 /* The curvature is in the rows of curved stretches. */
 static void set_reserve(engine *e, piece *p, const load *l, double v) {
     for (int a = 0; a < e->cfg.axis_count; a++) {
         double jumps = jumps_at(e, l, a, v);
-        p->reserve[a] = jumps < NEGLIGIBLE * l->most[a] ? 0.0 : jumps;
+        p->reserve[a] = jumps < NEGLIGIBLE * l->axis[a].most ? 0.0 : jumps;
     }
 }
 
-/* Take in neighbours until `v` does not reach the next one. `solve`: find v, else only load at the given v.
+/* The corner itself and the pieces on both sides of it. */
+static void load_corner(engine *e, uint64_t i, load *l) {
+    for (int a = 0; a < e->cfg.axis_count; a++) l->axis[a] = (axis_load){.sum = piece_at(e, i)->jump[a], .most = NEVER};
+    l->left = l->right = (walk){i, 0.0, NEVER, NEIGHBOURS};
+    step_left(e, &l->left, l);
+    step_right(e, &l->right, l, e->piece_head, e->feed.final);
+}
+
+/* From the corner alone, take in neighbours until `v` does not reach the next one. `solve`: find v, else only load at the given v.
  * Returns false if corners that matter are not known yet. */
-static bool gather(engine *e, uint64_t i, bool solve, double *v, load *l) {
-    uint64_t head = e->piece_head;
-    bool finished = e->feed.final;
+static bool gather(engine *e, const load *corner, bool solve, double *v, load *l) {
     double dt = e->cfg.cycle_s, limit = *v;
-    memset(l, 0, sizeof *l);
-    for (int a = 0; a < NC_AXES; a++) l->most[a] = NEVER;
-    add_corner(e, piece_at(e, i), 0.0, l);
-    walk left = {i, 0.0, NEVER, NEIGHBOURS}, right = {i, 0.0, NEVER, NEIGHBOURS};
-    step_left(e, &left, l);
-    step_right(e, &right, l, head, finished);
+    walk *left = &l->left, *right = &l->right;
+    *left = corner->left;
+    *right = corner->right;
+    for (int a = 0; a < e->cfg.axis_count; a++) l->axis[a] = corner->axis[a];
     for (;;) {
-        if (solve) *v = lesser(limit, load_speed(e, l));
-        walk *next = left.d <= right.d ? &left : &right;
+        if (solve) *v = load_speed(e, l, limit);
+        walk *next = left->d <= right->d ? left : right;
         if (*v * dt <= next->d) break;
         add_corner(e, piece_at(e, next->i), next->d, l);
-        if (next == &left) step_left(e, next, l);
-        else step_right(e, next, l, head, finished);
+        if (next == left) step_left(e, next, l);
+        else step_right(e, next, l, e->piece_head, e->feed.final);
     }
-    if (left.known < *v * dt) *v = left.known / dt; /* too many short pieces: slower, so that all that matter are seen */
-    if (right.known >= *v * dt) return true;
-    if (right.budget >= 0) return false;
-    *v = right.known / dt;
+    if (left->known < *v * dt) *v = left->known / dt; /* too many short pieces: slower, so that all that matter are seen */
+    if (right->known >= *v * dt) return true;
+    if (right->budget >= 0) return false;
+    *v = right->known / dt;
     return true;
 }
 
 static bool jumps_are_negligible(const engine *e, const load *l, double v) {
     for (int a = 0; a < e->cfg.axis_count; a++)
-        if (jumps_at(e, l, a, v) >= NEGLIGIBLE * l->most[a]) return false;
+        if (jumps_at(e, l, a, v) >= NEGLIGIBLE * l->axis[a].most) return false;
     return true;
 }
 
@@ -169,20 +185,23 @@ static double speed_slack(const engine *e) {
     return SLACK * a * e->cfg.cycle_s;
 }
 
-/* Acceleration along p that the axes are left with beside `reserve` (NULL: none); bends aside. */
-static double left_along(const engine *e, const piece *p, const double *reserve) {
-    double a = NEVER;
+/* Acceleration along p that the axes have, and that they are left with beside `reserve`; bends aside. */
+static void left_along(const engine *e, const piece *p, const double *reserve, double *full, double *left) {
+    *full = *left = NEVER;
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        double share = p->kind == PIECE_LINE ? fabs(p->slope[i]) : 1.0;
-        if ((p->moving >> i & 1) && share > 0.0) a = lesser(a, (piece_a_max(e, p, i) - (reserve ? reserve[i] : 0.0)) / share);
+        double share = p->kind == PIECE_LINE ? fabs(p->slope[i]) : 1.0, a = piece_a_max(e, p, i);
+        if (!(p->moving >> i & 1) || !(share > 0.0)) continue;
+        if (*full * share > a) *full = a / share;
+        if (*left * share > a - reserve[i]) *left = (a - reserve[i]) / share;
     }
-    return a;
+    *left = greater(0.0, *left);
 }
 
 /* Time that is lost on p by its corner being passed at v with that reserve in the zone, less what standing there loses; both
  * against driving on at the highest speed that p would reach between two standstills. */
 static double loses_more(const engine *e, const piece *p, double v, const double *reserve) {
-    double full = left_along(e, p, NULL), left = greater(0.0, left_along(e, p, reserve));
+    double full, left;
+    left_along(e, p, reserve, &full, &left);
     double zone = lesser(corner_zone(e, v, p), 0.5 * p->whole), out2 = v * v + 2.0 * left * zone, out = sqrt(out2);
     double top = greater(lesser(reachable(p, 1.0), sqrt(full * p->whole)), out);
     if (!(out > 0.0)) return 0.0;
@@ -214,21 +233,24 @@ static bool cap_corner(engine *e, uint64_t i) {
     uint64_t b = i;
     if (!previous_motion(e, &b)) return true;
     const piece *before = piece_at(e, b);
-    load l;
+    load corner, l;
     double slack = speed_slack(e), hard = lesser(p->entry_speed, lesser(before->v_hard, p->v_hard)), v = hard + slack;
     double occurs = slack + greater(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
     if (is_no_corner(e, before, p, lesser(v, occurs))) {
         p->corner_v = hard;
         return true;
     }
+    load_corner(e, i, &corner);
     if (before->kind != PIECE_LINE || p->kind != PIECE_LINE) { /* next to no corner: curvature alone is no reason to be slower */
         v = lesser(v, occurs);
         p->corner_v = v - slack;
-        if (!gather(e, i, false, &v, &l)) return false;
-        if (v >= p->corner_v + slack && jumps_are_negligible(e, &l, v)) return true;
+        if (jumps_are_negligible(e, &corner, v)) { /* else those of neighbours need not be looked at */
+            if (!gather(e, &corner, false, &v, &l)) return false;
+            if (v >= p->corner_v + slack && jumps_are_negligible(e, &l, v)) return true;
+        }
         v = hard + slack;
     }
-    if (!gather(e, i, true, &v, &l)) return false;
+    if (!gather(e, &corner, true, &v, &l)) return false;
     p->corner_v = lesser(hard, greater(0.0, v - slack));
     double usual = slack + greater(reachable(before, 1.0), reachable(p, 1.0));
     if (usual >= v && stand_is_faster(e, before, p, &l, v, slack)) {
@@ -237,7 +259,7 @@ static bool cap_corner(engine *e, uint64_t i) {
     }
     if (occurs < v) {
         v = occurs;
-        if (!gather(e, i, false, &v, &l)) return false;
+        if (!gather(e, &corner, false, &v, &l)) return false;
     }
     set_reserve(e, p, &l, v);
     return true;
@@ -359,6 +381,7 @@ void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
     uint64_t kept = kept_needs(&e->plan), fixed_to = 0;
     e->plan.passed_at = e->plan.piece;
+    e->plan.passes++;
     if (kept == end && end > e->plan.piece && piece_at(e, end - 1)->settled) return;
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);

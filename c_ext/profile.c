@@ -88,11 +88,13 @@ static double rest_of_cycle(engine *e, double at) {
     return rest < SHORT_PART * dt ? rest + dt : rest;
 }
 
+static inline bool cuts_phases(engine *e) { return e->drive.planner || ATOMIC_GET(e->run_running); }
+
 /* Committed motion is written cycle by cycle: what has not begun can be taken back (recall.c). Pumped on one thread without
  * jerk it is cut then and there. */
 static void commit_phase(writer *w, const phase *ph) {
     engine *e = w->e;
-    if (!e->drive.planner && !ATOMIC_GET(e->run_running)) {
+    if (!cuts_phases(e)) {
         e->phase_ring[e->plan.written++ & (PHASE_RING - 1)] = *ph;
         return;
     }
@@ -117,9 +119,18 @@ void write_phase(writer *w, const phase *ph) {
     w->seconds += ph->time;
 }
 
+/* Pumped on one thread without jerk phases are not cut: they are written where they stay. */
+static inline phase *phase_slot(writer *w) {
+    if (w->out) return &w->out[w->count++];
+    return &w->e->phase_ring[w->e->plan.written++ & (PHASE_RING - 1)];
+}
+
 static void emit(writer *w, double a, double time, bool last) {
-    phase ph = {.piece = w->piece, .s0 = w->s, .v0 = w->v, .a = a, .time = time, .last = last};
-    write_phase(w, &ph);
+    const phase ph = {.piece = w->piece, .s0 = w->s, .v0 = w->v, .a = a, .time = time, .last = last};
+    if (w->out || !cuts_phases(w->e)) {
+        *phase_slot(w) = ph;
+        w->seconds += time;
+    } else write_phase(w, &ph);
 }
 
 /* Constant acceleration until speed v1 or distance d (whichever the caller computed to coincide); cut at the budget. */
@@ -134,6 +145,7 @@ static void run(writer *w, double a, double time, double s1, double v1, bool las
     emit(w, a, room, false);
     w->s += w->v * room + 0.5 * a * room * room;
     w->v = greater(0.0, w->v + a * room);
+    if (!w->out) w->e->plan.rest = (run_left){w->piece, w->e->plan.passes, w->s, w->v, a, time - room, s1, v1, last};
 }
 
 static void brake_to(writer *w, const stretch *st, double v1, bool ends) {
@@ -250,6 +262,15 @@ static bool cruise(writer *w, const piece *p, uint64_t end) {
     return true;
 }
 
+/* The phase that the end of the last commit has cut. */
+static void run_on(writer *w, uint64_t end) {
+    const run_left rest = w->e->plan.rest;
+    bool fits = rest.pass == w->e->plan.passes && rest.piece == w->piece && rest.s == w->s && rest.v == w->v && rest.v > 0.0 && !writer_full(w);
+    if (!fits) return;
+    run(w, rest.a, rest.time, rest.s1, rest.v1, rest.last);
+    if (w->s >= piece_at(w->e, w->piece)->length) leave_motion(w, end);
+}
+
 /* From here on more of the path would let it drive faster, and enough is committed until then. */
 static bool waits_for_path(const writer *w) { return !w->out && w->seconds >= w->least && w->piece >= w->e->plan.fixed_to; }
 
@@ -357,9 +378,19 @@ static uint64_t plan_under(engine *e, const conditions *c) {
     return end;
 }
 
-static bool same_conditions(const conditions *a, const conditions *b) {
-    return a->reserve_override == b->reserve_override && a->single == b->single && a->m01 == b->m01 && a->held_axes == b->held_axes &&
-           memcmp(&a->done, &b->done, sizeof a->done) == 0 && memcmp(&a->done_again, &b->done_again, sizeof a->done_again) == 0;
+static double reserve_wanted(const engine *e) { return e->plan.ext_speed < NEVER ? NEVER : e->plan.override > 1.0 ? 2.0 : 1.0; }
+
+static bool same_counts(const techno_counts *now, const techno_counts *then) {
+    return ATOMIC_GET(now->std_freed) == then->std_freed && ATOMIC_GET(now->std_acked) == then->std_acked &&
+           ATOMIC_GET(now->late_freed) == then->late_freed && ATOMIC_GET(now->slm_acked) == then->slm_acked &&
+           ATOMIC_GET(now->slp_acked) == then->slp_acked;
+}
+
+/* The last plan was made under the present conditions. */
+static bool conditions_hold(engine *e) {
+    const planner *p = &e->plan;
+    return reserve_wanted(e) == p->reserve_override && ATOMIC_GET(e->single_now) == p->single && ATOMIC_GET(e->m01_now) == p->m01 &&
+           ATOMIC_GET(e->held_axes) == p->held_axes && same_counts(&e->done, &p->done) && same_counts(&e->done_again, &p->done_again);
 }
 
 static conditions conditions_now(const engine *e) {
@@ -368,21 +399,21 @@ static conditions conditions_now(const engine *e) {
 }
 
 static conditions conditions_wanted(engine *e) {
-    return (conditions){e->plan.ext_speed < NEVER ? NEVER : e->plan.override > 1.0 ? 2.0 : 1.0, techno_done(&e->done), techno_done(&e->done_again),
-                        ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now), ATOMIC_GET(e->held_axes)};
+    return (conditions){reserve_wanted(e), techno_done(&e->done), techno_done(&e->done_again), ATOMIC_GET(e->single_now), ATOMIC_GET(e->m01_now),
+                        ATOMIC_GET(e->held_axes)};
 }
 
 /* New conditions are taken over where the present state can be continued legally under them: a larger override, a speed that
  * the PLC commands (any speed may come) and an opened gate all make zones, where less acceleration is left. Until then the old
  * ones hold. Returns the window's end. */
 static uint64_t choose_conditions(engine *e) {
-    conditions old = conditions_now(e), want = conditions_wanted(e);
-    if (same_conditions(&old, &want)) {
+    if (conditions_hold(e)) {
         corner_caps(e);
         uint64_t end = window_end(e);
         backward_pass(e, end);
         return end;
     }
+    conditions old = conditions_now(e), want = conditions_wanted(e);
     uint64_t end = plan_under(e, &want);
     if (state_feasible(e, end, want.reserve_override == old.reserve_override ? FEASIBLE_BENT : FEASIBLE)) return end; /* else cut anew */
     if (want.reserve_override > old.reserve_override) e->plan.override = lesser(e->plan.override, old.reserve_override);
@@ -419,27 +450,42 @@ double commit_low(const engine *e) {
 /* Where nothing has changed, the last window does as long as the path does not come to where it would be faster with a
  * later end: the same motion is found without looking at every window between. */
 static bool drive_last_window(engine *e, writer *w) {
-    conditions now = conditions_now(e), want = conditions_wanted(e);
     uint64_t driven = e->plan.piece - e->plan.passed_at; /* the window is moved on in parts that take little time each */
-    if (e->foresight || driven * MOVES > e->cfg.window || e->plan.piece >= e->plan.fixed_to || !needs_hold(e) || !same_conditions(&now, &want)) return false;
+    if (e->foresight || driven * MOVES > e->cfg.window || e->plan.piece >= e->plan.fixed_to || !needs_hold(e) || !conditions_hold(e)) return false;
     uint64_t written = e->plan.written;
-    const writer from = *w;
+    run_on(w, e->plan.need_end);
     drive_window(w, e->plan.need_end);
     if (!w->refused && (w->piece < e->plan.fixed_to || (w->piece == e->plan.fixed_to && w->s <= 0.0))) return true;
-    *w = from;
     e->plan.written = written;
     return false;
 }
 
+/* A commit from where committed motion ends. What is of tails and of planning with jerk is not looked at. */
+static void begin_commit(engine *e, writer *w, double ahead) {
+    w->e = e;
+    w->out = NULL;
+    w->count = w->max = 0;
+    w->piece = e->plan.piece;
+    w->s = e->plan.s;
+    w->v = e->plan.v;
+    w->seconds = w->motion = 0.0;
+    w->budget = commit_high(e) - ahead;
+    w->least = commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s - ahead;
+    w->too_fast = 0;
+    w->refused = false;
+    w->left = e->plan.left;
+}
+
 static void commit(engine *e) {
-    writer w = {.e = e, .piece = e->plan.piece, .s = e->plan.s, .v = e->plan.v, .budget = commit_high(e) - ahead_s(e), .left = e->plan.left};
-    w.least = commit_low(e) + LEAST_CYCLES * e->cfg.cycle_s - ahead_s(e);
+    writer w;
+    double ahead = ahead_s(e);
     uint64_t word = ATOMIC_GET(e->commit), before = e->plan.written;
     uint32_t next = ((word >> 1) & 1) ^ 1;
     uint64_t end = e->plan.need_end;
+    begin_commit(e, &w, ahead);
     if (!drive_last_window(e, &w)) {
         end = choose_window(e);
-        w.left = e->plan.left; /* its stretch may be cut anew now */
+        begin_commit(e, &w, ahead); /* its stretch may be cut anew now */
         drive_window(&w, end);
     }
     bool due = !ATOMIC_GET(e->run_running) && !e->plan.fed_anew;
@@ -511,25 +557,32 @@ static bool wants_hold(engine *e) {
     return ATOMIC_GET(e->hold_now) || override <= 0.0 || feed_job_pending(e);
 }
 
-static int pump(engine *e) {
-    if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start) || !rejoin_settled(e)) return 0;
-    bool rejoins = rejoin_possible(e);
-    if (!rejoins) {
-        if (!resume_after_tail(e) || !jobs_allow(e)) return 0;
-        if (wants_hold(e) && !e->plan.hold) recall_commit(e);
-        if (e->plan.late || ahead_s(e) >= commit_low(e)) return 0;
-    }
-    watch_start(e);
+/* The planner's work, timed: feed, plan, commit. `hold`: the path is to come to rest. */
+static __attribute__((noinline)) bool commit_more(engine *e, bool rejoins, bool hold) {
     if (!rejoins) feed(e);
-    if (e->plan.piece >= e->piece_head) return 0;
-    uint64_t before = e->plan.written;
+    if (e->plan.piece >= e->piece_head) return false;
     __atomic_load(&e->override_now, &e->plan.override, __ATOMIC_ACQUIRE);
     __atomic_load(&e->ext_speed, &e->plan.ext_speed, __ATOMIC_ACQUIRE);
     __atomic_load(&e->rapid_now, &e->plan.rapid, __ATOMIC_ACQUIRE);
-    e->plan.hold = wants_hold(e);
+    e->plan.hold = hold;
     if (rejoins) rejoin_offer(e);
     else if (e->drive.planner) drive_commit(e);
     else commit(e);
+    return true;
+}
+
+static int pump(engine *e) {
+    if (ATOMIC_GET(e->plan.stalled) || ATOMIC_GET(e->hold_start) || !rejoin_settled(e)) return 0;
+    bool rejoins = rejoin_possible(e);
+    if (!rejoins && (!resume_after_tail(e) || !jobs_allow(e))) return 0;
+    bool hold = wants_hold(e);
+    if (!rejoins) {
+        if (hold && !e->plan.hold) recall_commit(e);
+        if (e->plan.late || ahead_s(e) >= commit_low(e)) return 0;
+    }
+    uint64_t before = e->plan.written;
+    watch_start(e);
+    if (!commit_more(e, rejoins, hold)) return 0;
     watch_stop(e);
     return e->plan.written != before;
 }

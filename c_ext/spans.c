@@ -34,8 +34,8 @@ static void free_room(span_room *room) {
 /* Without memory it stays as it is. */
 static void room_for(span_room *room, uint32_t count, uint32_t numbers) {
     if (room->count >= count && room->row_numbers >= numbers) return;
-    span *spans = calloc(count, sizeof(span));
-    double *rows = calloc(numbers, sizeof(double));
+    span *spans = malloc(count * sizeof(span)); /* nothing is read that has not been written */
+    double *rows = malloc(numbers * sizeof(double));
     if (!spans || !rows) {
         free(spans);
         free(rows);
@@ -62,7 +62,11 @@ bool spans_new(engine *e) {
     w->rows = calloc(few * row, sizeof(double));
     w->span_slots = calloc((size_t)slots, sizeof(span_slot));
     room_for(&w->made, first_count(e), ROWS_FIRST * (uint32_t)row);
-    return w->spans && w->rows && w->span_slots && w->made.count;
+    if (!w->spans || !w->rows || !w->span_slots || !w->made.count) return false;
+    if (e->drive.planner) return true; /* it needs none of them */
+    memory_touch(w->spans, few * sizeof(span));
+    memory_touch(w->span_slots, (size_t)slots * sizeof(span_slot));
+    return true;
 }
 
 void spans_free(engine *e) {
@@ -142,18 +146,21 @@ static void arc_strip(builder *b, double from, double to, int least) {
     }
 }
 
+/* Acceleration along a piece that `room` of its axes lets through; of an arc: the axes beside its plane. */
+static double straight_accel(const engine *e, const piece *p, const double *room) {
+    double accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
+    for (int a = 0; a < e->cfg.axis_count; a++) {
+        double share = fabs(p->slope[a]); /* zero in the plane of an arc */
+        if (share > 1e-12 && accel * share > room[a]) accel = room[a] / share;
+    }
+    return accel;
+}
+
 static void straight_strip(builder *b, double length) {
     const piece *p = b->p;
     span *s = &b->spans[b->p->span_count++];
-    bool arc = p->kind == PIECE_ARC;
-    *s = (span){.length = length, .accel = NEVER, .v_hard = p->v_hard};
-    for (int a = 0; a < b->e->cfg.axis_count; a++) {
-        if (arc && (a == p->axis1 || a == p->axis2)) continue;
-        double share = fabs(p->slope[a]);
-        if (share > 1e-12) s->accel = lesser(s->accel, b->room[a] / share);
-    }
-    if (p->limits.path_acceleration > 0) s->accel = lesser(s->accel, (double)p->limits.path_acceleration);
-    if (!arc) return;
+    *s = (span){.length = length, .accel = straight_accel(b->e, p, b->room), .v_hard = p->v_hard};
+    if (p->kind != PIECE_ARC) return;
     double room = lesser(b->room[p->axis1], b->room[p->axis2]);
     s->accel = lesser(s->accel, ARC_TANGENT * room / p->plane_speed);
     s->v_hard = lesser(s->v_hard, sqrt(ARC_NORMAL * room / p->curvature));
@@ -257,14 +264,13 @@ static bool cruise_curve(engine *e, piece *p, const piece *next, double speed2) 
 bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2) {
     if (p->kind == PIECE_CURVE) return end2 >= speed * speed && cruise_curve(e, p, next, speed * speed);
     if (p->kind == PIECE_ARC && too_many_turns(e, p)) return false;
-    double room[NC_AXES], accel = p->limits.path_acceleration > 0 ? (double)p->limits.path_acceleration : NEVER;
+    double room[NC_AXES];
     bool meets = end2 >= speed * speed;
     if (p->kind == PIECE_LINE && meets) return true;
     for (int i = 0; i < e->cfg.axis_count; i++) {
         room[i] = USABLE * piece_a_max(e, p, i) - greater(p->reserve[i], next ? next->reserve[i] : 0.0);
-        double share = fabs(p->slope[i]); /* of an arc: of the other axes */
-        if (share > 1e-12) accel = lesser(accel, room[i] / share);
     }
+    double accel = straight_accel(e, p, room);
     if (p->kind == PIECE_ARC && !cruise_arc(e, p, room, speed, &accel)) return false;
     return meets || speed * speed <= end2 + 2.0 * accel * p->length;
 }
@@ -326,12 +332,15 @@ static void curve_strips(builder *b, uint64_t i, const strip *strips, int n, boo
 void piece_spans(engine *e, uint64_t i, const piece *next) {
     piece *p = piece_at(e, i);
     static const double none[NC_AXES] = {0};
-    builder b = {.e = e, .p = p, .step = p->kind == PIECE_ARC ? turn_step(e, i) : 0.0};
+    builder b;
+    b.e = e;
+    b.p = p;
+    b.step = p->kind == PIECE_ARC ? turn_step(e, i) : 0.0;
     double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
-    for (int a = 0; a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
     const strip whole = {p->length, both};
     bool apart = first + last <= 0.9 * p->length;
+    for (int a = 0; !apart && a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
     const strip *strips = apart ? parts : &whole;
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;

@@ -41,6 +41,7 @@ void watch_start(engine *e) {
     stopwatch *w = &e->plan.watch;
     if (!w->clock_s) {
         w->clock_s = least_reading(CLOCK_THREAD_CPUTIME_ID);
+        w->passing_s = least_reading(CLOCK_MONOTONIC);
         choose_next(e, w);
     }
     if (w->weight <= 0.0) return;
@@ -49,7 +50,7 @@ void watch_start(engine *e) {
 }
 
 static void count(engine *e, stopwatch *w) {
-    double passed = seconds_of(CLOCK_MONOTONIC) - w->from;
+    double passed = greater(0.0, seconds_of(CLOCK_MONOTONIC) - w->from - w->passing_s);
     double cpu = greater(0.0, seconds_of(CLOCK_THREAD_CPUTIME_ID) - w->cpu_before - w->clock_s);
     e->plan.cpu_s += w->weight * (by_cpu_clock(e) ? cpu : lesser(passed, cpu));
 }
