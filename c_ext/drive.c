@@ -433,7 +433,7 @@ static void pass_events(writer *w, uint64_t until) {
 
 static void write_law(writer *w, const jerk_law *law) {
     bool last = law->last & 2;
-    const phase ph = {law->tag, law->s0, law->v0, law->a0, law->c, law->jerk, law->time, last};
+    const phase ph = {law->tag, law->s0, law->v0, law->a0, law->jerk, law->snap, law->crackle, law->pop, law->time, last};
     write_phase(w, &ph);
     w->piece = law->tag + last;
     w->s = last ? 0.0 : law->s0 + law->length;

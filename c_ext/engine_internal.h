@@ -217,12 +217,16 @@ typedef struct piece {
     double need2;            /* largest speed squared at the start from which everything ahead can be met */
 } piece;
 
-/* Committed motion over a time, on one piece: s'' = a + c (s - s0) or a + jerk t (jerk_planner.h); acceleration-limited: a. */
+/* Committed motion over a time, on one piece: s'' = a + jerk t + ... + pop t^4/24 (jerk_planner.h); acceleration-limited: a. */
 typedef struct phase {
     uint64_t piece;
-    double s0, v0, a, c, jerk, time;
+    double s0, v0, a, jerk, snap, crackle, pop, time;
     bool last; /* the piece ends with it */
 } phase;
+
+static inline jerk_law law_of_phase(const phase *ph) {
+    return (jerk_law){.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .jerk = ph->jerk, .snap = ph->snap, .crackle = ph->crackle, .pop = ph->pop};
+}
 
 typedef struct marked_log {
     HLI_CONTOUR_LOOKAHEAD_BLOCK *chunk[LOG_CHUNKS];

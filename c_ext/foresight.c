@@ -311,7 +311,7 @@ static void publish_rest(engine *e, HLI_BAHN_STATE *b, const forecast *f) {
 }
 
 static double speed_in(const phase *ph, double t) {
-    const jerk_law law = {.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .c = ph->c, .jerk = ph->jerk};
+    const jerk_law law = law_of_phase(ph);
     jerk_state at;
     jerk_at(&law, t, &at);
     return fmax(0.0, at.v);

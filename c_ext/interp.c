@@ -205,8 +205,8 @@ static bool begin_phase(engine *e) {
 static double phase_position(const phase *ph, const piece *p, double t, double *v) {
     double s = ph->s0 + (ph->v0 + 0.5 * ph->a * t) * t;
     *v = ph->v0 + ph->a * t;
-    if (ph->c != 0.0 || ph->jerk != 0.0) {
-        const jerk_law law = {.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .c = ph->c, .jerk = ph->jerk};
+    if (ph->jerk != 0.0 || ph->snap != 0.0) {
+        const jerk_law law = law_of_phase(ph);
         jerk_state at;
         jerk_at(&law, t, &at);
         s = at.s;

@@ -8,21 +8,23 @@
 
 #define JUMP_SLACK 1.01
 #define SMALL_JUMPS 5e-3 /* share of the jerk limit */
+#define TURN_PARTS 4 /* parts of an interval in each of which the acceleration is taken to change its sign once at most */
+#define TURN_STEPS 4
 #define LEAST_DIP 1e-4 /* smallest x inside an interval, over the largest */
 
 typedef struct motion {
-    double v, a, c; /* speed, acceleration, its slope over the path; or path jerk / v */
+    double v, a, j; /* along the path */
 } motion;
 
 /* Largest ratio of an axis value to its limit at derivatives d1, d2, d3. */
 static double ratio_at(const jerk_planner *p, const jerk_interval *q, const double *d1, const double *d2, const double *d3, motion m, double share) {
     double worst = 0.0, v2 = m.v * m.v;
-    if (!isfinite(m.v + m.a + m.c)) return INFINITY;
+    if (!isfinite(m.v + m.a + m.j)) return INFINITY;
     for (int a = 0; a < p->cfg.axes; a++) {
         if (d1[a] == 0.0 && d2[a] == 0.0 && d3[a] == 0.0) continue; /* it rests */
         double v = fabs(d1[a]) * m.v / p->cfg.v_max[a];
         double acc = fabs(d1[a] * m.a + d2[a] * v2) / acc_max(p, q, a);
-        double jerk = m.v * fabs(d3[a] * v2 + 3.0 * d2[a] * m.a + d1[a] * m.c) / (jerk_max(p, q, a) * share);
+        double jerk = fabs(m.v * (d3[a] * v2 + 3.0 * d2[a] * m.a) + d1[a] * m.j) / (jerk_max(p, q, a) * share);
         if (!isfinite(v + acc + jerk)) return INFINITY;
         if (v > worst) worst = v;
         if (acc > worst) worst = acc;
@@ -31,107 +33,100 @@ static double ratio_at(const jerk_planner *p, const jerk_interval *q, const doub
     return worst;
 }
 
-/* The polynomial of degree 5 for the tangent that meets the tangent and its two derivatives at both ends: Hermite's basis at a share
- * of the interval, for the start (s) and end (e) and the first, second, third of them; then its derivatives by the share. */
-typedef struct hermite {
-    double s1, s2, s3, e1, e2, e3;
-    double ds1, ds2, ds3, de2, de3; /* de1 = -ds1 */
-    double dds1, dds2, dds3, dde2, dde3;
-} hermite;
-
-#define PARTS 12 /* shares that are looked at are twelfths */
-#define HERMITE(t, r) {(r) * (r) * (r) * (1.0 + 3.0 * (t) + 6.0 * (t) * (t)), (r) * (r) * (r) * (t) * (1.0 + 3.0 * (t)), 0.5 * (r) * (r) * (r) * (t) * (t), \
-     (t) * (t) * (t) * (1.0 + 3.0 * (r) + 6.0 * (r) * (r)), -(t) * (t) * (t) * (r) * (1.0 + 3.0 * (r)), 0.5 * (t) * (t) * (t) * (r) * (r), \
-     -30.0 * (t) * (t) * (r) * (r), (r) * (r) * (1.0 + 2.0 * (t) - 15.0 * (t) * (t)), 0.5 * (t) * (r) * (r) * (2.0 - 5.0 * (t)), \
-     (t) * (t) * (1.0 + 2.0 * (r) - 15.0 * (r) * (r)), -0.5 * (r) * (t) * (t) * (2.0 - 5.0 * (r)), \
-     -60.0 * (t) * (r) * (1.0 - 2.0 * (t)), -12.0 * (t) * (r) * (3.0 - 5.0 * (t)), (r) * (1.0 - 8.0 * (t) + 10.0 * (t) * (t)), \
-     12.0 * (t) * (r) * (3.0 - 5.0 * (r)), (t) * (1.0 - 8.0 * (r) + 10.0 * (r) * (r))}
-#define TWELFTH(i) HERMITE(i / 12.0, (12 - i) / 12.0)
-
-static const hermite BASIS[PARTS + 1] = {TWELFTH(0), TWELFTH(1), TWELFTH(2), TWELFTH(3), TWELFTH(4), TWELFTH(5), TWELFTH(6),
-                                         TWELFTH(7), TWELFTH(8), TWELFTH(9), TWELFTH(10), TWELFTH(11), TWELFTH(12)};
-
-/* The derivatives at `part` twelfths of the interval. */
-static void derivatives_at(const jerk_interval *q, int part, int axes, double *d1, double *d2, double *d3) {
-    const hermite *b = &BASIS[part];
-    double h = q->length;
+/* The derivatives at the share t of the interval: the polynomial of degree 5 for the tangent that meets the tangent and its two
+ * derivatives at both ends, in Hermite's basis. */
+static void derivatives_at(const jerk_interval *q, double t, int axes, double *d1, double *d2, double *d3) {
+    double h = q->length, r = 1.0 - t, t2 = t * t, r2 = r * r;
+    double s1 = r2 * r * (1.0 + 3.0 * t + 6.0 * t2), s2 = h * r2 * r * t * (1.0 + 3.0 * t), s3 = 0.5 * h * h * r2 * r * t2;
+    double e2 = -h * t2 * t * r * (1.0 + 3.0 * r), e3 = 0.5 * h * h * t2 * t * r2;
+    double first = -30.0 * t2 * r2 / h, b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2), b3 = 0.5 * h * t * r2 * (2.0 - 5.0 * t);
+    double f2 = t2 * (1.0 + 2.0 * r - 15.0 * r2), f3 = -0.5 * h * r * t2 * (2.0 - 5.0 * r);
+    double second = -60.0 * t * r * (1.0 - 2.0 * t) / (h * h), g2 = -12.0 * t * r * (3.0 - 5.0 * t) / h, g3 = r * (1.0 - 8.0 * t + 10.0 * t2);
+    double k2 = 12.0 * t * r * (3.0 - 5.0 * r) / h, k3 = t * (1.0 - 8.0 * r + 10.0 * r2);
     for (int i = 0; i < axes; i++) {
-        double p0 = q->d1[0][i], p1 = q->d1[1][i], v0 = h * q->d2[0][i], v1 = h * q->d2[1][i];
-        double w0 = h * h * q->d3[0][i], w1 = h * h * q->d3[1][i];
-        d1[i] = b->s1 * p0 + b->s2 * v0 + b->s3 * w0 + b->e1 * p1 + b->e2 * v1 + b->e3 * w1;
-        d2[i] = (b->ds1 * (p0 - p1) + b->ds2 * v0 + b->ds3 * w0 + b->de2 * v1 + b->de3 * w1) / h;
-        d3[i] = (b->dds1 * (p0 - p1) + b->dds2 * v0 + b->dds3 * w0 + b->dde2 * v1 + b->dde3 * w1) / (h * h);
+        double p0 = q->d1[0][i], p1 = q->d1[1][i], v0 = q->d2[0][i], v1 = q->d2[1][i], w0 = q->d3[0][i], w1 = q->d3[1][i];
+        d1[i] = s1 * p0 + s2 * v0 + s3 * w0 + (1.0 - s1) * p1 + e2 * v1 + e3 * w1;
+        d2[i] = first * (p0 - p1) + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
+        d3[i] = second * (p0 - p1) + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
     }
 }
 
-/* Three motions at start, middle and end of an interval. */
-static double ratio_of(const jerk_planner *p, const segment *s, const motion m[3]) {
-    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], share = s->jump;
-    derivatives_at(s->q, PARTS / 2, p->cfg.axes, d1, d2, d3);
-    double worst = ratio_at(p, s->q, s->q->d1[0], s->q->d2[0], s->q->d3[0], m[0], share);
-    worst = fmax(worst, ratio_at(p, s->q, d1, d2, d3, m[1], share));
-    return fmax(worst, ratio_at(p, s->q, s->q->d1[1], s->q->d2[1], s->q->d3[1], m[2], share));
+static double ratio_inside(const jerk_planner *p, const segment *s, double t, motion m) {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
+    derivatives_at(s->q, t, p->cfg.axes, d1, d2, d3);
+    return ratio_at(p, s->q, d1, d2, d3, m, s->jump);
+}
+
+static double ratio_at_end(const jerk_planner *p, const segment *s, int end, motion m) {
+    return ratio_at(p, s->q, s->q->d1[end], s->q->d2[end], s->q->d3[end], m, s->jump);
 }
 
 /* Constant path jerk over the interval h with the speed v at the moving end; `sign` -1: it ends at rest. */
 static double rest_ratio(const jerk_planner *p, const segment *s, double v, double sign) {
     double t = 3.0 * s->h / v, j = 2.0 * v / (t * t);
     double tm = t * cbrt(0.5), vm = 0.5 * j * tm * tm;
-    motion at = {v, sign * j * t, j / v}, mid = {vm, sign * j * tm, j / vm}, rest = {0.0, 0.0, 0.0};
-    double worst = sign > 0 ? ratio_of(p, s, (motion[3]){rest, mid, at}) : ratio_of(p, s, (motion[3]){at, mid, rest});
+    motion at = {v, sign * j * t, j}, mid = {vm, sign * j * tm, j};
+    double worst = fmax(ratio_at_end(p, s, sign > 0, at), ratio_inside(p, s, 0.5, mid));
     for (int a = 0; a < p->cfg.axes; a++)
         worst = fmax(worst, fabs(s->q->d1[sign > 0 ? 0 : 1][a]) * j / (jerk_max(p, s->q, a) * s->jump));
     return worst;
 }
 
-/* Where the speed peaks inside the interval, with the derivatives of its middle. */
-static double peak_ratio(const jerk_planner *p, const segment *s, motion m) {
-    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
-    derivatives_at(s->q, PARTS / 2, p->cfg.axes, d1, d2, d3);
-    return ratio_at(p, s->q, d1, d2, d3, m, s->jump);
+/* The motion of a law that begins at 0 at the time t; `s` gets the place. */
+static motion motion_at(const jerk_law *law, double t, double *s) {
+    jerk_state at;
+    jerk_at(law, t, &at);
+    *s = at.s;
+    return (motion){at.v, at.a, law_jerk(law, t)};
 }
 
-static motion motion_of(double x, double u, double c) { return (motion){sqrt(x), u, c}; }
-
-static bool bends(const jerk_planner *p, const jerk_interval *q) {
-    for (int a = 0; a < p->cfg.axes; a++)
-        if (q->d2[0][a] != 0.0 || q->d2[1][a] != 0.0) return true;
-    return false;
+static double ratio_at_time(const jerk_planner *p, const segment *s, const jerk_law *law, double t) {
+    double at;
+    const motion m = motion_at(law, t, &at);
+    return ratio_inside(p, s, at / s->h, m);
 }
 
-/* Points to look at inside: more of them where the third derivative changes much over the interval. */
+static double ends_ratio(const jerk_planner *p, const segment *s, const jerk_law *law) {
+    double at;
+    return fmax(ratio_at_end(p, s, 0, motion_at(law, 0.0, &at)), ratio_at_end(p, s, 1, motion_at(law, law->time, &at)));
+}
+
+/* Parts of the time at which it is looked at: more of them where the third derivative changes much over the interval. */
 static int points_inside(const jerk_planner *p, const jerk_interval *q) {
     double change = 0.0, most = 0.0;
     for (int a = 0; a < p->cfg.axes; a++) {
         change = fmax(change, fabs(q->d3[1][a] - q->d3[0][a]));
         most = fmax(most, fmax(fabs(q->d3[0][a]), fabs(q->d3[1][a])));
     }
-    return change > 0.2 * most ? 12 : 4;
+    return change > 0.2 * most ? 12 : 6;
 }
 
 /* Between the points that have rows the path may bend otherwise than the rows know. */
-static double inside_ratio(const jerk_planner *p, const segment *s, double x, double u, double c) {
-    double worst = 0.0, d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
+static double inside_ratio(const jerk_planner *p, const segment *s, const jerk_law *law) {
+    double worst = 0.0;
     int n = points_inside(p, s->q);
-    for (int k = 1; k < n; k++) {
-        double t = (double)k / n, d = t * s->h;
-        if (2 * k == n) continue; /* the middle has been looked at */
-        derivatives_at(s->q, k * PARTS / n, p->cfg.axes, d1, d2, d3);
-        worst = fmax(worst, ratio_at(p, s->q, d1, d2, d3, motion_of(x + 2.0 * d * u + d * d * c, u + d * c, c), s->jump));
-    }
+    for (int k = 1; k < n; k++)
+        if (2 * k != n) worst = fmax(worst, ratio_at_time(p, s, law, law->time * k / n)); /* the middle has been looked at */
     return worst;
 }
 
+/* The law over an interval h with the inputs c; x, u: at its end. */
+static jerk_law law_of(double h, double *x, double *u, const double c[2]) {
+    double x0 = *x, u0 = *u;
+    jerk_law law = {0};
+    *x = x_behind(h, x0, u0, c[0], c[1]);
+    *u = u_behind(h, u0, c[0], c[1]);
+    double v0 = sqrt(x0), v1 = sqrt(*x);
+    law_between(&law, h, v0, u0, c[0] * v0, v1, *u, c[1] * v1);
+    return law;
+}
+
 /* For the planner, ahead of a check: largest ratio inside an interval, and at its ends. */
-double bend_inside(const jerk_planner *p, const segment *s, double x, double u, double c, double *ends) {
-    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES], h = s->h;
-    motion m[2] = {motion_of(x, u, c), motion_of(x + 2.0 * h * u + h * h * c, u + h * c, c)};
-    if (!bends(p, s->q)) return *ends = 0.0;
-    *ends = 0.0;
-    for (int e = 0; e < 2; e++) *ends = fmax(*ends, ratio_at(p, s->q, s->q->d1[e], s->q->d2[e], s->q->d3[e], m[e], s->jump));
-    derivatives_at(s->q, PARTS / 2, p->cfg.axes, d1, d2, d3);
-    double middle = ratio_at(p, s->q, d1, d2, d3, motion_of(x + h * u + 0.25 * h * h * c, u + 0.5 * h * c, c), s->jump);
-    return fmax(middle, inside_ratio(p, s, x, u, c));
+double bend_inside(const jerk_planner *p, const segment *s, double x, double u, const double c[2], double *ends) {
+
+    const jerk_law law = law_of(s->h, &x, &u, c);
+    *ends = ends_ratio(p, s, &law);
+    return fmax(ratio_at_time(p, s, &law, 0.5 * law.time), inside_ratio(p, s, &law));
 }
 
 /* Largest speed over its cap: the feed or what was allowed on the way down to it. */
@@ -141,24 +136,47 @@ static double feed_ratio(const jerk_planner *p, const grid *g, int k, double x0,
     return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK : INFINITY;
 }
 
-/* One interval with free input; x, u advance. */
-static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, double *u, double c) {
-    segment *s = &g->seg[k];
-    double h = s->h, x0 = *x, u0 = *u;
-    double x1 = x0 + 2.0 * h * u0 + h * h * c, u1 = u0 + h * c;
-    double xm = x0 + h * u0 + 0.25 * h * h * c, um = u0 + 0.5 * h * c, top_x = fmax(x0, x1), low = fmin(x0, x1);
-    if (u0 * u1 < 0.0) {
-        double turn = x0 - u0 * u0 / c; /* u = 0 inside */
-        top_x = fmax(top_x, turn);
-        low = fmin(low, turn);
+static double acceleration(const jerk_law *law, double t) {
+    return law->a0 + t * (law->jerk + t * (law->snap / 2.0 + t * (law->crackle / 6.0 + t * law->pop / 24.0)));
+}
+
+/* Times in the law at which the acceleration changes its sign: how many. */
+static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
+    double from = law->a0;
+    int n = 0;
+    for (int i = 1; i <= TURN_PARTS; i++) {
+        double low = law->time * (i - 1) / TURN_PARTS, high = law->time * i / TURN_PARTS, a0 = from, a1 = acceleration(law, high);
+        from = a1;
+        if (!(a0 * a1 < 0.0)) continue;
+        t[n] = low;
+        for (int k = 0; k < TURN_STEPS; k++) { /* secants, inside the bracket */
+            t[n] = (low * a1 - high * a0) / (a1 - a0);
+            double a = acceleration(law, t[n]);
+            if (a * a0 > 0.0) low = t[n], a0 = a;
+            else high = t[n], a1 = a;
+            if (a == 0.0) break;
+        }
+        n++;
     }
-    *x = x1;
-    *u = u1;
-    if (!(low > LEAST_DIP * top_x) || !isfinite(x1) || !isfinite(u1)) return INFINITY;
-    motion m[3] = {motion_of(x0, u0, c), motion_of(xm, um, c), motion_of(x1, u1, c)};
-    double limits = ratio_of(p, s, m);
-    if (bends(p, s->q)) limits = fmax(limits, inside_ratio(p, s, x0, u0, c));
-    if (u0 * u1 < 0.0 && c < 0.0) limits = fmax(limits, peak_ratio(p, s, motion_of(top_x, 0.0, c)));
+    return n;
+}
+
+/* One interval with free inputs; x, u advance. */
+static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, double *u, const double c[2]) {
+    segment *s = &g->seg[k];
+    double x0 = *x, at, turns[TURN_PARTS];
+    const jerk_law law = law_of(s->h, x, u, c);
+    double x1 = *x, top_x = fmax(x0, x1), low = fmin(x0, x1);
+    if (!(low > LEAST_DIP * top_x) || !isfinite(law.time + law.snap + law.crackle + law.pop)) return INFINITY;
+    double limits = fmax(ends_ratio(p, s, &law), ratio_at_time(p, s, &law, 0.5 * law.time));
+    limits = fmax(limits, inside_ratio(p, s, &law));
+    for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
+        double v = motion_at(&law, turns[i], &at).v;
+        if (v * v > top_x) limits = fmax(limits, ratio_at_time(p, s, &law, turns[i]));
+        top_x = fmax(top_x, v * v);
+        low = v > 0.0 ? fmin(low, v * v) : 0.0;
+    }
+    if (!(low > LEAST_DIP * top_x)) return INFINITY;
     double feed = feed_ratio(p, g, k, x0, x1, top_x);
     s->excess = limits > CHECK_SLACK ? limits : 0.0;
     s->fast = feed > CHECK_SLACK ? feed : 0.0;
@@ -210,7 +228,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
         x = 1.5 * g->seg[0].h * u;
         if (!(x > 0.0)) return INFINITY;
         worst = fmax(rest_ratio(p, &g->seg[0], sqrt(x), 1.0), feed_ratio(p, g, 0, 0.0, x, x));
-        b->x[0] = b->u[0] = b->c[0] = 0.0;
+        b->x[0] = b->u[0] = b->c[0][0] = b->c[1][0] = 0.0;
         k = 1;
     }
     for (; k < last; k++) {
@@ -218,8 +236,9 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
         b->u[k] = u / f2;
         if (k > 0 && !jump_fits(p, g, k, x)) return INFINITY;
         if (k > 0) worst = fmax(worst, kink_ratio(p, g, k, x, u));
-        if (k == last - 1) b->c[k] = last_input(g, x, u) / f2;
-        double ratio = free_ratio(p, g, k, &x, &u, b->c[k] * f2);
+        if (k == last - 1) b->c[0][k] = b->c[1][k] = last_input(g, x, u) / f2;
+        const double c[2] = {b->c[0][k] * f2, b->c[1][k] * f2};
+        double ratio = free_ratio(p, g, k, &x, &u, c);
         if (!(ratio <= worst)) worst = ratio;
         if (!isfinite(worst)) return INFINITY;
     }
@@ -229,7 +248,7 @@ double plan_check(const jerk_planner *p, grid *g, problem *b) {
     worst = fmax(worst, kink_ratio(p, g, last, x, u));
     b->x[last] = x / f2;
     b->u[last] = u / f2;
-    b->x[g->n] = b->u[g->n] = b->c[last] = 0.0;
+    b->x[g->n] = b->u[g->n] = b->c[0][last] = b->c[1][last] = 0.0;
     worst = fmax(worst, feed_ratio(p, g, last, x, 0.0, x));
     return fmax(worst, rest_ratio(p, &g->seg[last], sqrt(x), -1.0));
 }

@@ -4,10 +4,11 @@
 #include "jerk_internal.h"
 
 #define GRADING 0.25     /* growth of the spacing with the distance from a standstill, ... */
-#define REST_GRADING 0.05 /* ... and on curves, ... */
+#define REST_GRADING 0.1 /* ... and on curves, ... */
 #define RAMP_STEPS 6.0   /* ... over so many of the longest steps: the ramp to full acceleration */
 #define REST_SHARE (1.0 / 20.0) /* of a line, that one interval from rest may take: half of the way is four ramps of jerk */
 #define REST_FEED (1.0 / 12.0)  /* of the way in which jerk changes the feed: half of the ramp to half of it */
+#define REST_MOST (1.0 / 3.0) /* of the pushed interval, that it may take in any case */
 #define BEHIND_REST 0.2  /* step behind such an interval, over its length */
 #define STOP_STEPS 60    /* of a stop at least */
 #define BEND_STEP 0.5    /* change of the third derivatives in one planner interval, of the largest ... */
@@ -143,12 +144,20 @@ void knot_caps(const jerk_planner *p, grid *g) {
     }
 }
 
+static bool straight(const jerk_planner *p, const jerk_interval *q) {
+    for (int a = 0; a < p->cfg.axes; a++)
+        if (q->d2[0][a] != 0.0 || q->d2[1][a] != 0.0) return false;
+    return true;
+}
+
 static bool add_segment(const jerk_planner *p, grid *g, const jerk_interval *q, uint64_t i, bool last) {
     if (g->n >= g->max) return false;
     segment *s = &g->seg[g->n++];
     s->q = q;
     s->last = last;
-    s->tight = &p->tight[i & p->mask];
+    s->at = i;
+    s->own = 1.0;
+    s->tight = straight(p, q) ? &s->own : &p->tight[i & p->mask];
     segment_limits(p, s);
     return true;
 }
@@ -210,26 +219,14 @@ static double feed_part(const jerk_planner *p, const jerk_interval *q) {
     return REST_FEED * v * sqrt(v / path_jerk(p, q));
 }
 
-static bool straight(const jerk_planner *p, const jerk_interval *q) {
-    for (int a = 0; a < p->cfg.axes; a++)
-        if (q->d2[0][a] != 0.0 || q->d2[1][a] != 0.0) return false;
-    return true;
-}
-
-/* How long one interval from or to rest may be on the first or last `len` mm of interval i: constant jerk is exact there, while
- * behind it the speed multiplies from knot to knot, and the jerk is the axes' at the faster one only. 0: no longer than any. */
+/* How long the interval from or to rest is on the first or last `len` mm of interval i: constant jerk is exact there on a line.
+ * Behind it the speed multiplies from knot to knot, so the steps are short at first. */
 static double rest_length(const jerk_planner *p, const grid *g, uint64_t i, double len) {
     const jerk_interval *q = ring_at(p, i);
-    double finest = finest_at(p, g, i);
-    if (!straight(p, q)) return 0.0;
-    double most = fmin(steps_at(p, i)->rest, fmin(REST_SHARE * len, feed_part(p, q)));
-    return most > finest ? most : 0.0;
-}
-
-/* Step at a stand, or behind that interval; finer where the feed is low. */
-static double rest_step(const jerk_planner *p, const grid *g, uint64_t i, double rest) {
-    double finest = finest_at(p, g, i), feed = fmax(SLOWEST_KNOT * finest, feed_part(p, ring_at(p, i)));
-    return fmax(fmin(finest, feed), BEHIND_REST * rest);
+    double finest = finest_at(p, g, i), feed = feed_part(p, q);
+    double least = fmin(REST_MOST * len, fmin(finest, fmax(SLOWEST_KNOT * finest, feed)));
+    if (!straight(p, q)) return least;
+    return fmax(least, fmin(steps_at(p, i)->rest, fmin(REST_SHARE * len, feed)));
 }
 
 /* Step at the knot ahead of interval i: fine where it must be passed slowly or the feed changes. */
@@ -259,12 +256,12 @@ static double grading_at(const jerk_planner *p, uint64_t i, double at) {
 static void knot_steps(const jerk_planner *p, grid *g, int n, bool stands, const double *rest) {
     double *step = g->step;
     uint64_t head = p->head, end = head + (uint64_t)n - 1;
-    step[0] = p->at_rest ? rest_step(p, g, head, rest[0]) : slow_length(p, g, head, p->scale * sqrt(p->x), SLOWEST_KNOT);
-    step[n] = stands ? rest_step(p, g, end, rest[1]) : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL, SLOWEST_STEP);
+    step[0] = p->at_rest ? BEHIND_REST * rest[0] : slow_length(p, g, head, p->scale * sqrt(p->x), SLOWEST_KNOT);
+    step[n] = stands ? BEHIND_REST * rest[1] : slow_length(p, g, end, p->scale * sqrt(feed_cap(p, ring_at(p, end))) * SLOW_TAIL, SLOWEST_STEP);
     for (int i = 1; i < n; i++) {
         step[i] = fmin(knot_step(p, g, head + i), 2.0 * fmin(steps_at(p, head + i - 1)->turn, steps_at(p, head + i)->turn));
     }
-    double at = p->at_rest && !(rest[0] > 0.0) ? 0.0 : INFINITY, to = stands && !(rest[1] > 0.0) ? 0.0 : INFINITY;
+    double at = p->at_rest && !straight(p, ring_at(p, head)) ? 0.0 : INFINITY, to = stands && !straight(p, ring_at(p, end)) ? 0.0 : INFINITY;
     for (int i = 1; i <= n; at += ring_at(p, head + i - 1)->length, i++) {
         g->grade[i - 1] = grading_at(p, head + i - 1, at);
         step[i] = fmin(step[i], step[i - 1] + g->grade[i - 1] * ring_at(p, head + i - 1)->length);

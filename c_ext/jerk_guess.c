@@ -90,6 +90,12 @@ static void slow_profile(jerk_planner *p, const grid *g, double *x) {
     for (int k = 1; k < n; k++) x[k] = fmax(x[k], TINY);
 }
 
+/* x at the share t of an interval: x' = 2 u. */
+static double between(double x0, double u0, double x1, double u1, double h, double t) {
+    double a = 2.0 * h * u0, b = 2.0 * h * u1, d = x1 - x0;
+    return x0 + t * (a + t * (3.0 * d - 2.0 * a - b + t * (a + b - 2.0 * d)));
+}
+
 /* x of the plan at a distance ahead of what was handed out; negative behind its end. */
 static void plan_x(const plan *pl, const grid *g, double *x) {
     double start = 0.0;
@@ -104,7 +110,7 @@ static void plan_x(const plan *pl, const grid *g, double *x) {
         double d = at - start, h = pl->h[i];
         if (i == pl->n - 1) x[k] = pl->x[i] * pow(fmax(0.0, 1.0 - d / h), 4.0 / 3.0);
         else if (i == 0 && pl->rest_start) x[k] = pl->x[1] * pow(d / h, 4.0 / 3.0);
-        else x[k] = pl->x[i] + 2.0 * pl->u[i] * d + pl->c[i] * d * d;
+        else x[k] = between(pl->x[i], pl->u[i], pl->x[i + 1], pl->u[i + 1], h, d / h);
     }
 }
 
@@ -112,14 +118,14 @@ static void plan_x(const plan *pl, const grid *g, double *x) {
 static bool project(jerk_planner *p, const grid *g, double stiffness) {
     problem *b = &p->prob;
     for (int k = 0; k < b->blocks * LANES; k++)
-        b->cost.xx[k] = b->cost.xu[k] = b->cost.uu[k] = b->cost.xc[k] = b->cost.uc[k] = b->cost.cc[k] = 0.0;
-    for (int k = 0; k < b->blocks * LANES; k++) b->grad.x[k] = b->grad.u[k] = b->grad.c[k] = 0.0;
+        b->cost.xx[k] = b->cost.xu[k] = b->cost.uu[k] = b->cost.xc[0][k] = b->cost.xc[1][k] = b->cost.uc[0][k] = b->cost.uc[1][k] = 0.0;
+    for (int k = 0; k < b->blocks * LANES; k++) b->cost.cc[1][k] = b->grad.x[k] = b->grad.u[k] = b->grad.c[0][k] = b->grad.c[1][k] = 0.0;
     for (int k = b->first; k < b->n; k++) {
         double acc, jerk, xk = fmax(b->guess[k], TINY);
         path_limits(p, &g->seg[k], &acc, &jerk);
         b->cost.xx[k] = 1.0 / (xk * xk);
         b->cost.uu[k] = stiffness / (acc * acc);
-        b->cost.cc[k] = stiffness * xk / (jerk * jerk) + LEAST_COST * b->convex;
+        b->cost.cc[0][k] = b->cost.cc[2][k] = 0.5 * stiffness * xk / (jerk * jerk) + LEAST_COST * b->convex;
     }
     if (!riccati_factor(b)) return false;
     /* the problem is homogeneous in the deviation from a start trajectory: a first rollout with no input */
@@ -130,8 +136,8 @@ static bool project(jerk_planner *p, const grid *g, double stiffness) {
         b->x[k] = x;
         b->u[k] = u;
         double h = b->h[k], c = 0.0;
-        if (k == last - 1) c = b->ric.kx[k] * x + b->ric.ku[k] * u;
-        b->c[k] = k < last ? c : 0.0;
+        if (k == last - 1) c = b->gain[k].kx[0] * x + b->gain[k].ku[0] * u;
+        b->c[0][k] = b->c[1][k] = c;
         if (k == last) break;
         x += 2.0 * h * u + h * h * c;
         u += h * c;
@@ -139,15 +145,15 @@ static bool project(jerk_planner *p, const grid *g, double stiffness) {
     for (int k = b->first; k < b->n; k++) {
         b->grad.x[k] = b->cost.xx[k] * (b->x[k] - b->guess[k]);
         b->grad.u[k] = b->cost.uu[k] * b->u[k];
-        b->grad.c[k] = b->cost.cc[k] * b->c[k];
+        for (int i = 0; i < 2; i++) b->grad.c[i][k] = b->cost.cc[2 * i][k] * b->c[i][k];
     }
     riccati_solve(b, &b->grad);
     for (int k = b->first; k < b->n; k++) {
         b->x[k] += b->dx[k];
         b->u[k] += b->du[k];
-        b->c[k] += b->dc[k];
+        for (int i = 0; i < 2; i++) b->c[i][k] += b->dc[i][k];
     }
-    if (b->rest_start) b->x[0] = b->u[0] = b->c[0] = 0.0;
+    if (b->rest_start) b->x[0] = b->u[0] = b->c[0][0] = b->c[1][0] = 0.0;
     return true;
 }
 

@@ -1,6 +1,7 @@
 /* Inside of the jerk-limited planner: path ring, planner grid, solver work, plan.
  *
  * Scaled quantities: x = v^2/F^2, u = a/F^2, c = (du/ds)/F^2, with F the speed scale of the machine; lengths stay mm.
+ * Over an interval h of the grid c changes linearly from c0 to c1, which are free: the jerk limit can hold at both ends.
  */
 #ifndef JERK_INTERNAL_H
 #define JERK_INTERNAL_H
@@ -28,7 +29,9 @@ typedef struct segment {
     double cap;               /* hard cap on x (scaled), both ends */
     double soft;              /* cap by feed and override; may lie below the present speed */
     double slower;            /* share of that which is planned with, and which `soft` is lowered by */
-    double *tight;            /* the ring interval's share of the jerk limit, lowered where a check failed */
+    uint64_t at;              /* ring index of the pushed interval */
+    double *tight;            /* share of the jerk limit, lowered where a check failed: the ring interval's; on a line its own */
+    double own;               /* on a line */
     double excess, fast;      /* ratios of the last check (limits; feed) where they were too large, else 0 */
     double leave;             /* of the jerk limit, that the last check has asked it to leave to kinks; else 0 */
     double jump;              /* share of the jerk limit that jumps of derivatives nearby leave */
@@ -55,51 +58,56 @@ typedef struct grid {
 /* What the rows of LANES stages share.  At either end the jerk rows read root (b z) + half x_t <= bound, with the
  * tangent of root x^(-1/2) at the present x_t. */
 typedef struct block {
-    vec h, hh, x, u, c;
-    vec x1;                           /* x at the end of the stages */
+    vec h, x[2], u[2], c[2];          /* at the start and the end of the stages */
     vec root[2], half[2], bound[2];
 } block;
 
-typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5 (jerks) */
+typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5 (jerks); z: x, u, c at one end */
     vec b[3], s[2], l[2], is[2], r[2], ds[2], dl[2];
 } two_sided;
 
-typedef struct one_sided { /* b z <= bound */
-    vec b[3], bound, s, l, is, r, ds, dl;
+typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
+    vec b[4], bound, s, l, is, r, ds, dl;
 } one_sided;
 
-enum { ROW_CAP, ROW_FLOOR, ROW_MID_FLOOR, ROW_MID_CAP, ONE_SIDED_ROWS };
+/* Caps of x at the start and at the control points behind it and ahead of the end: x keeps them everywhere between. */
+enum { ROW_CAP, ROW_FLOOR, ROW_RISE, FIRST_C_ROW, ROW_FALL = FIRST_C_ROW, ROW_MID_FLOOR, ONE_SIDED_ROWS };
 
-/* Stage cost of the Newton step; nine arrays of `stride` doubles. */
+/* Stage cost of the Newton step. */
 typedef struct stage_cost {
-    double *xx, *xu, *uu, *xc, *uc, *cc;
+    double *xx, *xu, *uu, *xc[2], *uc[2], *cc[3]; /* cc: c0 c0, c0 c1, c1 c1 */
 } stage_cost;
 
 typedef struct stage_grad {
-    double *x, *u, *c;
+    double *x, *u, *c[2];
 } stage_grad;
 
-typedef struct riccati {
-    double *kx, *ku, *ir, *sx, *su, *d;
-} riccati;
+/* Feedback of a stage: dc = k (dx, du) + what is free. */
+typedef struct gain {
+    double h, kx[2], ku[2];
+    double xx, xu, ux, uu;                /* of the state behind it, by the state */
+    double inverse[3];                    /* of the Hessian by dc, as cc */
+} gain;
 
 typedef struct problem {
     int n, first, blocks, axes, acc_sets; /* intervals; first stage with rows; blocks of LANES stages; axes that move */
     int axis[JERK_AXES];                  /* which they are */
     bool rest_start;
-    double *h, *x, *u, *c;                /* stages */
-    double *dx, *du, *dc;
+    double *h, *x, *u, *c[2];             /* stages */
+    double *dx, *du, *dc[2];
     double *guess;                        /* knots: x the floors refer to */
     double *weight;                       /* objective: minus the gradient by x */
     double *root[2];                      /* scale of the jerk rows at both ends */
-    double *calm;                         /* quadratic cost of c */
+    double *calm;                         /* quadratic cost of c0 and c1 */
     double *on;                           /* 1 where a stage has jerk rows */
     block *block;                         /* of the present iterate */
-    two_sided *jerk, *acc;                /* [block][rows] */
+    two_sided *jerk, *acc, *mid;          /* [block][rows]; mid: accelerations in the middle of stages */
     one_sided *one;
     stage_cost cost;
     stage_grad grad, corr, cent;          /* affine gradient; corrector and centring parts */
-    riccati ric;
+    gain *gain;
+    double *free[2];                      /* c without feedback */
+    double start_cost;                    /* by the end speed of an interval from rest */
     double x0, u0;
     double terminal;                      /* 1.5 h of the last interval */
     double convex;                        /* what keeps a cost of c^2 positive: 1, less where c is large (very slow machines) */
@@ -113,8 +121,9 @@ typedef struct problem {
 
 /* An accepted plan: from `next` on it is the stored tail, and it ends at rest. */
 typedef struct plan {
-    double *h, *x, *u, *c;                /* x, u at the n + 1 knots */
-    double *jerk, *time;                  /* mm/s3: if not 0, instead of c; s: if known, else 0 */
+    double *h, *x, *u;                    /* x, u at the n + 1 knots */
+    double *c[2];                         /* at the ends of segments */
+    double *time, *jerk, *snap, *crackle, *pop; /* s, mm/s3 to mm/s6 of the law; time 0: not known yet */
     double *offset;
     uint64_t *tag;
     uint8_t *last;                        /* as jerk_law.last */
@@ -134,7 +143,7 @@ typedef struct steps {
     double longest, finest; /* planner interval; step at a standstill */
     double least;           /* none need be shorter where nothing changes */
     double rest;            /* from or to rest: over so much of a line the jerk is constant in any case */
-    double turn;            /* longest by what it turns */
+    double turn, shortest;  /* longest by what it turns, or by what a plan has shown; the shortest that this may come to */
     double bend, even;      /* largest third derivative over the jerk limit, s3/mm3; mm over which they change by so much */
     bool little;            /* it turns next to not at all */
     double knots;           /* such intervals, of the whole interval as pushed */
@@ -149,7 +158,7 @@ typedef struct speeds {
 typedef struct handed {
     jerk_interval interval;               /* at the head of the ring */
     uint64_t head, tag;
-    double x, u, c, length, time, jerk, offset;
+    double x, u, c[2], length, time, jerk, snap, crackle, pop, offset;
     double at_x, at_u, behind_mm, behind_share;
     bool at_rest, rest_start;
     uint8_t last;
@@ -175,6 +184,7 @@ struct jerk_planner {
     plan plan;
     double *scratch;                      /* capacity + LANES */
     double reach;                         /* mm: windows this long are solved; longer ones have failed */
+    bool finer;                           /* the last solution has asked for finer steps */
     int wait;                             /* segments to hand out before the next plan is tried */
     double again_s, waited_s;             /* s to hand out before what has changed is tried again (no plan for it was found), and at the last try */
     jerk_stats stats;
@@ -210,6 +220,10 @@ static inline const steps *steps_at(const jerk_planner *p, uint64_t i) { return 
 static inline double knots_at(const jerk_planner *p, uint64_t i) {
     return i == p->head ? ceil(ring_at(p, i)->length / steps_at(p, i)->longest) : steps_at(p, i)->knots;
 }
+
+/* What c0 and c1 make of the state at the start of an interval h. */
+static inline double x_behind(double h, double x, double u, double c0, double c1) { return x + 2.0 * h * u + h * h * (2.0 * c0 + c1) / 3.0; }
+static inline double u_behind(double h, double u, double c0, double c1) { return u + 0.5 * h * (c0 + c1); }
 
 /* jerk_knots.c */
 void interval_part(const jerk_interval *in, double from, double to, int axes, jerk_interval *out);
@@ -251,11 +265,12 @@ bool ipm_solve(problem *b, int max_iterations);
 
 /* jerk_check.c */
 double plan_check(const jerk_planner *p, grid *g, problem *b);
-double bend_inside(const jerk_planner *p, const segment *s, double x, double u, double c, double *ends);
+double bend_inside(const jerk_planner *p, const segment *s, double x, double u, const double c[2], double *ends);
 
 /* jerk_plan.c */
 bool plan_accept(jerk_planner *p, const grid *g, bool final);
 bool plan_window(jerk_planner *p);
+bool solve_guess(jerk_planner *p, grid *g, int tries); /* from the guess that stands in the problem */
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 void allow_present(jerk_planner *p, grid *g, double reach, double top);
 
@@ -276,6 +291,7 @@ bool plan_stop(jerk_planner *p);
 bool plan_ramp(jerk_planner *p);
 
 /* jerk_law.c */
-void law_constant_jerk(jerk_law *law, double h, double v, double a, double jerk, double time);
-void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double time, double scale);
+double law_jerk(const jerk_law *law, double t);
+void law_between(jerk_law *law, double h, double v0, double a0, double j0, double v1, double a1, double j1);
+void law_from(jerk_law *law, double h, double x, double u, double x1, double u1, const double c[2], double scale);
 #endif

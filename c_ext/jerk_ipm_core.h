@@ -16,6 +16,7 @@
 #define CENTRED 0.1     /* least product of slack and multiplier, over what the step aims at */
 #define GAP          3e-4 /* of the objective */
 #define HOPELESS 1e6
+#define EVEN 10.0       /* of `calm`: cost of c1 - c0, so that c does not change within every interval where nothing is gained by it */
 #define LEAST_COST 1e-14
 #define ROWS_MET 1e-6
 
@@ -35,21 +36,26 @@ static vec root_of(vec x) {
     return out;
 }
 
+/* What the inputs make of the state at the start of the stages. */
+static inline void end_state(vec h, vec x, vec u, const vec c[2], vec *x1, vec *u1) {
+    *x1 = x + 2.0 * h * u + h * h * (2.0 * c[0] + c[1]) / 3.0;
+    *u1 = u + 0.5 * h * (c[0] + c[1]);
+}
+
 static block block_at(const problem *b, int i) {
     int k = i * LANES;
     block o;
     o.h = load(b->h + k);
-    o.hh = o.h * o.h;
-    o.x = load(b->x + k);
-    o.u = load(b->u + k);
-    o.c = load(b->c + k);
-    o.x1 = o.x + 2.0 * o.h * o.u + o.hh * o.c;
+    o.x[0] = load(b->x + k);
+    o.u[0] = load(b->u + k);
+    o.c[0] = load(b->c[0] + k);
+    o.c[1] = load(b->c[1] + k);
+    end_state(o.h, o.x[0], o.u[0], o.c, &o.x[1], &o.u[1]);
     vec on = load(b->on + k), off = 1.0 - on, low = LOWEST * load(b->guess + k);
-    vec x[2] = {vmax(o.x, low) * on + off, vmax(o.x1, low) * on + off};
     for (int e = 0; e < 2; e++) {
-        vec t = 1.0 / root_of(x[e]);
+        vec x = vmax(o.x[e], low) * on + off, t = 1.0 / root_of(x);
         o.root[e] = load(b->root[e] + k);
-        o.half[e] = 0.5 * on * o.root[e] * t / x[e];
+        o.half[e] = 0.5 * on * o.root[e] * t / x;
         o.bound[e] = 1.5 * o.root[e] * t;
     }
     return o;
@@ -65,11 +71,57 @@ static void set_scale(problem *b) {
     }
 }
 
-/* Linear forms of a jerk row pair: q = root * (b . z), m = half * x_t. */
+/* Hessian and gradient by the state at one end of the stages and c there. */
 typedef struct sums {
-    vec xx, xu, uu, xc, uc, cc; /* Hessian */
-    vec x, u, c;                /* gradient */
+    vec xx, xu, uu, xc, uc, cc;
+    vec x, u, c;
 } sums;
+
+/* The same by the state at the start, c0 and c1. */
+typedef struct totals {
+    vec xx, xu, uu, xc[2], uc[2], cc[3];
+    vec x, u, c[2];
+} totals;
+
+static inline void add_start(totals *t, const sums *s) {
+    t->xx += s->xx;
+    t->xu += s->xu;
+    t->uu += s->uu;
+    t->xc[0] += s->xc;
+    t->uc[0] += s->uc;
+    t->cc[0] += s->cc;
+}
+
+static inline void add_start_gradient(totals *t, const sums *s) {
+    t->x += s->x;
+    t->u += s->u;
+    t->c[0] += s->c;
+}
+
+/* x1 = x + 2 h u + third (2 c0 + c1), u1 = u + half (c0 + c1). */
+static inline void add_end(totals *t, const sums *s, vec h) {
+    vec third = h * h / 3.0, half = 0.5 * h, x0 = 2.0 * third * s->xx + half * s->xu, u0 = 2.0 * third * s->xu + half * s->uu;
+    vec x1 = third * s->xx + half * s->xu, u1 = third * s->xu + half * s->uu; /* derivatives of x1, u1 by c0, c1, by Hessian */
+    t->xx += s->xx;
+    t->xu += 2.0 * h * s->xx + s->xu;
+    t->uu += 4.0 * h * (h * s->xx + s->xu) + s->uu;
+    t->xc[0] += x0;
+    t->xc[1] += x1 + s->xc;
+    t->uc[0] += 2.0 * h * x0 + u0;
+    t->uc[1] += 2.0 * h * (x1 + s->xc) + u1 + s->uc;
+    t->cc[0] += 2.0 * third * x0 + half * u0;
+    vec c0 = 2.0 * third * s->xc + half * s->uc, c1 = third * s->xc + half * s->uc;
+    t->cc[1] += third * x0 + half * u0 + c0;
+    t->cc[2] += third * x1 + half * u1 + 2.0 * c1 + s->cc;
+}
+
+static inline void add_end_gradient(totals *t, const sums *s, vec h) {
+    vec third = h * h / 3.0 * s->x, half = 0.5 * h * s->u;
+    t->x += s->x;
+    t->u += 2.0 * h * s->x + s->u;
+    t->c[0] += 2.0 * third + half;
+    t->c[1] += third + half + s->c;
+}
 
 static inline void add_square(sums *s, vec w, const vec *b) {
     vec wx = w * b[0], wu = w * b[1], wc = w * b[2];
@@ -91,12 +143,14 @@ static inline vec side(vec value, vec bound, vec s, vec *l, vec least, vec *is, 
     return w;
 }
 
-static void gather_jerk(const problem *b, int i, const block *k, sums *s, vec least) {
+/* Linear forms of a jerk row pair: q = root * (b . z), m = half * x. */
+static void gather_jerk(const problem *b, int i, const block *k, totals *all, vec least) {
     for (int e = 0; e < 2; e++) {
+        sums both = {0}, *s = &both;
         two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
-        vec m = k->half[e] * (e ? k->x1 : k->x), bound = k->bound[e], wm = {0}, px = {0}, pu = {0}, pc = {0}, tm = {0}, root = k->root[e];
+        vec m = k->half[e] * k->x[e], bound = k->bound[e], wm = {0}, px = {0}, pu = {0}, pc = {0}, tm = {0}, root = k->root[e];
         for (int a = 0; a < b->axes; a++, row++) {
-            vec q = root * (row->b[0] * k->x + row->b[1] * k->u + row->b[2] * k->c), t1, t2;
+            vec q = root * (row->b[0] * k->x[e] + row->b[1] * k->u[e] + row->b[2] * k->c[e]), t1, t2;
             vec w1 = side(m + q, bound, row->s[0], &row->l[0], least, &row->is[0], &row->r[0], &t1);
             vec w2 = side(m - q, bound, row->s[1], &row->l[1], least, &row->is[1], &row->r[1], &t2);
             vec d = root * (w1 - w2), t = root * (t1 - t2);
@@ -110,29 +164,76 @@ static void gather_jerk(const problem *b, int i, const block *k, sums *s, vec le
             wm += w1 + w2;
             tm += t1 + t2;
         }
-        vec g[3] = {k->half[e], {0}, {0}};
+        s->xx += k->half[e] * (k->half[e] * wm + 2.0 * px);
+        s->xu += pu * k->half[e];
+        s->xc += pc * k->half[e];
+        s->x += tm * k->half[e];
         if (e) {
-            g[1] = 2.0 * k->h * k->half[e];
-            g[2] = k->hh * k->half[e];
+            add_end(all, s, k->h);
+            add_end_gradient(all, s, k->h);
+        } else {
+            add_start(all, s);
+            add_start_gradient(all, s);
         }
-        add_square(s, wm, g);
-        s->xx += 2.0 * px * g[0];
-        s->xu += px * g[1] + pu * g[0];
-        s->uu += 2.0 * pu * g[1];
-        s->xc += px * g[2] + pc * g[0];
-        s->uc += pu * g[2] + pc * g[1];
-        s->cc += 2.0 * pc * g[2];
-        s->x += tm * g[0];
-        s->u += tm * g[1];
-        s->c += tm * g[2];
     }
 }
 
-static void gather_acc(const problem *b, int i, const block *k, sums *s, vec least) {
+/* In the middle of the stages: x + h u + h^2 (5 c0 + c1) / 24, and the middle control point of u, u + h c0 / 2: with the limit at both ends
+ * and there u keeps it everywhere between. */
+static inline void middle_state(vec h, vec x, vec u, const vec c[2], vec *xm, vec *um) {
+    *xm = x + h * u + h * h * (5.0 * c[0] + c[1]) / 24.0;
+    *um = u + 0.5 * h * c[0];
+}
+
+static inline void add_middle(totals *t, const sums *s, vec h) {
+    vec ax[2] = {h * h * 5.0 / 24.0, h * h / 24.0}, au[2] = {0.5 * h, set1(0.0)}, x[2], u[2];
+    for (int n = 0; n < 2; n++) {
+        x[n] = ax[n] * s->xx + au[n] * s->xu;
+        u[n] = ax[n] * s->xu + au[n] * s->uu;
+        t->xc[n] += x[n];
+        t->uc[n] += h * x[n] + u[n];
+    }
+    t->xx += s->xx;
+    t->xu += h * s->xx + s->xu;
+    t->uu += h * (h * s->xx + 2.0 * s->xu) + s->uu;
+    t->cc[0] += ax[0] * x[0] + au[0] * u[0];
+    t->cc[1] += ax[1] * x[0] + au[1] * u[0];
+    t->cc[2] += ax[1] * x[1] + au[1] * u[1];
+}
+
+static inline void add_middle_gradient(totals *t, const sums *s, vec h) {
+    t->x += s->x;
+    t->u += h * s->x + s->u;
+    t->c[0] += h * (h * 5.0 / 24.0 * s->x + 0.5 * s->u);
+    t->c[1] += h * h / 24.0 * s->x;
+}
+
+static void gather_mid(const problem *b, int i, const block *k, totals *all, vec least) {
+    const vec one = set1(1.0);
+    vec x, u;
+    sums s = {0};
+    two_sided *row = &b->mid[i * b->axes];
+    middle_state(k->h, k->x[0], k->u[0], k->c, &x, &u);
+    for (int a = 0; a < b->axes; a++, row++) {
+        vec q = row->b[0] * x + row->b[1] * u, t1, t2;
+        vec w1 = side(q, one, row->s[0], &row->l[0], least, &row->is[0], &row->r[0], &t1);
+        vec w2 = side(-q, one, row->s[1], &row->l[1], least, &row->is[1], &row->r[1], &t2);
+        vec w = w1 + w2, t = t1 - t2;
+        s.xx += w * row->b[0] * row->b[0];
+        s.xu += w * row->b[0] * row->b[1];
+        s.uu += w * row->b[1] * row->b[1];
+        s.x += t * row->b[0];
+        s.u += t * row->b[1];
+    }
+    add_middle(all, &s, k->h);
+    add_middle_gradient(all, &s, k->h);
+}
+
+static void gather_acc(const problem *b, int i, const block *k, totals *s, vec least) {
     const vec one = set1(1.0);
     two_sided *row = &b->acc[i * b->acc_sets * b->axes];
     for (int a = 0; a < b->acc_sets * b->axes; a++, row++) {
-        vec q = row->b[0] * k->x + row->b[1] * k->u, t1, t2;
+        vec q = row->b[0] * k->x[0] + row->b[1] * k->u[0], t1, t2;
         vec w1 = side(q, one, row->s[0], &row->l[0], least, &row->is[0], &row->r[0], &t1);
         vec w2 = side(-q, one, row->s[1], &row->l[1], least, &row->is[1], &row->r[1], &t2);
         vec w = w1 + w2, t = t1 - t2;
@@ -144,15 +245,27 @@ static void gather_acc(const problem *b, int i, const block *k, sums *s, vec lea
     }
 }
 
-static void gather_one(const problem *b, int i, const block *k, sums *s, vec least) {
+static inline vec one_value(const one_sided *row, vec x, vec u, vec c0, vec c1) { return row->b[0] * x + row->b[1] * u + row->b[2] * c0 + row->b[3] * c1; }
+
+static void gather_one(const problem *b, int i, const block *k, totals *s, vec least) {
     one_sided *row = &b->one[i * ONE_SIDED_ROWS];
     for (int a = 0; a < ONE_SIDED_ROWS; a++, row++) {
-        vec q = row->b[0] * k->x + row->b[1] * k->u + row->b[2] * k->c, t;
-        vec w = side(q, row->bound, row->s, &row->l, least, &row->is, &row->r, &t);
-        add_square(s, w, row->b);
+        vec q = one_value(row, k->x[0], k->u[0], k->c[0], k->c[1]), t;
+        vec w = side(q, row->bound, row->s, &row->l, least, &row->is, &row->r, &t), wx = w * row->b[0], wu = w * row->b[1];
+        s->xx += wx * row->b[0];
+        s->xu += wx * row->b[1];
+        s->uu += wu * row->b[1];
         s->x += t * row->b[0];
         s->u += t * row->b[1];
-        s->c += t * row->b[2];
+        if (a < FIRST_C_ROW) continue;
+        for (int n = 0; n < 2; n++) {
+            s->xc[n] += wx * row->b[2 + n];
+            s->uc[n] += wu * row->b[2 + n];
+            s->c[n] += t * row->b[2 + n];
+        }
+        s->cc[0] += w * row->b[2] * row->b[2];
+        s->cc[1] += w * row->b[2] * row->b[3];
+        s->cc[2] += w * row->b[3] * row->b[3];
     }
 }
 
@@ -161,20 +274,25 @@ static void gather(problem *b, vec least) {
     for (int i = 0; i < b->blocks; i++) {
         int k = i * LANES;
         block bl = block_at(b, i);
-        sums s = {0};
+        totals s = {0};
         b->block[i] = bl;
         gather_jerk(b, i, &bl, &s, least);
         gather_acc(b, i, &bl, &s, least);
+        gather_mid(b, i, &bl, &s, least);
         gather_one(b, i, &bl, &s, least);
         store(b->cost.xx + k, s.xx);
         store(b->cost.xu + k, s.xu);
         store(b->cost.uu + k, s.uu);
-        store(b->cost.xc + k, s.xc);
-        store(b->cost.uc + k, s.uc);
-        store(b->cost.cc + k, s.cc + load(b->calm + k) + LEAST_COST * b->convex);
+        vec calm = load(b->calm + k), even = EVEN * calm;
+        for (int n = 0; n < 2; n++) {
+            store(b->cost.xc[n] + k, s.xc[n]);
+            store(b->cost.uc[n] + k, s.uc[n]);
+            store(b->cost.cc[2 * n] + k, s.cc[2 * n] + calm + even + LEAST_COST * b->convex);
+            store(b->grad.c[n] + k, s.c[n] + calm * bl.c[n] + even * (bl.c[n] - bl.c[1 - n]));
+        }
+        store(b->cost.cc[1] + k, s.cc[1] - even);
         store(b->grad.x + k, s.x - load(b->weight + k));
         store(b->grad.u + k, s.u);
-        store(b->grad.c + k, s.c + load(b->calm + k) * bl.c);
     }
 }
 
@@ -197,55 +315,101 @@ static inline void side_predict(vec dq, vec r, vec s, vec l, vec is, scan *o, ve
 }
 
 /* Adds to the gradients of corrector (k) and centring (z). */
-static inline void two_gradients(const vec *b, int n, vec t, vec z, sums *corr, sums *cent) {
+static inline void two_gradients(const vec *b, vec t, vec z, sums *corr, sums *cent) {
     corr->x += t * b[0];
     corr->u += t * b[1];
+    corr->c += t * b[2];
     cent->x += z * b[0];
     cent->u += z * b[1];
-    if (n < 3) return;
-    corr->c += t * b[2];
     cent->c += z * b[2];
 }
 
-static void predict_jerk(problem *b, int i, const block *k, const vec *dz, scan *o, sums *corr, sums *cent) {
+/* A step of the states and inputs: index 0 of x, u at the start, 1 at the end. */
+typedef struct change {
+    vec x[2], u[2], c[2];
+} change;
+
+static inline change change_at(const problem *b, int k, vec h) {
+    change d = {.x = {load(b->dx + k)}, .u = {load(b->du + k)}, .c = {load(b->dc[0] + k), load(b->dc[1] + k)}};
+    end_state(h, d.x[0], d.u[0], d.c, &d.x[1], &d.u[1]);
+    return d;
+}
+
+static void predict_jerk(problem *b, int i, const block *k, const change *dz, scan *o, totals *corr, totals *cent) {
     for (int e = 0; e < 2; e++) {
+        sums one = {0}, two = {0};
         two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
         vec root = k->root[e], tm = {0}, zm = {0};
-        vec g[3] = {k->half[e], e ? 2.0 * k->h * k->half[e] : set1(0), e ? k->hh * k->half[e] : set1(0)};
-        vec dm = g[0] * dz[0] + g[1] * dz[1] + g[2] * dz[2];
+        vec dm = k->half[e] * dz->x[e];
         for (int a = 0; a < b->axes; a++, row++) {
-            vec dq = root * (row->b[0] * dz[0] + row->b[1] * dz[1] + row->b[2] * dz[2]), k1, k2;
+            vec dq = root * (row->b[0] * dz->x[e] + row->b[1] * dz->u[e] + row->b[2] * dz->c[e]), k1, k2;
             side_predict(dm + dq, row->r[0], row->s[0], row->l[0], row->is[0], o, &row->ds[0], &k1);
             side_predict(dm - dq, row->r[1], row->s[1], row->l[1], row->is[1], o, &row->ds[1], &k2);
             row->dl[0] = k1;
             row->dl[1] = k2;
-            two_gradients(row->b, 3, root * (k2 - k1), root * (row->is[0] - row->is[1]), corr, cent);
+            two_gradients(row->b, root * (k2 - k1), root * (row->is[0] - row->is[1]), &one, &two);
             tm -= k1 + k2;
             zm += row->is[0] + row->is[1];
         }
-        two_gradients(g, 3, tm, zm, corr, cent);
+        one.x += tm * k->half[e];
+        two.x += zm * k->half[e];
+        if (e) {
+            add_end_gradient(corr, &one, k->h);
+            add_end_gradient(cent, &two, k->h);
+        } else {
+            add_start_gradient(corr, &one);
+            add_start_gradient(cent, &two);
+        }
     }
 }
 
-static void predict_acc(problem *b, int i, const vec *dz, scan *o, sums *corr, sums *cent) {
+static void predict_acc(problem *b, int i, const change *dz, scan *o, totals *corr, totals *cent) {
     two_sided *row = &b->acc[i * b->acc_sets * b->axes];
     for (int a = 0; a < b->acc_sets * b->axes; a++, row++) {
-        vec dq = row->b[0] * dz[0] + row->b[1] * dz[1], k1, k2;
+        vec dq = row->b[0] * dz->x[0] + row->b[1] * dz->u[0], k1, k2;
         side_predict(dq, row->r[0], row->s[0], row->l[0], row->is[0], o, &row->ds[0], &k1);
         side_predict(-dq, row->r[1], row->s[1], row->l[1], row->is[1], o, &row->ds[1], &k2);
         row->dl[0] = k1;
         row->dl[1] = k2;
-        two_gradients(row->b, 2, k2 - k1, row->is[0] - row->is[1], corr, cent);
+        vec t = k2 - k1, z = row->is[0] - row->is[1];
+        corr->x += t * row->b[0];
+        corr->u += t * row->b[1];
+        cent->x += z * row->b[0];
+        cent->u += z * row->b[1];
     }
 }
 
-static void predict_one(problem *b, int i, const vec *dz, scan *o, sums *corr, sums *cent) {
+static void predict_mid(problem *b, int i, const block *k, const change *dz, scan *o, totals *corr, totals *cent) {
+    two_sided *row = &b->mid[i * b->axes];
+    sums one = {0}, two = {0};
+    vec x, u;
+    middle_state(k->h, dz->x[0], dz->u[0], dz->c, &x, &u);
+    for (int a = 0; a < b->axes; a++, row++) {
+        vec dq = row->b[0] * x + row->b[1] * u, k1, k2;
+        side_predict(dq, row->r[0], row->s[0], row->l[0], row->is[0], o, &row->ds[0], &k1);
+        side_predict(-dq, row->r[1], row->s[1], row->l[1], row->is[1], o, &row->ds[1], &k2);
+        row->dl[0] = k1;
+        row->dl[1] = k2;
+        two_gradients(row->b, k2 - k1, row->is[0] - row->is[1], &one, &two);
+    }
+    add_middle_gradient(corr, &one, k->h);
+    add_middle_gradient(cent, &two, k->h);
+}
+
+static void predict_one(problem *b, int i, const change *dz, scan *o, totals *corr, totals *cent) {
     one_sided *row = &b->one[i * ONE_SIDED_ROWS];
     for (int a = 0; a < ONE_SIDED_ROWS; a++, row++) {
-        vec dq = row->b[0] * dz[0] + row->b[1] * dz[1] + row->b[2] * dz[2], k1;
+        vec dq = one_value(row, dz->x[0], dz->u[0], dz->c[0], dz->c[1]), k1;
         side_predict(dq, row->r, row->s, row->l, row->is, o, &row->ds, &k1);
         row->dl = k1;
-        two_gradients(row->b, 3, -k1, row->is, corr, cent);
+        corr->x -= k1 * row->b[0];
+        corr->u -= k1 * row->b[1];
+        cent->x += row->is * row->b[0];
+        cent->u += row->is * row->b[1];
+        for (int n = 0; n < 2; n++) {
+            corr->c[n] -= k1 * row->b[2 + n];
+            cent->c[n] += row->is * row->b[2 + n];
+        }
     }
 }
 
@@ -255,17 +419,20 @@ static scan predict(problem *b) {
     for (int i = 0; i < b->blocks; i++) {
         int k = i * LANES;
         const block bl = b->block[i];
-        const vec dz[3] = {load(b->dx + k), load(b->du + k), load(b->dc + k)};
-        sums corr = {0}, cent = {0};
-        predict_jerk(b, i, &bl, dz, &o, &corr, &cent);
-        predict_acc(b, i, dz, &o, &corr, &cent);
-        predict_one(b, i, dz, &o, &corr, &cent);
+        const change dz = change_at(b, k, bl.h);
+        totals corr = {0}, cent = {0};
+        predict_jerk(b, i, &bl, &dz, &o, &corr, &cent);
+        predict_acc(b, i, &dz, &o, &corr, &cent);
+        predict_mid(b, i, &bl, &dz, &o, &corr, &cent);
+        predict_one(b, i, &dz, &o, &corr, &cent);
         store(b->corr.x + k, corr.x);
         store(b->corr.u + k, corr.u);
-        store(b->corr.c + k, corr.c);
         store(b->cent.x + k, cent.x);
         store(b->cent.u + k, cent.u);
-        store(b->cent.c + k, cent.c);
+        for (int n = 0; n < 2; n++) {
+            store(b->corr.c[n] + k, corr.c[n]);
+            store(b->cent.c[n] + k, cent.c[n]);
+        }
     }
     return o;
 }
@@ -274,7 +441,7 @@ static void combine(problem *b, double sigma_mu) {
     for (int i = 0; i < b->blocks * LANES; i++) {
         b->grad.x[i] += b->corr.x[i] + sigma_mu * b->cent.x[i];
         b->grad.u[i] += b->corr.u[i] + sigma_mu * b->cent.u[i];
-        b->grad.c[i] += b->corr.c[i] + sigma_mu * b->cent.c[i];
+        for (int n = 0; n < 2; n++) b->grad.c[n][i] += b->corr.c[n][i] + sigma_mu * b->cent.c[n][i];
     }
 }
 
@@ -295,25 +462,33 @@ static scan correct(problem *b, double sigma_mu) {
     for (int i = 0; i < b->blocks; i++) {
         int k = i * LANES;
         const block bl = b->block[i];
-        const vec dz[3] = {load(b->dx + k), load(b->du + k), load(b->dc + k)};
+        const change dz = change_at(b, k, bl.h);
         for (int e = 0; e < 2; e++) {
             two_sided *row = &b->jerk[i * 2 * b->axes + e * b->axes];
-            vec dm = bl.half[e] * (e ? dz[0] + 2.0 * bl.h * dz[1] + bl.hh * dz[2] : dz[0]);
+            vec dm = bl.half[e] * dz.x[e];
             for (int a = 0; a < b->axes; a++, row++) {
-                vec dq = bl.root[e] * (row->b[0] * dz[0] + row->b[1] * dz[1] + row->b[2] * dz[2]);
+                vec dq = bl.root[e] * (row->b[0] * dz.x[e] + row->b[1] * dz.u[e] + row->b[2] * dz.c[e]);
                 side_correct(dm + dq, row->r[0], row->s[0], row->l[0], row->is[0], mu, &o, &row->ds[0], &row->dl[0]);
                 side_correct(dm - dq, row->r[1], row->s[1], row->l[1], row->is[1], mu, &o, &row->ds[1], &row->dl[1]);
             }
         }
         two_sided *row = &b->acc[i * b->acc_sets * b->axes];
         for (int a = 0; a < b->acc_sets * b->axes; a++, row++) {
-            vec dq = row->b[0] * dz[0] + row->b[1] * dz[1];
+            vec dq = row->b[0] * dz.x[0] + row->b[1] * dz.u[0];
+            side_correct(dq, row->r[0], row->s[0], row->l[0], row->is[0], mu, &o, &row->ds[0], &row->dl[0]);
+            side_correct(-dq, row->r[1], row->s[1], row->l[1], row->is[1], mu, &o, &row->ds[1], &row->dl[1]);
+        }
+        vec xm, um;
+        middle_state(bl.h, dz.x[0], dz.u[0], dz.c, &xm, &um);
+        row = &b->mid[i * b->axes];
+        for (int a = 0; a < b->axes; a++, row++) {
+            vec dq = row->b[0] * xm + row->b[1] * um;
             side_correct(dq, row->r[0], row->s[0], row->l[0], row->is[0], mu, &o, &row->ds[0], &row->dl[0]);
             side_correct(-dq, row->r[1], row->s[1], row->l[1], row->is[1], mu, &o, &row->ds[1], &row->dl[1]);
         }
         one_sided *one = &b->one[i * ONE_SIDED_ROWS];
         for (int a = 0; a < ONE_SIDED_ROWS; a++, one++) {
-            vec dq = one->b[0] * dz[0] + one->b[1] * dz[1] + one->b[2] * dz[2];
+            vec dq = one_value(one, dz.x[0], dz.u[0], dz.c[0], dz.c[1]);
             side_correct(dq, one->r, one->s, one->l, one->is, mu, &o, &one->ds, &one->dl);
         }
     }
@@ -325,12 +500,14 @@ static double move(problem *b, double ap, double ad) {
     for (int i = 0; i < b->blocks * LANES; i++) {
         b->x[i] += ap * b->dx[i];
         b->u[i] += ap * b->du[i];
-        b->c[i] += ap * b->dc[i];
+        b->c[0][i] += ap * b->dc[0][i];
+        b->c[1][i] += ap * b->dc[1][i];
     }
     int two = b->blocks * 2 * b->axes, acc = b->blocks * b->acc_sets * b->axes, one = b->blocks * ONE_SIDED_ROWS;
     vec gap = {0};
-    for (int i = 0; i < two + acc; i++) {
-        two_sided *row = i < two ? &b->jerk[i] : &b->acc[i - two];
+    int mid = b->blocks * b->axes;
+    for (int i = 0; i < two + acc + mid; i++) {
+        two_sided *row = i < two ? &b->jerk[i] : i < two + acc ? &b->acc[i - two] : &b->mid[i - two - acc];
         for (int side = 0; side < 2; side++) {
             row->s[side] += ap * row->ds[side];
             row->l[side] += ad * row->dl[side];
@@ -352,7 +529,7 @@ static void start_side(vec value, vec bound, double mu, vec *s, vec *l) {
 
 /* Sides of an axis' jerk row at one end of the stages of a block: both at most the bound. */
 static inline void jerk_sides(const block *k, int e, const two_sided *row, vec side[2]) {
-    vec m = k->half[e] * (e ? k->x1 : k->x), q = k->root[e] * (row->b[0] * k->x + row->b[1] * k->u + row->b[2] * k->c);
+    vec m = k->half[e] * k->x[e], q = k->root[e] * (row->b[0] * k->x[e] + row->b[1] * k->u[e] + row->b[2] * k->c[e]);
     side[0] = m + q;
     side[1] = m - q;
 }
@@ -371,13 +548,21 @@ static void start(problem *b, double mu) {
         }
         two_sided *row = &b->acc[i * b->acc_sets * b->axes];
         for (int a = 0; a < b->acc_sets * b->axes; a++, row++) {
-            vec q = row->b[0] * k.x + row->b[1] * k.u;
+            vec q = row->b[0] * k.x[0] + row->b[1] * k.u[0];
+            start_side(q, set1(1.0), mu, &row->s[0], &row->l[0]);
+            start_side(-q, set1(1.0), mu, &row->s[1], &row->l[1]);
+        }
+        vec xm, um;
+        middle_state(k.h, k.x[0], k.u[0], k.c, &xm, &um);
+        row = &b->mid[i * b->axes];
+        for (int a = 0; a < b->axes; a++, row++) {
+            vec q = row->b[0] * xm + row->b[1] * um;
             start_side(q, set1(1.0), mu, &row->s[0], &row->l[0]);
             start_side(-q, set1(1.0), mu, &row->s[1], &row->l[1]);
         }
         one_sided *one = &b->one[i * ONE_SIDED_ROWS];
         for (int a = 0; a < ONE_SIDED_ROWS; a++, one++)
-            start_side(one->b[0] * k.x + one->b[1] * k.u + one->b[2] * k.c, one->bound, mu, &one->s, &one->l);
+            start_side(one_value(one, k.x[0], k.u[0], k.c[0], k.c[1]), one->bound, mu, &one->s, &one->l);
     }
 }
 
@@ -405,7 +590,7 @@ static double step_length(vec most) {
 /* From the guess in x, u, c to the optimum, or on from where it has paused.  With b->pause it stops once at that gap, so that
  * rows may be changed.  false: no convergence (or paused); the checker judges what is there all the same. */
 bool IPM_SOLVE(problem *b, int max_iterations) {
-    int rows = b->blocks * LANES * (2 * (2 + b->acc_sets) * b->axes + ONE_SIDED_ROWS);
+    int rows = b->blocks * LANES * (2 * (3 + b->acc_sets) * b->axes + ONE_SIDED_ROWS);
     double least = 0.0;
     if (!b->paused) {
         set_scale(b);

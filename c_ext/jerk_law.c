@@ -1,89 +1,75 @@
-/* Time laws: s'' = u + c (s - s0) over an interval, as a record that is evaluated in constant time. */
+/* Time laws: over an interval the speed is a polynomial of degree 5 in time. */
 #include <math.h>
 #include "jerk_internal.h"
 
-#define SMALL 1e-3 /* what the series leaves out behind y^4 is below rounding */
-
-/* sinh(r)/r, (cosh(r) - 1)/r^2 with y = r^2; sin and cos for y < 0. */
-static void entire(double y, double *s1, double *c2) {
-    if (y == 0.0) {
-        *s1 = 1.0;
-        *c2 = 0.5;
-    } else if (fabs(y) < SMALL) {
-        *s1 = 1.0 + y * (1.0 / 6.0 + y * (1.0 / 120.0 + y * (1.0 / 5040.0 + y * (1.0 / 362880.0))));
-        *c2 = 0.5 + y * (1.0 / 24.0 + y * (1.0 / 720.0 + y * (1.0 / 40320.0 + y * (1.0 / 3628800.0))));
-    } else if (fabs(y) < 1.0) {
-        *s1 = 1.0 + y / 6.0 * (1.0 + y / 20.0 * (1.0 + y / 42.0 * (1.0 + y / 72.0 * (1.0 + y / 110.0 * (1.0 + y / 156.0 *
-              (1.0 + y / 210.0 * (1.0 + y / 272.0)))))));
-        *c2 = 0.5 * (1.0 + y / 12.0 * (1.0 + y / 30.0 * (1.0 + y / 56.0 * (1.0 + y / 90.0 * (1.0 + y / 132.0 * (1.0 + y / 182.0 *
-              (1.0 + y / 240.0 * (1.0 + y / 306.0))))))));
-    } else if (y > 0) {
-        double r = sqrt(y);
-        *s1 = sinh(r) / r;
-        *c2 = (cosh(r) - 1.0) / y;
-    } else {
-        double r = sqrt(-y);
-        *s1 = sin(r) / r;
-        *c2 = (cos(r) - 1.0) / y;
-    }
-}
+#define DURATION_STEPS 12
+#define CLOSE 1e-13
+#define LEAST_SLOPE 0.1 /* of the way by the time, over the mean speed: it is one root, and stays it with other roundings */
 
 /* Position, speed and acceleration of a law at the time t since its start. */
 void jerk_at(const jerk_law *law, double t, jerk_state *out) {
-    double s1, c2, y = law->c * t * t;
-    entire(y, &s1, &c2);
-    double d = t * (law->v0 * s1 + law->a0 * t * c2), j = law->jerk * t;
-    out->v = law->v0 * (1.0 + y * c2) + law->a0 * t * s1 + 0.5 * j * t;
-    out->a = law->a0 + law->c * d + j;
-    out->s = law->s0 + d + j * t * t / 6.0;
+    const double j = law->jerk, n = law->snap, c = law->crackle, p = law->pop;
+    out->s = law->s0 + t * (law->v0 + t * (law->a0 / 2 + t * (j / 6 + t * (n / 24 + t * (c / 120 + t * p / 720)))));
+    out->v = law->v0 + t * (law->a0 + t * (j / 2 + t * (n / 6 + t * (c / 24 + t * p / 120))));
+    out->a = law->a0 + t * (j + t * (n / 2 + t * (c / 6 + t * p / 24)));
 }
 
-/* Time to cover h: Newton's iteration, kept inside a bracket; the speed is positive all over the interval. */
-static double duration(const jerk_law *law, double h, double v1) {
-    jerk_law at_zero = *law;
-    at_zero.s0 = 0.0;
-    double t = 2.0 * h / (law->v0 + v1), low = 0.0, high = INFINITY;
-    for (int i = 0; i < 60; i++) {
-        jerk_state at;
-        jerk_at(&at_zero, t, &at);
-        if (at.s >= h || at.v <= 0.0) high = t; /* behind the turning point s comes back to h */
-        else low = t;
-        double next = at.v > 0.0 ? t + (h - at.s) / at.v : -1.0; /* else halved */
-        if (!(next > low && next < high)) next = isfinite(high) ? 0.5 * (low + high) : 2.0 * t;
-        if (fabs(next - t) <= 1e-14 * t) return next;
-        t = next;
+double law_jerk(const jerk_law *law, double t) { return law->jerk + t * (law->snap + t * (law->crackle / 2 + t * law->pop / 6)); }
+
+void jerk_begin_at(jerk_law *law, double t) {
+    jerk_state at;
+    jerk_at(law, t, &at);
+    law->s0 = at.s;
+    law->v0 = at.v;
+    law->a0 = at.a;
+    law->jerk = law_jerk(law, t);
+    law->snap += t * (law->crackle + t * law->pop / 2);
+    law->crackle += t * law->pop;
+}
+
+/* Constant jerk from or to rest, with the speed v at the other end: s = jerk t^3 / 6, v = jerk t^2 / 2, h = v t / 3. */
+static void rest_law(jerk_law *law, double h, double v, bool to_rest) {
+    law->time = 3.0 * h / v;
+    law->jerk = 2.0 * v / (law->time * law->time);
+    law->snap = law->crackle = law->pop = 0.0;
+    law->v0 = to_rest ? v : 0.0;
+    law->a0 = to_rest ? -law->jerk * law->time : 0.0;
+}
+
+/* Time over h: the integral of the polynomial through the speeds, accelerations and jerks at both ends. NAN: there is none near that
+ * of a linear jerk (the speed would all but vanish inside). */
+static double duration(double h, double v0, double a0, double j0, double v1, double a1, double j1) {
+    double mean = 0.5 * (v0 + v1), turn = (a0 - a1) / 10.0, twist = (j0 + j1) / 120.0;
+    double t = 2.0 * h / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * h / 3.0)));
+    for (int i = 0; i < DURATION_STEPS; i++) {
+        double slope = mean + t * (2.0 * turn + 3.0 * t * twist), step = (h - t * (mean + t * (turn + t * twist))) / slope;
+        t += step;
+        if (fabs(step) <= CLOSE * t) return slope > LEAST_SLOPE * mean ? t : NAN;
     }
-    return t;
+    return NAN;
 }
 
-/* The law over h from scaled (x, u, c) to x1; x = 0: it starts at rest, x1 = 0: it ends at rest. `time`: if known, else 0. */
-void law_from(jerk_law *law, double h, double x, double u, double c, double x1, double time, double scale) {
-    double f2 = scale * scale;
+/* The law over h between two states and the jerks there: Hermite's polynomial for the speed. */
+void law_between(jerk_law *law, double h, double v0, double a0, double j0, double v1, double a1, double j1) {
+    double t = duration(h, v0, a0, j0, v1, a1, j1), t2 = t * t;
+    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2, a = (a1 - a0 - j0 * t) * t, j = (j1 - j0) * t2;
     law->length = h;
-    law->v0 = scale * sqrt(fmax(0.0, x));
-    law->a0 = f2 * u;
-    law->c = f2 * c;
-    law->jerk = 0.0;
-    if (x <= 0.0 || x1 <= 0.0) {
-        /* s = jerk t^3 / 6 from or to rest: v = jerk t^2 / 2 at the other end, h = v t / 3 */
-        double v = scale * sqrt(x > 0.0 ? x : x1);
-        law->time = 3.0 * h / v;
-        law->jerk = 2.0 * v / (law->time * law->time);
-        law->c = 0.0;
-        law->v0 = x > 0.0 ? v : 0.0;
-        law->a0 = x > 0.0 ? -law->jerk * law->time : 0.0;
-        return;
-    }
-    law->time = time > 0.0 ? time : duration(law, h, scale * sqrt(x1));
+    law->v0 = v0;
+    law->a0 = a0;
+    law->jerk = j0;
+    law->time = t;
+    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) / (t2 * t);
+    law->crackle = 24.0 * (-15.0 * v + 7.0 * a - j) / (t2 * t2);
+    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / (t2 * t2 * t);
 }
 
-void law_constant_jerk(jerk_law *law, double h, double v, double a, double jerk, double time) {
+/* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x = 0: it starts at rest, x1 = 0: it ends at rest. */
+void law_from(jerk_law *law, double h, double x, double u, double x1, double u1, const double c[2], double scale) {
+    double f2 = scale * scale, v = scale * sqrt(fmax(0.0, x)), v1 = scale * sqrt(fmax(0.0, x1));
     law->length = h;
-    law->v0 = v;
-    law->a0 = a;
-    law->c = 0.0;
-    law->jerk = jerk;
-    law->time = time;
+    if (x <= 0.0) rest_law(law, h, v1, false);
+    else if (x1 <= 0.0) rest_law(law, h, v, true);
+    else law_between(law, h, v, f2 * u, f2 * c[0] * v, v1, f2 * u1, f2 * c[1] * v1);
 }
 
 /* States every `dt` over consecutive laws; `phase` is the time of the first sample in the first law, and is left as

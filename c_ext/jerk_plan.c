@@ -6,11 +6,17 @@
 #define MAX_ITERATIONS 28
 #define SLOWER 1.002     /* a plan this much slower than the tail over the tail's way is not taken */
 #define CREEPS 0.1       /* share of the guess below which an unfinished solution creeps */
-#define TIGHTENINGS 3
+#define TIGHTENINGS 4
 #define SLOWER_BY 0.99  /* of the cap on x where the feed was exceeded inside an interval */
 #define TIGHTEN_UP_TO 1.6
+#define FINER_FROM 1.08  /* ratio inside an interval from which it is made finer ... */
+#define FINER_BELOW 0.85 /* ... as where so little of the limit is planned with */
+#define FINER_STEPS 0.55
+#define FINER_TRIES 3
 #define TIGHTEST 0.3
 #define PAUSE 0.1        /* gap at which the solver looks inside the intervals */
+#define PAUSE_AGAIN 0.01
+#define NEARLY 1.05     /* ratio of a solution that the solver goes on from */
 #define MISSED_SO 0.03   /* rows that were lowered meanwhile, over START_SLACK */
 #define FORESEEN 0.9     /* of the limit: jerks below it do not matter there */
 #define FORESEEN_FROM 1.003
@@ -55,7 +61,7 @@ bool plan_accept(jerk_planner *p, const grid *g, bool final) {
     size_t bytes = sizeof(double) * (size_t)(g->n + 1);
     memcpy(pl->x, b->x, bytes);
     memcpy(pl->u, b->u, bytes);
-    memcpy(pl->c, b->c, bytes);
+    for (int i = 0; i < 2; i++) memcpy(pl->c[i], b->c[i], bytes);
     uint64_t end = p->head;
     for (int k = 0; k < g->n; k++) {
         const segment *s = &g->seg[k];
@@ -128,7 +134,8 @@ static bool slow_bump(jerk_planner *p, grid *g) {
         for (int k = 0; k <= g->n; k++) {
             b->x[k] *= FALLBACK_SCALE;
             b->u[k] *= FALLBACK_SCALE;
-            b->c[k] *= FALLBACK_SCALE;
+            b->c[0][k] *= FALLBACK_SCALE;
+            b->c[1][k] *= FALLBACK_SCALE;
         }
     }
     return false;
@@ -155,9 +162,37 @@ static void plan_slower(segment *s) {
     s->slower *= by;
 }
 
+/* Rows at its ends say too little of what the path does inside segment s: the pushed interval that it is of takes finer steps from now on. */
+static bool finer_steps(jerk_planner *p, const segment *s) {
+    steps *of = &p->steps[s->at & p->mask];
+    double to = fmax(of->shortest, FINER_STEPS * s->h);
+    if (s->tight == &s->own) return false; /* a line is resolved as it is */
+    if (!(s->excess > FINER_FROM || (s->excess > 0.0 && *s->tight < FINER_BELOW)) || to > FINER_STEPS * fmin(of->turn, 2.0 * s->h)) return false;
+    of->turn = to;
+    *s->tight = 1.0;
+    return true;
+}
+
+/* From a solution that is all but legal the solver goes on, with less of the jerk where it says so. */
+static bool tighten_present(jerk_planner *p, grid *g) {
+    problem *b = &p->prob;
+    for (int k = 0; k < g->n; k++) {
+        segment *s = &g->seg[k];
+        double share = s->jump * *s->tight;
+        if (share < s->share && k >= b->first && k < g->n - 1) tighten_rows(b, k, share / s->share);
+        s->share = share;
+    }
+    b->paused = true;
+    b->missed = fmax(b->missed, MISSED_SO);
+    b->iterations = 0;
+    return true;
+}
+
 /* Between its ends an interval may exceed a limit by a few percent: less of the jerk is planned with there, from now on. */
 static bool tighten(jerk_planner *p, grid *g, double worst) {
-    if (!(worst < TIGHTEN_UP_TO)) return false;
+    if (!isfinite(worst)) return false;
+    for (int k = 0; k < g->n; k++) p->finer = finer_steps(p, &g->seg[k]) || p->finer;
+    if (p->finer || !(worst < TIGHTEN_UP_TO)) return false;
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
         if (s->fast > 0.0) plan_slower(s);
@@ -167,6 +202,9 @@ static bool tighten(jerk_planner *p, grid *g, double worst) {
         double share = s->share / s->jump * AIM / s->excess;
         *s->tight = fmin(*s->tight, fmax(TIGHTEST, share));
     }
+    bool slower = false;
+    for (int k = 0; k < g->n; k++) slower = slower || g->seg[k].fast > 0.0;
+    if (p->prob.solved && worst < NEARLY && !slower) return tighten_present(p, g);
     for (int k = 0; k < g->n; k++) g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;
     memcpy(p->scratch, p->prob.x, sizeof(double) * (size_t)(g->n + 1));
     problem_from_grid(p, g, p->x, p->u);
@@ -178,7 +216,8 @@ static void foresee(jerk_planner *p, grid *g) {
     problem *b = &p->prob;
     for (int k = b->first; k < g->n - 1; k++) {
         segment *s = &g->seg[k];
-        double ends, f2 = p->scale * p->scale, most = bend_inside(p, s, b->x[k] * f2, b->u[k] * f2, b->c[k] * f2, &ends);
+        double ends, f2 = p->scale * p->scale, c[2] = {b->c[0][k] * f2, b->c[1][k] * f2};
+        double most = bend_inside(p, s, b->x[k] * f2, b->u[k] * f2, c, &ends);
         if (!(most > FORESEEN * *s->tight) || !isfinite(most) || !(ends > 0.0) || most < ends) continue;
         double then = most * JERK_USABLE * *s->tight / fmax(ends, 0.8 * most);
         if (then <= FORESEEN_FROM) continue;
@@ -193,10 +232,11 @@ static void foresee(jerk_planner *p, grid *g) {
 static bool solve_from_guess(jerk_planner *p, grid *g) {
     problem *b = &p->prob;
     p->stats.solves++;
-    b->pause = PAUSE;
+    b->pause = b->paused ? 0.0 : PAUSE;
     bool solved = ipm_solve(b, MAX_ITERATIONS);
-    if (b->paused) {
+    for (int i = 0; b->paused; i++) {
         foresee(p, g);
+        if (i == 0) b->pause = PAUSE_AGAIN;
         solved = ipm_solve(b, MAX_ITERATIONS);
     }
     b->pause = 0.0;
@@ -208,9 +248,13 @@ static bool solve_from_guess(jerk_planner *p, grid *g) {
 
 /* Solve over the grid; true if a legal plan stands in the problem. */
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
+    p->finer = false;
     problem_from_grid(p, g, p->x, p->u);
-    if (!guess_window(p, g, warm, shrink)) return false;
-    for (int i = 0; i < TIGHTENINGS; i++) {
+    return guess_window(p, g, warm, shrink) && solve_guess(p, g, TIGHTENINGS);
+}
+
+bool solve_guess(jerk_planner *p, grid *g, int tries) {
+    for (int i = 0; i < tries; i++) {
         bool solved = solve_from_guess(p, g);
         double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
         if (worst <= CHECK_SLACK) return true;
@@ -259,6 +303,16 @@ static bool above_soft(const jerk_planner *p, const grid *g) {
     return !g->rest_start && g->n > 1 && p->x > 1.003 * fmin(g->seg[0].soft, g->seg[1].soft);
 }
 
+/* The window up to a reach, with finer steps where they turn out to be too long. */
+static bool solve_finer(jerk_planner *p, grid *g, double reach) {
+    for (int i = 0; i < FINER_TRIES; i++) {
+        if (solve_window(p, g, true, 1.0)) return true;
+        if (!p->finer) return false;
+        grid_window(p, g, reach);
+    }
+    return false;
+}
+
 /* Windows over many slow knots may fail as a whole: shorter ones do not. */
 static bool solve_shorter(jerk_planner *p, grid *g, double least) {
     double reach = g->from_start[g->n];
@@ -287,12 +341,13 @@ bool plan_window(jerk_planner *p) {
         return true;
     }
     double left = p->plan.next < p->plan.n ? fmax(0.0, p->plan.length) : 0.0;
-    grid_window(p, g, fmax(p->reach, TAIL_MORE * left));
+    double ahead = fmax(p->reach, TAIL_MORE * left);
+    grid_window(p, g, ahead);
     if (g->n < (g->rest_start ? 3 : 2)) return true;
     bool changed = p->changed, above = above_soft(p, g);
     p->changed = false;
     p->wait = 1 + g->n / 10;
-    if (!above && (solve_window(p, g, true, 1.0) || solve_shorter(p, g, TAIL_MORE * left))) {
+    if (!above && (solve_finer(p, g, ahead) || solve_shorter(p, g, TAIL_MORE * left))) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) {
             p->stats.slower++;
             p->plan.final = p->plan.final || p->prob.solved; /* the solver does no better */

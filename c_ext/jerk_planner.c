@@ -49,17 +49,20 @@ static void lay_out(jerk_planner *p, arena *m) {
     p->grid.grade = doubles(m, n + 2);
     p->grid.from_start = doubles(m, n + 1);
     problem *b = &p->prob;
-    double **stage[] = {&b->h, &b->x, &b->u, &b->c, &b->dx, &b->du, &b->dc, &b->guess, &b->weight, &b->root[0], &b->root[1], &b->calm, &b->on,
-                        &b->cost.xx, &b->cost.xu, &b->cost.uu, &b->cost.xc, &b->cost.uc, &b->cost.cc,
-                        &b->grad.x, &b->grad.u, &b->grad.c, &b->corr.x, &b->corr.u, &b->corr.c,
-                        &b->cent.x, &b->cent.u, &b->cent.c,
-                        &b->ric.kx, &b->ric.ku, &b->ric.ir, &b->ric.sx, &b->ric.su, &b->ric.d};
+    double **stage[] = {&b->h, &b->x, &b->u, &b->c[0], &b->c[1], &b->dx, &b->du, &b->dc[0], &b->dc[1], &b->guess, &b->weight, &b->root[0], &b->root[1], &b->calm, &b->on,
+                        &b->cost.xx, &b->cost.xu, &b->cost.uu, &b->cost.xc[0], &b->cost.xc[1], &b->cost.uc[0], &b->cost.uc[1],
+                        &b->cost.cc[0], &b->cost.cc[1], &b->cost.cc[2],
+                        &b->grad.x, &b->grad.u, &b->grad.c[0], &b->grad.c[1], &b->corr.x, &b->corr.u, &b->corr.c[0], &b->corr.c[1],
+                        &b->cent.x, &b->cent.u, &b->cent.c[0], &b->cent.c[1],
+                        &b->free[0], &b->free[1]};
     for (size_t i = 0; i < sizeof stage / sizeof *stage; i++) *stage[i] = doubles(m, stages);
+    b->gain = take(m, sizeof(gain) * stages);
     b->block = take(m, sizeof(block) * blocks);
     b->jerk = take(m, sizeof(two_sided) * blocks * 2 * axes);
+    b->mid = take(m, sizeof(two_sided) * blocks * axes);
     b->acc = take(m, sizeof(two_sided) * blocks * 2 * axes);
     b->one = take(m, sizeof(one_sided) * blocks * ONE_SIDED_ROWS);
-    double **kept[] = {&p->plan.h, &p->plan.x, &p->plan.u, &p->plan.c, &p->plan.jerk, &p->plan.time, &p->plan.offset, &p->scratch};
+    double **kept[] = {&p->plan.h, &p->plan.x, &p->plan.u, &p->plan.time, &p->plan.c[0], &p->plan.c[1], &p->plan.jerk, &p->plan.snap, &p->plan.crackle, &p->plan.pop, &p->plan.offset, &p->scratch};
     for (size_t i = 0; i < sizeof kept / sizeof *kept; i++) *kept[i] = doubles(m, stages + HANDED_MAX);
     p->plan.tag = take(m, sizeof(uint64_t) * (n + HANDED_MAX));
     p->plan.last = take(m, n + HANDED_MAX);
@@ -191,12 +194,24 @@ static void law_of(const jerk_planner *p, int k, jerk_law *law) {
     law->s0 = pl->offset[k];
     law->flags = end ? JERK_STAND : 0;
     law->last = pl->last[k];
-    if (pl->jerk[k] != 0.0) {
-        law_constant_jerk(law, pl->h[k], p->scale * sqrt(pl->x[k]), p->scale * p->scale * pl->u[k], pl->jerk[k], pl->time[k]);
+    if (pl->time[k] > 0.0) {
+        law->length = pl->h[k];
+        law->v0 = p->scale * sqrt(pl->x[k]);
+        law->a0 = p->scale * p->scale * pl->u[k];
+        law->jerk = pl->jerk[k];
+        law->snap = pl->snap[k];
+        law->crackle = pl->crackle[k];
+        law->pop = pl->pop[k];
+        law->time = pl->time[k];
         return;
     }
-    law_from(law, pl->h[k], pl->x[k], pl->u[k], pl->c[k], end ? 0.0 : pl->x[k + 1], pl->time[k], p->scale);
+    const double c[2] = {pl->c[0][k], pl->c[1][k]};
+    law_from(law, pl->h[k], pl->x[k], pl->u[k], end ? 0.0 : pl->x[k + 1], end ? 0.0 : pl->u[k + 1], c, p->scale);
     pl->time[k] = law->time; /* tails are asked for again and again */
+    pl->jerk[k] = law->jerk;
+    pl->snap[k] = law->snap;
+    pl->crackle[k] = law->crackle;
+    pl->pop[k] = law->pop;
 }
 
 /* Segment `next` of the plan is the caller's: the path and the state move on. */
@@ -229,10 +244,15 @@ static void split(jerk_planner *p, jerk_law *law, double seconds) {
         hand_out(p);
         return;
     }
-    const jerk_law part = {.tag = law->tag, .s0 = law->s0, .v0 = law->v0, .a0 = law->a0, .c = law->c, .jerk = law->jerk, .time = seconds, .length = d};
+    const jerk_law part = {.tag = law->tag, .s0 = law->s0, .v0 = law->v0, .a0 = law->a0, .jerk = law->jerk, .snap = law->snap, .crackle = law->crackle, .pop = law->pop, .time = seconds, .length = d};
     remember_law(p, k, &part, false);
-    pl->jerk[k] = k + 1 == pl->n ? 0.0 : law->jerk; /* towards a rest the law follows from speed and way */
-    pl->time[k] = law->time - seconds;
+    jerk_law left_over = *law;
+    jerk_begin_at(&left_over, seconds);
+    pl->jerk[k] = left_over.jerk;
+    pl->snap[k] = left_over.snap;
+    pl->crackle[k] = left_over.crackle;
+    pl->pop[k] = left_over.pop;
+    pl->time[k] = k + 1 == pl->n ? 0.0 : law->time - seconds; /* towards a rest the law follows from speed and way */
     pl->h[k] = left;
     pl->length -= d;
     pl->offset[k] += d;

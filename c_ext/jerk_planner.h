@@ -43,11 +43,11 @@ typedef struct jerk_interval {
     uint32_t flags;
 } jerk_interval;
 
-/* s'' = a0 + c (s - s0), plus jerk t^3/6 in s, for 0 <= t <= time; never both c and jerk. */
+/* s'' = a0 + jerk t + snap t^2/2 + crackle t^3/6 + pop t^4/24 for 0 <= t <= time. */
 typedef struct jerk_law {
     uint64_t tag;
     double s0, v0, a0;          /* mm on what `tag` names, mm/s, mm/s2 */
-    double c, jerk;             /* 1/s2, mm/s3 */
+    double jerk, snap, crackle, pop; /* mm/s3 to mm/s6 */
     double time, length;        /* s, mm */
     uint32_t flags;             /* JERK_STAND: at rest at the end */
     uint32_t last;              /* 1: the caller's interval ends with this law; 3: and a program block with it */
@@ -116,6 +116,7 @@ uint64_t jerk_edition(const jerk_planner *p);
 int64_t jerk_used(const jerk_planner *p);
 void jerk_tail_driven(jerk_planner *p);             /* the tail was executed: go on from its end, at rest */
 void jerk_at(const jerk_law *law, double t, jerk_state *out);
+void jerk_begin_at(jerk_law *law, double t);          /* what is left of it: its state becomes that at the time t */
 int64_t jerk_sample(const jerk_law *laws, int64_t n, double dt, double *phase, jerk_state *out, int64_t max);
 void jerk_get_stats(const jerk_planner *p, jerk_stats *out);
 /* cdef end */

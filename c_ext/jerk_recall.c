@@ -14,7 +14,6 @@ void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole) {
     h->head = p->head;
     h->x = pl->x[k];
     h->u = pl->u[k];
-    h->c = pl->c[k];
     h->at_x = p->x;
     h->at_u = p->u;
     h->behind_mm = p->behind_mm;
@@ -26,6 +25,10 @@ void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole) {
     h->length = law->length;
     h->time = law->time;
     h->jerk = law->jerk;
+    h->snap = law->snap;
+    h->crackle = law->crackle;
+    h->pop = law->pop;
+    for (int i = 0; i < 2; i++) h->c[i] = pl->c[i][k];
     h->last = whole ? pl->last[k] : 0;
 }
 
@@ -34,7 +37,7 @@ void forget_laws(jerk_planner *p) { p->handed_count = 0; }
 /* The plan moves `by` places up in its arrays. */
 static void shift_plan(plan *pl, int by) {
     size_t n = (size_t)(pl->n - pl->next);
-    double *knots[] = {pl->x, pl->u}, *segments[] = {pl->h, pl->c, pl->jerk, pl->time, pl->offset};
+    double *knots[] = {pl->x, pl->u}, *segments[] = {pl->h, pl->time, pl->jerk, pl->snap, pl->crackle, pl->pop, pl->c[0], pl->c[1], pl->offset};
     int from = pl->next, to = from + by;
     for (size_t i = 0; i < sizeof knots / sizeof *knots; i++) memmove(knots[i] + to, knots[i] + from, sizeof(double) * (n + 1));
     for (size_t i = 0; i < sizeof segments / sizeof *segments; i++) memmove(segments[i] + to, segments[i] + from, sizeof(double) * n);
@@ -49,13 +52,16 @@ static void put_back(jerk_planner *p, const handed *h) {
     int k = --pl->next;
     pl->x[k] = h->x;
     pl->u[k] = h->u;
-    pl->c[k] = h->c;
     pl->h[k] = h->length;
     pl->offset[k] = h->offset;
     pl->tag[k] = h->tag;
     pl->last[k] = h->last;
     pl->time[k] = h->time;
     pl->jerk[k] = h->jerk;
+    pl->snap[k] = h->snap;
+    pl->crackle[k] = h->crackle;
+    pl->pop[k] = h->pop;
+    for (int i = 0; i < 2; i++) pl->c[i][k] = h->c[i];
     pl->length += h->length;
     pl->rest_start = k == 0 && h->rest_start;
     jerk_interval *q = &p->ring[h->head & p->mask];

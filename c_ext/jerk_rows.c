@@ -3,6 +3,8 @@
 #include <string.h>
 #include "jerk_internal.h"
 
+#define SWELLS 1.003     /* path jerk inside an interval over that at its ends that is left to the checker, ... */
+#define SWELLS_MOST 1.1  /* ... and the most that is set aside, by the guess */
 #define CALM 1e-2
 #define ENTRY_STAGES 8   /* stages behind the start ... */
 #define ENTRY_SLACK 0.01 /* ... and what may be added to the limits at the first of them */
@@ -25,6 +27,7 @@ static two_sided *acc_row(problem *b, int k, int set, int a) {
 static void clear_rows(problem *b) {
     memset(b->jerk, 0, sizeof *b->jerk * (size_t)(b->blocks * 2 * b->axes));
     memset(b->acc, 0, sizeof *b->acc * (size_t)(b->blocks * b->acc_sets * b->axes));
+    memset(b->mid, 0, sizeof *b->mid * (size_t)(b->blocks * b->axes));
     memset(b->one, 0, sizeof *b->one * (size_t)(b->blocks * ONE_SIDED_ROWS));
     for (int i = 0; i < b->blocks * ONE_SIDED_ROWS; i++) b->one[i].bound = (vec){1.0, 1.0, 1.0, 1.0};
     for (int k = 0; k < b->blocks * LANES; k++) {
@@ -32,7 +35,7 @@ static void clear_rows(problem *b) {
         b->h[k] = 1.0;
         b->guess[k] = 1.0;
         b->x[k] = 1.0;
-        b->u[k] = b->c[k] = b->dx[k] = b->du[k] = b->dc[k] = 0.0;
+        b->u[k] = b->c[0][k] = b->c[1][k] = b->dx[k] = b->du[k] = b->dc[0][k] = b->dc[1][k] = 0.0;
     }
 }
 
@@ -57,21 +60,19 @@ static void find_axes(const jerk_planner *p, const grid *g, problem *b) {
     if (b->axes == 0) b->axis[b->axes++] = 0;
 }
 
-/* Axis jerk over sqrt(x), at the start and, through the dynamics, at the end of the stage. */
+/* Axis jerk over sqrt(x), at the start and at the end of the stage. */
 static void jerk_rows(const jerk_planner *p, problem *b, const segment *s, int k) {
-    double h = s->h, f3 = p->scale * p->scale * p->scale;
+    double f3 = p->scale * p->scale * p->scale;
     for (int i = 0; i < b->axes; i++) {
         int a = b->axis[i];
         double w = f3 / (s->share * JERK_USABLE * jerk_max(p, s->q, a) * entry_slack(b, k));
         const jerk_interval *q = s->q;
-        two_sided *row = jerk_row(b, k, 0, i);
-        *lane(&row->b[0], k) = w * q->d3[0][a];
-        *lane(&row->b[1], k) = w * 3.0 * q->d2[0][a];
-        *lane(&row->b[2], k) = w * q->d1[0][a];
-        row = jerk_row(b, k, 1, i);
-        *lane(&row->b[0], k) = w * q->d3[1][a];
-        *lane(&row->b[1], k) = w * (2.0 * h * q->d3[1][a] + 3.0 * q->d2[1][a]);
-        *lane(&row->b[2], k) = w * (h * h * q->d3[1][a] + 3.0 * h * q->d2[1][a] + q->d1[1][a]);
+        for (int end = 0; end < 2; end++) {
+            two_sided *row = jerk_row(b, k, end, i);
+            *lane(&row->b[0], k) = w * q->d3[end][a];
+            *lane(&row->b[1], k) = w * 3.0 * q->d2[end][a];
+            *lane(&row->b[2], k) = w * q->d1[end][a];
+        }
     }
 }
 
@@ -92,6 +93,20 @@ static void acc_rows(const jerk_planner *p, problem *b, const jerk_interval *q, 
     }
 }
 
+/* Between its ends the acceleration may go beyond what it is there: c changes. */
+static void mid_rows(const jerk_planner *p, problem *b, const jerk_interval *q, int k) {
+    double h = q->length;
+    for (int i = 0; i < b->axes; i++) {
+        int a = b->axis[i];
+        double w = p->scale * p->scale / (ACC_USABLE * acc_max(p, q, a) * entry_slack(b, k));
+        double d1 = 0.5 * (q->d1[0][a] + q->d1[1][a]) + h * (5.0 / 32.0 * (q->d2[0][a] - q->d2[1][a]) + h / 64.0 * (q->d3[0][a] + q->d3[1][a]));
+        double d2 = 15.0 / 8.0 * (q->d1[1][a] - q->d1[0][a]) / h - 7.0 / 16.0 * (q->d2[0][a] + q->d2[1][a]) + h / 32.0 * (q->d3[1][a] - q->d3[0][a]);
+        two_sided *row = &b->mid[(k / LANES) * b->axes + i];
+        *lane(&row->b[0], k) = w * d2;
+        *lane(&row->b[1], k) = w * d1;
+    }
+}
+
 /* What the caps of knot k come to: hard, feed, and the rest intervals beside it. */
 static double cap_at(const jerk_planner *p, const grid *g, int k) {
     double cap = fmin(g->knot_cap[k], fmin(g->seg[k - 1].soft, g->seg[k].soft));
@@ -107,11 +122,12 @@ static double cap_at(const jerk_planner *p, const grid *g, int k) {
     return cap;
 }
 
-static void one_row(problem *b, int row, int k, double bx, double bu, double bc, double bound) {
+static void one_row(problem *b, int row, int k, double bx, double bu, double c0, double c1, double bound) {
     one_sided *o = &b->one[(k / LANES) * ONE_SIDED_ROWS + row];
     *lane(&o->b[0], k) = bx;
     *lane(&o->b[1], k) = bu;
-    *lane(&o->b[2], k) = bc;
+    *lane(&o->b[2], k) = c0;
+    *lane(&o->b[3], k) = c1;
     *lane(&o->bound, k) = bound;
 }
 
@@ -138,6 +154,7 @@ void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
     b->n = g->n;
     find_axes(p, g, b);
     b->rest_start = g->rest_start;
+    b->paused = false;
     b->first = g->rest_start ? 1 : 0;
     b->blocks = (g->n + 1 + LANES - 1) / LANES;
     b->acc_sets = has_kinks(p, g) ? 2 : 1;
@@ -152,9 +169,13 @@ void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
         if (k >= 1 && b->acc_sets == 2) acc_rows(p, b, g->seg[k - 1].q, 1, 1, k);
         if (k < b->first || k > g->n - 2) continue;
         jerk_rows(p, b, &g->seg[k], k);
+        mid_rows(p, b, g->seg[k].q, k);
         b->on[k] = 1.0;
     }
 }
+
+/* With the jerk at its limit at both ends and c linear between, the path jerk is larger inside where the speed changes much. */
+static double swell(double x0, double x1) { return x0 > 0.0 && x1 > 0.0 ? 0.5 * sqrt(0.5 * (x0 + x1)) * (1.0 / sqrt(x0) + 1.0 / sqrt(x1)) : 1.0; }
 
 /* Caps, floors and weights, from the guess at the knots.  The time over an interval h falls with x like h x^(-3/2) / 2: that is
  * the weight of x, taken at the guess. */
@@ -169,20 +190,24 @@ void bound_rows(jerk_planner *p, const grid *g) {
     for (int k = 1; k < g->n; k++) {
         double cap = cap_at(p, g, k), xf = b->guess[k];
         b->weight[k] /= sum;
-        one_row(b, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 1.0);
+        one_row(b, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
         double floor = FLOOR * xf;
         if (g->from_start[k] >= g->land_from && g->from_start[k] <= g->land_to && xf > 0.5 * cap) floor = LANDING * cap;
-        one_row(b, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, -1.0);
+        one_row(b, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, 0.0, -1.0);
     }
     for (int k = b->first; k <= g->n - 2; k++) {
         double most = 0.0;
         for (int a = 0; a < b->axes; a++) most = fmax(most, fabs(*lane(&jerk_row(b, k, 0, a)->b[2], k)));
-        b->calm[k] = CALM * b->h[k] / sum * most * most * b->guess[k] * b->guess[k + 1];
+        b->calm[k] = 0.5 * CALM * b->h[k] / sum * most * most * b->guess[k] * b->guess[k + 1];
     }
     for (int k = b->first; k <= g->n - 2; k++) {
+        double more = swell(b->guess[k], b->guess[k + 1]);
+        if (more > SWELLS) tighten_rows(b, k, SWELLS / fmin(more, SWELLS_MOST));
         double h = b->h[k], xf = fmin(b->guess[k], b->guess[k + 1]);
-        one_row(b, ROW_MID_FLOOR, k, -1.0 / xf, -h / xf, -0.25 * h * h / xf, -0.5 * FLOOR);
+        double c0 = 5.0 / 24.0 * h * h, c1 = h * h / 24.0; /* x in the middle: x + h u + c0 + c1 */
+        one_row(b, ROW_MID_FLOOR, k, -1.0 / xf, -h / xf, -c0 / xf, -c1 / xf, -0.5 * FLOOR);
         double cap = fmin(g->seg[k].soft, g->seg[k].cap);
-        one_row(b, ROW_MID_CAP, k, 1.0 / cap, h / cap, 0.25 * h * h / cap, 1.0);
+        if (k > 0) one_row(b, ROW_RISE, k, 1.0 / cap, 2.0 / 3.0 * h / cap, 0.0, 0.0, 1.0);
+        one_row(b, ROW_FALL, k, 1.0 / cap, 4.0 / 3.0 * h / cap, h * h / 3.0 / cap, 0.0, 1.0);
     }
 }

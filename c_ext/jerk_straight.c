@@ -115,13 +115,12 @@ static void put(pen *w, double jerk, double time, double h, bool whole) {
     pl->h[k] = h;
     pl->x[k] = w->v * w->v / f2;
     pl->u[k] = w->a / f2;
-    pl->c[k] = jerk * time / h / f2;
     pl->jerk[k] = jerk;
+    pl->snap[k] = pl->crackle[k] = pl->pop[k] = 0.0;
     pl->time[k] = time;
     pl->tag[k] = q->tag;
     pl->offset[k] = q->offset + w->at;
     pl->last[k] = (uint8_t)(whole + 2 * (whole && q->blocks > 0));
-    if (jerk == 0.0) pl->c[k] = 0.0;
 }
 
 /* A phase of the profile, cut where the pushed intervals end. */

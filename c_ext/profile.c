@@ -70,14 +70,16 @@ bool writer_full(const writer *w) {
     return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed) >= PHASE_RING - 4 - PARTS_MAX;
 }
 
-/* State at t of a phase. */
-static void state_in(const phase *ph, double t, double *s, double *v, double *a) {
-    const jerk_law law = {.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .c = ph->c, .jerk = ph->jerk};
-    jerk_state at;
-    jerk_at(&law, t, &at);
-    *s = at.s;
-    *v = at.v;
-    *a = at.a;
+/* What is left of a phase from t on begins so. */
+static void begin_at(phase *ph, double t) {
+    jerk_law law = law_of_phase(ph);
+    jerk_begin_at(&law, t);
+    ph->s0 = law.s0;
+    ph->v0 = law.v0;
+    ph->a = law.a0;
+    ph->jerk = law.jerk;
+    ph->snap = law.snap;
+    ph->crackle = law.crackle;
 }
 
 /* From `at` (committed motion, s) to the end of the cycle of GEO in which it is driven. */
@@ -104,7 +106,7 @@ static void commit_phase(writer *w, const phase *ph) {
         phase *out = &e->phase_ring[e->plan.written++ & (PHASE_RING - 1)];
         bool end = i >= PARTS_MAX || to >= ph->time - SHORT_PART * e->cfg.cycle_s;
         *out = *ph;
-        if (from > 0.0) state_in(ph, from, &out->s0, &out->v0, &out->a);
+        if (from > 0.0) begin_at(out, from);
         out->time = (end ? ph->time : to) - from;
         out->last = ph->last && end;
         if (end) return;

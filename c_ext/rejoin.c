@@ -54,7 +54,7 @@ bool rejoin_possible(engine *e) {
 
 static void place_writer(engine *e, const tail *t, const place *at, writer *w) {
     const phase *ph = &t->phases[at->phase];
-    const jerk_law law = {.s0 = ph->s0, .v0 = ph->v0, .a0 = ph->a, .c = ph->c, .jerk = ph->jerk};
+    const jerk_law law = law_of_phase(ph);
     jerk_state state;
     jerk_at(&law, at->t, &state);
     *w = (writer){.e = e, .piece = ph->piece, .s = state.s, .v = state.v, .budget = commit_high(e)};
