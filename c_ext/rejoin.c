@@ -80,6 +80,13 @@ static void go_back(engine *e) {
     e->drive.restart = true;
 }
 
+/* Committed motion ends where the writer is. */
+static void end_at(engine *e, const writer *w) {
+    e->plan.piece = w->piece;
+    e->plan.s = w->s;
+    e->plan.v = w->v;
+}
+
 /* The offer, as far as the planner has written it. */
 static void offer(engine *e, const place *at, uint32_t next) {
     e->plan.late = false;
@@ -102,17 +109,13 @@ static void offer_quickly(engine *e) {
     }
     remember_end(e);
     place_writer(e, &e->plan.tails[old], &at, &w);
-    e->plan.piece = w.piece;
-    e->plan.s = w.s;
-    e->plan.v = w.v;
+    end_at(e, &w);
     e->plan.committed_s += at.at_s;
     if (!profile_write(e, &w, &e->plan.tails[next])) {
         go_back(e);
         return;
     }
-    e->plan.piece = w.piece;
-    e->plan.s = w.s;
-    e->plan.v = w.v;
+    end_at(e, &w);
     e->plan.left = w.left;
     e->plan.committed_s += w.seconds;
     offer(e, &at, next);
@@ -139,9 +142,7 @@ void rejoin_offer(engine *e) {
         go_back(e);
         return;
     }
-    e->plan.piece = w.piece;
-    e->plan.s = w.s;
-    e->plan.v = w.v;
+    end_at(e, &w);
     e->plan.committed_s += at.at_s + w.seconds;
     offer(e, &at, next);
 }

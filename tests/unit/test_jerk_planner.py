@@ -157,15 +157,25 @@ def test_entry_is_checked() -> None:
             planner.push(rows)
 
 
-@pytest.mark.parametrize(("jerk", "snap"), [(-40000.0, 0.0), (50000.0, -3e6), (0.0, 1e7), (1e-9, 1e-3)])
-def test_law_solves_its_equation(jerk: float, snap: float) -> None:
-    """s'' = a0 + jerk t + snap t^2/2: the state agrees with a numerical integration."""
-    law = ffi.new("jerk_law *", {"s0": 5.0, "v0": 70.0, "a0": 200.0, "jerk": jerk, "snap": snap, "time": 0.03})
+LAW_CASES = [
+    (-4e4, 0.0, 0.0, 0.0),
+    (5e4, -3e6, 0.0, 0.0),
+    (0.0, 1e7, -2e9, 0.0),
+    (1e-9, 1e-3, 1.0, 1e3),
+    (2e4, 1e6, 3e8, -8e10),
+]
+
+
+@pytest.mark.parametrize(("jerk", "snap", "crackle", "pop"), LAW_CASES)
+def test_law_solves_its_equation(jerk: float, snap: float, crackle: float, pop: float) -> None:
+    """s'' = a0 + jerk t + snap t^2/2 + crackle t^3/6 + pop t^4/24: the state agrees with a numerical integration."""
+    fields = {"jerk": jerk, "snap": snap, "crackle": crackle, "pop": pop}
+    law = ffi.new("jerk_law *", {"s0": 5.0, "v0": 70.0, "a0": 200.0, "time": 0.03, **fields})
     state, s, v, n = ffi.new("jerk_state *"), 5.0, 70.0, 20000
     dt = law.time / n
 
     def slope(t: float) -> float:
-        return 200.0 + jerk * t + 0.5 * snap * t * t
+        return 200.0 + jerk * t + snap * t**2 / 2 + crackle * t**3 / 6 + pop * t**4 / 24
 
     for i in range(n):  # midpoint rule of second order is enough at this step
         v_mid = v + 0.5 * dt * slope((i + 0.25) * dt)
@@ -174,6 +184,17 @@ def test_law_solves_its_equation(jerk: float, snap: float) -> None:
     assert state.s == pytest.approx(s, rel=1e-7)
     assert state.v == pytest.approx(v, rel=1e-6, abs=1e-6)
     assert state.a == pytest.approx(slope(law.time), rel=1e-6, abs=1e-4)
+
+
+def test_what_is_left_of_a_law_is_the_same_motion() -> None:
+    """A law that is cut goes on as it would have without."""
+    law = ffi.new("jerk_law *", [1, 5.0, 70.0, 200.0, 2e4, 1e6, 3e8, -8e10, 0.03, 0.0, 0, 0])
+    rest, whole, part = ffi.new("jerk_law *", law[0]), ffi.new("jerk_state *"), ffi.new("jerk_state *")
+    lib.jerk_begin_at(rest, 0.011)
+    for t in (0.011, 0.02, 0.03):
+        lib.jerk_at(law, t, whole)
+        lib.jerk_at(rest, t - 0.011, part)
+        assert (part.s, part.v, part.a) == pytest.approx((whole.s, whole.v, whole.a), rel=1e-12)
 
 
 def test_the_grid_is_as_fine_as_the_axes_that_move_ask_for() -> None:
