@@ -3,6 +3,7 @@
 #include "jerk_internal.h"
 
 #define STOP_TRIES 2
+#define STOP_ITERATIONS 28
 #define CLOSE_ENOUGH 0.01
 #define MAX_HALVINGS 12
 #define PREVIEW_TRIES 4      /* distances that are tried where none is found, and */
@@ -55,7 +56,7 @@ static bool try_stop(jerk_planner *p, double distance) {
     allow_present(p, g, INFINITY, INFINITY);
     p->stats.hold_solves++;
     problem_from_grid(p, g, p->x, p->u);
-    if (!guess_stop(p, g) || !solve_guess(p, g, STOP_TRIES)) return false;
+    if (!guess_stop(p, g) || !solve_guess(p, g, STOP_TRIES, STOP_ITERATIONS)) return false;
     g->stands = false;
     return plan_accept(p, g, true);
 }

@@ -273,7 +273,7 @@ double bend_inside(const jerk_planner *p, const segment *s, double x, double u, 
 /* jerk_plan.c */
 bool plan_accept(jerk_planner *p, const grid *g, bool final);
 bool plan_window(jerk_planner *p);
-bool solve_guess(jerk_planner *p, grid *g, int tries); /* from the guess that stands in the problem */
+bool solve_guess(jerk_planner *p, grid *g, int tries, int iterations); /* from the guess that stands in the problem */
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink);
 void allow_present(jerk_planner *p, grid *g, double reach, double top);
 

@@ -3,7 +3,7 @@
 #include <string.h>
 #include "jerk_internal.h"
 
-#define MAX_ITERATIONS 28
+#define WINDOW_ITERATIONS 50 /* at the most: a window that fails costs more than that */
 #define SLOWER 1.002     /* a plan this much slower than the tail over the tail's way is not taken */
 #define CREEPS 0.1       /* share of the guess below which an unfinished solution creeps */
 #define TIGHTENINGS 4
@@ -282,15 +282,15 @@ static bool foresee(jerk_planner *p, grid *g) {
     return true;
 }
 
-static bool solve_from_guess(jerk_planner *p, grid *g) {
+static bool solve_from_guess(jerk_planner *p, grid *g, int iterations) {
     problem *b = &p->prob;
     p->stats.solves++;
     b->pause = b->paused ? 0.0 : PAUSE;
-    bool solved = ipm_solve(b, MAX_ITERATIONS), goes_on = true;
+    bool solved = ipm_solve(b, iterations), goes_on = true;
     for (int i = 0; b->paused && goes_on; i++) {
         goes_on = foresee(p, g);
         if (i == 0) b->pause = PAUSE_AGAIN;
-        if (goes_on) solved = ipm_solve(b, MAX_ITERATIONS);
+        if (goes_on) solved = ipm_solve(b, iterations);
     }
     b->pause = 0.0;
     b->solved = solved;
@@ -303,12 +303,12 @@ static bool solve_from_guess(jerk_planner *p, grid *g) {
 bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
     p->finer = false;
     problem_from_grid(p, g, p->x, p->u);
-    return guess_window(p, g, warm, shrink) && solve_guess(p, g, TIGHTENINGS);
+    return guess_window(p, g, warm, shrink) && solve_guess(p, g, TIGHTENINGS, WINDOW_ITERATIONS);
 }
 
-bool solve_guess(jerk_planner *p, grid *g, int tries) {
+bool solve_guess(jerk_planner *p, grid *g, int tries, int iterations) {
     for (int i = 0; i < tries; i++) {
-        bool solved = solve_from_guess(p, g);
+        bool solved = solve_from_guess(p, g, iterations);
         if (p->finer) return false;
         double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
         if (worst <= CHECK_SLACK) return true;
