@@ -25,6 +25,7 @@ from .kinematics_config import KinematicsConfig
 
 EXTERNAL_BLOCKS = 1000  # 24-byte blocks of one area of external variables
 MIN_FB_STORAGE = 65536  # P-STUP-00033: smaller values other than 0 are raised to it, with a warning
+LEAST_JERK = 1.0  # mm/s3: motions with less last so long that positions round to more than that
 LOOKAHEAD_BLOCKS = {  # low, standard, high by build generation
     "2.11.28+": {"LOW": 30, "STANDARD": 120, "HIGH": 190},
     "2.11.20": {"LOW": 30, "STANDARD": 70, "HIGH": 120},
@@ -122,6 +123,8 @@ class AxisConfig(_Table):
 
     @model_validator(mode="after")
     def _ordered(self) -> AxisConfig:
+        if 0.0 < self.j_max_mm_s3 < LEAST_JERK:
+            raise ValueError(f"j_max_mm_s3 {self.j_max_mm_s3:g} is below {LEAST_JERK:g} mm/s3 (0: no limit)")
         if self.min_mm >= self.max_mm:
             raise ValueError(f"min_mm {self.min_mm:g} is not below max_mm {self.max_mm:g}")
         if not self.min_mm <= self.start_mm <= self.max_mm:
