@@ -136,9 +136,10 @@ typedef struct knot {
     double d1[NC_AXES], d2[NC_AXES];
 } knot;
 
-/* What the end of a commit has left of a step over a curved stretch: from s with v to `to` with x1, found for these bounds. */
+/* What the end of a commit has left of a step over a curved stretch: from s with v to `to` with x1, found for these bounds. It
+ * holds as long as the stretches of the piece are those that were `made` then. */
 typedef struct bent_left {
-    uint64_t piece;
+    uint64_t piece, made;
     double s, v, to, x1, soft, end2;
 } bent_left;
 
@@ -214,6 +215,7 @@ typedef struct piece {
     double corner_v;         /* speed limit at the start */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
+    uint64_t spans_made;     /* which stretches they are: counted over all pieces */
     double need2;            /* largest speed squared at the start from which everything ahead can be met */
 } piece;
 
@@ -275,6 +277,7 @@ typedef struct planner {
     uint64_t window_from, window_to; /* the window as counted last ... */
     uint32_t window_motions;         /* ... and the motions in it */
     bent_left left;
+    uint64_t spans_made; /* for a piece, as often as that was */
     span *spans;         /* room for the stretches of the pieces in the window: a few of each, which mostly do, ... */
     double *rows;        /* ... and for their rows */
     span_slot *span_slots;

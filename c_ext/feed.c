@@ -118,6 +118,7 @@ static void stop_behind(engine *e, const piece *p) {
 void feed_cut(engine *e, uint64_t head) {
     for (uint64_t i = head; i < e->piece_head; i++) {
         const piece *p = piece_at(e, i);
+        e->feed.displaced |= p->shortcut && (i > e->plan.piece || e->plan.s <= 0.0); /* not begun: the way back to the path is still to go */
         if (p->inserted && p->type == NC_M) drop_stop(e, p);
         if (!p->replay || !(p->flags & NC_OUTPUT)) continue;
         e->feed.pushed.std_freed--;

@@ -31,10 +31,19 @@ static bool on_shortcut(engine *e) {
     return e->plan.piece < e->piece_head && piece_at(e, e->plan.piece)->shortcut && e->plan.s > 0.0;
 }
 
+/* The axes stand beside the path, or on the line that leads them back to it. */
+static bool off_path(engine *e) {
+    if (e->feed.displaced) return true;
+    for (uint64_t i = e->plan.piece; i < e->piece_head; i++)
+        if (is_motion(piece_at(e, i))) return piece_at(e, i)->shortcut;
+    return false;
+}
+
 static bool wants_turn(engine *e) {
     int dir = wanted_direction(e);
-    if (dir == e->feed.dir || on_shortcut(e)) return false;
+    if (dir == e->feed.dir) return false;
     if (dir > 0) return true;
+    if (off_path(e)) return false; /* what lies behind is left out */
     place at = stand_place(e);
     return at.s > 0.0 || at.i > feed_oldest(e);
 }
@@ -140,7 +149,7 @@ static void shortcut(engine *e) {
     begin_run(e, at);
     e->feed.at = -1.0;
     e->feed.next = at.i;
-    e->feed.displaced = true;
+    e->feed.displaced |= to.found || at.s > 0.0;
     uint64_t end = to.found ? to.piece : at.i;
     while (e->feed.next < end) { /* events keep their order and their effect */
         const piece *p = store_at(e, e->feed.next);

@@ -18,14 +18,15 @@ typedef struct motion {
 } motion;
 
 /* Largest ratio of an axis value to its limit at derivatives d1, d2, d3; `miss`: what d3 may be more (NULL: it is exact). */
-static double ratio_at(const jerk_planner *p, const jerk_interval *q, const double *d1, const double *d2, const double *d3, const float *miss, motion m, double share) {
+static double ratio_at(const jerk_planner *p, const segment *s, const double *d1, const double *d2, const double *d3, const float *miss, motion m) {
+    const jerk_interval *q = s->q;
     double worst = 0.0, v2 = m.v * m.v;
     if (!isfinite(m.v + m.a + m.j)) return INFINITY;
     for (int a = 0; a < p->cfg.axes; a++) {
         if (d1[a] == 0.0 && d2[a] == 0.0 && d3[a] == 0.0) continue; /* it rests */
         double v = fabs(d1[a]) * m.v / p->cfg.v_max[a];
-        double acc = fabs(d1[a] * m.a + d2[a] * v2) / acc_max(p, q, a);
-        double jerk = (fabs(m.v * (d3[a] * v2 + 3.0 * d2[a] * m.a) + d1[a] * m.j) + (miss ? (double)miss[a] * v2 * m.v : 0.0)) / (jerk_max(p, q, a) * share);
+        double acc = fabs(d1[a] * m.a + d2[a] * v2) / (acc_max(p, q, a) * s->acc[a]);
+        double jerk = (fabs(m.v * (d3[a] * v2 + 3.0 * d2[a] * m.a) + d1[a] * m.j) + (miss ? (double)miss[a] * v2 * m.v : 0.0)) / (jerk_max(p, q, a) * s->jump);
         if (!isfinite(v + acc + jerk)) return INFINITY;
         if (v > worst) worst = v;
         if (acc > worst) worst = acc;
@@ -55,11 +56,11 @@ static void derivatives_at(const jerk_interval *q, double t, int axes, double *d
 static double ratio_inside(const jerk_planner *p, const segment *s, double t, motion m) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
     derivatives_at(s->q, t, p->cfg.axes, d1, d2, d3);
-    return ratio_at(p, s->q, d1, d2, d3, s->q->miss, m, s->jump);
+    return ratio_at(p, s, d1, d2, d3, s->q->miss, m);
 }
 
 static double ratio_at_end(const jerk_planner *p, const segment *s, int end, motion m) {
-    return ratio_at(p, s->q, s->q->d1[end], s->q->d2[end], s->q->d3[end], NULL, m, s->jump);
+    return ratio_at(p, s, s->q->d1[end], s->q->d2[end], s->q->d3[end], NULL, m);
 }
 
 /* Constant path jerk over the interval h with the speed v at the moving end; `sign` -1: it ends at rest. */

@@ -67,7 +67,8 @@ void jerk_reset(jerk_planner *p) {
     p->tail = p->head;
     p->finished = p->changed = false;
     p->at_rest = true;
-    p->x = p->u = p->behind_mm = 0.0;
+    p->x = p->u = p->behind_mm = p->driven = 0.0;
+    p->turned_count = 0;
     forget_plan(p);
 }
 

@@ -61,6 +61,7 @@ void segment_limits(const jerk_planner *p, segment *s) {
     double feed = fmin(1e15, asked_speed(p, q) * VEL_USABLE / p->scale);
     s->h = q->length;
     s->jump = s->share = 1.0;
+    for (int a = 0; a < p->cfg.axes; a++) s->acc[a] = 1.0;
     s->excess = s->fast = s->leave = 0.0;
     s->cap = velocity_cap(p, q);
     s->soft = fmin(s->cap, feed * feed);
@@ -106,6 +107,7 @@ static double jump_reach(const jerk_planner *p, const jerk_interval *left, const
 /* The jump between two intervals that is passed at the head: it still shows in what comes next. */
 void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right) {
     double used = jump_used(p, left, right, p->x);
+    turn_passed(p, left, right);
     if (used < SMALL_JUMP) return;
     p->behind_share = fmax(1.0 - used, LEAST_SHARE);
     p->behind_mm = jump_reach(p, left, right, p->x);
@@ -134,6 +136,7 @@ void knot_caps(const jerk_planner *p, grid *g) {
         if (k < g->n) g->from_start[k + 1] = g->from_start[k] + g->seg[k].h;
     }
     for (int k = 1; k < g->n; k++) knot_jump(p, g, k);
+    turn_caps(p, g);
     for (int k = 0; k < g->n; k++) {
         if (g->from_start[k] < p->behind_mm) take_share(&g->seg[k], 1.0 - p->behind_share);
         g->seg[k].share = g->seg[k].jump * *g->seg[k].tight;

@@ -27,7 +27,7 @@ static void path_limits(const jerk_planner *p, const segment *s, double *acc, do
     *acc = *jerk = 1e30;
     for (int a = 0; a < p->cfg.axes; a++) {
         double d1 = fmax(fabs(s->q->d1[0][a]), 1e-9);
-        *acc = fmin(*acc, acc_max(p, s->q, a) / (d1 * f * f));
+        *acc = fmin(*acc, s->acc[a] * acc_max(p, s->q, a) / (d1 * f * f));
         *jerk = fmin(*jerk, s->share * jerk_max(p, s->q, a) / (d1 * f * f * f));
     }
 }

@@ -37,6 +37,7 @@ typedef struct segment {
     double leave;             /* of the jerk limit, that the last check has asked it to leave to kinks; else 0 */
     double jump;              /* share of the jerk limit that jumps of derivatives nearby leave */
     double share;             /* share that is planned with: jump * tight */
+    double acc[JERK_AXES];    /* shares of the acceleration limits that joints nearby leave (jerk_turns.c) */
     double jerk_up, jerk_down; /* path jerk (scaled) allowed when it starts, ends at rest */
     bool last;                /* the pushed interval ends with it */
 } segment;
@@ -46,6 +47,7 @@ typedef struct grid {
     jerk_interval *parts;     /* storage of subdivided intervals */
     double *knot_cap;         /* n + 1: hard caps including jumps of derivatives */
     double *from_start;       /* n + 1: distance from the start, mm */
+    double *top;              /* n + 1: x with which it is passed at the most */
     double *step;             /* grid step at the knots of the pushed intervals */
     double *grade;            /* growth of the steps over each pushed interval */
     double finest;            /* no step at a standstill is longer: the window has to have some */
@@ -156,12 +158,19 @@ typedef struct speeds {
     double command, feed, rapid;
 } speeds;
 
+#define TURNED_MAX 64u
+
+/* A joint that was passed: where (see `driven`), how fast in mm/s, and by how much the direction has turned. */
+typedef struct turned {
+    double at, v, by[JERK_AXES];
+} turned;
+
 /* A law that was handed out, and the state ahead of it. */
 typedef struct handed {
     jerk_interval interval;               /* at the head of the ring */
     uint64_t head, tag;
     double x, u, c[2], length, time, jerk, snap, crackle, pop, offset;
-    double at_x, at_u, behind_mm, behind_share;
+    double at_x, at_u, behind_mm, behind_share, driven;
     bool at_rest, rest_start;
     uint8_t last;
 } handed;
@@ -180,6 +189,9 @@ struct jerk_planner {
     speeds was;                           /* under which the present plan was made */
     int capacity;                         /* segments a grid can hold */
     double behind_mm, behind_share;       /* reach of a jump behind the head, and what it leaves */
+    double driven;                        /* mm handed out */
+    turned turned[TURNED_MAX];            /* ring of the joints passed last */
+    uint64_t turned_count;
     double x, u;                          /* scaled state at the head */
     grid grid;
     problem prob;
@@ -242,6 +254,9 @@ bool grid_to(jerk_planner *p, grid *g, double distance);
 void segment_limits(const jerk_planner *p, segment *s);
 void jump_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right);
 void knot_caps(const jerk_planner *p, grid *g);
+void turn_passed(jerk_planner *p, const jerk_interval *left, const jerk_interval *right);
+void turns_back(jerk_planner *p, double driven);
+void turn_caps(const jerk_planner *p, grid *g);
 
 /* jerk_rows.c */
 void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0);

@@ -48,6 +48,7 @@ static void lay_out(jerk_planner *p, arena *m) {
     p->grid.step = doubles(m, n + 2);
     p->grid.grade = doubles(m, n + 2);
     p->grid.from_start = doubles(m, n + 1);
+    p->grid.top = doubles(m, n + 1);
     problem *b = &p->prob;
     double **stage[] = {&b->h, &b->x, &b->u, &b->c[0], &b->c[1], &b->dx, &b->du, &b->dc[0], &b->dc[1], &b->guess, &b->weight, &b->root[0], &b->root[1], &b->calm, &b->on,
                         &b->cost.xx, &b->cost.xu, &b->cost.uu, &b->cost.xc[0], &b->cost.xc[1], &b->cost.uc[0], &b->cost.uc[1],
@@ -225,6 +226,7 @@ static void hand_out(jerk_planner *p) {
     p->x = p->at_rest ? 0.0 : pl->x[k + 1];
     p->u = p->at_rest ? 0.0 : pl->u[k + 1];
     p->behind_mm = p->at_rest ? 0.0 : fmax(0.0, p->behind_mm - pl->h[k]);
+    p->driven += pl->h[k];
     if (pl->last[k] && !p->at_rest) jump_passed(p, ring_at(p, p->head), ring_at(p, p->head + 1));
     ring_consume(p, pl->h[k], pl->last[k]);
     p->stats.segments++;
@@ -260,6 +262,7 @@ static void split(jerk_planner *p, jerk_law *law, double seconds) {
     pl->u[k] = p->u = at.a / (p->scale * p->scale);
     pl->rest_start = p->at_rest = false;
     p->behind_mm = fmax(0.0, p->behind_mm - d);
+    p->driven += d;
     ring_consume(p, d, false);
     *law = part;
 }

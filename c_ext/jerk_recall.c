@@ -18,6 +18,7 @@ void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole) {
     h->at_u = p->u;
     h->behind_mm = p->behind_mm;
     h->behind_share = p->behind_share;
+    h->driven = p->driven;
     h->at_rest = p->at_rest;
     h->rest_start = pl->rest_start && k == 0;
     h->tag = law->tag;
@@ -73,6 +74,7 @@ static void put_back(jerk_planner *p, const handed *h) {
     p->u = h->at_u;
     p->behind_mm = h->behind_mm;
     p->behind_share = h->behind_share;
+    turns_back(p, h->driven);
     p->at_rest = h->at_rest;
 }
 

@@ -83,10 +83,11 @@ void tighten_rows(problem *b, int k, double by) {
             for (int i = 0; i < 3; i++) *lane(&jerk_row(b, k, end, a)->b[i], k) /= by;
 }
 
-static void acc_rows(const jerk_planner *p, problem *b, const jerk_interval *q, int end, int set, int k) {
+static void acc_rows(const jerk_planner *p, problem *b, const segment *s, int end, int set, int k) {
+    const jerk_interval *q = s->q;
     for (int i = 0; i < b->axes; i++) {
         int a = b->axis[i];
-        double w = p->scale * p->scale / (ACC_USABLE * acc_max(p, q, a) * entry_slack(b, k));
+        double w = p->scale * p->scale / (ACC_USABLE * s->acc[a] * acc_max(p, q, a) * entry_slack(b, k));
         two_sided *row = acc_row(b, k, set, i);
         *lane(&row->b[0], k) = w * q->d2[end][a];
         *lane(&row->b[1], k) = w * q->d1[end][a];
@@ -94,11 +95,12 @@ static void acc_rows(const jerk_planner *p, problem *b, const jerk_interval *q, 
 }
 
 /* Between its ends the acceleration may go beyond what it is there: c changes. */
-static void mid_rows(const jerk_planner *p, problem *b, const jerk_interval *q, int k) {
+static void mid_rows(const jerk_planner *p, problem *b, const segment *s, int k) {
+    const jerk_interval *q = s->q;
     double h = q->length;
     for (int i = 0; i < b->axes; i++) {
         int a = b->axis[i];
-        double w = p->scale * p->scale / (ACC_USABLE * acc_max(p, q, a) * entry_slack(b, k));
+        double w = p->scale * p->scale / (ACC_USABLE * s->acc[a] * acc_max(p, q, a) * entry_slack(b, k));
         double d1 = 0.5 * (q->d1[0][a] + q->d1[1][a]) + h * (5.0 / 32.0 * (q->d2[0][a] - q->d2[1][a]) + h / 64.0 * (q->d3[0][a] + q->d3[1][a]));
         double d2 = 15.0 / 8.0 * (q->d1[1][a] - q->d1[0][a]) / h - 7.0 / 16.0 * (q->d2[0][a] + q->d2[1][a]) + h / 32.0 * (q->d3[1][a] - q->d3[0][a]);
         two_sided *row = &b->mid[(k / LANES) * b->axes + i];
@@ -135,7 +137,7 @@ static bool has_kinks(const jerk_planner *p, const grid *g) {
     for (int k = 1; k < g->n; k++)
         for (int a = 0; a < p->cfg.axes; a++) {
             const jerk_interval *l = g->seg[k - 1].q, *r = g->seg[k].q;
-            if (l->acc_share[a] != r->acc_share[a]) return true;
+            if (l->acc_share[a] != r->acc_share[a] || g->seg[k - 1].acc[a] != g->seg[k].acc[a]) return true;
             if (fabs(l->d2[1][a] - r->d2[0][a]) > 1e-9 + 1e-6 * fabs(r->d2[0][a])) return true;
         }
     return false;
@@ -165,11 +167,11 @@ void problem_from_grid(jerk_planner *p, const grid *g, double x0, double u0) {
     clear_rows(b);
     for (int k = 0; k < g->n; k++) {
         b->h[k] = g->seg[k].h;
-        if (k >= 1) acc_rows(p, b, g->seg[k].q, 0, 0, k);
-        if (k >= 1 && b->acc_sets == 2) acc_rows(p, b, g->seg[k - 1].q, 1, 1, k);
+        if (k >= 1) acc_rows(p, b, &g->seg[k], 0, 0, k);
+        if (k >= 1 && b->acc_sets == 2) acc_rows(p, b, &g->seg[k - 1], 1, 1, k);
         if (k < b->first || k > g->n - 2) continue;
         jerk_rows(p, b, &g->seg[k], k);
-        mid_rows(p, b, g->seg[k].q, k);
+        mid_rows(p, b, &g->seg[k], k);
         b->on[k] = 1.0;
     }
 }

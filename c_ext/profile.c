@@ -185,7 +185,8 @@ static void brake(writer *w, const stretch *st, double end2, bool ends) {
 static void drive_bent(writer *w, const stretch *st, bool ends, bool brake) {
     double at = w->s - st->from, room = st->to - w->s;
     const bent_left *left = &w->left;
-    bool goes_on = !brake && left->to > w->s && left->piece == w->piece && left->s == w->s && left->v == w->v && left->soft == st->soft && left->end2 == st->end2;
+    uint64_t made = piece_at(w->e, w->piece)->spans_made;
+    bool goes_on = !brake && left->to > w->s && left->piece == w->piece && left->made == made && left->s == w->s && left->v == w->v && left->soft == st->soft && left->end2 == st->end2;
     bent_step step = goes_on ? (bent_step){.h = left->to - w->s, .x1 = left->x1} : bent_forward(st->span, at, w->v * w->v, st->soft * st->soft, st->end2, brake);
     double to = w->s + step.h;
     bool whole = step.h >= room - TINY_MM;
@@ -197,7 +198,7 @@ static void drive_bent(writer *w, const stretch *st, bool ends, bool brake) {
         return;
     }
     run(w, (v1 - w->v) / time, time, whole ? st->to : to, v1, whole && ends);
-    w->left = (bent_left){w->piece, w->s, w->v, to, step.x1, st->soft, st->end2}; /* of use if the budget has cut it */
+    w->left = (bent_left){w->piece, made, w->s, w->v, to, step.x1, st->soft, st->end2}; /* of use if the budget has cut it */
 }
 
 /* One step over the stretch: accelerate, cruise or brake, each cut at the budget. */
@@ -373,7 +374,6 @@ static uint64_t plan_under(engine *e, const conditions *c) {
     e->plan.m01 = c->m01;
     e->plan.held_axes = c->held_axes;
     e->plan.capped = e->plan.piece;
-    e->plan.left.to = 0.0; /* of a stretch that is cut anew */
     corner_caps(e);
     uint64_t end = window_end(e);
     backward_pass(e, end);

@@ -346,7 +346,7 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     double at = 0.0;
     e->plan.cursor.piece = UINT64_MAX;
     p->span_count = 0;
-    if (e->plan.left.piece == i) e->plan.left.to = -1.0; /* it was a step over a stretch that is gone */
+    p->spans_made = ++e->plan.spans_made;
     if (p->kind == PIECE_CURVE) curve_strips(&b, i, strips, n, least > 1);
     else if (!choose_room(i, p->kind == PIECE_ARC ? greater(turns_of(p) / b.step + ENDS, least) : n, 0, &b)) {
         no_memory(&b, i);

@@ -184,6 +184,23 @@ def test_delete_distance_to_go_in_the_last_block(tmp_path: Path) -> None:
         assert np.diff(cnc.pos[:, 0]).min() > -1e-9
 
 
+def test_backward_motion_waits_for_the_way_back_to_the_path(tmp_path: Path) -> None:
+    """The rest of a block is deleted, and the axes stand beside the path: there is nothing to turn back on."""
+    with Inside(tmp_path, "N10 G1 X50 F6000\n#FLUSH WAIT\nN15 G4 X0.05\nN20 Y20\n") as cnc:
+        cnc.until(lambda: cnc.state.dist_prog_start > 200_000)
+        cnc.level(cnc.bahn.feedhold, True)
+        cnc.run(200)
+        cnc.level(cnc.bahn.delete_distance_to_go, True)
+        cnc.run(50)
+        cnc.level(cnc.bahn.backward_motion, True)
+        cnc.run(50)
+        cnc.level(cnc.bahn.backward_motion, False)
+        cnc.level(cnc.bahn.feedhold, False)
+        cnc.end()
+        assert cnc.pos[-1] == pytest.approx([50, 20, 0])
+        legal(cnc.pos, cnc.cell)
+
+
 # ---------------------------------------------------------------- backward
 def test_storage_clear_bounds_backward_motion(tmp_path: Path) -> None:
     """Backward motion ends at #BACKWARD STORAGE CLEAR; the distance falls on the way; mode 1 stays readable."""

@@ -24,6 +24,8 @@ OPTIONS = ("", "n", "nc", "c", "f", "nf")
 CASES = [(seed, options, geo_first, False) for seed in range(2) for options in OPTIONS for geo_first in (False, True)]
 # committed motion that is taken back after GEO has begun it; a loop that ends behind an inserted stop
 CASES += [(2, "", False, False), (4, "", False, False), (14, "n", False, False)]
+# a step over a stretch that is cut anew, from which an inserted stop has left the feed; turning back beside the path
+CASES += [(314, "n", False, False), (471, "n", False, True), (64, "n", False, False), (51, "nc", True, True)]
 CASES += [(seed, options, seed % 2 > 0, True) for seed, options in enumerate(OPTIONS)]
 
 
