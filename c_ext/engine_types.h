@@ -107,7 +107,6 @@ typedef struct span {
     const double *rows;    /* NULL: straight; r0 to r3 of each axis, and what they bound (bent.c) */
     float bend;            /* 1 / bend: speed squared that the axes allow while u is zero, about */
     uint8_t n_rows;
-    bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
 
 /* Where the stretches of a piece are. */

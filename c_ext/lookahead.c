@@ -37,6 +37,7 @@ typedef struct axis_load {
 /* What has been seen of a corner's neighbourhood. */
 typedef struct load {
     walk left, right;
+    double farthest; /* corner that is counted */
     axis_load axis[NC_AXES];
 } load;
 
@@ -106,6 +107,7 @@ static void step_right(engine *e, walk *w, load *l, uint64_t head, bool finished
 }
 
 static void add_corner(const engine *e, const piece *p, double d, load *l) {
+    l->farthest = d; /* they are taken in by distance */
     for (int a = 0; a < e->cfg.axis_count; a++) {
         l->axis[a].sum += p->jump[a];
         l->axis[a].moment += d * p->jump[a] / e->cfg.cycle_s;
@@ -159,6 +161,7 @@ static bool gather(engine *e, const load *corner, bool solve, double *v, load *l
     walk *left = &l->left, *right = &l->right;
     *left = corner->left;
     *right = corner->right;
+    l->farthest = 0.0;
     for (int a = 0; a < e->cfg.axis_count; a++) l->axis[a] = corner->axis[a];
     for (;;) {
         if (solve) *v = load_speed(e, l, limit);
@@ -256,6 +259,7 @@ static bool cap_corner(engine *e, uint64_t i, const piece **behind, double *fast
     }
     if (!gather(e, &corner, true, &v, &l)) return false;
     p->corner_v = lesser(hard, greater(0.0, v - slack));
+    if (l.farthest > v * e->cfg.cycle_s && !gather(e, &corner, false, &v, &l)) return false; /* bends beyond it have made it slower */
     double usual = slack + greater(reachable(before, 1.0), reachable(p, 1.0));
     if (usual >= v && stand_is_faster(e, before, p, &l, v, slack)) {
         p->corner_v = 0.0;
