@@ -9,7 +9,7 @@
 #include "engine_internal.h"
 
 #define TURN_STEP 0.1      /* rad of turn over an interval */
-#define CURVE_MISS 0.006    /* of the third derivative: beyond it an interval of a curve is halved, ... */
+#define CURVE_MISS 0.001    /* of the third derivative: beyond it an interval of a curve is halved, ... */
 #define CURVE_HALVINGS 3   /* ... so often, but none shorter than ... */
 #define CURVE_SHORTEST 2e-3 /* mm, or ... */
 #define CURVE_UNSEEN 0.25    /* cycles at the speed that its third derivative allows, if that is less */
@@ -196,22 +196,25 @@ static void end_interval(const engine *e, const piece *p, double to, jerk_interv
 }
 
 /* How far the third derivative of the planner's polynomial over q (jerk_knots.c) misses the curve at the share t, over the largest of
- * the interval: each axis by its jerk limit. */
-static double curve_miss(const engine *e, const piece *p, const jerk_interval *q, double t) {
+ * the interval: each axis by its jerk limit. q->miss keeps the largest. */
+static double curve_miss(const engine *e, const piece *p, jerk_interval *q, double t) {
     double d1[NC_AXES], d2[NC_AXES], d3[NC_AXES], most = 0.0, miss = 0.0;
     derivatives(e, p, q->offset + t * q->length, d1, d2, d3);
     for (int i = 0; i < e->cfg.axis_count; i++) {
         double v = e->cfg.v_max[i], j = e->cfg.j_max[i] > 0 ? e->cfg.j_max[i] : e->cfg.a_max[i] / e->cfg.cycle_s;
-        double off = fabs(jerk_third(q, t, i) - d3[i]) - CURVE_NOISE * j / (v * v * v); /* too little to matter at any speed */
-        miss = fmax(miss, off / j);
+        double off = fabs(jerk_third(q, t, i) - d3[i]), noise = CURVE_NOISE * j / (v * v * v); /* too little to matter at any speed */
+        if (off > noise) q->miss[i] = fmaxf(q->miss[i], (float)off);
+        miss = fmax(miss, (off - noise) / j);
         most = fmax(most, fmax(fabs(d3[i]), fmax(fabs(q->d3[0][i]), fabs(q->d3[1][i]))) / j);
     }
     return miss > 0.0 ? miss / most : 0.0;
 }
 
 /* What misses evenly shows in the middle, what misses to either side at a quarter. */
-static bool fits_curve(const engine *e, const piece *p, const jerk_interval *q) {
-    return curve_miss(e, p, q, 0.5) <= CURVE_MISS && curve_miss(e, p, q, 0.25) <= CURVE_MISS;
+static bool fits_curve(const engine *e, const piece *p, jerk_interval *q) {
+    memset(q->miss, 0, sizeof q->miss);
+    double middle = curve_miss(e, p, q, 0.5), quarter = curve_miss(e, p, q, 0.25);
+    return middle <= CURVE_MISS && quarter <= CURVE_MISS;
 }
 
 /* Shortest interval of a curve that is worth halving: a blend of a micrometre is seen by many cycles if it must be crept through. */
@@ -231,7 +234,7 @@ static jerk_interval next_interval(const engine *e, const piece *p, uint64_t i, 
     q.flags = p->feed > 0 ? (p->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u) : JERK_RAPID;
     derivatives(e, p, from, q.d1[0], q.d2[0], q.d3[0]);
     end_interval(e, p, to, &q);
-    for (int k = 0; p->kind == PIECE_CURVE && k < CURVE_HALVINGS && q.length > shortest_seen(e, &q) && !fits_curve(e, p, &q); k++) {
+    for (int k = 0; p->kind == PIECE_CURVE && !fits_curve(e, p, &q) && k < CURVE_HALVINGS && q.length > shortest_seen(e, &q); k++) {
         to = 0.5 * (from + to);
         end_interval(e, p, to, &q);
     }

@@ -4,6 +4,7 @@
  * interval, and looks for minima of speed inside.  Nothing of the planner's rows is used.
  */
 #include <math.h>
+#include <stddef.h>
 #include "jerk_internal.h"
 
 #define JUMP_SLACK 1.01
@@ -16,15 +17,15 @@ typedef struct motion {
     double v, a, j; /* along the path */
 } motion;
 
-/* Largest ratio of an axis value to its limit at derivatives d1, d2, d3. */
-static double ratio_at(const jerk_planner *p, const jerk_interval *q, const double *d1, const double *d2, const double *d3, motion m, double share) {
+/* Largest ratio of an axis value to its limit at derivatives d1, d2, d3; `miss`: what d3 may be more (NULL: it is exact). */
+static double ratio_at(const jerk_planner *p, const jerk_interval *q, const double *d1, const double *d2, const double *d3, const float *miss, motion m, double share) {
     double worst = 0.0, v2 = m.v * m.v;
     if (!isfinite(m.v + m.a + m.j)) return INFINITY;
     for (int a = 0; a < p->cfg.axes; a++) {
         if (d1[a] == 0.0 && d2[a] == 0.0 && d3[a] == 0.0) continue; /* it rests */
         double v = fabs(d1[a]) * m.v / p->cfg.v_max[a];
         double acc = fabs(d1[a] * m.a + d2[a] * v2) / acc_max(p, q, a);
-        double jerk = fabs(m.v * (d3[a] * v2 + 3.0 * d2[a] * m.a) + d1[a] * m.j) / (jerk_max(p, q, a) * share);
+        double jerk = (fabs(m.v * (d3[a] * v2 + 3.0 * d2[a] * m.a) + d1[a] * m.j) + (miss ? (double)miss[a] * v2 * m.v : 0.0)) / (jerk_max(p, q, a) * share);
         if (!isfinite(v + acc + jerk)) return INFINITY;
         if (v > worst) worst = v;
         if (acc > worst) worst = acc;
@@ -54,11 +55,11 @@ static void derivatives_at(const jerk_interval *q, double t, int axes, double *d
 static double ratio_inside(const jerk_planner *p, const segment *s, double t, motion m) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
     derivatives_at(s->q, t, p->cfg.axes, d1, d2, d3);
-    return ratio_at(p, s->q, d1, d2, d3, m, s->jump);
+    return ratio_at(p, s->q, d1, d2, d3, s->q->miss, m, s->jump);
 }
 
 static double ratio_at_end(const jerk_planner *p, const segment *s, int end, motion m) {
-    return ratio_at(p, s->q, s->q->d1[end], s->q->d2[end], s->q->d3[end], m, s->jump);
+    return ratio_at(p, s->q, s->q->d1[end], s->q->d2[end], s->q->d3[end], NULL, m, s->jump);
 }
 
 /* Constant path jerk over the interval h with the speed v at the moving end; `sign` -1: it ends at rest. */
@@ -121,12 +122,15 @@ static jerk_law law_of(double h, double *x, double *u, const double c[2]) {
     return law;
 }
 
-/* For the planner, ahead of a check: largest ratio inside an interval, and at its ends. */
-double bend_inside(const jerk_planner *p, const segment *s, double x, double u, const double c[2], double *ends) {
+/* How much larger than at the ends it is inside an interval; ends far below the rest say nothing. */
+static double bulge(double most, double ends) { return most > 0.0 ? most / fmax(ends, 0.8 * most) : 1.0; }
 
+/* For the planner, ahead of a check: largest ratio of the interval; `*more`: by what it is more than at the ends. */
+double bend_inside(const jerk_planner *p, const segment *s, double x, double u, const double c[2], double *more) {
     const jerk_law law = law_of(s->h, &x, &u, c);
-    *ends = ends_ratio(p, s, &law);
-    return fmax(ratio_at_time(p, s, &law, 0.5 * law.time), inside_ratio(p, s, &law));
+    double ends = ends_ratio(p, s, &law), most = fmax(ends, fmax(ratio_at_time(p, s, &law, 0.5 * law.time), inside_ratio(p, s, &law)));
+    *more = bulge(most, ends);
+    return most;
 }
 
 /* Largest speed over its cap: the feed or what was allowed on the way down to it. */
@@ -168,8 +172,9 @@ static double free_ratio(const jerk_planner *p, grid *g, int k, double *x, doubl
     const jerk_law law = law_of(s->h, x, u, c);
     double x1 = *x, top_x = fmax(x0, x1), low = fmin(x0, x1);
     if (!(low > LEAST_DIP * top_x) || !isfinite(law.time + law.snap + law.crackle + law.pop)) return INFINITY;
-    double limits = fmax(ends_ratio(p, s, &law), ratio_at_time(p, s, &law, 0.5 * law.time));
+    double ends = ends_ratio(p, s, &law), limits = fmax(ends, ratio_at_time(p, s, &law, 0.5 * law.time));
     limits = fmax(limits, inside_ratio(p, s, &law));
+    s->bulge = bulge(limits, ends);
     for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
         double v = motion_at(&law, turns[i], &at).v;
         if (v * v > top_x) limits = fmax(limits, ratio_at_time(p, s, &law, turns[i]));

@@ -156,7 +156,7 @@ static bool add_segment(const jerk_planner *p, grid *g, const jerk_interval *q, 
     s->q = q;
     s->last = last;
     s->at = i;
-    s->own = 1.0;
+    s->own = s->bulge = 1.0;
     s->tight = straight(p, q) ? &s->own : &p->tight[i & p->mask];
     segment_limits(p, s);
     return true;
@@ -225,7 +225,7 @@ static double rest_length(const jerk_planner *p, const grid *g, uint64_t i, doub
     const jerk_interval *q = ring_at(p, i);
     double finest = finest_at(p, g, i), feed = feed_part(p, q);
     double least = fmin(REST_MOST * len, fmin(finest, fmax(SLOWEST_KNOT * finest, feed)));
-    if (!straight(p, q)) return least;
+    if (!straight(p, q)) return fmin(least, steps_at(p, i)->bent_rest);
     return fmax(least, fmin(steps_at(p, i)->rest, fmin(REST_SHARE * len, feed)));
 }
 

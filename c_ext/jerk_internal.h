@@ -30,6 +30,7 @@ typedef struct segment {
     double soft;              /* cap by feed and override; may lie below the present speed */
     double slower;            /* share of that which is planned with, and which `soft` is lowered by */
     uint64_t at;              /* ring index of the pushed interval */
+    double bulge;             /* jerk inside over that at the ends, at the last check */
     double *tight;            /* share of the jerk limit, lowered where a check failed: the ring interval's; on a line its own */
     double own;               /* on a line */
     double excess, fast;      /* ratios of the last check (limits; feed) where they were too large, else 0 */
@@ -143,6 +144,7 @@ typedef struct steps {
     double longest, finest; /* planner interval; step at a standstill */
     double least;           /* none need be shorter where nothing changes */
     double rest;            /* from or to rest: over so much of a line the jerk is constant in any case */
+    double bent_rest;       /* over so much of a curve the axes follow a constant path jerk */
     double turn, shortest;  /* longest by what it turns, or by what a plan has shown; the shortest that this may come to */
     double bend, even;      /* largest third derivative over the jerk limit, s3/mm3; mm over which they change by so much */
     bool little;            /* it turns next to not at all */
@@ -184,7 +186,8 @@ struct jerk_planner {
     plan plan;
     double *scratch;                      /* capacity + LANES */
     double reach;                         /* mm: windows this long are solved; longer ones have failed */
-    bool finer;                           /* the last solution has asked for finer steps */
+    int finer_tries;                      /* so often may solutions still ask for finer steps */
+    bool finer;                           /* the last one has */
     int wait;                             /* segments to hand out before the next plan is tried */
     double again_s, waited_s;             /* s to hand out before what has changed is tried again (no plan for it was found), and at the last try */
     jerk_stats stats;
@@ -265,7 +268,7 @@ bool ipm_solve(problem *b, int max_iterations);
 
 /* jerk_check.c */
 double plan_check(const jerk_planner *p, grid *g, problem *b);
-double bend_inside(const jerk_planner *p, const segment *s, double x, double u, const double c[2], double *ends);
+double bend_inside(const jerk_planner *p, const segment *s, double x, double u, const double c[2], double *more);
 
 /* jerk_plan.c */
 bool plan_accept(jerk_planner *p, const grid *g, bool final);

@@ -12,15 +12,21 @@
 #define FINER_FROM 1.08  /* ratio inside an interval from which it is made finer ... */
 #define FINER_BELOW 0.85 /* ... as where so little of the limit is planned with */
 #define FINER_STEPS 0.55
-#define FINER_TRIES 3
+#define FINER_TRIES 4
+#define FINER_SHORTER 2  /* of shorter windows */
+#define FINER_LOSS 2e-3  /* of the window's time, that lowered limits cost: beyond it intervals are made finer ... */
+#define FINER_TIGHT 0.98 /* ... that come below this share of the limit, ... */
+#define FINER_BULGE 0.02 /* ... for as much more inside, of second order in the step, ... */
+#define FINER_LEAST 0.4  /* ... by so much at once */
+#define FINER_ENOUGH 0.8 /* less gains nothing */
 #define TIGHTEST 0.3
+#define LEAST_X 1e-14
 #define PAUSE 0.1        /* gap at which the solver looks inside the intervals */
 #define PAUSE_AGAIN 0.01
 #define NEARLY 1.05     /* ratio of a solution that the solver goes on from */
 #define MISSED_SO 0.03   /* rows that were lowered meanwhile, over START_SLACK */
 #define FORESEEN 0.9     /* of the limit: jerks below it do not matter there */
 #define FORESEEN_FROM 1.003
-#define FORESEEN_AIM 1.0
 #define AIM 1.003        /* ratio that a tightened interval should come to */
 #define FALLBACK_SCALE 0.7
 #define FALLBACK_LENGTHS 6
@@ -28,7 +34,7 @@
 #define FALLBACK_TRIES 40
 #define SHORTER 0.5
 #define SHORTER_TRIES 4
-#define LONGER 1.3
+#define LONGER 2.0
 #define REACH_FORGOTTEN 1e4 /* mm */
 #define TAIL_MORE 1.15   /* a window must be so much longer than what is left of the plan */
 #define TAIL_AND 1.003   /* of x, where the feeds before allow it */
@@ -48,6 +54,14 @@ static double stopping_way(const jerk_planner *p, const grid *g) {
     }
     double v = p->scale * sqrt(x), ramp = fmin(a, sqrt(v * j));
     return 0.5 * v * (v / ramp + ramp / j);
+}
+
+/* What solutions on the way have taken off limits is given back, as far as the plan did not need it. */
+static void relax(const grid *g, const problem *b) {
+    for (int k = b->first; k < g->n - 1; k++) {
+        const segment *s = &g->seg[k];
+        if (s->tight != &s->own && *s->tight < 1.0) *s->tight = fmax(*s->tight, fmin(1.0, AIM / s->bulge));
+    }
 }
 
 /* The checked problem becomes the plan, unless what it begins with is no longer what is driven. */
@@ -72,6 +86,7 @@ bool plan_accept(jerk_planner *p, const grid *g, bool final) {
         pl->jerk[k] = pl->time[k] = 0.0;
         end += s->last;
     }
+    relax(g, b);
     pl->n = g->n;
     pl->next = pl->since = 0;
     pl->edition++;
@@ -191,7 +206,7 @@ static bool tighten_present(jerk_planner *p, grid *g) {
 /* Between its ends an interval may exceed a limit by a few percent: less of the jerk is planned with there, from now on. */
 static bool tighten(jerk_planner *p, grid *g, double worst) {
     if (!isfinite(worst)) return false;
-    for (int k = 0; k < g->n; k++) p->finer = finer_steps(p, &g->seg[k]) || p->finer;
+    for (int k = 0; k < g->n && p->finer_tries > 1; k++) p->finer = finer_steps(p, &g->seg[k]) || p->finer;
     if (p->finer || !(worst < TIGHTEN_UP_TO)) return false;
     for (int k = 0; k < g->n; k++) {
         segment *s = &g->seg[k];
@@ -211,33 +226,71 @@ static bool tighten(jerk_planner *p, grid *g, double worst) {
     return guess_from(p, g, p->scratch);
 }
 
-/* On the way to the solution: where the path bends more inside an interval than at its ends, the limits there are lowered. */
-static void foresee(jerk_planner *p, grid *g) {
+/* The share of the limit that interval k can be planned with, by what the iterate does inside it. */
+static double foreseen(const jerk_planner *p, const problem *b, const segment *s, int k) {
+    double more, f2 = p->scale * p->scale, c[2] = {b->c[0][k] * f2, b->c[1][k] * f2};
+    double most = bend_inside(p, s, b->x[k] * f2, b->u[k] * f2, c, &more), tight = *s->tight;
+    if (!(most > FORESEEN * tight) || !isfinite(most)) return tight;
+    double then = more * JERK_USABLE * tight;
+    return then > FORESEEN_FROM ? fmax(TIGHTEST, tight / then) : tight;
+}
+
+/* Limits that are lowered cost a third of what is taken, where the jerk binds. */
+static double loss_of_time(const grid *g, const problem *b, const double *share) {
+    double lost = 0.0, time = 0.0;
+    for (int k = b->first; k < g->n - 1; k++) {
+        double t = g->seg[k].h / sqrt(fmax(b->x[k], LEAST_X));
+        time += t;
+        if (g->seg[k].tight != &g->seg[k].own) lost += t * (1.0 - share[k]) / 3.0;
+    }
+    return lost / time;
+}
+
+/* Where limits would have to be lowered much, steps are made finer: what is more inside falls with their square. */
+static bool made_finer(jerk_planner *p, const grid *g, const problem *b, const double *share) {
+    if (p->finer_tries < 2 || !(loss_of_time(g, b, share) > FINER_LOSS)) return false;
+    bool any = false;
+    for (int k = b->first; k < g->n - 1; k++) {
+        const segment *s = &g->seg[k];
+        steps *of = &p->steps[s->at & p->mask];
+        if (s->tight == &s->own || share[k] > FINER_TIGHT) continue;
+        double to = fmax(of->shortest, s->h * fmax(FINER_LEAST, sqrt(FINER_BULGE / (1.0 / share[k] - 1.0))));
+        if (to > FINER_ENOUGH * fmin(of->turn, 2.0 * s->h)) continue;
+        of->turn = to;
+        *s->tight = 1.0;
+        any = true;
+    }
+    return any;
+}
+
+/* On the way to the solution: where the path bends more inside an interval than at its ends, the limits there are lowered, or steps
+ * are made finer (false: the grid is another one). */
+static bool foresee(jerk_planner *p, grid *g) {
     problem *b = &p->prob;
+    double *share = p->scratch;
+    for (int k = b->first; k < g->n - 1; k++) share[k] = foreseen(p, b, &g->seg[k], k);
+    p->finer = made_finer(p, g, b, share);
+    if (p->finer) return false;
     for (int k = b->first; k < g->n - 1; k++) {
         segment *s = &g->seg[k];
-        double ends, f2 = p->scale * p->scale, c[2] = {b->c[0][k] * f2, b->c[1][k] * f2};
-        double most = bend_inside(p, s, b->x[k] * f2, b->u[k] * f2, c, &ends);
-        if (!(most > FORESEEN * *s->tight) || !isfinite(most) || !(ends > 0.0) || most < ends) continue;
-        double then = most * JERK_USABLE * *s->tight / fmax(ends, 0.8 * most);
-        if (then <= FORESEEN_FROM) continue;
-        double tight = fmax(TIGHTEST, *s->tight * FORESEEN_AIM / then);
-        tighten_rows(b, k, tight / *s->tight);
+        if (share[k] >= *s->tight) continue;
+        tighten_rows(b, k, share[k] / *s->tight);
         b->missed = fmax(b->missed, MISSED_SO);
-        *s->tight = tight;
-        s->share = s->jump * tight;
+        *s->tight = share[k];
+        s->share = s->jump * share[k];
     }
+    return true;
 }
 
 static bool solve_from_guess(jerk_planner *p, grid *g) {
     problem *b = &p->prob;
     p->stats.solves++;
     b->pause = b->paused ? 0.0 : PAUSE;
-    bool solved = ipm_solve(b, MAX_ITERATIONS);
-    for (int i = 0; b->paused; i++) {
-        foresee(p, g);
+    bool solved = ipm_solve(b, MAX_ITERATIONS), goes_on = true;
+    for (int i = 0; b->paused && goes_on; i++) {
+        goes_on = foresee(p, g);
         if (i == 0) b->pause = PAUSE_AGAIN;
-        solved = ipm_solve(b, MAX_ITERATIONS);
+        if (goes_on) solved = ipm_solve(b, MAX_ITERATIONS);
     }
     b->pause = 0.0;
     b->solved = solved;
@@ -256,6 +309,7 @@ bool solve_window(jerk_planner *p, grid *g, bool warm, double shrink) {
 bool solve_guess(jerk_planner *p, grid *g, int tries) {
     for (int i = 0; i < tries; i++) {
         bool solved = solve_from_guess(p, g);
+        if (p->finer) return false;
         double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
         if (worst <= CHECK_SLACK) return true;
         p->stats.refused += solved;
@@ -304,13 +358,15 @@ static bool above_soft(const jerk_planner *p, const grid *g) {
 }
 
 /* The window up to a reach, with finer steps where they turn out to be too long. */
-static bool solve_finer(jerk_planner *p, grid *g, double reach) {
-    for (int i = 0; i < FINER_TRIES; i++) {
-        if (solve_window(p, g, true, 1.0)) return true;
-        if (!p->finer) return false;
+static bool solve_finer(jerk_planner *p, grid *g, double reach, int tries) {
+    bool legal = false;
+    for (p->finer_tries = tries; p->finer_tries > 0; p->finer_tries--) {
+        legal = solve_window(p, g, true, 1.0);
+        if (legal || !p->finer) break;
         grid_window(p, g, reach);
     }
-    return false;
+    p->finer_tries = 0;
+    return legal;
 }
 
 /* Windows over many slow knots may fail as a whole: shorter ones do not. */
@@ -322,7 +378,7 @@ static bool solve_shorter(jerk_planner *p, grid *g, double least) {
         grid_window(p, g, reach);
         if (g->n < (g->rest_start ? 3 : 2)) return false;
         p->reach = reach;
-        if (solve_window(p, g, true, 1.0)) return true;
+        if (solve_finer(p, g, reach, FINER_SHORTER)) return true;
     }
     return false;
 }
@@ -347,7 +403,7 @@ bool plan_window(jerk_planner *p) {
     bool changed = p->changed, above = above_soft(p, g);
     p->changed = false;
     p->wait = 1 + g->n / 10;
-    if (!above && (solve_finer(p, g, ahead) || solve_shorter(p, g, TAIL_MORE * left))) {
+    if (!above && (solve_finer(p, g, ahead, FINER_TRIES) || solve_shorter(p, g, TAIL_MORE * left))) {
         if (!changed && !g->rest_start && slower_than_tail(p, g)) {
             p->stats.slower++;
             p->plan.final = p->plan.final || p->prob.solved; /* the solver does no better */

@@ -39,6 +39,7 @@ typedef struct jerk_interval {
     double offset;              /* where the interval starts on what `tag` names */
     uint64_t tag;               /* the caller's own */
     float acc_share[JERK_AXES], jerk_share[JERK_AXES]; /* of the axes' limits, on this interval; <= 0: all of it */
+    float miss[JERK_AXES];      /* by how much d3 is another between the ends than the polynomial through them says, 1/mm2 */
     uint32_t blocks;            /* program blocks that end with the interval, for window_blocks */
     uint32_t flags;
 } jerk_interval;

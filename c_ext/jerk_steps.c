@@ -13,6 +13,7 @@
 #define SLOW_STEP 2e-4      /* mm: no interval need be shorter, nor than the way in SLOW_TIME: so on machines that do less than 1 mm/s, about */
 #define MAX_TURN 0.07    /* rad in one planner interval */
 #define LEAN 0.14        /* change of an axis rate over its jerk limit in one planner interval, of the largest such rate */
+#define REST_TURN 0.08     /* of either, from rest: under constant path jerk the axes see nine times the change of their rates */
 #define LEAST_PARTS 16.0   /* of that or of the pushed interval: the finest that an interval is made later on */
 #define LITTLE_TURN 3.0     /* a pushed interval turns next to not at all: this much shorter than what it may turn by */
 
@@ -98,6 +99,7 @@ steps interval_steps(const jerk_planner *p, const jerk_interval *q) {
     out.finest = fmin(out.finest, most.finest);
     if (p->cfg.spacing_mm > 0.0) out.longest = p->cfg.spacing_mm;
     out.turn = turn_length(p, q);
+    out.bent_rest = REST_TURN * out.turn;
     out.shortest = fmin(out.turn, q->length) / LEAST_PARTS;
     set_bend(p, q, &out);
     out.knots = ceil(q->length / out.longest);

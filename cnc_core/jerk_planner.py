@@ -33,9 +33,11 @@ INTERVAL = np.dtype(
         ("tag", "u8"),
         ("acc_share", "f4", AXES),
         ("jerk_share", "f4", AXES),
+        ("miss", "f4", AXES),
         ("blocks", "u4"),
         ("flags", "u4"),
-    ]
+    ],
+    align=True,
 )
 LAW = np.dtype(
     [
