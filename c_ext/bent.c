@@ -8,6 +8,7 @@
 #include <math.h>
 #include "engine_internal.h"
 
+#define NEAR_REST 5e-4     /* of the speed squared at the start of a brake: the rest is that of rows on chords, and braked too */
 #define ROW SPAN_ROW
 #define MOST_ROWS (4 * NC_AXES)
 #define STANDS 1e-12       /* speeds squared */
@@ -215,7 +216,8 @@ static bent_step brake_over(const part *o, double x) {
         if (h < o->h) return (bent_step){u, h, 0.0};
         return (bent_step){-x / (2.0 * o->h), o->h, 0.0};
     }
-    return (bent_step){u, o->h, x + 2.0 * o->h * u};
+    double left = x + 2.0 * o->h * u;
+    return left <= NEAR_REST * x ? (bent_step){-x / (2.0 * o->h), o->h, 0.0} : (bent_step){u, o->h, left};
 }
 
 /* From rest to rest: up over the first half, down over the second; the way up. */
