@@ -8,6 +8,7 @@
 #include <math.h>
 #include "engine_internal.h"
 
+#define NEAR_REST 5e-4     /* of the speed squared at the start of a brake: the rest is that of rows on chords, and braked too */
 #define ROW SPAN_ROW
 #define MOST_ROWS (4 * NC_AXES)
 #define STANDS 1e-12       /* speeds squared */
@@ -100,7 +101,6 @@ uint32_t bent_rows(const engine *e, const piece *p, const knot *a, const knot *b
     out->cap2[0] = knot_cap2(e, p, a, room);
     out->cap2[1] = knot_cap2(e, p, b, room);
     add_axis_speeds(e, p, a, b, lost ? lost->above : NULL, out->cap2);
-    out->certified = lost != NULL;
     row_writer w = {.at = rows, .length = out->length, .most = 1.0 / out->accel};
     for (int i = 0; i < e->cfg.axis_count; i++) {
         if (fabs(a->d1[i]) + fabs(b->d1[i]) + fabs(a->d2[i]) + fabs(b->d2[i]) < 1e-12) continue;
@@ -125,11 +125,10 @@ typedef struct part {
 
 static double between(double a, double b, double t) { return a + t * (b - a); }
 
-/* A row inside a stretch, at the share t. Certified: of a law that keeps u over the whole stretch, on the chord between what
- * it takes at both ends. So the law that was found for the stretch is always allowed, and what is certified for it holds. */
+/* A row inside a stretch, at the share t: of a law that keeps u over the whole stretch, on the chord between what it takes at
+ * both ends. So the law that was found for the stretch is always allowed, and what is certified for it holds. */
 static double row_u(const span *sp, const double *r, double t) {
-    double u = between(r[0], r[2], t);
-    return sp->certified ? u + 2.0 * sp->length * t * (1.0 - t) * (r[3] - r[1]) : u;
+    return between(r[0], r[2], t) + 2.0 * sp->length * t * (1.0 - t) * (r[3] - r[1]);
 }
 
 static void part_from(const span *sp, double s, part *o) {
@@ -217,7 +216,8 @@ static bent_step brake_over(const part *o, double x) {
         if (h < o->h) return (bent_step){u, h, 0.0};
         return (bent_step){-x / (2.0 * o->h), o->h, 0.0};
     }
-    return (bent_step){u, o->h, x + 2.0 * o->h * u};
+    double left = x + 2.0 * o->h * u;
+    return left <= NEAR_REST * x ? (bent_step){-x / (2.0 * o->h), o->h, 0.0} : (bent_step){u, o->h, left};
 }
 
 /* From rest to rest: up over the first half, down over the second; the way up. */
@@ -235,7 +235,7 @@ static void sub_span(const span *sp, double s0, double s1, span *out, double *ro
     double t0 = s0 / sp->length, t1 = s1 / sp->length;
     bool bounded = greater(sp->cap2[0], sp->cap2[1]) < NEVER;
     double most = 1.0 / sp->accel;
-    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .certified = sp->certified, .bend = sp->bend};
+    *out = (span){.length = s1 - s0, .accel = sp->accel, .rows = rows, .n_rows = sp->n_rows, .bend = sp->bend};
     out->cap2[0] = bounded ? between(sp->cap2[0], sp->cap2[1], t0) : lesser(sp->cap2[0], sp->cap2[1]);
     out->cap2[1] = bounded ? between(sp->cap2[0], sp->cap2[1], t1) : lesser(sp->cap2[0], sp->cap2[1]);
     if (s0 <= 0.0) out->cap2[0] = sp->cap2[0];

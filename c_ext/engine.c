@@ -25,6 +25,7 @@ static bool allocate(engine *e) {
     uint64_t run = power_of_two(e->cfg.window + RUN_MORE);
     e->piece_mask = (run < PIECE_RING ? run : PIECE_RING) - 1;
     e->pieces = calloc(e->piece_mask + 1, sizeof(piece));
+    if (!zones_new(e)) return false;
     e->curves = calloc(stored, sizeof(curve));
     e->phase_ring = calloc(PHASE_RING, sizeof(phase));
     for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
@@ -32,6 +33,7 @@ static bool allocate(engine *e) {
     memory_large(e->store, stored * sizeof(piece));
     memory_large(e->curves, stored * sizeof(curve));
     memory_touch(e->pieces, (e->piece_mask + 1) * sizeof(piece));
+    memory_touch(e->plan.corners, (e->piece_mask + 1) * sizeof(used_corner));
     memory_touch(e->phase_ring, PHASE_RING * sizeof(phase));
     return true;
 }
@@ -82,6 +84,7 @@ void engine_free(engine *e) {
     spans_free(e);
     free(e->store);
     free(e->pieces);
+    free(e->plan.corners);
     free(e->curves);
     free(e->phase_ring);
     free(e->log.items);

@@ -244,9 +244,22 @@ void spans_free(engine *e);
 span_room spans_first(const engine *e, const span_room *room);
 void spans_grow(const engine *e, span_room *room, double count, uint32_t per_axis);
 bool spans_known(const engine *e, uint64_t i);
-double corner_zone(const engine *e, double corner_v, const piece *p);
 void piece_spans(engine *e, uint64_t i, const piece *next);
-bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2);
+bool can_cruise(engine *e, piece *p, const piece *next, bool known, double speed, double end2);
+
+/* zones.c */
+/* Acceleration that jumps use up over some mm from one end of a piece on. */
+typedef struct zone_use {
+    double reach;
+    const double *reserve; /* of every axis, where reach > 0; `sum`, or that of a corner */
+    double sum[NC_AXES];
+} zone_use;
+bool zones_new(engine *e);
+double corner_zone(const engine *e, double v, const piece *p);
+void zones_follow(engine *e, uint64_t i);
+void zones_note(engine *e, uint64_t i, const piece *before, double v);
+void zones_use(engine *e, const piece *p, const piece *next, zone_use *first, zone_use *last);
+bool zones_known(engine *e, const piece *p, const piece *next);
 
 /* lookahead.c */
 void corner_caps(engine *e);

@@ -12,6 +12,7 @@
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
 #define PIECE_RING 16384u /* pieces of the run ring at the most; fewer where the window is small */
 #define RUN_MORE (1064u + KEPT_BEHIND + PHASE_RING + 64u) /* beyond the window: fed ahead, kept, committed */
+#define CORNERS_BEHIND 1000u /* pieces on each side of a corner that the planner looks at */
 #define KEPT_BEHIND 1024u /* executed pieces that stay readable, more than the planner looks back */
 #define STORE_AHEAD 16384u /* pieces prepared ahead of those the path has reached */
 #define STORE_KEPT_MAX (1u << 20)
@@ -106,7 +107,6 @@ typedef struct span {
     const double *rows;    /* NULL: straight; r0 to r3 of each axis, and what they bound (bent.c) */
     float bend;            /* 1 / bend: speed squared that the axes allow while u is zero, about */
     uint8_t n_rows;
-    bool certified;        /* the rows hold everywhere between its ends (curve_spans.c) */
 } span;
 
 /* Where the stretches of a piece are. */
@@ -170,13 +170,13 @@ typedef struct piece {
     double length;
     double feed;             /* 0 = rapid */
     double v_hard;           /* axis speeds and normal acceleration */
+    double accel;            /* no acceleration along it is larger; without jerk */
     double entry_speed;      /* largest speed at the start that the program asks for */
     double centre[2], radius, angle0, sweep; /* arc */
     double plane_speed;      /* arc: speed in the plane over path speed */
     double curvature;        /* arc: normal acceleration over path speed squared */
     double tangent_in[NC_AXES], tangent_out[NC_AXES];
     double jump[NC_AXES];    /* |change of direction| per axis at the start */
-    double jump_max;
     motion_limits limits;
     uint64_t element;        /* element id; events: id of the next element */
     bool mapped;             /* covers part of the elements from `element` to before `element_end` (mapping.c) */
@@ -213,6 +213,8 @@ typedef struct piece {
     bool cruises;            /* ... which is the feed's, and that can be kept all over it: nothing is known of its stretches */
     double cruise2;          /* of a polynomial: a speed squared that can be kept all over it; below 0: not looked at */
     double corner_v;         /* speed limit at the start */
+    double at;               /* of the start: mm that have been capped before it */
+    uint64_t corners;        /* that use up acceleration, up to its start: their number in the list of the planner */
     double reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
     uint64_t spans_made;     /* which stretches they are: counted over all pieces */
@@ -265,10 +267,21 @@ typedef struct stopwatch {
     double from, cpu_before;
 } stopwatch;
 
+/* A corner whose jumps use up acceleration: the start of a piece. */
+typedef struct used_corner {
+    uint64_t piece;
+    double at, zone, accel; /* as `at` of the piece; mm that it reaches; largest path acceleration beside it */
+} used_corner;
+
 typedef struct planner {
     uint64_t piece; /* where committed motion ends */
     double s, v;
-    uint64_t capped;     /* pieces below this index have final corner limits */
+    uint64_t capped;     /* pieces below this index have final corner limits, ... */
+    double capped_at;    /* ... and this many mm */
+    used_corner *corners; /* as many as the run ring has pieces: `corners_first` .. `corners_head` - 1 */
+    uint64_t corners_first, corners_head;
+    uint64_t zones_from, zones_to; /* pieces capped one behind the other */
+    uint64_t unsettled;  /* first piece whose needs the last pass could not settle; UINT64_MAX: none */
     uint64_t need_end;   /* end of the last pass over need2, 0: none that is still true */
     uint64_t fixed_to;   /* the needs of pieces below it are the same whatever comes behind the window of that pass */
     uint64_t passed_at;  /* where committed motion ended at the last pass */

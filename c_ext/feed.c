@@ -27,13 +27,9 @@ static bool run_has_room(engine *e) { return e->piece_head - ATOMIC_GET(e->piece
 
 /* Change of direction per axis between the piece before and this one. */
 static void set_jump(engine *e, piece *p) {
-    p->jump_max = 0.0;
     if (p->stop_before || !e->feed.has_motion) return;
     const piece *before = piece_at(e, e->feed.last_motion);
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        p->jump[i] = fabs(p->tangent_in[i] - before->tangent_out[i]);
-        p->jump_max = greater(p->jump_max, p->jump[i]);
-    }
+    for (int i = 0; i < e->cfg.axis_count; i++) p->jump[i] = fabs(p->tangent_in[i] - before->tangent_out[i]);
 }
 
 piece *feed_copy(engine *e, const piece *from) {

@@ -9,7 +9,7 @@
  * times one cycle of acceleration larger than the speed that is allowed. F is increasing in v; the neighbours are taken in by increasing distance
  * until the speed found does not reach the next one within one cycle. What the
  * jumps in F use up at the speed that can occur is the
- * `reserve`; in a zone of one cycle around the corner only the rest is left for everything else (spans.c).
+ * `reserve`; in a zone of one cycle around the corner only the rest is left for everything else (zones.c, spans.c).
  * Where that costs more time than the jump saves, the corner is passed at standstill: without a jump nothing is used up.
  */
 #include <float.h>
@@ -18,7 +18,6 @@
 
 #define CORNER 0.7         /* share of the acceleration limit that jumps may use */
 #define SLACK 0.3
-#define NEIGHBOURS 1000    /* pieces looked at on each side of a corner */
 #define NEGLIGIBLE 0.01    /* reserves below this share need no zone */
 #define NO_CORNER 1e-6     /* a jump below this share is rounding */
 
@@ -38,12 +37,13 @@ typedef struct axis_load {
 /* What has been seen of a corner's neighbourhood. */
 typedef struct load {
     walk left, right;
+    double farthest; /* corner that is counted */
     axis_load axis[NC_AXES];
 } load;
 
 /* Pieces this far behind committed motion are still in the ring (ring.c keeps KEPT_BEHIND slots). */
 static uint64_t left_floor(const engine *e) {
-    return e->plan.piece > NEIGHBOURS ? e->plan.piece - NEIGHBOURS : 0;
+    return e->plan.piece > CORNERS_BEHIND ? e->plan.piece - CORNERS_BEHIND : 0;
 }
 
 static bool previous_motion(engine *e, uint64_t *i) {
@@ -107,6 +107,7 @@ static void step_right(engine *e, walk *w, load *l, uint64_t head, bool finished
 }
 
 static void add_corner(const engine *e, const piece *p, double d, load *l) {
+    l->farthest = d; /* they are taken in by distance */
     for (int a = 0; a < e->cfg.axis_count; a++) {
         l->axis[a].sum += p->jump[a];
         l->axis[a].moment += d * p->jump[a] / e->cfg.cycle_s;
@@ -134,18 +135,21 @@ static double jumps_at(const engine *e, const load *l, int axis, double v) {
     return l->axis[axis].sum < 1e-13 ? 0.0 : (l->axis[axis].sum * v - l->axis[axis].moment) / e->cfg.cycle_s;
 }
 
-/* The curvature is in the rows of curved stretches. */
-static void set_reserve(engine *e, piece *p, const load *l, double v) {
+/* The curvature is in the rows of curved stretches. False: there is none. */
+static bool set_reserve(engine *e, piece *p, const load *l, double v) {
+    bool some = false;
     for (int a = 0; a < e->cfg.axis_count; a++) {
         double jumps = jumps_at(e, l, a, v);
         p->reserve[a] = jumps < NEGLIGIBLE * l->axis[a].most ? 0.0 : jumps;
+        some |= p->reserve[a] > 0.0;
     }
+    return some;
 }
 
 /* The corner itself and the pieces on both sides of it. */
 static void load_corner(engine *e, uint64_t i, load *l) {
     for (int a = 0; a < e->cfg.axis_count; a++) l->axis[a] = (axis_load){.sum = piece_at(e, i)->jump[a], .most = NEVER};
-    l->left = l->right = (walk){i, 0.0, NEVER, NEIGHBOURS};
+    l->left = l->right = (walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
     step_left(e, &l->left, l);
     step_right(e, &l->right, l, e->piece_head, e->feed.final);
 }
@@ -157,6 +161,7 @@ static bool gather(engine *e, const load *corner, bool solve, double *v, load *l
     walk *left = &l->left, *right = &l->right;
     *left = corner->left;
     *right = corner->right;
+    l->farthest = 0.0;
     for (int a = 0; a < e->cfg.axis_count; a++) l->axis[a] = corner->axis[a];
     for (;;) {
         if (solve) *v = load_speed(e, l, limit);
@@ -224,15 +229,17 @@ static bool is_no_corner(const engine *e, const piece *before, const piece *p, d
     return true;
 }
 
-/* Final speed limit and reserve at the start of piece i; false if the path ahead is not known far enough. */
-static bool cap_corner(engine *e, uint64_t i) {
+/* Final speed limit and reserve at the start of piece i; `fastest`: below 0, or the speed at it if there is a reserve. False if the
+ * path ahead is not known far enough. */
+static bool cap_corner(engine *e, uint64_t i, const piece **behind, double *fastest) {
     piece *p = piece_at(e, i);
+    *fastest = -1.0;
     memset(p->reserve, 0, sizeof p->reserve);
     p->corner_v = 0.0;
     if (stands_before(e, p)) return true;
     uint64_t b = i;
     if (!previous_motion(e, &b)) return true;
-    const piece *before = piece_at(e, b);
+    const piece *before = *behind = piece_at(e, b);
     load corner, l;
     double slack = speed_slack(e), hard = lesser(p->entry_speed, lesser(before->v_hard, p->v_hard)), v = hard + slack;
     double occurs = slack + greater(reachable(before, e->plan.reserve_override), reachable(p, e->plan.reserve_override));
@@ -252,6 +259,7 @@ static bool cap_corner(engine *e, uint64_t i) {
     }
     if (!gather(e, &corner, true, &v, &l)) return false;
     p->corner_v = lesser(hard, greater(0.0, v - slack));
+    if (l.farthest > v * e->cfg.cycle_s && !gather(e, &corner, false, &v, &l)) return false; /* bends beyond it have made it slower */
     double usual = slack + greater(reachable(before, 1.0), reachable(p, 1.0));
     if (usual >= v && stand_is_faster(e, before, p, &l, v, slack)) {
         p->corner_v = 0.0;
@@ -261,7 +269,7 @@ static bool cap_corner(engine *e, uint64_t i) {
         v = occurs;
         if (!gather(e, &corner, false, &v, &l)) return false;
     }
-    set_reserve(e, p, &l, v);
+    if (set_reserve(e, p, &l, v)) *fastest = lesser(p->corner_v, greater(0.0, v - slack));
     return true;
 }
 
@@ -271,9 +279,13 @@ void corner_caps(engine *e) {
     if (e->plan.capped < e->plan.piece) e->plan.capped = e->plan.piece;
     if (e->plan.capped < e->plan.need_end) e->plan.need_end = 0; /* pieces are capped anew */
     if (e->plan.capped < e->plan.window_to) e->plan.window_to = e->plan.window_from = 0;
+    zones_follow(e, e->plan.capped);
     while (e->plan.capped < head) {
         piece *p = piece_at(e, e->plan.capped);
-        if (is_motion(p) && !cap_corner(e, e->plan.capped)) return;
+        const piece *before = p;
+        double fastest = -1.0;
+        if (is_motion(p) && !cap_corner(e, e->plan.capped, &before, &fastest)) return;
+        zones_note(e, e->plan.capped, before, fastest);
         p->capped = true;
         p->spanned = p->settled = false;
         p->cruise2 = -1.0;
@@ -291,7 +303,7 @@ static void make_spans(engine *e, uint64_t i) {
     const piece *next = next_of(e, i);
     piece *p = piece_at(e, i);
     piece_spans(e, i, next);
-    p->spanned = next != NULL || p->stop_after;
+    p->spanned = true;
 }
 
 /* First piece behind the window: N motion pieces after the one where committed motion ends, or what is known. Counted on from
@@ -323,6 +335,7 @@ static double back_over_spans(engine *e, uint64_t i, double soft, double need2, 
     span *spans = spans_of(e, i);
     p->cruises = false;
     for (uint32_t k = p->span_count; k-- > 0;) need2 = spans[k].need2 = back_over_span(&spans[k], soft * soft, need2, free);
+    *free &= p->settled; /* corners further on may leave less */
     return need2;
 }
 
@@ -331,8 +344,11 @@ static double back_over(engine *e, uint64_t i, double need2, bool *free) {
     piece *p = piece_at(e, i);
     double soft = soft_cap(e, p);
     const piece *next = next_of(e, i);
-    p->settled = next || p->stop_after;
-    p->cruises = soft > 0.0 && can_cruise(e, p, next, soft, need2);
+    if (!p->settled) {
+        p->spanned = false; /* more is known now */
+        p->settled = zones_known(e, p, next);
+    }
+    p->cruises = soft > 0.0 && can_cruise(e, p, next, p->settled, soft, need2);
     if (!p->cruises) return back_over_spans(e, i, soft, need2, free);
     *free = true;
     return soft * soft;
@@ -367,7 +383,7 @@ static double need_before(engine *e, uint64_t i, double need2, bool *fixed) {
         if (p->stop_after) need2 = 0.0;
         *fixed |= p->stop_after;
         need2 = back_over(e, i, need2, fixed);
-        *fixed |= need2 >= corner2;
+        *fixed |= need2 >= corner2 && (p->settled || p->cruises);
         need2 = lesser(need2, corner2);
     }
     if (!stands_before(e, p)) return need2;
@@ -379,19 +395,23 @@ static double need_before(engine *e, uint64_t i, double need2, bool *fixed) {
  * to the value it has had, all those ahead of it keep theirs: so the cost for a block does not grow with the window. */
 void backward_pass(engine *e, uint64_t end) {
     double need2 = 0.0;
-    uint64_t kept = kept_needs(&e->plan), fixed_to = 0;
+    uint64_t kept = kept_needs(&e->plan), fixed_to = 0, unsettled = UINT64_MAX;
     e->plan.passed_at = e->plan.piece;
     e->plan.passes++;
-    if (kept == end && end > e->plan.piece && piece_at(e, end - 1)->settled) return;
+    if (kept == end && end > e->plan.piece && e->plan.unsettled == UINT64_MAX) return;
+    kept = kept < e->plan.unsettled ? kept : e->plan.unsettled;
     for (uint64_t i = end; i-- > e->plan.piece;) {
         piece *p = piece_at(e, i);
         bool same = i < kept && is_motion(p) && p->settled, fixed = fixed_to > 0;
         need2 = need_before(e, i, need2, &fixed);
+        if (is_motion(p) && !p->settled) unsettled = i;
+        if (is_motion(p) && !p->settled && !p->cruises) fixed_to = 0;
         if (fixed && !fixed_to) fixed_to = i;
         if (same && need2 == p->need2) break;
         p->need2 = need2;
     }
     if (!kept || fixed_to > e->plan.fixed_to) e->plan.fixed_to = fixed_to;
+    e->plan.unsettled = unsettled;
     e->plan.need_end = end;
     e->plan.need_key = key_of(&e->plan);
 }

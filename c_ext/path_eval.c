@@ -53,6 +53,18 @@ static void note_moving(const engine *e, piece *p) {
         if (fabs(p->slope[i]) > 1e-12 || (p->kind == PIECE_ARC && (i == p->axis1 || i == p->axis2))) p->moving |= (uint16_t)(1u << i);
 }
 
+/* No acceleration along the piece is larger. */
+static double most_accel(const engine *e, const piece *p) {
+    double most = NEVER, sum = 0.0;
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        double a = piece_a_max(e, p, i), share = fabs(p->slope[i]); /* zero in the plane of an arc and on polynomials */
+        if (p->moving >> i & 1) sum += a * a;
+        if (share > 1e-12 && most * share > a) most = a / share;
+    }
+    if (p->kind != PIECE_LINE) most = lesser(most, sqrt(sum) / (p->kind == PIECE_ARC ? p->plane_speed : 1.0));
+    return p->limits.path_acceleration > 0 ? lesser(most, (double)p->limits.path_acceleration) : most;
+}
+
 /* Fill the geometry of p from a motion row; p->start is set already. */
 void piece_build(engine *e, piece *p, const nc_block *row) {
     p->kind = row->type == NC_CIRCULAR ? PIECE_ARC : row->type == NC_POLYNOMIAL ? PIECE_CURVE : PIECE_LINE;
@@ -61,12 +73,14 @@ void piece_build(engine *e, piece *p, const nc_block *row) {
     memcpy(p->end, row->end, sizeof p->end);
     if (p->kind == PIECE_CURVE) {
         curve_piece_build(e, p);
+        p->accel = most_accel(e, p);
         return;
     }
     for (int i = 0; i < NC_AXES; i++) p->slope[i] = i < e->cfg.axis_count ? (p->end[i] - p->start[i]) / p->length : 0.0;
     if (p->kind == PIECE_ARC) build_arc(e, p, row);
     p->v_hard = speed_limit(e, p);
     note_moving(e, p);
+    p->accel = most_accel(e, p);
     piece_tangent(e, p, 0.0, p->tangent_in);
     piece_tangent(e, p, p->length, p->tangent_out);
 }
@@ -129,6 +143,7 @@ void piece_shortcut(const engine *e, piece *p, const double *q, double path, dou
     p->dist_rate = p->length > 0 ? (dist_end - dist) / p->length : 0.0;
     p->v_hard = speed_limit(e, p);
     note_moving(e, p);
+    p->accel = most_accel(e, p);
     piece_tangent(e, p, 0.0, p->tangent_in);
     piece_tangent(e, p, p->length, p->tangent_out);
 }

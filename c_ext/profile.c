@@ -428,7 +428,7 @@ static uint64_t choose_conditions(engine *e) {
 static uint64_t choose_window(engine *e) {
     watch_window(e);
     uint64_t end = choose_conditions(e);
-    bool wants = e->plan.window_motions <= e->cfg.window && e->plan.capped < e->piece_head && !e->feed.final;
+    bool wants = (e->plan.window_motions <= e->cfg.window ? e->plan.capped < e->piece_head : e->plan.unsettled < end) && !e->feed.final;
     return wants && feed_further(e) ? choose_conditions(e) : end;
 }
 

@@ -5,6 +5,7 @@
 
 #define ZERO 1e-9         /* mm, scaled: no motion */
 #define LEAVE_OUT 0.25    /* share of the tolerance: points closer to the last one are left out */
+#define FIGURE 0.1        /* the same of a figure that would be left out altogether, as share of its size */
 #define MERGE 0.01        /* share of the tolerance (1e-4 mm at most): collinear points are left out */
 #define MERGE_MAX 1e-4
 #define MERGED 128        /* points left out on one chord at the most */
@@ -53,6 +54,7 @@ static void begin_at(nc_smooth *s) {
     s->n_nodes = 1;
     s->keep.valid = s->has_line = false;
     s->skipped = 0.0;
+    s->left_n = 0;
     s->feed = -1.0;
     s->merged_n = 0;
     s->measure = 0.0;
@@ -269,7 +271,9 @@ static void add_point(nc_smooth *s, const nc_block *row, double slack) {
     n.line = row->line;
     n.count = row->count;
     n.file = row->file;
+    s->stats.left_out = fmax(s->stats.left_out, s->skipped);
     s->skipped = 0.0;
+    s->left_n = 0;
     s->t = n.t;
     if (merge(s, &n)) return;
     s->merged_n = 0;
@@ -282,6 +286,37 @@ static const nc_block *newest_motion(const nc_smooth *s) {
     for (size_t i = s->held_n; i-- > s->held_first;)
         if (s->held[i].motion) return &s->held[i].row;
     return NULL;
+}
+
+/* A point left out: where there is no more room every other one of those so far goes. */
+static void leave_out(nc_smooth *s, double length) {
+    s->skipped = fmax(s->skipped, length);
+    if (s->left_n == LEFT_OUT) {
+        s->left_n /= 2;
+        for (int i = 0; i < s->left_n; i++) s->left[i] = s->left[2 * i + 1];
+    }
+    left_out *to = &s->left[s->left_n++];
+    memcpy(to->q, s->last, sizeof to->q);
+    to->d = s->d;
+}
+
+/* The path comes back to the last node from a figure whose points have all been left out, and ends: they are not left out then, but
+ * for those that are next to each other. */
+static void drive_figure(nc_smooth *s) {
+    const nc_block *row = newest_motion(s);
+    double last[NC_AXES], d = s->d, leave = FIGURE * s->skipped;
+    if (!row || s->skipped <= ZERO || distance(s, last_node(s)->q, s->last) > ZERO) return;
+    nc_block copy = *row;
+    memcpy(last, s->last, sizeof last);
+    last_node(s)->mark = true;
+    s->skipped = 0.0;
+    for (int i = 0, n = s->left_n; i < n; i++) {
+        memcpy(s->last, s->left[i].q, sizeof last);
+        s->d = s->left[i].d;
+        if (distance(s, last_node(s)->q, s->last) > fmax(leave, ZERO)) add_point(s, &copy, leave);
+    }
+    memcpy(s->last, last, sizeof last);
+    s->d = d;
 }
 
 /* A node where the programmed position is, so that something can take effect there. */
@@ -297,6 +332,7 @@ static node *node_here(nc_smooth *s) {
 
 /* The section ends here; everything is written. */
 static void close_section(nc_smooth *s) {
+    drive_figure(s);
     node *n = node_here(s);
     if (s->n_nodes > 1) {
         n->kind = NODE_BREAK;
@@ -344,7 +380,7 @@ static void line_point(nc_smooth *s, const nc_block *row) {
     for (int a = 0; a < s->cfg.axes; a++) s->last[a] = row->end[a] * s->scale[a];
     s->d += row->length;
     double length = distance(s, last_node(s)->q, s->last);
-    if (length < LEAVE_OUT * s->tol && !last_node(s)->mark) s->skipped = fmax(s->skipped, length);
+    if (length < LEAVE_OUT * s->tol && !last_node(s)->mark) leave_out(s, length);
     else if (length > ZERO) add_point(s, row, 0.0);
     if (row->end_speed > 0.0f) slow_point(s, row->end_speed);
 }

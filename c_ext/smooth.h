@@ -30,6 +30,7 @@ typedef struct nc_smooth_stats {
     uint64_t rows, pieces, curves, corners, windows, solves, fallbacks;
     uint64_t irregular; /* pieces that the engine will refuse; must stay 0 */
     double deviation, rotary_deviation; /* largest certified, mm and degrees */
+    double left_out;    /* mm: farthest from its neighbour that a point was left out */
 } nc_smooth_stats;
 
 typedef struct nc_smooth nc_smooth;

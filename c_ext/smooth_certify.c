@@ -87,7 +87,7 @@ static void chord_point(const contour *path, int i, double t, int axes, double *
 /* Deviation of the piece with the Bernstein coefficients b over contour parameters t0..t1; `chord`: where to begin looking, left
  * where the piece ends. The coefficients are used up. */
 verdict certify_piece(nc_smooth *s, double b[][ORDER], double t0, double t1, const contour *path, int *chord) {
-    verdict v = {0.0, t0};
+    verdict v = {0.0, t0, 0.0};
     double at = t0;
     while (*chord + 2 < path->n && path->nodes[*chord + 1].t <= t0) (*chord)++;
     for (int i = *chord;; i++) {
@@ -102,7 +102,8 @@ verdict certify_piece(nc_smooth *s, double b[][ORDER], double t0, double t1, con
         chord_point(path, i, at, s->cfg.axes, p.from);
         chord_point(path, i, end, s->cfg.axes, p.to);
         double t, d = part_deviation(s, &p, 0, &t);
-        if (d > v.worst) v = (verdict){d, at + t * (end - at)};
+        if (d > v.worst) v = (verdict){d, at + t * (end - at), v.distance};
+        v.distance = fmax(v.distance, d * p.allowed + path->nodes[i + 1].slack);
         *chord = i;
         if (last) return v;
         at = end;

@@ -48,7 +48,7 @@ void corner_path(nc_smooth *s, int end) {
         direction(&n[i], &n[i + 1], s->cfg.axes, v);
         change(s, u, v, &linear, &rotary);
         double room = fmin(i == 1 ? n[1].t - from : 0.5 * (n[i].t - n[i - 1].t), (i + 1 == end ? 1.0 : 0.5) * (n[i + 1].t - n[i].t));
-        double allowed = s->tol - fmax(n[i].slack, n[i + 1].slack);
+        double slack = fmax(n[i].slack, n[i + 1].slack), allowed = s->tol - slack;
         double d = fmin(room, allowed / (REACH * fmax(fmax(linear, rotary), 1e-12)));
         if (linear + rotary < STRAIGHT || d < 1e-6) {
             emit_line(s, &n[i - 1], &n[i], from, n[i].t);
@@ -57,8 +57,8 @@ void corner_path(nc_smooth *s, int end) {
         }
         if (n[i].t - d > from + 1e-12) emit_line(s, &n[i - 1], &n[i], from, n[i].t - d);
         blend(s, &n[i], u, v, d);
-        s->stats.deviation = fmax(s->stats.deviation, REACH * d * linear + n[i].slack);
-        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, (REACH * d * rotary + n[i].slack) * s->degrees);
+        s->stats.deviation = fmax(s->stats.deviation, REACH * d * linear + slack);
+        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, (REACH * d * rotary + slack) * s->degrees);
         from = n[i].t + d;
     }
     if (from < n[end].t) emit_line(s, &n[end - 1], &n[end], from, n[end].t);

@@ -115,6 +115,7 @@ void emit_line(nc_smooth *s, const node *from, const node *to, double t0, double
         s->line.end[a] = (r == 1.0 ? to->q[a] : from->q[a] + r * (to->q[a] - from->q[a])) / s->scale[a];
     place(&s->line, to);
     s->line.end_speed = t1 == to->t ? to->end_speed : 0.0f;
+    note_deviation(s, to->slack);
     s->line.value += (t1 - t0) / rest * (to->d - from->d);
     s->out_t = t1;
 }

@@ -85,6 +85,12 @@ typedef struct carry {
     int spans;   /* certified spans not committed yet */
 } carry;
 
+#define LEFT_OUT 64
+
+typedef struct left_out {
+    double q[NC_AXES], d; /* as in a node */
+} left_out;
+
 struct nc_smooth {
     nc_smooth_config cfg;
     double turn_configured, longest; /* rad as configured; mm: longer motions stay exact, 0: none */
@@ -98,6 +104,8 @@ struct nc_smooth {
     bool has_function;       /* rows that are not motion came with this block_count last */
     uint32_t function_count;
     double skipped;          /* farthest point left out behind the last node */
+    left_out left[LEFT_OUT]; /* these points, or every so many of them */
+    int left_n;
     double feed;             /* of the section's last row, whose point may be left out; -1: none yet */
     uint16_t feed_flags;
     int merged_n;            /* points left out on the last chord, collinear */
@@ -142,6 +150,12 @@ double spline_give(const window *w, const site *p);
 void spline_piece(const window *w, int span, int axes, double out[][ORDER]);
 void spline_hull(const window *w, int span, int axes, double out[][ORDER]);
 
+/* `most`: of a piece that is written, scaled. */
+static inline void note_deviation(nc_smooth *s, double most) {
+    s->stats.deviation = fmax(s->stats.deviation, most);
+    s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, most * s->degrees);
+}
+
 /* smooth_certify.c */
 typedef struct contour {
     const node *nodes; /* chords from nodes[0] on, of the section */
@@ -150,6 +164,7 @@ typedef struct contour {
 typedef struct verdict {
     double worst;      /* largest deviation over what is allowed */
     double t;          /* where */
+    double distance; /* scaled: at the most, to what was programmed and left out too */
 } verdict;
 verdict certify_piece(nc_smooth *s, double b[][ORDER], double t0, double t1, const contour *path, int *chord);
 

@@ -319,7 +319,7 @@ static double certify_window(nc_smooth *s, int end, double *deviation) {
         double hull[NC_AXES][ORDER];
         spline_hull(w, k, s->cfg.axes, hull);
         verdict v = certify_piece(s, hull, w->tau[k + 5], w->tau[k + 6], &path, &chord);
-        deviation[k] = v.worst;
+        deviation[k] = v.distance;
         if (v.worst > 1.0) {
             if (!(worst > 1.0)) spline_invert(w);
             add_where_it_fails(s, k, v, &path, chord);
@@ -368,13 +368,6 @@ static int node_behind(const nc_smooth *s, double t, int end) {
 static void write_spans(nc_smooth *s, double pieces[][NC_AXES][ORDER], const double *tau, int last, int end) {
     for (int k = 0; k < last; k++)
         emit_curve(s, pieces[k], tau[k + 5], tau[k + 6], &s->nodes[node_behind(s, tau[k + 5], end)]);
-}
-
-static void note_deviation(nc_smooth *s, const double *deviation, int n) {
-    for (int k = 0; k < n; k++) {
-        s->stats.deviation = fmax(s->stats.deviation, deviation[k] * s->tol);
-        s->stats.rotary_deviation = fmax(s->stats.rotary_deviation, deviation[k] * s->tol * s->degrees);
-    }
 }
 
 static void keep_tail(nc_smooth *s, int from) {
@@ -447,7 +440,7 @@ void window_advance(nc_smooth *s, int end, bool final) {
     final = final && reached == end;
     int commit = s->w.spans;
     if (!final && commit > 6) commit = commit - 5 < COMMIT_SPANS ? commit - 5 : commit > 2 * COMMIT_SPANS ? commit - COMMIT_SPANS : COMMIT_SPANS;
-    note_deviation(s, deviation, commit);
+    for (int k = 0; k < commit; k++) note_deviation(s, deviation[k]);
     for (int k = 0; k < commit; k++) spline_piece(&s->w, k, s->cfg.axes, pieces[k]);
     write_spans(s, pieces, s->w.tau, commit, reached);
     s->keep.valid = false;

@@ -167,26 +167,6 @@ static void straight_strip(builder *b, double length) {
     for (int a = 0; a < 2; a++) s->v_hard = lesser(s->v_hard, piece_v_max(b->e, p, a ? p->axis2 : p->axis1) / p->plane_speed);
 }
 
-static bool has_reserve(const engine *e, const double *r) {
-    for (int a = 0; a < e->cfg.axis_count; a++)
-        if (r[a] > 0) return true;
-    return false;
-}
-
-static bool moves(const piece *p, int axis) { return p->moving >> axis & 1; }
-
-/* How far on p the jumps of a corner that is passed at this speed use up acceleration. */
-double corner_zone(const engine *e, double corner_v, const piece *p) {
-    double dt = e->cfg.cycle_s, a = NEVER;
-    for (int i = 0; i < e->cfg.axis_count; i++)
-        if (moves(p, i)) a = lesser(a, e->cfg.a_max[i]);
-    return (corner_v + 2.0 * a * dt) * dt;
-}
-
-static double zone(const engine *e, const piece *corner, const piece *p) {
-    return has_reserve(e, corner->reserve) ? corner_zone(e, corner->corner_v, p) : 0.0;
-}
-
 static double turns_of(const piece *p) { return fabs(p->sweep) / p->whole * p->length; }
 
 static bool too_many_turns(const engine *e, const piece *p) { return turns_of(p) > (spans_max(e) - ENDS) * TURN_STEP * ROUNDED; }
@@ -248,11 +228,19 @@ static bool cruise_arc(const engine *e, const piece *p, const double *room, doub
     return true;
 }
 
+/* What jumps use up somewhere on a piece. */
+static void used_on(engine *e, const piece *p, const piece *next, double *reserve) {
+    zone_use first, last;
+    zones_use(e, p, next, &first, &last);
+    for (int i = 0; i < e->cfg.axis_count; i++)
+        reserve[i] = greater(first.reach > 0.0 ? first.reserve[i] : 0.0, last.reach > 0.0 ? last.reserve[i] : 0.0);
+}
+
 static bool cruise_curve(engine *e, piece *p, const piece *next, double speed2) {
     const curve *c = curve_of(e, p);
     double reserve[NC_AXES];
+    used_on(e, p, next, reserve);
     for (int i = 0; i < e->cfg.axis_count; i++) {
-        reserve[i] = greater(p->reserve[i], next ? next->reserve[i] : 0.0);
         if (c->bend[i] * speed2 > USABLE * piece_a_max(e, p, i) - reserve[i]) return false; /* most that cannot are found here */
     }
     if (p->cruise2 < 0.0) p->cruise2 = curve_cruise2(e, p, reserve, speed2);
@@ -260,16 +248,18 @@ static bool cruise_curve(engine *e, piece *p, const piece *next, double speed2) 
 }
 
 /* Whether the speed can be kept all over the piece and be brought to `end2` (squared) at its end: whatever its stretches
- * are, the largest speed at its start is that one then. `next`: the motion behind it, NULL where that ends in a standstill. */
-bool can_cruise(engine *e, piece *p, const piece *next, double speed, double end2) {
-    if (p->kind == PIECE_CURVE) return end2 >= speed * speed && cruise_curve(e, p, next, speed * speed);
-    if (p->kind == PIECE_ARC && too_many_turns(e, p)) return false;
-    double room[NC_AXES];
+ * are, the largest speed at its start is that one then. `next`: the motion behind it, NULL where that ends in a standstill;
+ * `known`: all corners are that use up acceleration on it. */
+bool can_cruise(engine *e, piece *p, const piece *next, bool known, double speed, double end2) {
     bool meets = end2 >= speed * speed;
     if (p->kind == PIECE_LINE && meets) return true;
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        room[i] = USABLE * piece_a_max(e, p, i) - greater(p->reserve[i], next ? next->reserve[i] : 0.0);
-    }
+    if (!known) return false;
+    if (p->kind == PIECE_CURVE) return meets && cruise_curve(e, p, next, speed * speed);
+    if (p->kind == PIECE_ARC && too_many_turns(e, p)) return false;
+    if (!meets && speed * speed > end2 + 2.0 * p->accel * p->length) return false;
+    double room[NC_AXES];
+    used_on(e, p, next, room);
+    for (int i = 0; i < e->cfg.axis_count; i++) room[i] = USABLE * piece_a_max(e, p, i) - room[i];
     double accel = straight_accel(e, p, room);
     if (p->kind == PIECE_ARC && !cruise_arc(e, p, room, speed, &accel)) return false;
     return meets || speed * speed <= end2 + 2.0 * accel * p->length;
@@ -336,11 +326,13 @@ void piece_spans(engine *e, uint64_t i, const piece *next) {
     b.e = e;
     b.p = p;
     b.step = p->kind == PIECE_ARC ? turn_step(e, i) : 0.0;
-    double first = zone(e, p, p), last = next ? zone(e, next, p) : 0.0, both[NC_AXES];
-    const strip parts[3] = {{first, p->reserve}, {p->length - first - last, none}, {last, next ? next->reserve : none}};
+    zone_use used1, used2;
+    zones_use(e, p, next, &used1, &used2);
+    double first = used1.reach, last = used2.reach, both[NC_AXES];
+    const strip parts[3] = {{first, used1.reserve}, {p->length - first - last, none}, {last, used2.reserve}};
     const strip whole = {p->length, both};
     bool apart = first + last <= 0.9 * p->length;
-    for (int a = 0; !apart && a < e->cfg.axis_count; a++) both[a] = greater(p->reserve[a], next ? next->reserve[a] : 0.0);
+    for (int a = 0; !apart && a < e->cfg.axis_count; a++) both[a] = greater(first > 0.0 ? used1.reserve[a] : 0.0, last > 0.0 ? used2.reserve[a] : 0.0);
     const strip *strips = apart ? parts : &whole;
     int n = apart ? 3 : 1, least = !next && stands_before(e, p) ? STOP_PARTS : 1;
     double at = 0.0;

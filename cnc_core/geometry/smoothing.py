@@ -47,6 +47,7 @@ class SmoothingReport:
     irregular: int
     deviation: float
     rotary_deviation: float
+    left_out: float  #: mm: farthest from its neighbour that a point was left out
 
 
 class Smoothing:

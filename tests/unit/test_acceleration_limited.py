@@ -5,8 +5,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from drive import drive, line_rows, ratios
 
-from cnc_core.config import CellConfig
+from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine
 from cnc_core.picture import plan_picture
 from cnc_core.planning import PlanResult, plan_program
@@ -105,6 +106,21 @@ def test_blended_corners_take_no_longer_than_exact_ones(turn: int, tolerance: fl
         for t in (0.0, tolerance)
     )
     assert blended.motion_time_s <= exact.motion_time_s * 1.0001
+
+
+@pytest.mark.parametrize(("cycle", "size"), [(0.00025, 1e-6), (0.00025, 1e-3), (0.001, 1e-4), (0.001, 0.01)])
+@pytest.mark.parametrize("run", [1, 5])
+def test_tiny_blocks_at_corners_leave_the_acceleration_to_them(cycle: float, size: float, run: int) -> None:
+    """Corners of 0.01 rad, behind each of them blocks shorter than a cycle: what lies beyond counts too."""
+    points, heading = [np.zeros(3)], 0.0
+    for _ in range(60):
+        heading += 0.01
+        along = np.array([np.cos(heading), np.sin(heading), 0.0])
+        for length in [0.3, *[size] * run]:
+            points.append(points[-1] + length * along)
+    cell = parse_config(f"cycle_s = {cycle}\n")
+    pos, _ = drive(line_rows(np.array(points), 100.0), cell, jerk=False)
+    assert ratios(pos, cell, jerk=False)[1] <= 1.01
 
 
 def test_picture_has_a_curve_of_the_jerk(program: Callable[..., Path], tmp_path: Path) -> None:
