@@ -161,6 +161,7 @@ static bool add_segment(const jerk_planner *p, grid *g, const jerk_interval *q, 
     s->at = i;
     s->own = s->bulge = 1.0;
     s->tight = straight(p, q) ? &s->own : &p->tight[i & p->mask];
+    s->before = *s->tight;
     segment_limits(p, s);
     return true;
 }

@@ -96,12 +96,12 @@ static double between(double x0, double u0, double x1, double u1, double h, doub
     return x0 + t * (a + t * (3.0 * d - 2.0 * a - b + t * (a + b - 2.0 * d)));
 }
 
-/* x of the plan at a distance ahead of what was handed out; negative behind its end. */
-static void plan_x(const plan *pl, const grid *g, double *x) {
+/* x of the plan at a distance ahead of what was handed out, or so many times it; negative behind its end. */
+static void plan_x(const plan *pl, const grid *g, double times, double *x) {
     double start = 0.0;
     int i = pl->next;
     for (int k = 0; k < g->n; k++) {
-        double at = g->from_start[k];
+        double at = times * g->from_start[k];
         while (i < pl->n && at >= start + pl->h[i] - 1e-12) start += pl->h[i++];
         if (i >= pl->n) {
             x[k] = -1.0;
@@ -177,7 +177,7 @@ bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink) {
     problem *b = &p->prob;
     slow_profile(p, g, b->guess);
     if (warm && p->plan.next < p->plan.n) {
-        plan_x(&p->plan, g, p->scratch);
+        plan_x(&p->plan, g, 1.0, p->scratch);
         for (int k = 1; k < g->n; k++)
             if (p->scratch[k] > b->guess[k]) b->guess[k] = fmin(p->scratch[k], fmax(b->guess[k], fmin(g->seg[k - 1].soft, g->seg[k].soft)));
     }
@@ -230,6 +230,17 @@ bool guess_stop(jerk_planner *p, const grid *g) {
         double cap = fmin(g->knot_cap[k], fmin(g->seg[k - 1].soft, g->seg[k].soft));
         b->guess[k] = fmax(TINY, fmin(cap, p->x * pow(1.0 - t, 4.0 / 3.0) * (1.0 + beta * t)));
     }
+    b->guess[g->n] = 0.0;
+    bound_rows(p, g);
+    return project(p, g, STIFFNESS);
+}
+
+/* A stop as the plan's over another length: its speeds at the same share of the way. */
+bool guess_stop_like(jerk_planner *p, const grid *g, double length) {
+    problem *b = &p->prob;
+    plan_x(&p->plan, g, length / g->from_start[g->n], p->scratch);
+    b->guess[0] = p->x;
+    for (int k = 1; k < g->n; k++) b->guess[k] = fmax(TINY, fmin(p->scratch[k], fmin(g->knot_cap[k], fmin(g->seg[k - 1].soft, g->seg[k].soft))));
     b->guess[g->n] = 0.0;
     bound_rows(p, g);
     return project(p, g, STIFFNESS);

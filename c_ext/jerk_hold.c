@@ -2,8 +2,9 @@
 #include <math.h>
 #include "jerk_internal.h"
 
-#define STOP_TRIES 2
+#define STOP_TRIES 3
 #define STOP_ITERATIONS 28
+#define NEARLY_MET 0.03 /* share of the rows' first residuals that is left where a solver has failed closely */
 #define CLOSE_ENOUGH 0.01
 #define MAX_HALVINGS 12
 #define PREVIEW_TRIES 4      /* distances that are tried where none is found, and */
@@ -50,13 +51,35 @@ bool plan_ramp(jerk_planner *p) {
     return false;
 }
 
-static bool try_stop(jerk_planner *p, double distance) {
+/* What iterates took off limits is given back: of a distance that is too short, or of another guess, they say nothing. */
+static void give_back(grid *g) {
+    for (int k = 0; k < g->n; k++) {
+        segment *s = &g->seg[k];
+        *s->tight = s->before;
+        s->share = s->jump * s->before;
+    }
+}
+
+/* Solve for a stop over the grid: from a profile of constant limits, and where that fails closely from the stop that is there, which was
+ * found over `found` mm (0: none was). */
+static bool solve_stop(jerk_planner *p, grid *g, double found) {
+    problem_from_grid(p, g, p->x, p->u);
+    bool legal = guess_stop(p, g) && solve_guess(p, g, STOP_TRIES, STOP_ITERATIONS);
+    if (!legal && found > 0.0 && p->prob.missed < NEARLY_MET) {
+        give_back(g);
+        problem_from_grid(p, g, p->x, p->u);
+        legal = guess_stop_like(p, g, found) && solve_guess(p, g, STOP_TRIES, STOP_ITERATIONS);
+    }
+    if (!legal) give_back(g);
+    return legal;
+}
+
+static bool try_stop(jerk_planner *p, double distance, double found) {
     grid *g = &p->grid;
     if (!grid_to(p, g, distance) || g->n < 2) return false;
     allow_present(p, g, INFINITY, INFINITY);
     p->stats.hold_solves++;
-    problem_from_grid(p, g, p->x, p->u);
-    if (!guess_stop(p, g) || !solve_guess(p, g, STOP_TRIES, STOP_ITERATIONS)) return false;
+    if (!solve_stop(p, g, found)) return false;
     g->stands = false;
     return plan_accept(p, g, true);
 }
@@ -70,7 +93,7 @@ static bool shortest_stop(jerk_planner *p, int hopeless) {
     p->stats.holds++;
     double d = fmin(0.999 * high, 1.02 * brake_estimate(p, 0.0).distance);
     for (int i = 0; i < (found ? MAX_HALVINGS : hopeless) && high - low > CLOSE_ENOUGH * high; i++) {
-        if (try_stop(p, d)) high = d, found = true;
+        if (try_stop(p, d, found ? high : 0.0)) high = d, found = true;
         else low = d;
         double near = low > 0.0 && i < 3 ? fmin(0.5 * (low + high), 1.1 * low) : 0.5 * (low + high);
         d = low > 0.0 ? near : 0.92 * high;

@@ -33,6 +33,7 @@ typedef struct segment {
     double bulge;             /* jerk inside over that at the ends, at the last check */
     double *tight;            /* share of the jerk limit, lowered where a check failed: the ring interval's; on a line its own */
     double own;               /* on a line */
+    double before;            /* *tight when the grid was made */
     double excess, fast;      /* ratios of the last check (limits; feed) where they were too large, else 0 */
     double leave;             /* of the jerk limit, that the last check has asked it to leave to kinks; else 0 */
     double jump;              /* share of the jerk limit that jumps of derivatives nearby leave */
@@ -268,6 +269,7 @@ bool guess_window(jerk_planner *p, const grid *g, bool warm, double shrink);
 bool guess_bump(jerk_planner *p, const grid *g);
 bool guess_from(jerk_planner *p, const grid *g, const double *x);
 bool guess_stop(jerk_planner *p, const grid *g);
+bool guess_stop_like(jerk_planner *p, const grid *g, double length);
 
 /* jerk_riccati.c */
 bool riccati_factor(problem *b);

@@ -9,10 +9,12 @@ import pytest
 from drive import FloatArray, curve_rows, drive, line_rows
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, make_interp_spline
+from scipy.optimize import linprog
+from scipy.sparse import csr_matrix
 
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine
-from cnc_core.jerk_paths import contour
+from cnc_core.jerk_paths import Arc, Chain, contour
 from cnc_core.jerk_planner import JerkPlanner, Limits, sample
 
 CELL = CellConfig()
@@ -185,3 +187,65 @@ def stop_way(v: float, a: float) -> float:
     top = v + 0.5 * a * t
     ramp = min(A, np.sqrt(top * J))
     return float(v * t + 0.5 * a * t**2 - J * t**3 / 6 + 0.5 * top * (top / ramp + ramp / J))
+
+
+def differences(n: int, order: int) -> csr_matrix:
+    """Finite differences (n - order, n)."""
+    return csr_matrix(np.diff(np.eye(n), order, axis=0))
+
+
+def shortest_by_programs(path: Arc, s: FloatArray, dt: float, acc: FloatArray, jerk: FloatArray) -> float:
+    """Where the shortest legal stop ends that successive linear programs find from the driven samples s.
+
+    The first three are given, the last three stand; differences keep to the limits of acceleration and jerk of the axes.
+    """
+    n, s, best = len(s), s.copy(), np.inf
+    step, stand = differences(n, 1), differences(n, 1)[-2:]
+    for k in range(14):
+        q, d1 = path.at(s), path.derivatives(s)[0]
+        rows, bounds = [-step], [np.diff(s)]
+        for i in range(2):
+            for order, limit in ((2, acc[i]), (3, jerk[i])):
+                d = differences(n, order)[3 - order :] / (1.006 * limit * dt**order)
+                slope, value = d @ csr_matrix((d1[:, i], (range(n), range(n)))), d @ q[:, i]
+                rows += [slope, -slope]
+                bounds += [1.0 - value, 1.0 + value]
+        fixed = [(0.0, 0.0)] * 3 + [(-2.0 * 0.6**k, 2.0 * 0.6**k)] * (n - 3)
+        found = linprog(
+            np.eye(n)[-1],
+            A_ub=csr_matrix(np.vstack([r.toarray() for r in rows])),
+            b_ub=np.concatenate(bounds),
+            A_eq=stand,
+            b_eq=-np.diff(s)[-2:],
+            bounds=fixed,
+        )
+        if found.status != 0:
+            break
+        s = s + found.x
+        q = path.at(s)[:, :2]
+        most_acc = np.abs(np.diff(q, n=2, axis=0)[1:] / (acc[:2] * dt**2)).max()
+        most_jerk = np.abs(np.diff(q, n=3, axis=0) / (jerk[:2] * dt**3)).max()
+        if max(most_acc, most_jerk) < 1.012:
+            best = min(best, float(s[-1]))
+    return best
+
+
+@pytest.mark.parametrize("seconds", [0.3, 0.6, 0.9, 1.05, 1.35, 1.5, 1.8])
+def test_a_hold_on_a_circle_with_a_slow_axis(seconds: float) -> None:
+    """A sixtieth of the other's jerk: at most 1.05 of the shortest stop that linear programs find at 5 ms."""
+    dt, acc, jerk = 0.005, np.array([19220.0, 7107.0, 3637.0]), np.array([4410.0, 267000.0, 58920.0])
+    path = Arc(np.zeros(3), np.array([1.0, 0.0, 0.0]), 16.0578, 6 * np.pi)
+    planner = JerkPlanner(Limits([2000.0] * 3, acc.tolist(), jerk.tolist()))
+    rows = Chain([path], [286.2], [True]).intervals()
+    rows["blocks"] = 1
+    planner.push(rows)
+    planner.finish()
+    before = planner.take(seconds)
+    planner.hold(True)
+    laws = np.concatenate([before, planner.take()])
+    driven = sample(laws, 0.001)[:, 0]
+    begin = round(1000 * before["time"].sum())
+    s = driven[np.minimum(np.arange(begin - 10, len(driven) + 30, 5), len(driven) - 1)]
+    shortest = shortest_by_programs(path, s, dt, acc, jerk)
+    assert np.isfinite(shortest)
+    assert s[-1] - s[2] <= 1.05 * (shortest - s[2])
