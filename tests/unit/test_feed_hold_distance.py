@@ -197,7 +197,7 @@ def differences(n: int, order: int) -> csr_matrix:
 def shortest_by_programs(path: Arc, s: FloatArray, dt: float, acc: FloatArray, jerk: FloatArray) -> float:
     """Where the shortest legal stop ends that successive linear programs find from the driven samples s.
 
-    The first three are given, the last three stand; differences keep to the limits of acceleration and jerk of the axes.
+    The first three are given, the last three stand; differences keep to the limits of the axes (acceleration, jerk).
     """
     n, s, best = len(s), s.copy(), np.inf
     step, stand = differences(n, 1), differences(n, 1)[-2:]
