@@ -117,8 +117,6 @@ def plan_program(
         carried = program.frames.deviation
         if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone
             carried = max(carried, program.smoothing.report.deviation)  # of a frame: circles that were not smoothed
-        elif program.smoothing.report.left_out > 0.0:  # samples do not tell how far they are from what is not driven
-            carried = max(carried, program.smoothing.report.deviation)
         carried += program.kinematics.deviation
         out = _result(
             cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried

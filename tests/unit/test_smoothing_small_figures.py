@@ -42,7 +42,9 @@ def test_a_closed_figure_within_the_tolerance_is_driven(
 
 @pytest.mark.parametrize(("ends", "least"), [("X20 Y0\n", 0.1), ("X10 Y0.01\n", 0.09)])
 def test_what_is_left_out_counts_as_deviation(program: Callable[..., Path], ends: str, least: float) -> None:
-    """A square of 0.1 mm on a line is no motion within 1 mm: how far it is away from what is driven is told."""
+    """A square of 0.1 mm on a line is no motion within 1 mm: the smoothing tells how far it is from what is driven."""
     text = "G1 X10 F600\n" + blocks(SQUARE[:4], 10.0) + ("X10 Y0\n" if least == 0.1 else "") + ends + "M30\n"
-    result = plan_program(Program(program(text), CellConfig(), "isg", tolerance=1.0), window=120)
-    assert least <= result.path_deviation_mm <= 1.0
+    path = Program(program(text), CellConfig(), "isg", tolerance=1.0)
+    plan_program(path, window=120)
+    assert least <= path.smoothing.report.left_out
+    assert least <= path.smoothing.report.deviation <= 1.0
