@@ -15,8 +15,9 @@
 #include <math.h>
 #include <string.h>
 
-#define SHARE_LEFT 0.3 /* of E in the middle must be left as its lower bound   \
-                        */
+#define SHARE_LEFT                                                             \
+    0.3 /* of E in the middle must be left as its lower bound                  \
+         */
 
 enum {
     FIRST = CURVE_ORDER - 1,
@@ -47,7 +48,8 @@ INLINE struct sums sums_of(const double *k, int count) {
     struct sums sums = {0};
 #pragma GCC unroll 16
     for (int i = 0; i < count; i++) {
-        double m = fabs(k[i]), slope = m * NUMBER[i];
+        double m = fabs(k[i]);
+        double slope = m * NUMBER[i];
         sums.f += m;
         sums.d1 += slope;
         sums.d2 += slope * NUMBER[i];
@@ -75,7 +77,8 @@ INLINE void tangent_about(const double *c,
                           double middle,
                           double half,
                           double *out) {
-    double about[CURVE_ORDER], scale = half;
+    double about[CURVE_ORDER];
+    double scale = half;
     memcpy(about, c, sizeof about);
 #pragma GCC unroll 8
     for (int i = 0; i < order; i++)
@@ -115,12 +118,13 @@ static void certify_natural(const struct curve *curve,
                             double half,
                             double *third,
                             double *fourth) {
-    double inv = 1.0 / curve->natural, inv3 = inv * inv * inv,
-           inv4 = inv3 * inv;
+    double inv = 1.0 / curve->natural;
+    double inv3 = inv * inv * inv;
+    double inv4 = inv3 * inv;
     for (int i = 0; i < curve->axes; i++) {
         const double *k = curve->c[i];
-        double slope = fabs(24.0 * k[4] + 120.0 * k[5] * middle),
-               bend = fabs(60.0 * k[5]) * half;
+        double slope = fabs(24.0 * k[4] + 120.0 * k[5] * middle);
+        double bend = fabs(60.0 * k[5]) * half;
         bool moves = curve->moving >> i & 1;
         third[i] = moves
                        ? (fabs(6.0 * k[3]
@@ -139,7 +143,8 @@ INLINE bool certify(const struct curve *curve,
                     double half,
                     double *third,
                     double *fourth) {
-    double p[NC_AXES][FIRST], e[METRIC] = {0};
+    double p[NC_AXES][FIRST];
+    double e[METRIC] = {0};
     for (int i = 0; i < curve->axes; i++) {
         if (!(curve->moving >> i & 1)) {
             continue;
@@ -154,8 +159,11 @@ INLINE bool certify(const struct curve *curve,
     if (!(least > SHARE_LEFT * e[0])) {
         return false;
     }
-    double inv = 1.0 / least, inv3 = inv * inv * inv, root = sqrt(inv),
-           e1 = sums.d1 * inv, e2 = sums.d2 * inv;
+    double inv = 1.0 / least;
+    double inv3 = inv * inv * inv;
+    double root = sqrt(inv);
+    double e1 = sums.d1 * inv;
+    double e2 = sums.d2 * inv;
     for (int i = 0; i < curve->axes; i++) {
         third[i] = fourth[i] = 0.0;
         if (!(curve->moving >> i & 1)) {
@@ -179,7 +187,8 @@ bool curve_certify(const struct curve *c,
                    double b,
                    double *third,
                    double *fourth) {
-    double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a);
+    double middle = 0.5 * (a + b);
+    double half = 0.5 * fabs(b - a);
     if (c->natural > 0.0) {
         certify_natural(c, middle, half, third, fourth);
         return true;

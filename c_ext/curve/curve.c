@@ -87,7 +87,9 @@ static double integrate(const struct curve *curve,
                         double b,
                         double *low,
                         double *high) {
-    double middle = 0.5 * (a + b), half = 0.5 * (b - a), sum = 0.0;
+    double middle = 0.5 * (a + b);
+    double half = 0.5 * (b - a);
+    double sum = 0.0;
     for (int k = 0; k < 4; k++) {
         pair v =
             speeds(curve,
@@ -118,15 +120,18 @@ double curve_length_to(const struct curve *curve, double w) {
     while (i + 1 < curve->cells && w > curve->w[i + 1]) {
         i++;
     }
-    double low = 0.0, high = 0.0;
+    double low = 0.0;
+    double high = 0.0;
     return curve->s[i] + integrate(curve, curve->w[i], w, &low, &high);
 }
 
 /* Length between two parameters where the speed changes little: four points. */
 double curve_length_between(const struct curve *curve, double a, double b) {
-    static const double node[2] = {0.3399810435848563, 0.8611363115940526},
-                        weight[2] = {0.6521451548625461, 0.3478548451374538};
-    double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a), sum = 0.0;
+    static const double node[2] = {0.3399810435848563, 0.8611363115940526};
+    static const double weight[2] = {0.6521451548625461, 0.3478548451374538};
+    double middle = 0.5 * (a + b);
+    double half = 0.5 * fabs(b - a);
+    double sum = 0.0;
     for (int k = 0; k < 2; k++) {
         pair v =
             speeds(curve,
@@ -154,7 +159,8 @@ void curve_derivatives(const struct curve *curve,
                        double w,
                        double *d1,
                        double *d2) {
-    double v2 = 0.0, along = 0.0;
+    double v2 = 0.0;
+    double along = 0.0;
     for (int i = 0; i < curve->axes; i++) {
         const double *k = curve->c[i];
         d1[i] = w == 0.0 ? k[1] : first_derivative(k, w);
@@ -168,7 +174,9 @@ void curve_derivatives(const struct curve *curve,
     if (curve->natural > 0.0) {
         v2 = curve->natural * curve->natural;
     }
-    double inv2 = 1.0 / v2, inv = sqrt(inv2), share = along * inv2;
+    double inv2 = 1.0 / v2;
+    double inv = sqrt(inv2);
+    double share = along * inv2;
     for (int i = 0; i < curve->axes; i++) {
         d2[i] = (d2[i] - d1[i] * share) * inv2;
         d1[i] *= inv;
@@ -185,8 +193,11 @@ void curve_at(const struct curve *curve,
 /* With v = |q'(w)| over the metric axes and dots for derivatives by w: q''' =
  * (q3 - v2 d1 - 3 v v1 d2) / v^3. */
 void curve_third(const struct curve *curve, double w, double *d3) {
-    double first[NC_AXES], second[NC_AXES], third[NC_AXES], vv = 0.0, fs = 0.0,
-                                                            ss = 0.0, ft = 0.0;
+    double first[NC_AXES], second[NC_AXES], third[NC_AXES];
+    double vv = 0.0;
+    double fs = 0.0;
+    double ss = 0.0;
+    double ft = 0.0;
     for (int i = 0; i < curve->axes; i++) {
         const double *k = curve->c[i];
         first[i] = first_derivative(k, w);
@@ -203,9 +214,12 @@ void curve_third(const struct curve *curve, double w, double *d3) {
     if (curve->natural > 0.0) {
         vv = curve->natural * curve->natural;
     }
-    double v = sqrt(vv), v1 = fs / v, v2 = (ss + ft - v1 * v1) / v;
+    double v = sqrt(vv);
+    double v1 = fs / v;
+    double v2 = (ss + ft - v1 * v1) / v;
     for (int i = 0; i < curve->axes; i++) {
-        double d1 = first[i] / v, d2 = (second[i] - v1 * d1) / vv;
+        double d1 = first[i] / v;
+        double d2 = (second[i] - v1 * d1) / vv;
         d3[i] = (third[i] - v2 * d1 - 3.0 * v * v1 * d2) / (v * vv);
     }
 }
@@ -220,7 +234,10 @@ static double metric_angle(const struct curve *curve,
                            const struct curve_point *curve_point,
                            const struct curve_point *curve_point_b,
                            double *bend) {
-    double turn = 0.0, change = 0.0, most = 0.0, fast = 0.0;
+    double turn = 0.0;
+    double change = 0.0;
+    double most = 0.0;
+    double fast = 0.0;
     for (int i = 0; i < curve->axes; i++) {
         change = fmax(change, fabs(curve_point->d2[i] - curve_point_b->d2[i]));
         most = fmax(most,
@@ -238,11 +255,14 @@ static double metric_angle(const struct curve *curve,
 }
 
 static void judge(const struct curve *curve, struct cell *cell) {
-    double low = INFINITY, high = 0.0, middle = 0.5 * (cell->from + cell->to);
+    double low = INFINITY;
+    double high = 0.0;
+    double middle = 0.5 * (cell->from + cell->to);
     double whole = integrate(curve, cell->from, cell->to, &low, &high);
     cell->length = integrate(curve, cell->from, middle, &low, &high)
                    + integrate(curve, middle, cell->to, &low, &high);
-    double a = speed(curve, cell->from), b = speed(curve, cell->to);
+    double a = speed(curve, cell->from);
+    double b = speed(curve, cell->to);
     low = fmin(low, fmin(a, b));
     high = fmax(high, fmax(a, b));
     cell->wrong = cell->coarse = 0.0;
@@ -377,8 +397,9 @@ bool curve_build_by_length(struct curve *c,
 }
 
 static double hermite_guess(const struct curve *curve, int i, double s) {
-    double h = curve->s[i + 1] - curve->s[i], t = (s - curve->s[i]) / h,
-           r = 1.0 - t;
+    double h = curve->s[i + 1] - curve->s[i];
+    double t = (s - curve->s[i]) / h;
+    double r = 1.0 - t;
     return curve->w[i] * r * r * (1.0 + 2.0 * t)
            + curve->w[i + 1] * t * t * (1.0 + 2.0 * r)
            + h * t * r * (curve->dwds[i] * r - curve->dwds[i + 1] * t);
@@ -399,7 +420,9 @@ double curve_parameter(const struct curve *curve, double s) {
     while (s > curve->s[i + 1]) {
         i++;
     }
-    double w = hermite_guess(curve, i, s), low = 0.0, high = 0.0;
+    double w = hermite_guess(curve, i, s);
+    double low = 0.0;
+    double high = 0.0;
     for (int k = 0; k < CURVE_NEWTON; k++) {
         w = fmin(fmax(w, curve->w[i]), curve->w[i + 1]);
         double miss =

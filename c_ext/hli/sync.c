@@ -19,8 +19,9 @@
 #include "hli/hli_layout.h"
 
 #define NS_PER_S 1000000000LL
-#define PURE_SPIN_NS 10000LL /* before a spin gives its core away in between   \
-                              */
+#define PURE_SPIN_NS                                                           \
+    10000LL /* before a spin gives its core away in between                    \
+             */
 #define TURN_SPIN_NS                                                           \
     1000LL /* the same where a turn lasts as long as a scan: the partner may   \
               need this very core */

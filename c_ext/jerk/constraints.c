@@ -14,7 +14,8 @@
     0.01 /* ... and what may be added to the limits at the first of them */
 #define SLOW_GAINS                                                             \
     1.5 /* power of x by which a gain of it counts less: that of the time */
-#define SLOWEST 1e-5 /* share of the largest x below which it counts no more   \
+#define SLOWEST                                                                \
+    1e-5             /* share of the largest x below which it counts no more   \
                       */
 #define LANDING 0.96 /* share of the cap that a ramp down must keep */
 #define IDLE                                                                   \
@@ -199,13 +200,14 @@ static double cap_at(const jerk_planner *planner,
         fmin(grid->knot_cap[k], fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
     (void)planner;
     if (k == 1 && grid->rest_start) {
-        double h = grid->seg[0].h,
-               u = cbrt(6.0 * h * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
+        double h = grid->seg[0].h;
+        double u = cbrt(6.0 * h * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
         cap = fmin(cap, 1.5 * h * u);
     }
     if (k == grid->n - 1) {
-        double h = grid->seg[k].h, u = cbrt(6.0 * h * grid->seg[k].jerk_down
-                                            * grid->seg[k].jerk_down);
+        double h = grid->seg[k].h;
+        double u =
+            cbrt(6.0 * h * grid->seg[k].jerk_down * grid->seg[k].jerk_down);
         cap = fmin(cap, 1.5 * h * u);
     }
     return cap;
@@ -231,8 +233,8 @@ static void one_row(struct problem *problem,
 static bool has_kinks(const jerk_planner *planner, const struct grid *grid) {
     for (int k = 1; k < grid->n; k++) {
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
-            const jerk_interval *interval = grid->seg[k - 1].q,
-                                *interval_r = grid->seg[k].q;
+            const jerk_interval *interval = grid->seg[k - 1].q;
+            const jerk_interval *interval_r = grid->seg[k].q;
             if (interval->acc_share[axis] != interval_r->acc_share[axis]
                 || grid->seg[k - 1].acc[axis] != grid->seg[k].acc[axis]) {
                 return true;
@@ -307,7 +309,8 @@ static double swell(double x0, double x1) {
  * at the guess. */
 void bound_rows(jerk_planner *planner, const struct grid *grid) {
     struct problem *problem = &planner->prob;
-    double sum = 0.0, top = 0.0;
+    double sum = 0.0;
+    double top = 0.0;
     for (int k = 1; k < grid->n; k++) {
         top = fmax(top, problem->guess[k]);
     }
@@ -318,7 +321,8 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
         sum += problem->weight[k] * problem->guess[k];
     }
     for (int k = 1; k < grid->n; k++) {
-        double cap = cap_at(planner, grid, k), xf = problem->guess[k];
+        double cap = cap_at(planner, grid, k);
+        double xf = problem->guess[k];
         problem->weight[k] /= sum;
         one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
         double floor = FLOOR * xf;
@@ -342,10 +346,10 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
         if (more > SWELLS) {
             tighten_rows(problem, k, SWELLS / fmin(more, SWELLS_MOST));
         }
-        double h = problem->h[k],
-               xf = fmin(problem->guess[k], problem->guess[k + 1]);
-        double c0 = 5.0 / 24.0 * h * h,
-               c1 = h * h / 24.0; /* x in the middle: x + h u + c0 + c1 */
+        double h = problem->h[k];
+        double xf = fmin(problem->guess[k], problem->guess[k + 1]);
+        double c0 = 5.0 / 24.0 * h * h;
+        double c1 = h * h / 24.0; /* x in the middle: x + h u + c0 + c1 */
         one_row(problem,
                 ROW_MID_FLOOR,
                 k,

@@ -62,12 +62,15 @@ static double rest_jerk(const jerk_planner *planner,
                         const struct segment *segment,
                         int at_end) {
     jerk_interval half;
-    double most = 0.0, h = segment->h, sign = at_end ? -1.0 : 1.0;
+    double most = 0.0;
+    double h = segment->h;
+    double sign = at_end ? -1.0 : 1.0;
     interval_part(segment->q, 0.0, 0.5 * h, planner->cfg.axes, &half);
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         const jerk_interval *interval = segment->q;
         int far = !at_end;
-        double near = interval->d1[at_end][axis], d = 0.5 * h;
+        double near = interval->d1[at_end][axis];
+        double d = 0.5 * h;
         double mid = half.d1[1][axis] + sign * 9.0 * d * half.d2[1][axis]
                      + 4.5 * d * d * half.d3[1][axis];
         double end = interval->d1[far][axis]
@@ -88,10 +91,10 @@ static double velocity_cap(const jerk_planner *planner,
                            const jerk_interval *interval) {
     double v = interval->v_hard > 0 ? interval->v_hard : 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double h = interval->length,
-               mid = 0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
-                     + 0.125 * h
-                           * (interval->d2[0][axis] - interval->d2[1][axis]);
+        double h = interval->length;
+        double mid =
+            0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
+            + 0.125 * h * (interval->d2[0][axis] - interval->d2[1][axis]);
         double most = fmax(
             fabs(mid),
             fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
@@ -127,7 +130,9 @@ static double jump_used(const jerk_planner *planner,
                         const jerk_interval *left,
                         const jerk_interval *right,
                         double x) {
-    double dt = planner->cfg.cycle_s, f = planner->scale, used = 0.0;
+    double dt = planner->cfg.cycle_s;
+    double f = planner->scale;
+    double used = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double bend =
             STEP_SEEN * f * f * fabs(right->d2[0][axis] - left->d2[1][axis]);
@@ -146,7 +151,8 @@ static double jump_cap(const jerk_planner *planner,
                        const jerk_interval *left,
                        const jerk_interval *right,
                        double cap) {
-    double dt = planner->cfg.cycle_s, f = planner->scale;
+    double dt = planner->cfg.cycle_s;
+    double f = planner->scale;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double room = JUMP_SHARE
                       * fmin(jerk_max(planner, left, axis),
@@ -175,7 +181,8 @@ static double jump_reach(const jerk_planner *planner,
                          const jerk_interval *left,
                          const jerk_interval *right,
                          double x) {
-    double jerk = 1e30, t = 1.5 * planner->cfg.cycle_s;
+    double jerk = 1e30;
+    double t = 1.5 * planner->cfg.cycle_s;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double along = fmax(fabs(left->d1[1][axis]), fabs(right->d1[0][axis]));
         jerk = fmin(
@@ -207,7 +214,8 @@ static void take_share(struct segment *segment, double used) {
 
 /* Cap at knot k, and what is left of the jerk limit around it. */
 static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
-    const jerk_interval *left = grid->seg[k - 1].q, *right = grid->seg[k].q;
+    const jerk_interval *left = grid->seg[k - 1].q;
+    const jerk_interval *right = grid->seg[k].q;
     if (!grid->seg[k - 1].last) {
         return;
     }
@@ -232,8 +240,8 @@ static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
 void knot_caps(const jerk_planner *planner, struct grid *grid) {
     grid->from_start[0] = 0.0;
     for (int k = 0; k <= grid->n; k++) {
-        double left = k > 0 ? grid->seg[k - 1].cap : 1e30,
-               right = k < grid->n ? grid->seg[k].cap : 1e30;
+        double left = k > 0 ? grid->seg[k - 1].cap : 1e30;
+        double right = k < grid->n ? grid->seg[k].cap : 1e30;
         grid->knot_cap[k] = fmin(left, right);
         if (k < grid->n) {
             grid->from_start[k + 1] = grid->from_start[k] + grid->seg[k].h;
@@ -380,8 +388,8 @@ static double rest_length(const jerk_planner *planner,
                           uint64_t i,
                           double len) {
     const jerk_interval *interval = ring_at(planner, i);
-    double finest = finest_at(planner, grid, i),
-           feed = feed_part(planner, interval);
+    double finest = finest_at(planner, grid, i);
+    double feed = feed_part(planner, interval);
     double least =
         fmin(REST_MOST * len, fmin(finest, fmax(SLOWEST_KNOT * finest, feed)));
     if (!straight(planner, interval)) {
@@ -396,13 +404,14 @@ static double rest_length(const jerk_planner *planner,
 static double knot_step(const jerk_planner *planner,
                         const struct grid *grid,
                         uint64_t i) {
-    const jerk_interval *left = ring_at(planner, i - 1),
-                        *right = ring_at(planner, i);
-    double before = feed_cap(planner, left), after = feed_cap(planner, right),
-           open = fmin(before, after);
-    double cap = jump_cap(planner, left, right, open),
-           longest = fmax(steps_at(planner, i - 1)->longest,
-                          steps_at(planner, i)->longest);
+    const jerk_interval *left = ring_at(planner, i - 1);
+    const jerk_interval *right = ring_at(planner, i);
+    double before = feed_cap(planner, left);
+    double after = feed_cap(planner, right);
+    double open = fmin(before, after);
+    double cap = jump_cap(planner, left, right, open);
+    double longest =
+        fmax(steps_at(planner, i - 1)->longest, steps_at(planner, i)->longest);
     if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) {
         return longest;
     }
@@ -418,9 +427,9 @@ static double knot_step(const jerk_planner *planner,
  * constant over it, what the axes need to follow the bend is not. */
 static double bend_length(const jerk_planner *planner, uint64_t i, double v) {
     const struct steps *steps = steps_at(planner, i);
-    double times = steps->bend * v * v * v,
-           part =
-               times > BEND_DECIDES && steps->little ? BEND_FINER : BEND_STEP;
+    double times = steps->bend * v * v * v;
+    double part =
+        times > BEND_DECIDES && steps->little ? BEND_FINER : BEND_STEP;
     return times < BEND_MATTERS ? steps->turn
                                 : fmin(steps->turn, part * steps->even);
 }
@@ -441,7 +450,8 @@ static void knot_steps(const jerk_planner *planner,
                        bool stands,
                        const double *rest) {
     double *step = grid->step;
-    uint64_t head = planner->head, end = head + (uint64_t)count - 1;
+    uint64_t head = planner->head;
+    uint64_t end = head + (uint64_t)count - 1;
     step[0] = planner->at_rest ? BEHIND_REST * rest[0]
                                : slow_length(planner,
                                              grid,
@@ -466,9 +476,9 @@ static void knot_steps(const jerk_planner *planner,
     }
     double at = planner->at_rest && !straight(planner, ring_at(planner, head))
                     ? 0.0
-                    : INFINITY,
-           to = stands && !straight(planner, ring_at(planner, end)) ? 0.0
-                                                                    : INFINITY;
+                    : INFINITY;
+    double to =
+        stands && !straight(planner, ring_at(planner, end)) ? 0.0 : INFINITY;
     for (int i = 1; i <= count;
          at += ring_at(planner, head + i - 1)->length, i++) {
         grid->grade[i - 1] = grading_at(planner, head + i - 1, at);
@@ -495,8 +505,8 @@ static double step_at(double longest,
                       double s0,
                       double d1,
                       double s1) {
-    double behind = s0 + grading * d0,
-           ahead = fmax(s1, (s1 + grading * d1) / (1.0 + grading));
+    double behind = s0 + grading * d0;
+    double ahead = fmax(s1, (s1 + grading * d1) / (1.0 + grading));
     return fmin(longest, fmin(behind, ahead));
 }
 
@@ -527,17 +537,18 @@ static bool fill_interval(jerk_planner *planner,
                           double rest_to) {
     const uint64_t at = planner->head + (uint64_t)i;
     const jerk_interval *interval = ring_at(planner, at);
-    double v = planner->scale * sqrt(feed_cap(planner, interval)),
-           slow =
-               fmax(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
-                    fmin(steps_at(planner, at)->least, SLOW_TIME * v));
-    double turn = fmin(bend_length(planner, at, v), slow), end = len - rest_to;
+    double v = planner->scale * sqrt(feed_cap(planner, interval));
+    double slow =
+        fmax(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
+             fmin(steps_at(planner, at)->least, SLOW_TIME * v));
+    double turn = fmin(bend_length(planner, at, v), slow);
+    double end = len - rest_to;
     if (rest_from > 0.0 && !add_part(planner, grid, at, 0.0, rest_from)) {
         return false;
     }
     for (double done = rest_from; done < end;) {
-        double left = end - done,
-               step = grid->finer
+        double left = end - done;
+        double step = grid->finer
                       * fmin(turn,
                              step_at(steps_at(planner, at)->longest,
                                      grid->grade[i],
@@ -545,8 +556,8 @@ static bool fill_interval(jerk_planner *planner,
                                      grid->step[i],
                                      len - done,
                                      grid->step[i + 1]));
-        double parts = ceil(left / step - 1e-6),
-               next = parts <= 1.0 ? end : done + left / parts;
+        double parts = ceil(left / step - 1e-6);
+        double next = parts <= 1.0 ? end : done + left / parts;
         if (!add_part(planner, grid, at, done, next)) {
             return false;
         }
@@ -569,7 +580,8 @@ static bool grid_fill(jerk_planner *planner,
     if (count > grid->max) {
         return false;
     }
-    double ahead = to, rest[2] = {0.0, 0.0};
+    double ahead = to;
+    double rest[2] = {0.0, 0.0};
     for (int i = 0; i < count - 1; i++) {
         ahead -= ring_at(planner, planner->head + (uint64_t)i)->length;
     }
@@ -590,8 +602,8 @@ static bool grid_fill(jerk_planner *planner,
     knot_steps(planner, grid, count, extent->stands, rest);
     double at = 0.0;
     for (int i = 0; i < count && to - at > 1e-9; i++) {
-        double whole = ring_at(planner, planner->head + (uint64_t)i)->length,
-               len = to - at > whole - 1e-9 ? whole : to - at;
+        double whole = ring_at(planner, planner->head + (uint64_t)i)->length;
+        double len = to - at > whole - 1e-9 ? whole : to - at;
         if (!fill_interval(planner,
                            grid,
                            i,

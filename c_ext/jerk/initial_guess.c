@@ -16,7 +16,9 @@
 /* What curvature alone allows on a segment. */
 static double curve_cap(const jerk_planner *planner,
                         const struct segment *segment) {
-    double f = planner->scale, bend = 0.0, twist = 0.0;
+    double f = planner->scale;
+    double bend = 0.0;
+    double twist = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         bend = fmax(
             bend,
@@ -67,10 +69,10 @@ static void ramp(const jerk_planner *planner,
         const struct segment *segment = &grid->seg[step > 0 ? k : k - 1];
         double acc, jerk;
         path_limits(planner, segment, &acc, &jerk);
-        double h = segment->h,
-               rise = EASY_JERK * jerk / sqrt(fmax(x[k], 1e-12));
-        double next = fmin(EASY_ACC * acc, u + h * rise),
-               reach = x[k] + h * (u + next);
+        double h = segment->h;
+        double rise = EASY_JERK * jerk / sqrt(fmax(x[k], 1e-12));
+        double next = fmin(EASY_ACC * acc, u + h * rise);
+        double reach = x[k] + h * (u + next);
         if (reach < x[k + step]) {
             x[k + step] = fmax(reach, 0.25 * x[k]);
             u = next;
@@ -90,8 +92,8 @@ static void easy_caps(const jerk_planner *planner,
                       double *x) {
     double curve = curve_cap(planner, &grid->seg[0]);
     for (int k = 1; k < grid->n; k++) {
-        double before = curve,
-               soft = fmin(grid->seg[k - 1].soft, grid->seg[k].soft);
+        double before = curve;
+        double soft = fmin(grid->seg[k - 1].soft, grid->seg[k].soft);
         curve = curve_cap(planner, &grid->seg[k]);
         x[k] = fmin(EASY_SPEED * fmin(soft, grid->knot_cap[k]),
                     fmin(before, curve));
@@ -102,7 +104,8 @@ static void easy_caps(const jerk_planner *planner,
 static double rest_end(const jerk_planner *planner,
                        const struct segment *segment,
                        double *u) {
-    double acc, jerk, h = segment->h;
+    double acc, jerk;
+    double h = segment->h;
     path_limits(planner, segment, &acc, &jerk);
     double x = from_rest(h, EASY_JERK * jerk);
     *u = x / (1.5 * h);
@@ -149,7 +152,9 @@ static double between(double x0,
                       double u1,
                       double h,
                       double t) {
-    double a = 2.0 * h * u0, b = 2.0 * h * u1, d = x1 - x0;
+    double a = 2.0 * h * u0;
+    double b = 2.0 * h * u1;
+    double d = x1 - x0;
     return x0 + t * (a + t * (3.0 * d - 2.0 * a - b + t * (a + b - 2.0 * d)));
 }
 
@@ -170,7 +175,8 @@ static void plan_x(const plan *pl,
             x[k] = -1.0;
             continue;
         }
-        double d = at - start, h = pl->h[i];
+        double d = at - start;
+        double h = pl->h[i];
         if (i == pl->n - 1) {
             x[k] = pl->x[i] * pow(fmax(0.0, 1.0 - d / h), 4.0 / 3.0);
         } else if (i == 0 && pl->rest_start) {
@@ -202,7 +208,8 @@ static bool project(jerk_planner *planner,
             problem->grad.c[0][k] = problem->grad.c[1][k] = 0.0;
     }
     for (int k = problem->first; k < problem->n; k++) {
-        double acc, jerk, xk = fmax(problem->guess[k], TINY);
+        double acc, jerk;
+        double xk = fmax(problem->guess[k], TINY);
         path_limits(planner, &grid->seg[k], &acc, &jerk);
         problem->cost.xx[k] = 1.0 / (xk * xk);
         problem->cost.uu[k] = stiffness / (acc * acc);
@@ -214,7 +221,8 @@ static bool project(jerk_planner *planner,
     }
     /* the problem is homogeneous in the deviation from a start trajectory: a
      * first rollout with no input */
-    double x = problem->x0, u = problem->u0;
+    double x = problem->x0;
+    double u = problem->u0;
     if (problem->rest_start) {
         x = u = 0.0;
     }
@@ -222,7 +230,8 @@ static bool project(jerk_planner *planner,
     for (int k = problem->first; k <= last; k++) {
         problem->x[k] = x;
         problem->u[k] = u;
-        double h = problem->h[k], c = 0.0;
+        double h = problem->h[k];
+        double c = 0.0;
         if (k == last - 1) {
             c = problem->gain[k].kx[0] * x + problem->gain[k].ku[0] * u;
         }
@@ -262,12 +271,14 @@ static bool project(jerk_planner *planner,
 static void keep_reachable(const jerk_planner *planner,
                            const struct grid *grid,
                            double *x) {
-    double at = planner->x, u = planner->u;
+    double at = planner->x;
+    double u = planner->u;
     if (grid->rest_start || u >= 0.0) {
         return;
     }
     for (int k = 0; k < grid->n - 1; k++) {
-        double acc, jerk, h = grid->seg[k].h;
+        double acc, jerk;
+        double h = grid->seg[k].h;
         path_limits(planner, &grid->seg[k], &acc, &jerk);
         double next = fmin(acc, u + h * jerk / sqrt(fmax(at, TINY)));
         at = fmax(LEAST_KEPT * at, at + h * (u + next));
@@ -299,7 +310,8 @@ bool guess_window(jerk_planner *p,
     }
     for (int k = 1; k < g->n && g->from_start[k] < g->land_from;
          k++) { /* down to the feed, softly at both ends */
-        double t = g->from_start[k] / g->land_from, feed = g->land_cap;
+        double t = g->from_start[k] / g->land_from;
+        double feed = g->land_cap;
         b->guess[k] =
             feed + fmax(0.0, p->x - feed) * (1.0 - t * t * (3.0 - 2.0 * t));
     }
@@ -314,7 +326,8 @@ bool guess_window(jerk_planner *p,
 /* A smooth bump from rest to rest, below all caps, for the fallback. */
 bool guess_bump(jerk_planner *p, const struct grid *g) {
     struct problem *b = &p->prob;
-    double cap = 1e30, jerk = 1e30;
+    double cap = 1e30;
+    double jerk = 1e30;
     easy_caps(p, g, b->guess);
     for (int k = 0; k < g->n; k++) {
         double acc, j;
@@ -325,9 +338,9 @@ bool guess_bump(jerk_planner *p, const struct grid *g) {
         }
     }
     for (int k = 1; k < g->n; k++) {
-        double up = from_rest(g->from_start[k], EASY_JERK * jerk),
-               down = from_rest(g->from_start[g->n] - g->from_start[k],
-                                EASY_JERK * jerk);
+        double up = from_rest(g->from_start[k], EASY_JERK * jerk);
+        double down =
+            from_rest(g->from_start[g->n] - g->from_start[k], EASY_JERK * jerk);
         b->guess[k] = 1.0 / (1.0 / up + 1.0 / down + 1.0 / cap);
     }
     b->guess[0] = b->guess[g->n] = 0.0;
@@ -349,10 +362,9 @@ bool guess_from(jerk_planner *p, const struct grid *g, const double *x) {
 /* A stop from the present state over the whole grid. */
 bool guess_stop(jerk_planner *p, const struct grid *g) {
     struct problem *b = &p->prob;
-    double d = g->from_start[g->n],
-           beta =
-               fmin(4.0,
-                    fmax(0.0, 2.0 * p->u * d / fmax(p->x, 1e-12) + 4.0 / 3.0));
+    double d = g->from_start[g->n];
+    double beta =
+        fmin(4.0, fmax(0.0, 2.0 * p->u * d / fmax(p->x, 1e-12) + 4.0 / 3.0));
     b->guess[0] = p->x;
     for (int k = 1; k < g->n; k++) {
         double t = g->from_start[k] / d;

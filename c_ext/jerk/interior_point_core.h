@@ -43,10 +43,12 @@ static struct block block_at(const struct problem *problem, int i) {
               block.c,
               &block.x[1],
               &block.u[1]);
-    vec on = load(problem->on + k), off = 1.0 - on,
-        low = LOWEST * load(problem->guess + k);
+    vec on = load(problem->on + k);
+    vec off = 1.0 - on;
+    vec low = LOWEST * load(problem->guess + k);
     for (int e = 0; e < 2; e++) {
-        vec x = vmax(block.x[e], low) * on + off, t = 1.0 / root_of(x);
+        vec x = vmax(block.x[e], low) * on + off;
+        vec t = 1.0 / root_of(x);
         block.root[e] = load(problem->root[e] + k);
         block.half[e] = 0.5 * on * block.root[e] * t / x;
         block.bound[e] = 1.5 * block.root[e] * t;
@@ -68,7 +70,9 @@ static void set_scale(struct problem *problem) {
 }
 
 static inline void add_square(struct sums *sums, vec w, const vec *b) {
-    vec wx = w * b[0], wu = w * b[1], wc = w * b[2];
+    vec wx = w * b[0];
+    vec wu = w * b[1];
+    vec wc = w * b[2];
     sums->xx += wx * b[0];
     sums->xu += wx * b[1];
     sums->uu += wu * b[1];
@@ -102,16 +106,23 @@ static void gather_jerk(const struct problem *problem,
                         struct totals *all,
                         vec least) {
     for (int e = 0; e < 2; e++) {
-        struct sums both = {0}, *sums = &both;
+        struct sums both = {0};
+        struct sums *sums = &both;
         two_sided *row =
             &problem->jerk[i * 2 * problem->axes + e * problem->axes];
-        vec m = block->half[e] * block->x[e], bound = block->bound[e], wm = {0},
-            px = {0}, pu = {0}, pc = {0}, tm = {0}, root = block->root[e];
+        vec m = block->half[e] * block->x[e];
+        vec bound = block->bound[e];
+        vec wm = {0};
+        vec px = {0};
+        vec pu = {0};
+        vec pc = {0};
+        vec tm = {0};
+        vec root = block->root[e];
         for (int axis = 0; axis < problem->axes; axis++, row++) {
             vec q = root
                     * (row->b[0] * block->x[e] + row->b[1] * block->u[e]
-                       + row->b[2] * block->c[e]),
-                t1, t2;
+                       + row->b[2] * block->c[e]);
+            vec t1, t2;
             vec w1 = side(m + q,
                           bound,
                           row->s[0],
@@ -128,7 +139,8 @@ static void gather_jerk(const struct problem *problem,
                           &row->is[1],
                           &row->r[1],
                           &t2);
-            vec d = root * (w1 - w2), t = root * (t1 - t2);
+            vec d = root * (w1 - w2);
+            vec t = root * (t1 - t2);
             add_square(sums, root * root * (w1 + w2), row->b);
             px += d * row->b[0];
             pu += d * row->b[1];
@@ -164,7 +176,8 @@ static void gather_mid(const struct problem *problem,
     two_sided *row = &problem->mid[i * problem->axes];
     middle_state(block->h, block->x[0], block->u[0], block->c, &x, &u);
     for (int axis = 0; axis < problem->axes; axis++, row++) {
-        vec q = row->b[0] * x + row->b[1] * u, t1, t2;
+        vec q = row->b[0] * x + row->b[1] * u;
+        vec t1, t2;
         vec w1 = side(q,
                       one,
                       row->s[0],
@@ -181,7 +194,8 @@ static void gather_mid(const struct problem *problem,
                       &row->is[1],
                       &row->r[1],
                       &t2);
-        vec w = w1 + w2, t = t1 - t2;
+        vec w = w1 + w2;
+        vec t = t1 - t2;
         sums.xx += w * row->b[0] * row->b[0];
         sums.xu += w * row->b[0] * row->b[1];
         sums.uu += w * row->b[1] * row->b[1];
@@ -201,7 +215,8 @@ static void gather_acc(const struct problem *problem,
     two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
     for (int axis = 0; axis < problem->acc_sets * problem->axes;
          axis++, row++) {
-        vec q = row->b[0] * block->x[0] + row->b[1] * block->u[0], t1, t2;
+        vec q = row->b[0] * block->x[0] + row->b[1] * block->u[0];
+        vec t1, t2;
         vec w1 = side(q,
                       one,
                       row->s[0],
@@ -218,7 +233,8 @@ static void gather_acc(const struct problem *problem,
                       &row->is[1],
                       &row->r[1],
                       &t2);
-        vec w = w1 + w2, t = t1 - t2;
+        vec w = w1 + w2;
+        vec t = t1 - t2;
         totals->xx += w * row->b[0] * row->b[0];
         totals->xu += w * row->b[0] * row->b[1];
         totals->uu += w * row->b[1] * row->b[1];
@@ -242,21 +258,13 @@ static void gather_one(const struct problem *problem,
                        vec least) {
     struct one_sided *row = &problem->one[i * ONE_SIDED_ROWS];
     for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, row++) {
-        vec q = one_value(row,
-                          block->x[0],
-                          block->u[0],
-                          block->c[0],
-                          block->c[1]),
-            t;
-        vec w = side(q,
-                     row->bound,
-                     row->s,
-                     &row->l,
-                     least,
-                     &row->is,
-                     &row->r,
-                     &t),
-            wx = w * row->b[0], wu = w * row->b[1];
+        vec q =
+            one_value(row, block->x[0], block->u[0], block->c[0], block->c[1]);
+        vec t;
+        vec w =
+            side(q, row->bound, row->s, &row->l, least, &row->is, &row->r, &t);
+        vec wx = w * row->b[0];
+        vec wu = w * row->b[1];
         totals->xx += wx * row->b[0];
         totals->xu += wx * row->b[1];
         totals->uu += wu * row->b[1];
@@ -290,7 +298,8 @@ static void gather(struct problem *problem, vec least) {
         store(problem->cost.xx + k, totals.xx);
         store(problem->cost.xu + k, totals.xu);
         store(problem->cost.uu + k, totals.uu);
-        vec calm = load(problem->calm + k), even = EVEN * calm;
+        vec calm = load(problem->calm + k);
+        vec even = EVEN * calm;
         for (int count = 0; count < 2; count++) {
             store(problem->cost.xc[count] + k, totals.xc[count]);
             store(problem->cost.uc[count] + k, totals.uc[count]);
@@ -322,7 +331,9 @@ static inline void side_predict(vec dq,
                                 struct scan *scan,
                                 vec *ds,
                                 vec *corr) {
-    vec d = -r - dq, rs = d * is, dl = -l - l * rs;
+    vec d = -r - dq;
+    vec rs = d * is;
+    vec dl = -l - l * rs;
     *ds = d;
     *corr = d * dl * is;
     scan->ps = vmax(scan->ps, -rs);
@@ -377,16 +388,19 @@ static void predict_jerk(struct problem *problem,
                          struct totals *corr,
                          struct totals *cent) {
     for (int e = 0; e < 2; e++) {
-        struct sums one = {0}, two = {0};
+        struct sums one = {0};
+        struct sums two = {0};
         two_sided *row =
             &problem->jerk[i * 2 * problem->axes + e * problem->axes];
-        vec root = block->root[e], tm = {0}, zm = {0};
+        vec root = block->root[e];
+        vec tm = {0};
+        vec zm = {0};
         vec dm = block->half[e] * dz->x[e];
         for (int axis = 0; axis < problem->axes; axis++, row++) {
             vec dq = root
                      * (row->b[0] * dz->x[e] + row->b[1] * dz->u[e]
-                        + row->b[2] * dz->c[e]),
-                k1, k2;
+                        + row->b[2] * dz->c[e]);
+            vec k1, k2;
             side_predict(dm + dq,
                          row->r[0],
                          row->s[0],
@@ -434,7 +448,8 @@ static void predict_acc(struct problem *problem,
     two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
     for (int axis = 0; axis < problem->acc_sets * problem->axes;
          axis++, row++) {
-        vec dq = row->b[0] * dz->x[0] + row->b[1] * dz->u[0], k1, k2;
+        vec dq = row->b[0] * dz->x[0] + row->b[1] * dz->u[0];
+        vec k1, k2;
         side_predict(dq,
                      row->r[0],
                      row->s[0],
@@ -453,7 +468,8 @@ static void predict_acc(struct problem *problem,
                      &k2);
         row->dl[0] = k1;
         row->dl[1] = k2;
-        vec t = k2 - k1, z = row->is[0] - row->is[1];
+        vec t = k2 - k1;
+        vec z = row->is[0] - row->is[1];
         corr->x += t * row->b[0];
         corr->u += t * row->b[1];
         cent->x += z * row->b[0];
@@ -469,11 +485,13 @@ static void predict_mid(struct problem *problem,
                         struct totals *corr,
                         struct totals *cent) {
     two_sided *row = &problem->mid[i * problem->axes];
-    struct sums one = {0}, two = {0};
+    struct sums one = {0};
+    struct sums two = {0};
     vec x, u;
     middle_state(block->h, dz->x[0], dz->u[0], dz->c, &x, &u);
     for (int axis = 0; axis < problem->axes; axis++, row++) {
-        vec dq = row->b[0] * x + row->b[1] * u, k1, k2;
+        vec dq = row->b[0] * x + row->b[1] * u;
+        vec k1, k2;
         side_predict(dq,
                      row->r[0],
                      row->s[0],
@@ -506,7 +524,8 @@ static void predict_one(struct problem *problem,
                         struct totals *cent) {
     struct one_sided *row = &problem->one[i * ONE_SIDED_ROWS];
     for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, row++) {
-        vec dq = one_value(row, dz->x[0], dz->u[0], dz->c[0], dz->c[1]), k1;
+        vec dq = one_value(row, dz->x[0], dz->u[0], dz->c[0], dz->c[1]);
+        vec k1;
         side_predict(dq, row->r, row->s, row->l, row->is, scan, &row->ds, &k1);
         row->dl = k1;
         corr->x -= k1 * row->b[0];
@@ -528,7 +547,8 @@ static struct scan predict(struct problem *problem) {
         int k = i * LANES;
         const struct block bl = problem->block[i];
         const struct change dz = change_at(problem, k, bl.h);
-        struct totals corr = {0}, cent = {0};
+        struct totals corr = {0};
+        struct totals cent = {0};
         predict_jerk(problem, i, &bl, &dz, &scan, &corr, &cent);
         predict_acc(problem, i, &dz, &scan, &corr, &cent);
         predict_mid(problem, i, &bl, &dz, &scan, &corr, &cent);
@@ -684,9 +704,9 @@ static double move(struct problem *problem, double ap, double ad) {
         problem->c[0][i] += ap * problem->dc[0][i];
         problem->c[1][i] += ap * problem->dc[1][i];
     }
-    int two = problem->blocks * 2 * problem->axes,
-        acc = problem->blocks * problem->acc_sets * problem->axes,
-        one = problem->blocks * ONE_SIDED_ROWS;
+    int two = problem->blocks * 2 * problem->axes;
+    int acc = problem->blocks * problem->acc_sets * problem->axes;
+    int one = problem->blocks * ONE_SIDED_ROWS;
     vec gap = {0};
     int mid = problem->blocks * problem->axes;
     for (int i = 0; i < two + acc + mid; i++) {
@@ -718,8 +738,8 @@ static inline void jerk_sides(const struct block *block,
                               int e,
                               const two_sided *row,
                               vec side[2]) {
-    vec m = block->half[e] * block->x[e],
-        q = block->root[e]
+    vec m = block->half[e] * block->x[e];
+    vec q = block->root[e]
             * (row->b[0] * block->x[e] + row->b[1] * block->u[e]
                + row->b[2] * block->c[e]);
     side[0] = m + q;
@@ -821,16 +841,18 @@ bool IPM_SOLVE(struct problem *b, int max_iterations) {
         }
         riccati_solve(b, &b->grad);
         struct scan o = predict(b);
-        double gap = sum(o.sl), mu = gap / rows;
+        double gap = sum(o.sl);
+        double mu = gap / rows;
         if (!(gap < HOPELESS)) {
             return false;
         }
-        double ap = fmin(1.0, 1.0 / fmax(1e-9, top(o.ps))),
-               ad = fmin(1.0, 1.0 / fmax(1e-9, top(o.pl)));
+        double ap = fmin(1.0, 1.0 / fmax(1e-9, top(o.ps)));
+        double ad = fmin(1.0, 1.0 / fmax(1e-9, top(o.pl)));
         double after =
             (gap + ap * sum(o.dsl) + ad * sum(o.sdl) + ap * ad * sum(o.dsdl))
             / rows;
-        double ratio = fmax(after, 0.0) / mu, sigma = ratio * ratio * ratio;
+        double ratio = fmax(after, 0.0) / mu;
+        double sigma = ratio * ratio * ratio;
         combine(b, sigma * mu);
         riccati_solve(b, &b->grad);
         o = correct(b, sigma * mu);

@@ -77,13 +77,14 @@ static inline void add_start_gradient(struct totals *totals,
 static inline void add_end(struct totals *totals,
                            const struct sums *sums,
                            vec h) {
-    vec third = h * h / 3.0, half = 0.5 * h,
-        x0 = 2.0 * third * sums->xx + half * sums->xu,
-        u0 = 2.0 * third * sums->xu + half * sums->uu;
-    vec x1 = third * sums->xx + half * sums->xu,
-        u1 =
-            third * sums->xu
-            + half * sums->uu; /* derivatives of x1, u1 by c0, c1, by Hessian */
+    vec third = h * h / 3.0;
+    vec half = 0.5 * h;
+    vec x0 = 2.0 * third * sums->xx + half * sums->xu;
+    vec u0 = 2.0 * third * sums->xu + half * sums->uu;
+    vec x1 = third * sums->xx + half * sums->xu;
+    vec u1 =
+        third * sums->xu
+        + half * sums->uu; /* derivatives of x1, u1 by c0, c1, by Hessian */
     totals->xx += sums->xx;
     totals->xu += 2.0 * h * sums->xx + sums->xu;
     totals->uu += 4.0 * h * (h * sums->xx + sums->xu) + sums->uu;
@@ -92,8 +93,8 @@ static inline void add_end(struct totals *totals,
     totals->uc[0] += 2.0 * h * x0 + u0;
     totals->uc[1] += 2.0 * h * (x1 + sums->xc) + u1 + sums->uc;
     totals->cc[0] += 2.0 * third * x0 + half * u0;
-    vec c0 = 2.0 * third * sums->xc + half * sums->uc,
-        c1 = third * sums->xc + half * sums->uc;
+    vec c0 = 2.0 * third * sums->xc + half * sums->uc;
+    vec c1 = third * sums->xc + half * sums->uc;
     totals->cc[1] += third * x0 + half * u0 + c0;
     totals->cc[2] += third * x1 + half * u1 + 2.0 * c1 + sums->cc;
 }
@@ -101,7 +102,8 @@ static inline void add_end(struct totals *totals,
 static inline void add_end_gradient(struct totals *totals,
                                     const struct sums *sums,
                                     vec h) {
-    vec third = h * h / 3.0 * sums->x, half = 0.5 * h * sums->u;
+    vec third = h * h / 3.0 * sums->x;
+    vec half = 0.5 * h * sums->u;
     totals->x += sums->x;
     totals->u += 2.0 * h * sums->x + sums->u;
     totals->c[0] += 2.0 * third + half;
@@ -124,8 +126,9 @@ static inline void middle_state(vec h,
 static inline void add_middle(struct totals *totals,
                               const struct sums *sums,
                               vec h) {
-    vec ax[2] = {h * h * 5.0 / 24.0, h * h / 24.0},
-        au[2] = {0.5 * h, set1(0.0)}, x[2], u[2];
+    vec ax[2] = {h * h * 5.0 / 24.0, h * h / 24.0};
+    vec au[2] = {0.5 * h, set1(0.0)};
+    vec x[2], u[2];
     for (int count = 0; count < 2; count++) {
         x[count] = ax[count] * sums->xx + au[count] * sums->xu;
         u[count] = ax[count] * sums->xu + au[count] * sums->uu;

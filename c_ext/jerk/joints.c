@@ -132,8 +132,9 @@ static int turns_around(const jerk_planner *planner,
                         int k,
                         double v,
                         double *sum) {
-    double turn[JERK_AXES], at = grid->from_start[k],
-                            way = 2.0 * v * planner->cfg.cycle_s;
+    double turn[JERK_AXES];
+    double at = grid->from_start[k];
+    double way = 2.0 * v * planner->cfg.cycle_s;
     int count = 0;
     for (int side = -1; side <= 1; side += 2) {
         for (int i = side < 0 ? k : k + 1;
@@ -176,12 +177,13 @@ static double used_at(const jerk_planner *planner,
                       int k,
                       double v,
                       double *used) {
-    double sum[JERK_AXES] = {0.0}, most = 0.0;
+    double sum[JERK_AXES] = {0.0};
+    double most = 0.0;
     if (turns_around(planner, grid, k, v, sum) < 2) {
         return 0.0; /* a single one needs no room */
     }
-    const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].q,
-                        *right = grid->seg[k].q;
+    const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].q;
+    const jerk_interval *right = grid->seg[k].q;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         used[axis] = fabs(sum[axis])
                      / (planner->cfg.cycle_s
@@ -205,10 +207,11 @@ static void leave(const jerk_planner *planner,
 /* What the motion around the joint at knot k, or around the head (k 0), is left
  * with. */
 static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
-    double used[JERK_AXES], v = planner->scale * sqrt(grid->top[k]),
-                            at = grid->from_start[k],
-                            way = v * planner->cfg.cycle_s,
-                            most = used_at(planner, grid, k, v, used);
+    double used[JERK_AXES];
+    double v = planner->scale * sqrt(grid->top[k]);
+    double at = grid->from_start[k];
+    double way = v * planner->cfg.cycle_s;
+    double most = used_at(planner, grid, k, v, used);
     if (most <= FREE) {
         return;
     }

@@ -10,7 +10,10 @@
 
 /* Position, speed and acceleration of a law at the time t since its start. */
 void jerk_at(const jerk_law *law, double t, jerk_state *out) {
-    const double j = law->jerk, n = law->snap, c = law->crackle, p = law->pop;
+    const double j = law->jerk;
+    const double n = law->snap;
+    const double c = law->crackle;
+    const double p = law->pop;
     out->s =
         law->s0
         + t
@@ -65,13 +68,14 @@ static double duration(double h,
                        double v1,
                        double a1,
                        double j1) {
-    double mean = 0.5 * (v0 + v1), turn = (a0 - a1) / 10.0,
-           twist = (j0 + j1) / 120.0;
+    double mean = 0.5 * (v0 + v1);
+    double turn = (a0 - a1) / 10.0;
+    double twist = (j0 + j1) / 120.0;
     double t =
         2.0 * h / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * h / 3.0)));
     for (int i = 0; i < DURATION_STEPS; i++) {
-        double slope = mean + t * (2.0 * turn + 3.0 * t * twist),
-               step = (h - t * (mean + t * (turn + t * twist))) / slope;
+        double slope = mean + t * (2.0 * turn + 3.0 * t * twist);
+        double step = (h - t * (mean + t * (turn + t * twist))) / slope;
         t += step;
         if (fabs(step) <= CLOSE * t) {
             return slope > LEAST_SLOPE * mean ? t : NAN;
@@ -90,9 +94,11 @@ void law_between(jerk_law *law,
                  double v1,
                  double a1,
                  double j1) {
-    double t = duration(h, v0, a0, j0, v1, a1, j1), t2 = t * t;
-    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2, a = (a1 - a0 - j0 * t) * t,
-           j = (j1 - j0) * t2;
+    double t = duration(h, v0, a0, j0, v1, a1, j1);
+    double t2 = t * t;
+    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2;
+    double a = (a1 - a0 - j0 * t) * t;
+    double j = (j1 - j0) * t2;
     law->length = h;
     law->v0 = v0;
     law->a0 = a0;
@@ -113,8 +119,9 @@ void law_from(jerk_law *law,
               double u1,
               const double c[2],
               double scale) {
-    double f2 = scale * scale, v = scale * sqrt(fmax(0.0, x)),
-           v1 = scale * sqrt(fmax(0.0, x1));
+    double f2 = scale * scale;
+    double v = scale * sqrt(fmax(0.0, x));
+    double v1 = scale * sqrt(fmax(0.0, x1));
     law->length = h;
     if (x <= 0.0) {
         rest_law(law, h, v1, false);

@@ -61,13 +61,16 @@ static void inside(const jerk_interval *in,
                    double *d1,
                    double *d2,
                    double *d3) {
-    double h = in->length, p = in->d1[0][axis], v = h * in->d2[0][axis],
-           w = 0.5 * h * h * in->d3[0][axis];
-    double dp = in->d1[1][axis] - p - v - w,
-           dv = h * in->d2[1][axis] - v - 2.0 * w,
-           dw = 0.5 * (h * h * in->d3[1][axis] - 2.0 * w);
-    double c3 = 10.0 * dp - 4.0 * dv + dw,
-           c4 = -15.0 * dp + 7.0 * dv - 2.0 * dw, c5 = 6.0 * dp - 3.0 * dv + dw;
+    double h = in->length;
+    double p = in->d1[0][axis];
+    double v = h * in->d2[0][axis];
+    double w = 0.5 * h * h * in->d3[0][axis];
+    double dp = in->d1[1][axis] - p - v - w;
+    double dv = h * in->d2[1][axis] - v - 2.0 * w;
+    double dw = 0.5 * (h * h * in->d3[1][axis] - 2.0 * w);
+    double c3 = 10.0 * dp - 4.0 * dv + dw;
+    double c4 = -15.0 * dp + 7.0 * dv - 2.0 * dw;
+    double c5 = 6.0 * dp - 3.0 * dv + dw;
     *d1 = p + t * (v + t * (w + t * (c3 + t * (c4 + t * c5))));
     *d2 = (v + t * (2.0 * w + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))))
           / h;

@@ -55,8 +55,10 @@ static double *doubles(struct arena *arena, size_t count) {
 }
 
 static void lay_out(jerk_planner *planner, struct arena *arena) {
-    size_t count = (size_t)planner->capacity, stages = count + 2 * LANES,
-           blocks = stages / LANES + 1, axes = (size_t)planner->cfg.axes;
+    size_t count = (size_t)planner->capacity;
+    size_t stages = count + 2 * LANES;
+    size_t blocks = stages / LANES + 1;
+    size_t axes = (size_t)planner->cfg.axes;
     planner->ring =
         take(arena, sizeof *planner->ring * (size_t)(planner->mask + 1));
     planner->tight = doubles(arena, (size_t)(planner->mask + 1));
@@ -352,7 +354,8 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     int k = pl->next;
     jerk_state at;
     jerk_at(law, seconds, &at);
-    double d = at.s - law->s0, left = pl->h[k] - d;
+    double d = at.s - law->s0;
+    double left = pl->h[k] - d;
     if (!(d > LEAST_PART) || !(left > LEAST_PART) || !(at.v > 0.0)) {
         remember_law(planner, k, law, true);
         hand_out(planner);

@@ -25,8 +25,9 @@
 #define FINER_LOSS                                                             \
     2e-3 /* of the window's time, that lowered limits cost: beyond it          \
             intervals are made finer ... */
-#define FINER_TIGHT 0.98 /* ... that come below this share of the limit, ...   \
-                          */
+#define FINER_TIGHT                                                            \
+    0.98 /* ... that come below this share of the limit, ...                   \
+          */
 #define FINER_BULGE                                                            \
     0.02 /* ... for as much more inside, of second order in the step, ... */
 #define FINER_LEAST 0.4  /* ... by so much at once */
@@ -35,10 +36,11 @@
 #define LEAST_X 1e-14
 #define PAUSE 0.1 /* gap at which the solver looks inside the intervals */
 #define PAUSE_AGAIN 0.01
-#define NEARLY 1.05    /* ratio of a solution that the solver goes on from */
-#define MISSED_SO 0.03 /* rows that were lowered meanwhile, over START_SLACK   \
-                        */
-#define FORESEEN 0.9   /* of the limit: jerks below it do not matter there */
+#define NEARLY 1.05 /* ratio of a solution that the solver goes on from */
+#define MISSED_SO                                                              \
+    0.03             /* rows that were lowered meanwhile, over START_SLACK     \
+                      */
+#define FORESEEN 0.9 /* of the limit: jerks below it do not matter there */
 #define FORESEEN_FROM 1.003
 #define AIM 1.003 /* ratio that a tightened interval should come to */
 #define FALLBACK_SCALE 0.7
@@ -51,10 +53,11 @@
 #define REACH_FORGOTTEN 1e4 /* mm */
 #define TAIL_MORE                                                              \
     1.15 /* a window must be so much longer than what is left of the plan */
-#define TAIL_AND 1.003     /* of x, where the feeds before allow it */
-#define ABOVE_BEFORE 1.001 /* of x: room for a solver that starts at the cap   \
-                            */
-#define TAIL_ONLY 1.0005   /* of x, elsewhere */
+#define TAIL_AND 1.003 /* of x, where the feeds before allow it */
+#define ABOVE_BEFORE                                                           \
+    1.001                /* of x: room for a solver that starts at the cap     \
+                          */
+#define TAIL_ONLY 1.0005 /* of x, elsewhere */
 #define LASTS                                                                  \
     2.5 /* a plan is not made anew while so many stopping ways are left of it  \
          */
@@ -66,7 +69,9 @@
 /* Way from the largest speed of the plan to rest with the smallest limits. */
 static double stopping_way(const jerk_planner *planner,
                            const struct grid *grid) {
-    double x = 0.0, a = 1e30, j = 1e30;
+    double x = 0.0;
+    double a = 1e30;
+    double j = 1e30;
     for (int k = 0; k < grid->n; k++) {
         x = fmax(x, planner->prob.x[k]);
     }
@@ -74,7 +79,8 @@ static double stopping_way(const jerk_planner *planner,
         a = fmin(a, planner->cfg.a_max[i]);
         j = fmin(j, planner->cfg.j_max[i]);
     }
-    double v = planner->scale * sqrt(x), ramp = fmin(a, sqrt(v * j));
+    double v = planner->scale * sqrt(x);
+    double ramp = fmin(a, sqrt(v * j));
     return 0.5 * v * (v / ramp + ramp / j);
 }
 
@@ -139,7 +145,8 @@ static double time_over(const double *h,
                         int from,
                         int count,
                         double length) {
-    double t = 0.0, at = 0.0;
+    double t = 0.0;
+    double at = 0.0;
     for (int k = from; k < count && at + h[k] <= length + 1e-9; k++) {
         double v = sqrt(x[k]) + sqrt(x[k + 1]);
         t += (x[k] > 0.0 && x[k + 1] > 0.0 ? 2.0 : 3.0) * h[k] / v;
@@ -158,11 +165,12 @@ static bool slower_than_tail(const jerk_planner *planner,
     if (length <= 0.0 || grid->from_start[grid->n] < length - 1e-9) {
         return false;
     }
-    double t_new = 0.0, at = 0.0;
+    double t_new = 0.0;
+    double at = 0.0;
     for (int k = 0; k < grid->n && at < length - 1e-9; k++) {
-        double h = grid->seg[k].h,
-               v = sqrt(planner->prob.x[k]) + sqrt(planner->prob.x[k + 1]),
-               part = fmin(1.0, (length - at) / h);
+        double h = grid->seg[k].h;
+        double v = sqrt(planner->prob.x[k]) + sqrt(planner->prob.x[k + 1]);
+        double part = fmin(1.0, (length - at) / h);
         t_new +=
             part
             * (planner->prob.x[k] > 0.0 && planner->prob.x[k + 1] > 0.0 ? 2.0
@@ -233,8 +241,8 @@ static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
 /* The speed peaks inside an interval above the feed that it was planned with:
  * with so much less it will peak at the feed. */
 static void plan_slower(struct segment *segment) {
-    double over = segment->fast * FEED_SLACK / CHECK_SLACK,
-           by = fmin(SLOWER_BY, 1.0 / (over * over));
+    double over = segment->fast * FEED_SLACK / CHECK_SLACK;
+    double by = fmin(SLOWER_BY, 1.0 / (over * over));
     segment->soft *= by;
     segment->slower *= by;
 }
@@ -327,15 +335,16 @@ static double foreseen(const jerk_planner *planner,
                        const struct problem *problem,
                        const struct segment *segment,
                        int k) {
-    double more, f2 = planner->scale * planner->scale,
-                 c[2] = {problem->c[0][k] * f2, problem->c[1][k] * f2};
+    double more;
+    double f2 = planner->scale * planner->scale;
+    double c[2] = {problem->c[0][k] * f2, problem->c[1][k] * f2};
     double most = bend_inside(planner,
                               segment,
                               problem->x[k] * f2,
                               problem->u[k] * f2,
                               c,
-                              &more),
-           tight = *segment->tight;
+                              &more);
+    double tight = *segment->tight;
     if (!(most > FORESEEN * tight) || !isfinite(most)) {
         return tight;
     }
@@ -348,7 +357,8 @@ static double foreseen(const jerk_planner *planner,
 static double loss_of_time(const struct grid *grid,
                            const struct problem *problem,
                            const double *share) {
-    double lost = 0.0, time = 0.0;
+    double lost = 0.0;
+    double time = 0.0;
     for (int k = problem->first; k < grid->n - 1; k++) {
         double t = grid->seg[k].h / sqrt(fmax(problem->x[k], LEAST_X));
         time += t;
@@ -485,7 +495,8 @@ static void allow_tail(jerk_planner *planner, struct grid *grid, double reach) {
     for (int k = 0; k < grid->n && i < pl->n && grid->from_start[k] < reach;
          k++) {
         struct segment *segment = &grid->seg[k];
-        double most = 0.0, end = grid->from_start[k + 1];
+        double most = 0.0;
+        double end = grid->from_start[k + 1];
         while (i < pl->n && at < end - 1e-9) { /* what begins where the segment
                                                   ends is not of it */
             most = fmax(most, fmax(pl->x[i], pl->x[i + 1]));

@@ -18,15 +18,20 @@ typedef struct cost_to_go {
 static struct cost_to_go factor_terminal(struct problem *problem,
                                          struct cost_to_go cost_to_go) {
     int k = problem->n - 2;
-    double h = problem->h[k], t = problem->terminal, den = h * h + t * h;
-    double kx = -1.0 / den, ku = -(2.0 * h + t) / den;
+    double h = problem->h[k];
+    double t = problem->terminal;
+    double den = h * h + t * h;
+    double kx = -1.0 / den;
+    double ku = -(2.0 * h + t) / den;
     const struct stage_cost *stage_cost = &problem->cost;
-    double xc = stage_cost->xc[0][k] + stage_cost->xc[1][k],
-           uc = stage_cost->uc[0][k] + stage_cost->uc[1][k],
-           cc = stage_cost->cc[0][k] + 2.0 * stage_cost->cc[1][k]
+    double xc = stage_cost->xc[0][k] + stage_cost->xc[1][k];
+    double uc = stage_cost->uc[0][k] + stage_cost->uc[1][k];
+    double cc = stage_cost->cc[0][k] + 2.0 * stage_cost->cc[1][k]
                 + stage_cost->cc[2][k];
-    double axx = 1.0 + h * h * kx, axu = 2.0 * h + h * h * ku, aux = h * kx,
-           auu = 1.0 + h * ku;
+    double axx = 1.0 + h * h * kx;
+    double axu = 2.0 * h + h * h * ku;
+    double aux = h * kx;
+    double auu = 1.0 + h * ku;
     problem->gain[k] = (struct gain){.h = h,
                                      .kx = {kx, kx},
                                      .ku = {ku, ku},
@@ -54,22 +59,26 @@ static bool factor_stage(struct problem *problem,
                          int k,
                          struct cost_to_go *cost_to_go) {
     const struct stage_cost *stage_cost = &problem->cost;
-    double h = problem->h[k], along = 0.5 * h,
-           bx[2] = {h * h * 2.0 / 3.0, h * h / 3.0}, px[2], pu[2], sx[2], su[2];
+    double h = problem->h[k];
+    double along = 0.5 * h;
+    double bx[2] = {h * h * 2.0 / 3.0, h * h / 3.0};
+    double px[2], pu[2], sx[2], su[2];
     for (int i = 0; i < 2; i++) {
         px[i] = cost_to_go->xx * bx[i] + cost_to_go->xu * along;
         pu[i] = cost_to_go->xu * bx[i] + cost_to_go->uu * along;
         sx[i] = stage_cost->xc[i][k] + px[i];
         su[i] = stage_cost->uc[i][k] + 2.0 * h * px[i] + pu[i];
     }
-    double r00 = stage_cost->cc[0][k] + bx[0] * px[0] + along * pu[0],
-           r01 = stage_cost->cc[1][k] + bx[0] * px[1] + along * pu[1];
-    double r11 = stage_cost->cc[2][k] + bx[1] * px[1] + along * pu[1],
-           det = r00 * r11 - r01 * r01;
+    double r00 = stage_cost->cc[0][k] + bx[0] * px[0] + along * pu[0];
+    double r01 = stage_cost->cc[1][k] + bx[0] * px[1] + along * pu[1];
+    double r11 = stage_cost->cc[2][k] + bx[1] * px[1] + along * pu[1];
+    double det = r00 * r11 - r01 * r01;
     if (!(r00 > 0.0) || !(det > 0.0)) {
         return false;
     }
-    double i00 = r11 / det, i01 = -r01 / det, i11 = r00 / det;
+    double i00 = r11 / det;
+    double i01 = -r01 / det;
+    double i11 = r00 / det;
     double kx[2] = {-(i00 * sx[0] + i01 * sx[1]), -(i01 * sx[0] + i11 * sx[1])};
     double ku[2] = {-(i00 * su[0] + i01 * su[1]), -(i01 * su[0] + i11 * su[1])};
     problem->gain[k] =
@@ -119,9 +128,11 @@ static void gather_gradients(struct problem *problem,
                              const struct stage_grad *stage_grad,
                              double *x,
                              double *u) {
-    int last = problem->n - 1, k = last - 1;
-    double px = stage_grad->x[last], pu = stage_grad->u[last],
-           c = stage_grad->c[0][k] + stage_grad->c[1][k];
+    int last = problem->n - 1;
+    int k = last - 1;
+    double px = stage_grad->x[last];
+    double pu = stage_grad->u[last];
+    double c = stage_grad->c[0][k] + stage_grad->c[1][k];
     const struct gain *gain = &problem->gain[k];
     double nx =
         stage_grad->x[k] + gain->kx[0] * c + (gain->xx * px + gain->ux * pu);
@@ -129,9 +140,13 @@ static void gather_gradients(struct problem *problem,
     px = nx;
     for (k = last - 2; k >= problem->first; k--) {
         gain = &problem->gain[k];
-        double g0 = stage_grad->c[0][k], g1 = stage_grad->c[1][k], h = gain->h;
-        double both = 0.5 * h * pu, third = h * h * px / 3.0,
-               r0 = g0 + 2.0 * third + both, r1 = g1 + third + both;
+        double g0 = stage_grad->c[0][k];
+        double g1 = stage_grad->c[1][k];
+        double h = gain->h;
+        double both = 0.5 * h * pu;
+        double third = h * h * px / 3.0;
+        double r0 = g0 + 2.0 * third + both;
+        double r1 = g1 + third + both;
         problem->free[0][k] = -(gain->inverse[0] * r0 + gain->inverse[1] * r1);
         problem->free[1][k] = -(gain->inverse[1] * r0 + gain->inverse[2] * r1);
         nx = stage_grad->x[k] + (gain->kx[0] * g0 + gain->kx[1] * g1)
@@ -148,7 +163,9 @@ static void gather_gradients(struct problem *problem,
 void riccati_solve(struct problem *problem,
                    const struct stage_grad *stage_grad) {
     int last = problem->n - 1;
-    double px, pu, x = 0.0, u = 0.0;
+    double px, pu;
+    double x = 0.0;
+    double u = 0.0;
     gather_gradients(problem, stage_grad, &px, &pu);
     problem->dx[0] = problem->du[0] = problem->dc[0][0] = problem->dc[1][0] =
         0.0;
@@ -160,7 +177,9 @@ void riccati_solve(struct problem *problem,
     problem->free[0][last - 1] = problem->free[1][last - 1] = 0.0;
     for (int k = problem->first; k < last; k++) {
         const struct gain *gain = &problem->gain[k];
-        double d0 = problem->free[0][k], d1 = problem->free[1][k], h = gain->h;
+        double d0 = problem->free[0][k];
+        double d1 = problem->free[1][k];
+        double h = gain->h;
         problem->dx[k] = x;
         problem->du[k] = u;
         problem->dc[0][k] = gain->kx[0] * x + gain->ku[0] * u + d0;

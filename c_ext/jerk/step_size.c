@@ -39,8 +39,8 @@ typedef struct along {
 /* Of a limit of speed, what there is a way to reach: numbers are scaled by it,
  * and so are steps. */
 double reached_speed(double v, double a, double j) {
-    double by_a2 = 2.0 * a * LONGEST_WAY,
-           by_j3 = 4.5 * j * LONGEST_WAY * LONGEST_WAY;
+    double by_a2 = 2.0 * a * LONGEST_WAY;
+    double by_j3 = 4.5 * j * LONGEST_WAY * LONGEST_WAY;
     return v * v <= by_a2 && v * v * v <= by_j3
                ? v
                : fmin(v, fmin(sqrt(by_a2), cbrt(by_j3)));
@@ -50,9 +50,9 @@ double reached_speed(double v, double a, double j) {
  * rest where that ramp is very short. */
 static struct steps steps_for(struct along along) {
     along.v = reached_speed(along.v, along.a, along.j);
-    double a = fmin(along.a, sqrt(along.v * along.j)),
-           ramp = a * a * a / (6.0 * along.j * along.j),
-           stop = 0.5 * along.v * (along.v / a + a / along.j);
+    double a = fmin(along.a, sqrt(along.v * along.j));
+    double ramp = a * a * a / (6.0 * along.j * along.j);
+    double stop = 0.5 * along.v * (along.v / a + a / along.j);
     struct steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
     out.rest = ramp / JOINED_PARTS;
     out.finest =
@@ -67,7 +67,8 @@ static double lean_rate(const jerk_planner *planner,
                         const jerk_interval *interval) {
     double worst = 0.0;
     for (int e = 0; e < 2; e++) {
-        double most = 0.0, change = 0.0;
+        double most = 0.0;
+        double change = 0.0;
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
             double jerk = jerk_max(planner, interval, axis);
             most = fmax(most, fabs(interval->d1[e][axis]) / jerk);
@@ -85,13 +86,14 @@ static double lean_rate(const jerk_planner *planner,
  * change of their rate. */
 static double turn_length(const jerk_planner *planner,
                           const jerk_interval *interval) {
-    double start = 0.0, end = 0.0;
+    double start = 0.0;
+    double end = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double rate = fmax(1.0,
-                           fmax(fabs(interval->d1[0][axis]),
-                                fabs(interval->d1[1][axis]))),
-               d0 = interval->d2[0][axis] / rate,
-               d1 = interval->d2[1][axis] / rate;
+        double rate = fmax(
+            1.0,
+            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
+        double d0 = interval->d2[0][axis] / rate;
+        double d1 = interval->d2[1][axis] / rate;
         start += d0 * d0;
         end += d1 * d1;
     }
@@ -167,10 +169,9 @@ struct steps interval_steps(const jerk_planner *planner,
 double jerk_stop_knots(const jerk_config *config) {
     double most = 0.0;
     for (int i = 0; i < config->axes; i++) {
-        double v = reached_speed(config->v_max[i],
-                                 config->a_max[i],
-                                 config->j_max[i]),
-               a = fmin(config->a_max[i], sqrt(v * config->j_max[i]));
+        double v =
+            reached_speed(config->v_max[i], config->a_max[i], config->j_max[i]);
+        double a = fmin(config->a_max[i], sqrt(v * config->j_max[i]));
         most = fmax(
             most,
             0.5 * v * (v / a + a / config->j_max[i])

@@ -11,8 +11,9 @@
             failed closely */
 #define CLOSE_ENOUGH 0.01
 #define MAX_HALVINGS 12
-#define PREVIEW_TRIES 4 /* distances that are tried where none is found, and   \
-                         */
+#define PREVIEW_TRIES                                                          \
+    4 /* distances that are tried where none is found, and                     \
+       */
 #define PREVIEW_STEP_S 0.003 /* as TRY_AGAIN_S; */
 #define PREVIEW_GROWS                                                          \
     1.3 /* longer and longer, so that looking ahead takes a bounded time */
@@ -27,17 +28,20 @@ typedef struct brake {
 /* From (v, a) down to the speed v1 with the smallest limits along the path: to
  * a = 0, then two jerk ramps. */
 static struct brake brake_estimate(const jerk_planner *planner, double v1) {
-    double v = planner->scale * sqrt(planner->x),
-           a = fmax(0.0, planner->scale * planner->scale * planner->u),
-           acc = 1e30, jerk = 1e30;
+    double v = planner->scale * sqrt(planner->x);
+    double a = fmax(0.0, planner->scale * planner->scale * planner->u);
+    double acc = 1e30;
+    double jerk = 1e30;
     const jerk_interval *interval = ring_at(planner, planner->head);
     for (int i = 0; i < planner->cfg.axes; i++) {
         double d = fmax(fabs(interval->d1[0][i]), 1e-9);
         acc = fmin(acc, acc_max(planner, interval, i) / d);
         jerk = fmin(jerk, jerk_max(planner, interval, i) / d);
     }
-    double t1 = a / jerk, top = v + 0.5 * a * t1, drop = fmax(0.0, top - v1),
-           ramp = fmin(acc, sqrt(drop * jerk));
+    double t1 = a / jerk;
+    double top = v + 0.5 * a * t1;
+    double drop = fmax(0.0, top - v1);
+    double ramp = fmin(acc, sqrt(drop * jerk));
     double rise = v * t1 + 0.5 * a * t1 * t1 - jerk * t1 * t1 * t1 / 6.0;
     return (struct brake){
         top,
@@ -121,7 +125,8 @@ static bool try_stop(jerk_planner *planner, double distance, double found) {
  * considered. False if none was found that is shorter by much; given up after
  * so many tries without one. */
 static bool shortest_stop(jerk_planner *planner, int hopeless) {
-    double low = 0.0, high = 0.0;
+    double low = 0.0;
+    double high = 0.0;
     bool found = false;
     for (int k = planner->plan.next; k < planner->plan.n; k++) {
         high += planner->plan.h[k];

@@ -34,7 +34,8 @@ static bool straight(const jerk_planner *planner,
  * ahead. */
 static double line_ahead(const jerk_planner *planner, uint64_t *end) {
     const jerk_interval *first = ring_at(planner, planner->head);
-    double length = 0.0, speed = asked_speed(planner, first);
+    double length = 0.0;
+    double speed = asked_speed(planner, first);
     int blocks = 0;
     for (uint64_t i = planner->head; i != planner->tail; i++) {
         const jerk_interval *interval = ring_at(planner, i);
@@ -126,8 +127,9 @@ typedef struct pen {
 } pen;
 
 static double time_over(const jerk_law *law, double h) {
-    double low = 0.0, high = law->time,
-           t = fmin(high, 2.0 * h / fmax(1e-9, 2.0 * law->v0 + law->a0 * high));
+    double low = 0.0;
+    double high = law->time;
+    double t = fmin(high, 2.0 * h / fmax(1e-9, 2.0 * law->v0 + law->a0 * high));
     for (int k = 0; k < 80; k++) {
         jerk_state at;
         jerk_at(law, t, &at);
@@ -181,7 +183,9 @@ static void phase(struct pen *pen, double jerk, double time, bool ends) {
         jerk_law law = {.v0 = pen->v, .a0 = pen->a, .jerk = jerk, .time = time};
         jerk_state end;
         jerk_at(&law, time, &end);
-        double left = interval->length - pen->at, part = time, h = end.s;
+        double left = interval->length - pen->at;
+        double part = time;
+        double h = end.s;
         bool final = ends && pen->i + 1 == pen->p->plan.end;
         bool whole = final || h >= left - 1e-12;
         if (whole) {

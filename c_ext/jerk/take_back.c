@@ -49,16 +49,18 @@ void forget_laws(jerk_planner *planner) {
 /* The plan moves `by` places up in its arrays. */
 static void shift_plan(plan *pl, int by) {
     size_t count = (size_t)(pl->n - pl->next);
-    double *knots[] = {pl->x, pl->u}, *segments[] = {pl->h,
-                                                     pl->time,
-                                                     pl->jerk,
-                                                     pl->snap,
-                                                     pl->crackle,
-                                                     pl->pop,
-                                                     pl->c[0],
-                                                     pl->c[1],
-                                                     pl->offset};
-    int from = pl->next, to = from + by;
+    double *knots[] = {pl->x, pl->u};
+    double *segments[] = {pl->h,
+                          pl->time,
+                          pl->jerk,
+                          pl->snap,
+                          pl->crackle,
+                          pl->pop,
+                          pl->c[0],
+                          pl->c[1],
+                          pl->offset};
+    int from = pl->next;
+    int to = from + by;
     for (size_t i = 0; i < sizeof knots / sizeof *knots; i++) {
         memmove(knots[i] + to, knots[i] + from, sizeof(double) * (count + 1));
     }

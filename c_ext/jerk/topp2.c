@@ -71,11 +71,14 @@ static struct range range_at(const topp2 *topp,
                           -0.5 / rows->h,
                           -0.5 / rows->h};
     for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
-        double cu = rows->cu[axis], cx = rows->cx[axis];
+        double cu = rows->cu[axis];
+        double cx = rows->cx[axis];
         if (fabs(cu) < 1e-12) {
             continue;
         }
-        double inv = 1.0 / cu, middle = -cx * x * inv, half = fabs(inv);
+        double inv = 1.0 / cu;
+        double middle = -cx * x * inv;
+        double half = fabs(inv);
         if (middle + half < range.high) {
             range.high = middle + half, range.high_slope = -cx * inv;
         }
@@ -94,8 +97,8 @@ static double controllable(const topp2 *topp,
     double x = soft_cap_of(topp, rows);
     for (int i = 0; i < 4 * JERK_AXES; i++) {
         struct range range = range_at(topp, rows, x, 0.0, next);
-        double gap = range.low - range.high,
-               slope = range.low_slope - range.high_slope;
+        double gap = range.low - range.high;
+        double slope = range.low_slope - range.high_slope;
         if (gap <= 1e-13 * (fabs(range.low) + 1.0)) {
             return x;
         }
@@ -146,9 +149,9 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
                         .last = interval->blocks != 0,
                         .stand = stand};
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double most = fmax(fabs(interval->d1[0][axis]),
-                           fabs(interval->d1[1][axis])),
-               acc = USABLE * topp->cfg.a_max[axis]
+        double most =
+            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis]));
+        double acc = USABLE * topp->cfg.a_max[axis]
                      * (interval->acc_share[axis] > 0.0f
                             ? (double)interval->acc_share[axis]
                             : 1.0);
@@ -232,7 +235,9 @@ static void set_law(const knot_rows *rows,
                     double u,
                     jerk_law *law,
                     bool last) {
-    double x1 = fmax(0.0, x + 2.0 * h * u), v = sqrt(x), v1 = sqrt(x1);
+    double x1 = fmax(0.0, x + 2.0 * h * u);
+    double v = sqrt(x);
+    double v1 = sqrt(x1);
     *law = (jerk_law){.tag = rows->tag,
                       .s0 = rows->offset,
                       .v0 = v,
@@ -257,15 +262,16 @@ static double standing_acc(const topp2 *topp, const knot_rows *rows) {
 /* From rest to rest over one interval, accelerating over one half and braking
  * over the other: two laws. */
 static void hop(const topp2 *topp, const knot_rows *rows, jerk_law *laws) {
-    double half = 0.5 * rows->h,
-           u = fmin(0.5 * standing_acc(topp, rows),
-                    soft_cap_of(topp, rows) / (2.0 * half)),
-           bend = 0.0;
+    double half = 0.5 * rows->h;
+    double u = fmin(0.5 * standing_acc(topp, rows),
+                    soft_cap_of(topp, rows) / (2.0 * half));
+    double bend = 0.0;
     for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
         bend = fmax(bend, fabs(rows->cx[axis]));
     }
     u = fmin(u, 0.5 / fmax(1e-30, 2.0 * half * bend));
-    double v = sqrt(2.0 * half * u), t = v / u;
+    double v = sqrt(2.0 * half * u);
+    double t = v / u;
     laws[0] = (jerk_law){.tag = rows->tag,
                          .s0 = rows->offset,
                          .a0 = u,
@@ -355,9 +361,10 @@ static void consume(topp2 *topp, const struct step *step) {
     double share = step->h / rows->h; /* a stop inside: rows of the rest stay
                                          those of the ends, cut linearly */
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double cx = rows->cx[2 * axis], cu = rows->cu[2 * axis],
-               ex = rows->cx[2 * axis + 1],
-               eu = rows->cu[2 * axis + 1] - 2.0 * rows->h * ex;
+        double cx = rows->cx[2 * axis];
+        double cu = rows->cu[2 * axis];
+        double ex = rows->cx[2 * axis + 1];
+        double eu = rows->cu[2 * axis + 1] - 2.0 * rows->h * ex;
         rows->cx[2 * axis] = cx + share * (ex - cx);
         rows->cu[2 * axis] = cu + share * (eu - cu);
         rows->cu[2 * axis + 1] = eu + 2.0 * (rows->h - step->h) * ex;

@@ -31,7 +31,8 @@ static double ratio_at(const jerk_planner *planner,
                        const float *miss,
                        struct motion motion) {
     const jerk_interval *interval = segment->q;
-    double worst = 0.0, v2 = motion.v * motion.v;
+    double worst = 0.0;
+    double v2 = motion.v * motion.v;
     if (!isfinite(motion.v + motion.a + motion.j)) {
         return INFINITY;
     }
@@ -72,25 +73,32 @@ static void derivatives_at(const jerk_interval *interval,
                            double *d1,
                            double *d2,
                            double *d3) {
-    double h = interval->length, r = 1.0 - t, t2 = t * t, r2 = r * r;
-    double s1 = r2 * r * (1.0 + 3.0 * t + 6.0 * t2),
-           s2 = h * r2 * r * t * (1.0 + 3.0 * t),
-           s3 = 0.5 * h * h * r2 * r * t2;
-    double e2 = -h * t2 * t * r * (1.0 + 3.0 * r),
-           e3 = 0.5 * h * h * t2 * t * r2;
-    double first = -30.0 * t2 * r2 / h, b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2),
-           b3 = 0.5 * h * t * r2 * (2.0 - 5.0 * t);
-    double f2 = t2 * (1.0 + 2.0 * r - 15.0 * r2),
-           f3 = -0.5 * h * r * t2 * (2.0 - 5.0 * r);
-    double second = -60.0 * t * r * (1.0 - 2.0 * t) / (h * h),
-           g2 = -12.0 * t * r * (3.0 - 5.0 * t) / h,
-           g3 = r * (1.0 - 8.0 * t + 10.0 * t2);
-    double k2 = 12.0 * t * r * (3.0 - 5.0 * r) / h,
-           k3 = t * (1.0 - 8.0 * r + 10.0 * r2);
+    double h = interval->length;
+    double r = 1.0 - t;
+    double t2 = t * t;
+    double r2 = r * r;
+    double s1 = r2 * r * (1.0 + 3.0 * t + 6.0 * t2);
+    double s2 = h * r2 * r * t * (1.0 + 3.0 * t);
+    double s3 = 0.5 * h * h * r2 * r * t2;
+    double e2 = -h * t2 * t * r * (1.0 + 3.0 * r);
+    double e3 = 0.5 * h * h * t2 * t * r2;
+    double first = -30.0 * t2 * r2 / h;
+    double b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2);
+    double b3 = 0.5 * h * t * r2 * (2.0 - 5.0 * t);
+    double f2 = t2 * (1.0 + 2.0 * r - 15.0 * r2);
+    double f3 = -0.5 * h * r * t2 * (2.0 - 5.0 * r);
+    double second = -60.0 * t * r * (1.0 - 2.0 * t) / (h * h);
+    double g2 = -12.0 * t * r * (3.0 - 5.0 * t) / h;
+    double g3 = r * (1.0 - 8.0 * t + 10.0 * t2);
+    double k2 = 12.0 * t * r * (3.0 - 5.0 * r) / h;
+    double k3 = t * (1.0 - 8.0 * r + 10.0 * r2);
     for (int i = 0; i < axes; i++) {
-        double p0 = interval->d1[0][i], p1 = interval->d1[1][i],
-               v0 = interval->d2[0][i], v1 = interval->d2[1][i],
-               w0 = interval->d3[0][i], w1 = interval->d3[1][i];
+        double p0 = interval->d1[0][i];
+        double p1 = interval->d1[1][i];
+        double v0 = interval->d2[0][i];
+        double v1 = interval->d2[1][i];
+        double w0 = interval->d3[0][i];
+        double w1 = interval->d3[1][i];
         d1[i] =
             s1 * p0 + s2 * v0 + s3 * w0 + (1.0 - s1) * p1 + e2 * v1 + e3 * w1;
         d2[i] = first * (p0 - p1) + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
@@ -126,9 +134,12 @@ static double rest_ratio(const jerk_planner *planner,
                          const struct segment *segment,
                          double v,
                          double sign) {
-    double t = 3.0 * segment->h / v, j = 2.0 * v / (t * t);
-    double tm = t * cbrt(0.5), vm = 0.5 * j * tm * tm;
-    struct motion at = {v, sign * j * t, j}, mid = {vm, sign * j * tm, j};
+    double t = 3.0 * segment->h / v;
+    double j = 2.0 * v / (t * t);
+    double tm = t * cbrt(0.5);
+    double vm = 0.5 * j * tm * tm;
+    struct motion at = {v, sign * j * t, j};
+    struct motion mid = {vm, sign * j * tm, j};
     double worst = fmax(ratio_at_end(planner, segment, sign > 0, at),
                         ratio_inside(planner, segment, 0.5, mid));
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
@@ -170,7 +181,8 @@ static double ends_ratio(const jerk_planner *planner,
  * derivative changes much over the interval. */
 static int points_inside(const jerk_planner *planner,
                          const jerk_interval *interval) {
-    double change = 0.0, most = 0.0;
+    double change = 0.0;
+    double most = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         change =
             fmax(change, fabs(interval->d3[1][axis] - interval->d3[0][axis]));
@@ -204,11 +216,13 @@ static double inside_ratio(const jerk_planner *planner,
 
 /* The law over an interval h with the inputs c; x, u: at its end. */
 static jerk_law law_of(double h, double *x, double *u, const double c[2]) {
-    double x0 = *x, u0 = *u;
+    double x0 = *x;
+    double u0 = *u;
     jerk_law law = {0};
     *x = x_behind(h, x0, u0, c[0], c[1]);
     *u = u_behind(h, u0, c[0], c[1]);
-    double v0 = sqrt(x0), v1 = sqrt(*x);
+    double v0 = sqrt(x0);
+    double v1 = sqrt(*x);
     law_between(&law, h, v0, u0, c[0] * v0, v1, *u, c[1] * v1);
     return law;
 }
@@ -228,11 +242,11 @@ double bend_inside(const jerk_planner *planner,
                    const double c[2],
                    double *more) {
     const jerk_law law = law_of(segment->h, &x, &u, c);
-    double ends = ends_ratio(planner, segment, &law),
-           most =
-               fmax(ends,
-                    fmax(ratio_at_time(planner, segment, &law, 0.5 * law.time),
-                         inside_ratio(planner, segment, &law)));
+    double ends = ends_ratio(planner, segment, &law);
+    double most =
+        fmax(ends,
+             fmax(ratio_at_time(planner, segment, &law, 0.5 * law.time),
+                  inside_ratio(planner, segment, &law)));
     *more = bulge(most, ends);
     return most;
 }
@@ -245,9 +259,9 @@ static double feed_ratio(const jerk_planner *planner,
                          double x0,
                          double x1,
                          double top_x) {
-    double f2 = planner->scale * planner->scale,
-           cap = fmin(grid->seg[k].soft / grid->seg[k].slower, grid->seg[k].cap)
-                 * f2;
+    double f2 = planner->scale * planner->scale;
+    double cap =
+        fmin(grid->seg[k].soft / grid->seg[k].slower, grid->seg[k].cap) * f2;
     double most =
         k == 0 ? fmax(x1, fmin(top_x, x1)) : fmax(top_x, fmax(x0, x1));
     return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK
@@ -268,9 +282,10 @@ static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
     double from = law->a0;
     int count = 0;
     for (int i = 1; i <= TURN_PARTS; i++) {
-        double low = law->time * (i - 1) / TURN_PARTS,
-               high = law->time * i / TURN_PARTS, a0 = from,
-               a1 = acceleration(law, high);
+        double low = law->time * (i - 1) / TURN_PARTS;
+        double high = law->time * i / TURN_PARTS;
+        double a0 = from;
+        double a1 = acceleration(law, high);
         from = a1;
         if (!(a0 * a1 < 0.0)) {
             continue;
@@ -301,16 +316,19 @@ static double free_ratio(const jerk_planner *planner,
                          double *u,
                          const double c[2]) {
     struct segment *segment = &grid->seg[k];
-    double x0 = *x, at, turns[TURN_PARTS];
+    double x0 = *x;
+    double at, turns[TURN_PARTS];
     const jerk_law law = law_of(segment->h, x, u, c);
-    double x1 = *x, top_x = fmax(x0, x1), low = fmin(x0, x1);
+    double x1 = *x;
+    double top_x = fmax(x0, x1);
+    double low = fmin(x0, x1);
     if (!(low > LEAST_DIP * top_x)
         || !isfinite(law.time + law.snap + law.crackle + law.pop)) {
         return INFINITY;
     }
-    double ends = ends_ratio(planner, segment, &law),
-           limits = fmax(ends,
-                         ratio_at_time(planner, segment, &law, 0.5 * law.time));
+    double ends = ends_ratio(planner, segment, &law);
+    double limits =
+        fmax(ends, ratio_at_time(planner, segment, &law, 0.5 * law.time));
     limits = fmax(limits, inside_ratio(planner, segment, &law));
     segment->bulge = bulge(limits, ends);
     for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
@@ -339,16 +357,17 @@ static double kink_ratio(const jerk_planner *planner,
                          int k,
                          double x,
                          double u) {
-    const jerk_interval *interval = grid->seg[k - 1].q,
-                        *interval_r = grid->seg[k].q;
-    double dt = planner->cfg.cycle_s, most = 0.0,
-           share = fmax(grid->seg[k - 1].share, grid->seg[k].share);
+    const jerk_interval *interval = grid->seg[k - 1].q;
+    const jerk_interval *interval_r = grid->seg[k].q;
+    double dt = planner->cfg.cycle_s;
+    double most = 0.0;
+    double share = fmax(grid->seg[k - 1].share, grid->seg[k].share);
     if (!grid->seg[k - 1].last) {
         return 0.0;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double turn = fabs(interval_r->d1[0][axis] - interval->d1[1][axis]),
-               bend = 0.75
+        double turn = fabs(interval_r->d1[0][axis] - interval->d1[1][axis]);
+        double bend = 0.75
                       * fabs(interval_r->d2[0][axis] - interval->d2[1][axis])
                       * x / dt;
         double kink = 0.75 * turn * fabs(u) / dt;
@@ -374,19 +393,19 @@ static bool jump_fits(const jerk_planner *planner,
                       const struct grid *grid,
                       int k,
                       double x) {
-    const jerk_interval *interval = grid->seg[k - 1].q,
-                        *interval_r = grid->seg[k].q;
-    double dt = planner->cfg.cycle_s,
-           room = 1.0 - fmin(grid->seg[k - 1].jump, grid->seg[k].jump),
-           used = 0.0;
+    const jerk_interval *interval = grid->seg[k - 1].q;
+    const jerk_interval *interval_r = grid->seg[k].q;
+    double dt = planner->cfg.cycle_s;
+    double room = 1.0 - fmin(grid->seg[k - 1].jump, grid->seg[k].jump);
+    double used = 0.0;
     if (!grid->seg[k - 1].last) {
         return true;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double bend = 0.75
                       * fabs(interval_r->d2[0][axis] - interval->d2[1][axis])
-                      * x / dt,
-               corner = fabs(interval_r->d1[0][axis] - interval->d1[1][axis])
+                      * x / dt;
+        double corner = fabs(interval_r->d1[0][axis] - interval->d1[1][axis])
                         * sqrt(x) / (dt * dt);
         used = fmax(used,
                     (bend + corner)
@@ -399,7 +418,8 @@ static bool jump_fits(const jerk_planner *planner,
 /* The input that meets the rest interval exactly: what the way there has
  * gathered in rounding ends here. */
 static double last_input(const struct grid *grid, double x, double u) {
-    double h = grid->seg[grid->n - 2].h, t = 1.5 * grid->seg[grid->n - 1].h;
+    double h = grid->seg[grid->n - 2].h;
+    double t = 1.5 * grid->seg[grid->n - 1].h;
     return -(x + (2.0 * h + t) * u) / (h * (h + t));
 }
 
@@ -409,9 +429,12 @@ static double last_input(const struct grid *grid, double x, double u) {
 double plan_check(const jerk_planner *planner,
                   struct grid *grid,
                   struct problem *problem) {
-    double f2 = planner->scale * planner->scale, worst = 0.0,
-           x = problem->x0 * f2, u = problem->u0 * f2;
-    int last = grid->n - 1, k = 0;
+    double f2 = planner->scale * planner->scale;
+    double worst = 0.0;
+    double x = problem->x0 * f2;
+    double u = problem->u0 * f2;
+    int last = grid->n - 1;
+    int k = 0;
     if (grid->n < (grid->rest_start ? 3 : 2)) {
         return INFINITY;
     }

@@ -188,8 +188,9 @@ static void arc_on_bisector(struct arc *arc, double height) {
 }
 
 static int arc_by_radius(const nc_modal *modal, struct arc *arc) {
-    double r = fabs(modal->radius) * modal->arc_scale, half = 0.5 * arc->width,
-           excess = half - r;
+    double r = fabs(modal->radius) * modal->arc_scale;
+    double half = 0.5 * arc->width;
+    double excess = half - r;
     if (r < ZERO_MM || arc->width < ZERO_MM) {
         return NC_ERROR_CIRCLE;
     }
@@ -224,10 +225,12 @@ static int correct_centre(const nc_modal *modal,
                           struct arc *arc,
                           double r_start) {
     double given[2] = {arc->center[0], arc->center[1]};
-    double ux = arc->chord[0] / arc->width, uy = arc->chord[1] / arc->width;
+    double ux = arc->chord[0] / arc->width;
+    double uy = arc->chord[1] / arc->width;
     double mx = given[0] - (arc->start[0] + 0.5 * arc->chord[0]);
     double my = given[1] - (arc->start[1] + 0.5 * arc->chord[1]);
-    double along = mx * ux + my * uy, height = my * ux - mx * uy;
+    double along = mx * ux + my * uy;
+    double height = my * ux - mx * uy;
     double r_end = hypot(mx - 0.5 * arc->chord[0], my - 0.5 * arc->chord[1]);
     if (modal->rules & NC_RULE_NO_CORRECTION) {
         if (fabs(r_end - r_start) > UNCORRECTED_MM) {

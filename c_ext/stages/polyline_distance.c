@@ -90,9 +90,11 @@ static bool prepare(line *line) {
 
 /* Square of the distance to one segment. */
 static double to_segment(const line *line, int64_t i, const double *p) {
-    const double *a = line->at + i * line->dim,
-                 *b = i + 1 < line->m ? a + line->dim : a;
-    double way = 0.0, along = 0.0, square = 0.0;
+    const double *a = line->at + i * line->dim;
+    const double *b = i + 1 < line->m ? a + line->dim : a;
+    double way = 0.0;
+    double along = 0.0;
+    double square = 0.0;
     for (int k = 0; k < line->dim; k++) {
         double d = b[k] - a[k];
         way += d * d;
@@ -171,7 +173,9 @@ static double around_vertex(const line *line,
         line->at
         + (at_a.segment > at_b.segment ? at_a.segment : at_b.segment)
               * line->dim;
-    double way = 0.0, along = 0.0, middle[NC_AXES];
+    double way = 0.0;
+    double along = 0.0;
+    double middle[NC_AXES];
     for (int k = 0; k < line->dim; k++) {
         way += (b[k] - a[k]) * (b[k] - a[k]);
         along += (v[k] - a[k]) * (b[k] - a[k]);

@@ -35,9 +35,10 @@ int offset_is_outer(const struct corner *corner) {
  * terms stay of one size when the turn vanishes, so tangential joins come out
  * exactly. */
 int offset_meet(const struct corner *corner, double out[2]) {
-    double sine = sin(0.5 * corner->turn), cosine = cos(0.5 * corner->turn);
-    double sum = corner->curvature[0] + corner->curvature[1],
-           difference = corner->curvature[0] - corner->curvature[1];
+    double sine = sin(0.5 * corner->turn);
+    double cosine = cos(0.5 * corner->turn);
+    double sum = corner->curvature[0] + corner->curvature[1];
+    double difference = corner->curvature[0] - corner->curvature[1];
     double g =
         sum * sum * sine * sine + difference * difference * cosine * cosine;
     double h = 2.0 * cosine * cosine - corner->d * sum;
@@ -49,8 +50,8 @@ int offset_meet(const struct corner *corner, double out[2]) {
         return 0;
     }
     double y = 4.0 * corner->d * corner->d / (h + sqrt(root));
-    double a = (corner->d + 0.25 * sum * sine * sine * y) / cosine,
-           b = 0.25 * difference * sine * y;
+    double a = (corner->d + 0.25 * sum * sine * sine * y) / cosine;
+    double b = 0.25 * difference * sine * y;
     mean[0] /= width;
     mean[1] /= width;
     offset_point(corner->p, mean, a, out);
@@ -63,8 +64,8 @@ int offset_meet(const struct corner *corner, double out[2]) {
 static double angle_between(const double centre[2],
                             const double from[2],
                             const double to[2]) {
-    double u[2] = {from[0] - centre[0], from[1] - centre[1]},
-           v[2] = {to[0] - centre[0], to[1] - centre[1]};
+    double u[2] = {from[0] - centre[0], from[1] - centre[1]};
+    double v[2] = {to[0] - centre[0], to[1] - centre[1]};
     return offset_turn(u, v);
 }
 

@@ -135,8 +135,8 @@ static int finish_arc(nc_offset *offset,
                       nc_element *element,
                       nc_block *row,
                       const double end[2]) {
-    double sense = row->angle > 0.0 ? 1.0 : -1.0,
-           radius = row->radius - sense * element->d[1];
+    double sense = row->angle > 0.0 ? 1.0 : -1.0;
+    double radius = row->radius - sense * element->d[1];
     double sweep = offset_sweep(element, element->start, end);
     if (sweep * radius < -OFFSET_DAMAGE_MM) {
         return offset_fail(offset, NC_ERROR_DAMAGE, row);
@@ -333,8 +333,8 @@ static int join_direct(nc_offset *offset,
 int offset_join(nc_offset *offset, nc_element *next) {
     nc_element *prev = &offset->prev;
     struct corner corner = corner_between(prev, next);
-    int error,
-        inside = prev->role == OFFSET_CONTOUR && next->role == OFFSET_CONTOUR;
+    int error;
+    int inside = prev->role == OFFSET_CONTOUR && next->role == OFFSET_CONTOUR;
     int mode = prev->role == OFFSET_APPROACH ? prev->mode
                : next->role == OFFSET_LEAVE  ? next->mode
                                              : 0;

@@ -38,8 +38,8 @@ static void set_arc_tangents(nc_element *element) {
     double sense = element->row.angle > 0.0 ? 1.0 : -1.0;
     for (int i = 0; i < 2; i++) {
         double r[2] = {element->p[i][0] - element->row.center[0],
-                       element->p[i][1] - element->row.center[1]},
-               length = hypot(r[0], r[1]);
+                       element->p[i][1] - element->row.center[1]};
+        double length = hypot(r[0], r[1]);
         element->t[i][0] = -sense * r[1] / length;
         element->t[i][1] = sense * r[0] / length;
     }
@@ -48,8 +48,8 @@ static void set_arc_tangents(nc_element *element) {
 
 static void set_line_tangents(nc_element *element) {
     double v[2] = {element->p[1][0] - element->p[0][0],
-                   element->p[1][1] - element->p[0][1]},
-           length = hypot(v[0], v[1]);
+                   element->p[1][1] - element->p[0][1]};
+    double length = hypot(v[0], v[1]);
     for (int i = 0; i < 2; i++) {
         element->t[i][0] = length > 0.0 ? v[0] / length : 1.0;
         element->t[i][1] = length > 0.0 ? v[1] / length : 0.0;
@@ -257,7 +257,8 @@ static int motion(nc_offset *offset, const nc_block *row) {
 
 /* Does the tool stand on the programmed path? */
 static int is_home(const nc_offset *offset) {
-    int first = offset_axis(offset, 0), second = offset_axis(offset, 1);
+    int first = offset_axis(offset, 0);
+    int second = offset_axis(offset, 1);
     return offset->pos[first] == offset->last[first]
            && offset->pos[second] == offset->last[second];
 }

@@ -42,8 +42,8 @@ void leg_set(const nc_contour_config *cfg,
     leg->axis1 = cfg->main_axis[planes[row->plane - 17][0]];
     leg->axis2 = cfg->main_axis[planes[row->plane - 17][1]];
     memcpy(leg->centre, row->center, sizeof leg->centre);
-    double e1 = start[leg->axis1] - row->center[0],
-           e2 = start[leg->axis2] - row->center[1];
+    double e1 = start[leg->axis1] - row->center[0];
+    double e2 = start[leg->axis2] - row->center[1];
     leg->radius = hypot(e1, e2);
     leg->angle0 = atan2(e2, e1);
 }
@@ -64,9 +64,10 @@ void leg_at(const nc_contour_config *cfg,
     if (leg->row.type != NC_CIRCULAR) {
         return;
     }
-    double rate = leg->row.angle / leg->length,
-           angle = leg->angle0 + leg->row.angle * r,
-           x = leg->radius * cos(angle), y = leg->radius * sin(angle);
+    double rate = leg->row.angle / leg->length;
+    double angle = leg->angle0 + leg->row.angle * r;
+    double x = leg->radius * cos(angle);
+    double y = leg->radius * sin(angle);
     q[leg->axis1] = leg->centre[0] + x;
     q[leg->axis2] = leg->centre[1] + y;
     d1[leg->axis1] = -rate * y;
@@ -83,7 +84,8 @@ static void set_length(struct leg *leg, double length) {
 }
 
 void leg_cut_end(const nc_contour_config *cfg, struct leg *leg, double d) {
-    double q[NC_AXES], d1[NC_AXES], d2[NC_AXES], length = leg->length - d;
+    double q[NC_AXES], d1[NC_AXES], d2[NC_AXES];
+    double length = leg->length - d;
     leg_at(cfg, leg, length, q, d1, d2);
     memcpy(leg->row.end, q, sizeof *q * (size_t)cfg->axes);
     set_length(leg, length);
@@ -185,23 +187,31 @@ static void curve_axis(struct corner *corner,
                        int axis,
                        const struct ends *ends,
                        const double *interim) {
-    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * ends->w0[axis],
-           f1 = ends->v0[axis] + ends->w0[axis], f2 = ends->w0[axis];
-    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * ends->w1[axis],
-           g1 = -ends->v1[axis] + ends->w1[axis], g2 = ends->w1[axis];
-    double f[5] = {ends->p0[axis], ends->v0[axis], 0.5 * ends->w0[axis], 0, 0},
-           g[5] = {ends->p1[axis], -ends->v1[axis], 0.5 * ends->w1[axis], 0, 0};
+    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * ends->w0[axis];
+    double f1 = ends->v0[axis] + ends->w0[axis];
+    double f2 = ends->w0[axis];
+    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * ends->w1[axis];
+    double g1 = -ends->v1[axis] + ends->w1[axis];
+    double g2 = ends->w1[axis];
+    double f[5] = {ends->p0[axis], ends->v0[axis], 0.5 * ends->w0[axis], 0, 0};
+    double g[5] = {ends->p1[axis], -ends->v1[axis], 0.5 * ends->w1[axis], 0, 0};
     if (interim) {
-        double x = interim[axis] - f0, y = interim[axis] - g0;
-        double sum = -(f1 + g1) - 3.0 * (x + y),
-               difference = y - x + (g2 - f2) / 6.0;
+        double x = interim[axis] - f0;
+        double y = interim[axis] - g0;
+        double sum = -(f1 + g1) - 3.0 * (x + y);
+        double difference = y - x + (g2 - f2) / 6.0;
         f[4] = 0.5 * (sum + difference);
         g[4] = 0.5 * (sum - difference);
         f[3] = x - f[4];
         g[3] = y - g[4];
     } else {
-        double x = g0 - f0, z = (g2 - f2) / 6.0, y = -(f1 + g1);
-        double s3 = 0.5 * y, s4 = -y / 8.0, d3 = 2.0 * x - z, d4 = z - x;
+        double x = g0 - f0;
+        double z = (g2 - f2) / 6.0;
+        double y = -(f1 + g1);
+        double s3 = 0.5 * y;
+        double s4 = -y / 8.0;
+        double d3 = 2.0 * x - z;
+        double d4 = z - x;
         f[3] = 0.5 * (s3 + d3);
         f[4] = 0.5 * (s4 + d4);
         g[3] = 0.5 * (s3 - d3);
@@ -230,9 +240,9 @@ static void make_curve(const struct request *request,
                        double post,
                        struct corner *corner) {
     struct ends ends;
-    double share = tangent_share(request->turn),
-           l0 = share * (pre + 0.5 * request->gap),
-           l1 = share * (post + 0.5 * request->gap);
+    double share = tangent_share(request->turn);
+    double l0 = share * (pre + 0.5 * request->gap);
+    double l1 = share * (post + 0.5 * request->gap);
     leg_at(request->cfg,
            request->a,
            request->a->length - pre,
@@ -334,8 +344,10 @@ static double peak_curvature(const struct request *request,
     double most = 0.0;
     for (int half = 0; half < 2; half++) {
         for (int k = 0; k <= SAMPLES; k++) {
-            double q[NC_AXES], d1[NC_AXES], d2[NC_AXES], v2 = 0.0, w2 = 0.0,
-                                                         vw = 0.0;
+            double q[NC_AXES], d1[NC_AXES], d2[NC_AXES];
+            double v2 = 0.0;
+            double w2 = 0.0;
+            double vw = 0.0;
             value_at(request->cfg,
                      corner,
                      half,
@@ -397,7 +409,8 @@ static void shrink_to_allowed(const struct request *request,
     if (allowed(request, corner)) {
         return;
     }
-    double low = 0.0, high = 1.0;
+    double low = 0.0;
+    double high = 1.0;
     for (int k = 0; k < STEPS; k++) {
         double middle = 0.5 * (low + high);
         make_curve(request, middle * *pre, middle * *post, corner);
@@ -426,7 +439,8 @@ static void shrink_to_speed(const struct request *request,
     if (peak_curvature(request, corner) >= most) {
         return;
     }
-    double low = 0.0, high = 1.0;
+    double low = 0.0;
+    double high = 1.0;
     for (int k = 0; k < STEPS; k++) {
         double middle = 0.5 * (low + high);
         make_curve(request, middle * *pre, middle * *post, corner);
@@ -448,8 +462,8 @@ static void symmetrical(double *pre, double *post) {
 /* Corner distances by mode, limited by the blocks; the curve they give. */
 static void choose(const struct request *request, struct corner *corner) {
     const struct contour_mode *contour_mode = request->m;
-    double pre = most_of(contour_mode, request->a),
-           post = most_of(contour_mode, request->b);
+    double pre = most_of(contour_mode, request->a);
+    double post = most_of(contour_mode, request->b);
     double slower =
         fmin(speed_of(request, request->a), speed_of(request, request->b));
     bool given = contour_mode->mode == NC_CONTOUR_DIST
@@ -493,7 +507,8 @@ static void choose(const struct request *request, struct corner *corner) {
 static double turn_between(const nc_contour_config *cfg,
                            const double *u,
                            const double *v) {
-    double minus = 0.0, plus = 0.0;
+    double minus = 0.0;
+    double plus = 0.0;
     for (int i = 0; i < 3; i++) {
         int axis = cfg->main_axis[i];
         if (axis < 0) {

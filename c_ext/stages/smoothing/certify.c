@@ -23,13 +23,19 @@ typedef struct part {
 static double hull(const nc_smooth *smooth,
                    const struct part *part,
                    bool *forward) {
-    pair off[2][PAIRS] = {{{0.0}}}, step[PAIRS] = {{0.0}};
-    double length2 = 0.0, most = 0.0, least = INFINITY, all = 0.0;
+    pair off[2][PAIRS] = {{{0.0}}};
+    pair step[PAIRS] = {{0.0}};
+    double length2 = 0.0;
+    double most = 0.0;
+    double least = INFINITY;
+    double all = 0.0;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         const double *b = part->b[axis];
-        double from = part->from[axis], d = part->to[axis] - from, d5 = 0.2 * d;
-        pair line = {from, from + d5},
-             *sum = off[smooth->cfg.rotary >> axis & 1];
+        double from = part->from[axis];
+        double d = part->to[axis] - from;
+        double d5 = 0.2 * d;
+        pair line = {from, from + d5};
+        pair *sum = off[smooth->cfg.rotary >> axis & 1];
         for (int k = 0; k < PAIRS; k++, line += 2.0 * d5) {
             pair miss = *(const pair *)(b + 2 * k) - line;
             sum[k] += miss * miss;
@@ -43,7 +49,8 @@ static double hull(const nc_smooth *smooth,
         step[2][0] += d * (b[5] - b[4]);
     }
     for (int j = 0; j < ORDER; j++) {
-        double linear = off[0][j / 2][j % 2], rotary = off[1][j / 2][j % 2];
+        double linear = off[0][j / 2][j % 2];
+        double rotary = off[1][j / 2][j % 2];
         all += linear + rotary;
         if (linear > most) {
             most = linear;
@@ -86,8 +93,8 @@ static double part_deviation(const nc_smooth *smooth,
     if (depth == DEPTH) {
         return fmax(most / part->allowed, forward ? 0.0 : 2.0);
     }
-    struct part left = {.allowed = part->allowed},
-                right = {.allowed = part->allowed};
+    struct part left = {.allowed = part->allowed};
+    struct part right = {.allowed = part->allowed};
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         cut_at(part->b[axis], 0.5, left.b[axis], right.b[axis]);
         left.from[axis] = part->from[axis];
@@ -100,7 +107,8 @@ static double part_deviation(const nc_smooth *smooth,
     if (first > 1.0) {
         return first;
     }
-    double u, second = part_deviation(smooth, &right, depth + 1, &u);
+    double u;
+    double second = part_deviation(smooth, &right, depth + 1, &u);
     if (!(second > first)) {
         return first;
     }
@@ -113,7 +121,8 @@ static void chord_point(const contour *path,
                         double t,
                         int axes,
                         double *q) {
-    const struct node *node = &path->nodes[i], *node_b = node + 1;
+    const struct node *node = &path->nodes[i];
+    const struct node *node_b = node + 1;
     double r = (t - node->t) / (node_b->t - node->t);
     for (int k = 0; k < axes; k++) {
         q[k] = node->q[k] + r * (node_b->q[k] - node->q[k]);
@@ -149,7 +158,8 @@ struct verdict certify_piece(nc_smooth *smooth,
         }
         chord_point(path, i, at, smooth->cfg.axes, part.from);
         chord_point(path, i, end, smooth->cfg.axes, part.to);
-        double t, d = part_deviation(smooth, &part, 0, &t);
+        double t;
+        double d = part_deviation(smooth, &part, 0, &t);
         if (d > verdict.worst) {
             verdict =
                 (struct verdict){d, at + t * (end - at), verdict.distance};

@@ -46,7 +46,9 @@ static void blend(nc_smooth *smooth,
                   double d) {
     double c[NC_AXES][ORDER];
     for (int k = 0; k < smooth->cfg.axes; k++) {
-        double p = at->q[k], a = d * u[k], b = d * v[k];
+        double p = at->q[k];
+        double a = d * u[k];
+        double b = d * v[k];
         /* power form of the Bezier points above */
         double z[ORDER] = {p - a, p - 0.5 * a, p, p, p + 0.5 * b, p + b};
         c[k][0] = z[0];
@@ -63,7 +65,8 @@ static void blend(nc_smooth *smooth,
 
 void corner_path(nc_smooth *smooth, int end) {
     const struct node *node = smooth->nodes;
-    double from = smooth->out_t, u[NC_AXES], v[NC_AXES], linear, rotary;
+    double from = smooth->out_t;
+    double u[NC_AXES], v[NC_AXES], linear, rotary;
     for (int i = 1; i < end; i++) {
         direction(&node[i - 1], &node[i], smooth->cfg.axes, u);
         direction(&node[i], &node[i + 1], smooth->cfg.axes, v);
@@ -71,8 +74,8 @@ void corner_path(nc_smooth *smooth, int end) {
         double room =
             fmin(i == 1 ? node[1].t - from : 0.5 * (node[i].t - node[i - 1].t),
                  (i + 1 == end ? 1.0 : 0.5) * (node[i + 1].t - node[i].t));
-        double slack = fmax(node[i].slack, node[i + 1].slack),
-               allowed = smooth->tol - slack;
+        double slack = fmax(node[i].slack, node[i + 1].slack);
+        double allowed = smooth->tol - slack;
         double d =
             fmin(room, allowed / (REACH * fmax(fmax(linear, rotary), 1e-12)));
         if (linear + rotary < STRAIGHT || d < 1e-6) {

@@ -93,8 +93,8 @@ static void place(nc_block *row, const struct node *at) {
 /* A line that is driven as it was programmed stays one row, element and piece.
  */
 static bool whole_row(nc_smooth *smooth, double t1) {
-    const struct held_row *held_row = smooth->held + smooth->held_first,
-                          *next = held_row + 1;
+    const struct held_row *held_row = smooth->held + smooth->held_first;
+    const struct held_row *next = held_row + 1;
     if (smooth->held_first >= smooth->held_n || !held_row->motion
         || held_row->t != smooth->line_t || held_row->row.type != NC_LINEAR) {
         return false;
@@ -124,7 +124,8 @@ static void put_line(nc_smooth *smooth, double t1) {
            && smooth->held[smooth->held_first].t <= smooth->line_t) {
         emit_row(smooth, &smooth->held[smooth->held_first++].row);
     }
-    double main = 0.0, all = 0.0;
+    double main = 0.0;
+    double all = 0.0;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         double d = smooth->line.end[axis] - smooth->out_at[axis];
         all += d * d;
@@ -164,8 +165,8 @@ void emit_line(nc_smooth *smooth,
         smooth->line_t = t0;
         smooth->has_line = true;
     }
-    double rest = to->t - from->t,
-           r = t1 == to->t ? 1.0 : (t1 - from->t) / rest;
+    double rest = to->t - from->t;
+    double r = t1 == to->t ? 1.0 : (t1 - from->t) / rest;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->line.end[axis] =
             (r == 1.0 ? to->q[axis]
@@ -277,15 +278,16 @@ void emit_curve(nc_smooth *smooth,
                 double t1,
                 const struct node *at) {
     put_line(smooth, t0);
-    double from = t0, d = programmed_at(at - 1, at, t0);
+    double from = t0;
+    double d = programmed_at(at - 1, at, t0);
     for (; from < t1; at++) {
         bool last = at->t >= t1 || at->kind == NODE_BREAK;
         if (!last && !at->mark) {
             continue;
         }
-        double to = last ? t1 : at->t,
-               done = last ? programmed_at(at - 1, at, t1) : at->d,
-               part[NC_AXES][ORDER];
+        double to = last ? t1 : at->t;
+        double done = last ? programmed_at(at - 1, at, t1) : at->d;
+        double part[NC_AXES][ORDER];
         if (to - from > SAME * (t1 - t0)) {
             cut(c,
                 part,

@@ -110,11 +110,13 @@ static double turn_at(const nc_smooth *smooth,
                       const struct node *node,
                       const struct node *node_b,
                       const struct node *node_c) {
-    double minus = 0.0, plus = 0.0, la = node_b->t - node->t,
-           lb = node_c->t - node_b->t;
+    double minus = 0.0;
+    double plus = 0.0;
+    double la = node_b->t - node->t;
+    double lb = node_c->t - node_b->t;
     for (int i = 0; i < smooth->cfg.axes; i++) {
-        double u = (node_b->q[i] - node->q[i]) / la,
-               v = (node_c->q[i] - node_b->q[i]) / lb;
+        double u = (node_b->q[i] - node->q[i]) / la;
+        double v = (node_c->q[i] - node_b->q[i]) / lb;
         minus += (u - v) * (u - v);
         plus += (u + v) * (u + v);
     }
@@ -127,12 +129,15 @@ static bool main_turns_back(const nc_smooth *smooth,
                             const struct node *node,
                             const struct node *node_b,
                             const struct node *node_c) {
-    double before = 0.0, behind = 0.0, both = 0.0;
+    double before = 0.0;
+    double behind = 0.0;
+    double both = 0.0;
     for (int i = 0; i < smooth->cfg.axes; i++) {
         if (!in_main(smooth, i)) {
             continue;
         }
-        double u = node_b->q[i] - node->q[i], v = node_c->q[i] - node_b->q[i];
+        double u = node_b->q[i] - node->q[i];
+        double v = node_c->q[i] - node_b->q[i];
         before += u * u;
         behind += v * v;
         both += u * v;
@@ -166,8 +171,8 @@ static double run_out(const nc_smooth *this_smooth,
     if (node->kind == NODE_BREAK) {
         return 0.0;
     }
-    double turn = fmax(node->turn, 1e-9),
-           corner = corner_distance(this_smooth, turn);
+    double turn = fmax(node->turn, 1e-9);
+    double corner = corner_distance(this_smooth, turn);
     double smooth = fmin(3.0 * sqrt(8.0 * this_smooth->tol * beside / turn),
                          fast_length(this_smooth, turn));
     double bend = fmax(fmin(smooth, KINK * this_smooth->tol / turn),
@@ -198,14 +203,16 @@ static struct node between(const nc_smooth *smooth,
 /* The chord that ends at node i, both of whose turns are known: a long one is
  * driven exactly in its middle. */
 static void split_long(nc_smooth *smooth, int i, double beside_next) {
-    struct node node = smooth->nodes[i - 1], node_b = smooth->nodes[i];
+    struct node node = smooth->nodes[i - 1];
+    struct node node_b = smooth->nodes[i];
     double own = node_b.t - node.t;
     if (node.kind == NODE_HEAD || node.kind == NODE_TAIL) {
         return;
     }
-    double left = run_out(smooth, &node, node.len),
-           right = run_out(smooth, &node_b, beside_next),
-           corner_a = sharpness(node.turn), corner_b = sharpness(node_b.turn);
+    double left = run_out(smooth, &node, node.len);
+    double right = run_out(smooth, &node_b, beside_next);
+    double corner_a = sharpness(node.turn);
+    double corner_b = sharpness(node_b.turn);
     if (fmin(corner_a, corner_b) > 0.9 && own < left + right
         && own > CROWDED * (left + right)) {
         left = right = 0.45 * own; /* smaller blends */
@@ -243,13 +250,14 @@ static void split_long(nc_smooth *smooth, int i, double beside_next) {
 }
 
 static void size_of(nc_smooth *smooth, struct node *node, double next) {
-    double turn = fmax(node->turn, 1e-9), chord = fmax(node->len, next);
+    double turn = fmax(node->turn, 1e-9);
+    double chord = fmax(node->len, next);
     node->size =
         fmax(smooth->tol,
              fmin(3.0 * smooth->tol / turn, TURN_PER_SPAN * chord / turn));
-    double half = 0.5 * SIZE_GROWTH * node->len,
-           spans = (log1p(half / node->size) + log1p(half / node[-1].size))
-                   / SIZE_GROWTH;
+    double half = 0.5 * SIZE_GROWTH * node->len;
+    double spans =
+        (log1p(half / node->size) + log1p(half / node[-1].size)) / SIZE_GROWTH;
     smooth->measure += fmax(spans, 1.0 / 8.0);
 }
 
@@ -343,8 +351,8 @@ static void narrow(nc_smooth *smooth, const double *u, double radius) {
         memcpy(smooth->toward, u, sizeof smooth->toward);
         smooth->spread = radius;
     } else if (apart + smooth->spread > radius) {
-        double common = 0.5 * (smooth->spread + radius - apart),
-               shift = apart > 0.0 ? (smooth->spread - common) / apart : 0.0;
+        double common = 0.5 * (smooth->spread + radius - apart);
+        double shift = apart > 0.0 ? (smooth->spread - common) / apart : 0.0;
         for (int axis = 0; axis < smooth->cfg.axes; axis++) {
             smooth->toward[axis] += shift * (u[axis] - smooth->toward[axis]);
         }
@@ -382,13 +390,14 @@ static bool merge(nc_smooth *smooth, const struct node *node) {
         return false;
     }
     const struct node *from = at - 1;
-    double u[NC_AXES], v[NC_AXES],
-        before = direction_to(smooth, from->q, at->q, u),
-        length = direction_to(smooth, from->q, node->q, v);
+    double u[NC_AXES], v[NC_AXES];
+    double before = direction_to(smooth, from->q, at->q, u);
+    double length = direction_to(smooth, from->q, node->q, v);
     if (length <= before + ZERO) {
         return false;
     }
-    double toward[NC_AXES], spread = smooth->spread;
+    double toward[NC_AXES];
+    double spread = smooth->spread;
     memcpy(toward, smooth->toward, sizeof toward);
     narrow(smooth, u, allowed / before);
     if (distance(smooth, v, smooth->toward) > smooth->spread) {
@@ -466,7 +475,9 @@ static void leave_out(nc_smooth *smooth, double length) {
  * to each other. */
 static void drive_figure(nc_smooth *smooth) {
     const nc_block *row = newest_motion(smooth);
-    double last[NC_AXES], d = smooth->d, leave = FIGURE * smooth->skipped;
+    double last[NC_AXES];
+    double d = smooth->d;
+    double leave = FIGURE * smooth->skipped;
     if (!row || smooth->skipped <= ZERO
         || distance(smooth, last_node(smooth)->q, smooth->last) > ZERO) {
         return;
@@ -576,16 +587,21 @@ static void line_point(nc_smooth *smooth, const nc_block *row) {
 
 static void arc_points(nc_smooth *smooth, const nc_block *row) {
     static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
-    int a1 = smooth->cfg.main_axis[planes[row->plane - 17][0]],
-        a2 = smooth->cfg.main_axis[planes[row->plane - 17][1]];
-    double from[NC_AXES], sagitta = SAGITTA * smooth->tol, d0 = smooth->d;
+    int a1 = smooth->cfg.main_axis[planes[row->plane - 17][0]];
+    int a2 = smooth->cfg.main_axis[planes[row->plane - 17][1]];
+    double from[NC_AXES];
+    double sagitta = SAGITTA * smooth->tol;
+    double d0 = smooth->d;
     memcpy(from, smooth->last, sizeof from);
-    double e1 = from[a1] - row->center[0], e2 = from[a2] - row->center[1],
-           radius = hypot(e1, e2), angle0 = atan2(e2, e1);
-    double step = 2.0 * acos(fmax(1.0 - sagitta / radius, 0.5)),
-           count = ceil(fabs(row->angle) / step);
+    double e1 = from[a1] - row->center[0];
+    double e2 = from[a2] - row->center[1];
+    double radius = hypot(e1, e2);
+    double angle0 = atan2(e2, e1);
+    double step = 2.0 * acos(fmax(1.0 - sagitta / radius, 0.5));
+    double count = ceil(fabs(row->angle) / step);
     for (double k = 1.0; k <= count; k++) {
-        double r = k / count, angle = angle0 + row->angle * r;
+        double r = k / count;
+        double angle = angle0 + row->angle * r;
         for (int axis = 0; axis < smooth->cfg.axes; axis++) {
             smooth->last[axis] =
                 from[axis]
@@ -616,7 +632,8 @@ static bool smoothable(const nc_smooth *smooth, const nc_block *row) {
     if (row->type == NC_CIRCULAR) {
         return true;
     }
-    double main = 0.0, all = 0.0;
+    double main = 0.0;
+    double all = 0.0;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         double d = row->end[axis] * smooth->scale[axis] - smooth->last[axis];
         all += d * d;

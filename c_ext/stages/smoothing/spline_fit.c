@@ -23,13 +23,17 @@ static void times_linear(const double *p,
  * polynomials). */
 static void span_basis(const double *tau, int span, double m[ORDER][ORDER]) {
     const double *k = tau + span + 5; /* the span is k[0]..k[1] */
-    double h = k[1] - k[0], now[ORDER][ORDER] = {{1.0}}, next[ORDER][ORDER];
+    double h = k[1] - k[0];
+    double now[ORDER][ORDER] = {{1.0}};
+    double next[ORDER][ORDER];
     for (int p = 1; p < ORDER; p++) { /* now[i]: function of degree p - 1 that
                                          begins at k[i - p + 1] */
         memset(next, 0, sizeof next);
         for (int i = 0; i < p; i++) {
-            double from = k[i - p + 1], to = k[i + 1], width = to - from,
-                   up[ORDER + 1], down[ORDER + 1];
+            double from = k[i - p + 1];
+            double to = k[i + 1];
+            double width = to - from;
+            double up[ORDER + 1], down[ORDER + 1];
             times_linear(now[i], p - 1, (k[0] - from) / width, h / width, up);
             times_linear(now[i], p - 1, (to - k[0]) / width, -h / width, down);
             for (int d = 0; d <= p; d++) {
@@ -61,8 +65,10 @@ static void to_bernstein(const double *p, double *out) {
 /* Integrals of the products of third derivatives over a span. What is behind
  * the triangle stays zero. */
 static void fairness(struct window *window, int span) {
-    double h = window->tau[span + 6] - window->tau[span + 5], h2 = h * h,
-           f = 1.0 / (h2 * h2 * h), d[ORDER][3];
+    double h = window->tau[span + 6] - window->tau[span + 5];
+    double h2 = h * h;
+    double f = 1.0 / (h2 * h2 * h);
+    double d[ORDER][3];
     for (int j = 0; j < ORDER; j++) {
         d[j][0] = 6.0 * window->m[span][j][3];
         d[j][1] = 24.0 * window->m[span][j][4];
@@ -175,8 +181,8 @@ static inline void add_site(const struct equations *equations,
                             const struct site *site,
                             int pairs) {
     for (int i = 0; i < ORDER; i++) {
-        pair f = both(site->weight * site->basis[i]),
-             *to = equations->right + (site->span + i) * pairs;
+        pair f = both(site->weight * site->basis[i]);
+        pair *to = equations->right + (site->span + i) * pairs;
         double *row = equations->band[site->span + i];
         for (int k = 0; 2 * k < ORDER - i; k++) {
             put(row + 2 * k, at(row + 2 * k) + f * at(site->basis + i + 2 * k));
@@ -195,8 +201,8 @@ static void fix(const struct equations *equations,
                 int pairs) {
     pair *x = equations->right + k * pairs;
     for (int d = 1; d < ORDER; d++) {
-        pair behind = both(k + d < equations->n ? equations->band[k][d] : 0.0),
-             before = both(k - d >= 0 ? equations->band[k - d][d] : 0.0);
+        pair behind = both(k + d < equations->n ? equations->band[k][d] : 0.0);
+        pair before = both(k - d >= 0 ? equations->band[k - d][d] : 0.0);
         for (int axis = 0; axis < pairs; axis++) {
             x[d * pairs + axis] -= behind * at(c + 2 * axis);
             x[axis - d * pairs] -= before * at(c + 2 * axis);
@@ -217,12 +223,18 @@ static void fix(const struct equations *equations,
 static void factor(const struct equations *equations) {
     for (int i = 0; i < equations->n; i++) {
         double *row = equations->band[i];
-        pair c01 = at(row), c23 = at(row + 2), c45 = at(row + 4),
-             c12 = {c01[1], c23[0]}, c34 = {c23[1], c45[0]}, c5 = {c45[1], 0.0};
+        pair c01 = at(row);
+        pair c23 = at(row + 2);
+        pair c45 = at(row + 4);
+        pair c12 = {c01[1], c23[0]};
+        pair c34 = {c23[1], c45[0]};
+        pair c5 = {c45[1], 0.0};
         double inverse = 1.0 / row[0];
-        const pair l1 = both(c01[1] * inverse), l2 = both(c23[0] * inverse),
-                   l3 = both(c23[1] * inverse);
-        const pair l4 = both(c45[0] * inverse), l5 = both(c45[1] * inverse);
+        const pair l1 = both(c01[1] * inverse);
+        const pair l2 = both(c23[0] * inverse);
+        const pair l3 = both(c23[1] * inverse);
+        const pair l4 = both(c45[0] * inverse);
+        const pair l5 = both(c45[1] * inverse);
         put(row, (pair){inverse, l1[0]});
         put(row + 2, (pair){l2[0], l3[0]});
         put(row + 4, (pair){l4[0], l5[0]});
@@ -246,7 +258,8 @@ static void factor(const struct equations *equations) {
 static inline void substitute(const struct equations *equations, int pairs) {
     for (int i = 1; i < equations->n; i++) {
         for (int axis = 0; axis < pairs; axis++) {
-            pair *x = equations->right + i * pairs + axis, sum = *x;
+            pair *x = equations->right + i * pairs + axis;
+            pair sum = *x;
             for (int d = ORDER - 1; d > 0; d--) {
                 sum -= both(equations->band[i - d][d]) * x[-d * pairs];
             }
@@ -255,8 +268,8 @@ static inline void substitute(const struct equations *equations, int pairs) {
     }
     for (int i = equations->n; i-- > 0;) {
         for (int axis = 0; axis < pairs; axis++) {
-            pair *x = equations->right + i * pairs + axis,
-                 sum = *x * both(equations->band[i][0]);
+            pair *x = equations->right + i * pairs + axis;
+            pair sum = *x * both(equations->band[i][0]);
             for (int d = ORDER - 1; d > 0; d--) {
                 sum -= both(equations->band[i][d]) * x[d * pairs];
             }

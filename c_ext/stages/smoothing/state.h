@@ -13,7 +13,8 @@
     (NC_AXES                                                                   \
      + NC_AXES                                                                 \
            % 2) /* axes are gone through in pairs; what is too much is zero */
-#define SIZE_GROWTH 0.7 /* of the wanted span length per distance from a kink  \
+#define SIZE_GROWTH                                                            \
+    0.7                 /* of the wanted span length per distance from a kink  \
                          */
 #define SPANS_FULL 60   /* spans that make a window worth solving */
 #define SPANS_LEAST 50  /* fewer are not: nodes are waited for */

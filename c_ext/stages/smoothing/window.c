@@ -106,7 +106,8 @@ static void chord_knots(struct knot_maker *knot_maker,
              a + SIZE_GROWTH * from,
              SIZE_GROWTH);
     }
-    double begin = fmax(from, top), high = b + SIZE_GROWTH * (length - begin);
+    double begin = fmax(from, top);
+    double high = b + SIZE_GROWTH * (length - begin);
     if (begin < length) {
         ramp(knot_maker, t + begin, length - begin, high, -SIZE_GROWTH);
     }
@@ -128,7 +129,8 @@ static int make_knots(nc_smooth *smooth,
         i++;
     }
     for (; i < end && knot_maker.n < room; i++) {
-        const struct node *node = &smooth->nodes[i], *node_b = node + 1;
+        const struct node *node = &smooth->nodes[i];
+        const struct node *node_b = node + 1;
         chord_knots(&knot_maker,
                     node->t,
                     fmax(at - node->t, 0.0),
@@ -163,7 +165,8 @@ static int make_knots(nc_smooth *smooth,
  */
 
 static void on_chord(const nc_smooth *smooth, int i, double t, double *q) {
-    const struct node *node = &smooth->nodes[i], *node_b = node + 1;
+    const struct node *node = &smooth->nodes[i];
+    const struct node *node_b = node + 1;
     double r = (t - node->t) / (node_b->t - node->t);
     for (int k = 0; k < smooth->cfg.axes; k++) {
         q[k] = node->q[k] + r * (node_b->q[k] - node->q[k]);
@@ -261,18 +264,20 @@ static double allowed_at(const nc_smooth *smooth, int i) {
  * against that of the nodes beside it. */
 static double scatter_at(const nc_smooth *smooth, int i) {
     const struct node *node = &smooth->nodes[i];
-    double sum = 0.0, before = node->t - node[-1].t,
-           behind = node[1].t - node->t, r = before / (before + behind);
+    double sum = 0.0;
+    double before = node->t - node[-1].t;
+    double behind = node[1].t - node->t;
+    double r = before / (before + behind);
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         double rate[4];
         for (int k = 0; k < 4; k++) {
             rate[k] = (node[k - 1].q[axis] - node[k - 2].q[axis])
                       / (node[k - 1].t - node[k - 2].t);
         }
-        double left = 2.0 * (rate[1] - rate[0]) / (node->t - node[-2].t),
-               right = 2.0 * (rate[3] - rate[2]) / (node[2].t - node->t);
-        double own = 2.0 * (rate[2] - rate[1]) / (before + behind),
-               off = own - (1.0 - r) * left - r * right;
+        double left = 2.0 * (rate[1] - rate[0]) / (node->t - node[-2].t);
+        double right = 2.0 * (rate[3] - rate[2]) / (node[2].t - node->t);
+        double own = 2.0 * (rate[2] - rate[1]) / (before + behind);
+        double off = own - (1.0 - r) * left - r * right;
         sum += off * off;
     }
     return 0.5 * sqrt(sum) * before * behind;
@@ -287,8 +292,8 @@ static void scatter(const nc_smooth *smooth, int end, double *out) {
             sum[i] + (i >= 2 && i + 2 <= end ? scatter_at(smooth, i) : 0.0);
     }
     for (int i = 0; i <= end; i++) {
-        int from = i - 3 > 2 ? i - 3 : 2,
-            to = i + 3 < end - 2 ? i + 3 : end - 2;
+        int from = i - 3 > 2 ? i - 3 : 2;
+        int to = i + 3 < end - 2 ? i + 3 : end - 2;
         if (from > to) {
             from = to = i < 2 ? 2 : end - 2;
         }
@@ -302,8 +307,8 @@ static void scatter(const nc_smooth *smooth, int end, double *out) {
  * less would follow their rounding. */
 static double target_of(const nc_smooth *smooth, int i, double noise) {
     const struct node *node = &smooth->nodes[i];
-    double sagitta = 0.125 * node->turn * fmax(node->len, node[1].len),
-           allowed = allowed_at(smooth, i);
+    double sagitta = 0.125 * node->turn * fmax(node->len, node[1].len);
+    double allowed = allowed_at(smooth, i);
     if (node->turn > 0.3 || sagitta > 0.3 * smooth->tol) {
         return SHARE * allowed;
     }
@@ -323,7 +328,8 @@ static void lay_sites(nc_smooth *smooth, int end) {
         i++;
     }
     for (int k = 0; k < window->spans; k++) {
-        double from = window->tau[k + 5], to = window->tau[k + 6];
+        double from = window->tau[k + 5];
+        double to = window->tau[k + 6];
         int first = window->sites_n;
         for (; i < end && smooth->nodes[i].t < to; i++) {
             add_point(window,
@@ -336,7 +342,8 @@ static void lay_sites(nc_smooth *smooth, int end) {
         }
         double gap = window->sites_n > first ? 0.0 : 0.5;
         if (gap > 0.0 && window->sites_n < SITES) {
-            double q[NC_AXES], t = from + gap * (to - from);
+            double q[NC_AXES];
+            double t = from + gap * (to - from);
             on_chord(smooth, i - 1, t, q);
             double allowed =
                 fmax(smooth->tol - smooth->nodes[i].slack, 0.1 * smooth->tol);
@@ -348,8 +355,9 @@ static void lay_sites(nc_smooth *smooth, int end) {
                       k,
                       smooth->cfg.axes);
         }
-        double h = to - from, weight = STIFF / (h * h * h * h * h)
-                                       / (double)(window->sites_n - first);
+        double h = to - from;
+        double weight =
+            STIFF / (h * h * h * h * h) / (double)(window->sites_n - first);
         for (int j = first; j < window->sites_n; j++) {
             window->sites[j].weight = weight;
         }
@@ -363,10 +371,13 @@ static void lay_sites(nc_smooth *smooth, int end) {
 
 /* Square of the curvature of span k at its middle, over all axes. */
 static double bend2(const struct window *window, int k, int axes) {
-    double h = window->tau[k + 6] - window->tau[k + 5], d1 = 0.0, d2 = 0.0,
-           both = 0.0;
+    double h = window->tau[k + 6] - window->tau[k + 5];
+    double d1 = 0.0;
+    double d2 = 0.0;
+    double both = 0.0;
     for (int axis = 0; axis < axes; axis++) {
-        double v = 0.0, b = 0.0;
+        double v = 0.0;
+        double b = 0.0;
         for (int j = 0; j < ORDER; j++) {
             v += window->middle[k][0][j] * window->c[k + j][axis];
             b += window->middle[k][1][j] * window->c[k + j][axis];
@@ -385,7 +396,8 @@ static double bend2(const struct window *window, int k, int axes) {
  * allows: jerk is q''' v^3. */
 static void weigh_by_speed(nc_smooth *smooth) {
     struct window *window = &smooth->w;
-    double v2[SPANS_ROOM], top = smooth->cfg.feed * smooth->cfg.feed;
+    double v2[SPANS_ROOM];
+    double top = smooth->cfg.feed * smooth->cfg.feed;
     for (int k = 0; k < window->spans; k++) {
         v2[k] = fmin(top,
                      smooth->cfg.accel
@@ -413,7 +425,8 @@ static void weigh_by_speed(nc_smooth *smooth) {
  * allowed, NaN if any is none. */
 static double residuals(nc_smooth *smooth) {
     struct window *window = &smooth->w;
-    double most = 0.0, all = 0.0;
+    double most = 0.0;
+    double all = 0.0;
     int axes = smooth->cfg.axes;
     for (int k = 0; k < window->sites_n; k++) {
         struct site *site = &window->sites[k];
@@ -430,8 +443,8 @@ static double residuals(nc_smooth *smooth) {
                 sum[smooth->cfg.rotary >> (axis + 1) & 1] += q[1];
             }
         }
-        double miss = sqrt(sum[0] > sum[1] ? sum[0] : sum[1]),
-               share = miss / site->allowed;
+        double miss = sqrt(sum[0] > sum[1] ? sum[0] : sum[1]);
+        double share = miss / site->allowed;
         site->miss = miss / site->target;
         all += share;
         if (share > most) {
@@ -470,8 +483,8 @@ static void reweigh(struct window *window,
             }
             factor = fmin(factor, GROWTH);
         }
-        double h = window->tau[site->span + 6] - window->tau[site->span + 5],
-               first = STIFF * window->rho[site->span] / (h * h * h * h * h);
+        double h = window->tau[site->span + 6] - window->tau[site->span + 5];
+        double first = STIFF * window->rho[site->span] / (h * h * h * h * h);
         site->weight = fmin(site->weight * factor,
                             (site->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
     }
@@ -491,10 +504,10 @@ static void add_where_it_fails(nc_smooth *smooth,
     while (chord > 0 && path->nodes[chord].t > verdict.t) {
         chord--;
     }
-    double q[NC_AXES],
-        weight = 0.0,
-        allowed =
-            fmax(smooth->tol - path->nodes[chord + 1].slack, 0.1 * smooth->tol);
+    double q[NC_AXES];
+    double weight = 0.0;
+    double allowed =
+        fmax(smooth->tol - path->nodes[chord + 1].slack, 0.1 * smooth->tol);
     for (int k = 0; k < window->sites_n; k++) {
         if (window->sites[k].span != span) {
             continue;
