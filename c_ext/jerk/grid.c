@@ -63,19 +63,23 @@ static double rest_jerk(const jerk_planner *planner,
                         int at_end) {
     jerk_interval half;
     double most = 0.0;
-    double h = segment->h;
+    double length = segment->length;
     double sign = at_end ? -1.0 : 1.0;
-    interval_part(segment->q, 0.0, 0.5 * h, planner->cfg.axes, &half);
+    interval_part(segment->interval,
+                  0.0,
+                  0.5 * length,
+                  planner->cfg.axes,
+                  &half);
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        const jerk_interval *interval = segment->q;
+        const jerk_interval *interval = segment->interval;
         int far = !at_end;
         double near = interval->d1[at_end][axis];
-        double d = 0.5 * h;
-        double mid = half.d1[1][axis] + sign * 9.0 * d * half.d2[1][axis]
-                     + 4.5 * d * d * half.d3[1][axis];
+        double middle = 0.5 * length;
+        double mid = half.d1[1][axis] + sign * 9.0 * middle * half.d2[1][axis]
+                     + 4.5 * middle * middle * half.d3[1][axis];
         double end = interval->d1[far][axis]
-                     + sign * 9.0 * h * interval->d2[far][axis]
-                     + 4.5 * h * h * interval->d3[far][axis];
+                     + sign * 9.0 * length * interval->d2[far][axis]
+                     + 4.5 * length * length * interval->d3[far][axis];
         double value = fmax(fabs(near), fmax(fabs(mid), fabs(end)));
         most = fmax(most,
                     value
@@ -91,10 +95,10 @@ static double velocity_cap(const jerk_planner *planner,
                            const jerk_interval *interval) {
     double v = interval->v_hard > 0 ? interval->v_hard : 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double h = interval->length;
+        double length = interval->length;
         double mid =
             0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
-            + 0.125 * h * (interval->d2[0][axis] - interval->d2[1][axis]);
+            + 0.125 * length * (interval->d2[0][axis] - interval->d2[1][axis]);
         double most = fmax(
             fabs(mid),
             fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
@@ -109,11 +113,11 @@ static double velocity_cap(const jerk_planner *planner,
 /* Where the path bends so little that no row bounds it, the tangent terms still
  * do; a cap keeps x bounded. */
 void segment_limits(const jerk_planner *planner, struct segment *segment) {
-    const jerk_interval *interval = segment->q;
+    const jerk_interval *interval = segment->interval;
     double feed =
         fmin(1e15,
              asked_speed(planner, interval) * VEL_USABLE / planner->scale);
-    segment->h = interval->length;
+    segment->length = interval->length;
     segment->jump = segment->share = 1.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         segment->acc[axis] = 1.0;
@@ -131,12 +135,13 @@ static double jump_used(const jerk_planner *planner,
                         const jerk_interval *right,
                         double x) {
     double dt = planner->cfg.cycle_s;
-    double f = planner->scale;
+    double scale = planner->scale;
     double used = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double bend =
-            STEP_SEEN * f * f * fabs(right->d2[0][axis] - left->d2[1][axis]);
-        double corner = f / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double bend = STEP_SEEN * scale * scale
+                      * fabs(right->d2[0][axis] - left->d2[1][axis]);
+        double corner =
+            scale / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
         used = fmax(used,
                     (bend * x + corner * sqrt(x))
                         / (fmin(jerk_max(planner, left, axis),
@@ -152,15 +157,16 @@ static double jump_cap(const jerk_planner *planner,
                        const jerk_interval *right,
                        double cap) {
     double dt = planner->cfg.cycle_s;
-    double f = planner->scale;
+    double scale = planner->scale;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double room = JUMP_SHARE
                       * fmin(jerk_max(planner, left, axis),
                              jerk_max(planner, right, axis))
                       * dt;
-        double bend =
-            STEP_SEEN * f * f * fabs(right->d2[0][axis] - left->d2[1][axis]);
-        double corner = f / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double bend = STEP_SEEN * scale * scale
+                      * fabs(right->d2[0][axis] - left->d2[1][axis]);
+        double corner =
+            scale / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
         double v =
             2.0 * room
             / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
@@ -214,8 +220,8 @@ static void take_share(struct segment *segment, double used) {
 
 /* Cap at knot k, and what is left of the jerk limit around it. */
 static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
-    const jerk_interval *left = grid->seg[k - 1].q;
-    const jerk_interval *right = grid->seg[k].q;
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
     if (!grid->seg[k - 1].last) {
         return;
     }
@@ -231,7 +237,7 @@ static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
         take_share(&grid->seg[i], used);
     }
     for (int i = k;
-         i < grid->n && grid->from_start[i] - grid->from_start[k] < reach;
+         i < grid->count && grid->from_start[i] - grid->from_start[k] < reach;
          i++) {
         take_share(&grid->seg[i], used);
     }
@@ -239,29 +245,29 @@ static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
 
 void knot_caps(const jerk_planner *planner, struct grid *grid) {
     grid->from_start[0] = 0.0;
-    for (int k = 0; k <= grid->n; k++) {
+    for (int k = 0; k <= grid->count; k++) {
         double left = k > 0 ? grid->seg[k - 1].cap : 1e30;
-        double right = k < grid->n ? grid->seg[k].cap : 1e30;
+        double right = k < grid->count ? grid->seg[k].cap : 1e30;
         grid->knot_cap[k] = fmin(left, right);
-        if (k < grid->n) {
-            grid->from_start[k + 1] = grid->from_start[k] + grid->seg[k].h;
+        if (k < grid->count) {
+            grid->from_start[k + 1] = grid->from_start[k] + grid->seg[k].length;
         }
     }
-    for (int k = 1; k < grid->n; k++) {
+    for (int k = 1; k < grid->count; k++) {
         knot_jump(planner, grid, k);
     }
     turn_caps(planner, grid);
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         if (grid->from_start[k] < planner->behind_mm) {
             take_share(&grid->seg[k], 1.0 - planner->behind_share);
         }
         grid->seg[k].share = grid->seg[k].jump * *grid->seg[k].tight;
     }
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         grid->seg[k].jerk_up =
             k == 0 ? rest_jerk(planner, &grid->seg[k], 0) : 0.0;
         grid->seg[k].jerk_down =
-            k == grid->n - 1 ? rest_jerk(planner, &grid->seg[k], 1) : 0.0;
+            k == grid->count - 1 ? rest_jerk(planner, &grid->seg[k], 1) : 0.0;
     }
 }
 
@@ -280,11 +286,11 @@ static bool add_segment(const jerk_planner *planner,
                         const jerk_interval *interval,
                         uint64_t i,
                         bool last) {
-    if (grid->n >= grid->max) {
+    if (grid->count >= grid->max) {
         return false;
     }
-    struct segment *segment = &grid->seg[grid->n++];
-    segment->q = interval;
+    struct segment *segment = &grid->seg[grid->count++];
+    segment->interval = interval;
     segment->last = last;
     segment->at = i;
     segment->own = segment->bulge = 1.0;
@@ -368,7 +374,7 @@ static double slow_length(const jerk_planner *planner,
 /* Cap on x (scaled) over an interval by feed and machine. */
 static double feed_cap(const jerk_planner *planner,
                        const jerk_interval *interval) {
-    struct segment segment = {.q = interval};
+    struct segment segment = {.interval = interval};
     segment_limits(planner, &segment);
     return segment.soft;
 }
@@ -519,7 +525,7 @@ static bool add_part(const jerk_planner *planner,
     if (from <= 0.0 && to >= interval->length) {
         return add_segment(planner, grid, interval, i, true);
     }
-    if (grid->n >= grid->max) {
+    if (grid->count >= grid->max) {
         return false;
     }
     jerk_interval *part = &grid->parts[grid->used++];
@@ -572,7 +578,7 @@ static bool grid_fill(jerk_planner *planner,
                       const struct extent *extent,
                       double to) {
     int count = (int)(extent->end - planner->head);
-    grid->n = grid->used = 0;
+    grid->count = grid->used = 0;
     grid->rest_start = planner->at_rest;
     grid->stands = extent->stands;
     grid->land_from = grid->land_to = -1.0;
@@ -646,17 +652,17 @@ void grid_window(jerk_planner *planner, struct grid *grid, double reach) {
 }
 
 /* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
-bool grid_to(jerk_planner *p, struct grid *g, double distance) {
-    struct extent e = extent_to(p, distance);
-    if (e.length < distance - 1e-9) {
+bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
+    struct extent extent = extent_to(planner, distance);
+    if (extent.length < distance - 1e-9) {
         return false;
     }
-    g->finer = 1.0;
-    bool fits = grid_fill(p, g, &e, distance);
-    if (fits && g->n < STOP_STEPS) {
-        g->finer = (double)g->n / STOP_STEPS;
-        fits = grid_fill(p, g, &e, distance);
+    grid->finer = 1.0;
+    bool fits = grid_fill(planner, grid, &extent, distance);
+    if (fits && grid->count < STOP_STEPS) {
+        grid->finer = (double)grid->count / STOP_STEPS;
+        fits = grid_fill(planner, grid, &extent, distance);
     }
-    knot_caps(p, g);
+    knot_caps(planner, grid);
     return fits;
 }

@@ -32,26 +32,26 @@
 static struct block block_at(const struct problem *problem, int i) {
     int k = i * LANES;
     struct block block;
-    block.h = load(problem->h + k);
+    block.length = load(problem->lengths + k);
     block.x[0] = load(problem->x + k);
-    block.u[0] = load(problem->u + k);
-    block.c[0] = load(problem->c[0] + k);
-    block.c[1] = load(problem->c[1] + k);
-    end_state(block.h,
+    block.accel[0] = load(problem->accel + k);
+    block.input[0] = load(problem->input[0] + k);
+    block.input[1] = load(problem->input[1] + k);
+    end_state(block.length,
               block.x[0],
-              block.u[0],
-              block.c,
+              block.accel[0],
+              block.input,
               &block.x[1],
-              &block.u[1]);
+              &block.accel[1]);
     vec on = load(problem->on + k);
     vec off = 1.0 - on;
     vec low = LOWEST * load(problem->guess + k);
-    for (int e = 0; e < 2; e++) {
-        vec x = vmax(block.x[e], low) * on + off;
+    for (int end = 0; end < 2; end++) {
+        vec x = vmax(block.x[end], low) * on + off;
         vec t = 1.0 / root_of(x);
-        block.root[e] = load(problem->root[e] + k);
-        block.half[e] = 0.5 * on * block.root[e] * t / x;
-        block.bound[e] = 1.5 * block.root[e] * t;
+        block.root[end] = load(problem->root[end] + k);
+        block.half[end] = 0.5 * on * block.root[end] * t / x;
+        block.bound[end] = 1.5 * block.root[end] * t;
     }
     return block;
 }
@@ -69,34 +69,34 @@ static void set_scale(struct problem *problem) {
     }
 }
 
-static inline void add_square(struct sums *sums, vec w, const vec *b) {
-    vec wx = w * b[0];
-    vec wu = w * b[1];
-    vec wc = w * b[2];
-    sums->xx += wx * b[0];
-    sums->xu += wx * b[1];
-    sums->uu += wu * b[1];
-    sums->xc += wx * b[2];
-    sums->uc += wu * b[2];
-    sums->cc += wc * b[2];
+static inline void add_square(struct sums *sums, vec weight, const vec *coef) {
+    vec wx = weight * coef[0];
+    vec wu = weight * coef[1];
+    vec wc = weight * coef[2];
+    sums->xx += wx * coef[0];
+    sums->xu += wx * coef[1];
+    sums->uu += wu * coef[1];
+    sums->xc += wx * coef[2];
+    sums->uc += wu * coef[2];
+    sums->cc += wc * coef[2];
 }
 
 /* Start of an iteration for one side of a row: residual, 1/slack; returns the
  * weight, `t` gets the gradient. */
 static inline vec side(vec value,
                        vec bound,
-                       vec s,
-                       vec *l,
+                       vec slack,
+                       vec *dual,
                        vec least,
-                       vec *is,
-                       vec *r,
-                       vec *t) {
-    *r = value - bound + s;
-    *is = 1.0 / s;
-    *l = vmax(*l, least * *is);
-    vec w = *l * *is;
-    *t = w * *r;
-    return w;
+                       vec *inverse,
+                       vec *residual,
+                       vec *gradient) {
+    *residual = value - bound + slack;
+    *inverse = 1.0 / slack;
+    *dual = vmax(*dual, least * *inverse);
+    vec weight = *dual * *inverse;
+    *gradient = weight * *residual;
+    return weight;
 }
 
 /* Linear forms of a jerk row pair: q = root * (b . z), m = half * x. */
@@ -105,59 +105,60 @@ static void gather_jerk(const struct problem *problem,
                         const struct block *block,
                         struct totals *all,
                         vec least) {
-    for (int e = 0; e < 2; e++) {
+    for (int end = 0; end < 2; end++) {
         struct sums both = {0};
         struct sums *sums = &both;
         two_sided *row =
-            &problem->jerk[i * 2 * problem->axes + e * problem->axes];
-        vec m = block->half[e] * block->x[e];
-        vec bound = block->bound[e];
+            &problem->jerk[i * 2 * problem->axes + end * problem->axes];
+        vec tangent = block->half[end] * block->x[end];
+        vec bound = block->bound[end];
         vec wm = {0};
         vec px = {0};
         vec pu = {0};
         vec pc = {0};
         vec tm = {0};
-        vec root = block->root[e];
+        vec root = block->root[end];
         for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec q = root
-                    * (row->b[0] * block->x[e] + row->b[1] * block->u[e]
-                       + row->b[2] * block->c[e]);
+            vec value = root
+                        * (row->coef[0] * block->x[end]
+                           + row->coef[1] * block->accel[end]
+                           + row->coef[2] * block->input[end]);
             vec t1, t2;
-            vec w1 = side(m + q,
+            vec w1 = side(tangent + value,
                           bound,
-                          row->s[0],
-                          &row->l[0],
+                          row->slack[0],
+                          &row->dual[0],
                           least,
-                          &row->is[0],
-                          &row->r[0],
+                          &row->inverse[0],
+                          &row->residual[0],
                           &t1);
-            vec w2 = side(m - q,
+            vec w2 = side(tangent - value,
                           bound,
-                          row->s[1],
-                          &row->l[1],
+                          row->slack[1],
+                          &row->dual[1],
                           least,
-                          &row->is[1],
-                          &row->r[1],
+                          &row->inverse[1],
+                          &row->residual[1],
                           &t2);
-            vec d = root * (w1 - w2);
+            vec difference = root * (w1 - w2);
             vec t = root * (t1 - t2);
-            add_square(sums, root * root * (w1 + w2), row->b);
-            px += d * row->b[0];
-            pu += d * row->b[1];
-            pc += d * row->b[2];
-            sums->x += t * row->b[0];
-            sums->u += t * row->b[1];
-            sums->c += t * row->b[2];
+            add_square(sums, root * root * (w1 + w2), row->coef);
+            px += difference * row->coef[0];
+            pu += difference * row->coef[1];
+            pc += difference * row->coef[2];
+            sums->x += t * row->coef[0];
+            sums->accel += t * row->coef[1];
+            sums->input += t * row->coef[2];
             wm += w1 + w2;
             tm += t1 + t2;
         }
-        sums->xx += block->half[e] * (block->half[e] * wm + 2.0 * px);
-        sums->xu += pu * block->half[e];
-        sums->xc += pc * block->half[e];
-        sums->x += tm * block->half[e];
-        if (e) {
-            add_end(all, sums, block->h);
-            add_end_gradient(all, sums, block->h);
+        sums->xx += block->half[end] * (block->half[end] * wm + 2.0 * px);
+        sums->xu += pu * block->half[end];
+        sums->xc += pc * block->half[end];
+        sums->x += tm * block->half[end];
+        if (end) {
+            add_end(all, sums, block->length);
+            add_end_gradient(all, sums, block->length);
         } else {
             add_start(all, sums);
             add_start_gradient(all, sums);
@@ -171,39 +172,44 @@ static void gather_mid(const struct problem *problem,
                        struct totals *all,
                        vec least) {
     const vec one = set1(1.0);
-    vec x, u;
+    vec x, accel;
     struct sums sums = {0};
     two_sided *row = &problem->mid[i * problem->axes];
-    middle_state(block->h, block->x[0], block->u[0], block->c, &x, &u);
+    middle_state(block->length,
+                 block->x[0],
+                 block->accel[0],
+                 block->input,
+                 &x,
+                 &accel);
     for (int axis = 0; axis < problem->axes; axis++, row++) {
-        vec q = row->b[0] * x + row->b[1] * u;
+        vec value = row->coef[0] * x + row->coef[1] * accel;
         vec t1, t2;
-        vec w1 = side(q,
+        vec w1 = side(value,
                       one,
-                      row->s[0],
-                      &row->l[0],
+                      row->slack[0],
+                      &row->dual[0],
                       least,
-                      &row->is[0],
-                      &row->r[0],
+                      &row->inverse[0],
+                      &row->residual[0],
                       &t1);
-        vec w2 = side(-q,
+        vec w2 = side(-value,
                       one,
-                      row->s[1],
-                      &row->l[1],
+                      row->slack[1],
+                      &row->dual[1],
                       least,
-                      &row->is[1],
-                      &row->r[1],
+                      &row->inverse[1],
+                      &row->residual[1],
                       &t2);
-        vec w = w1 + w2;
+        vec weight = w1 + w2;
         vec t = t1 - t2;
-        sums.xx += w * row->b[0] * row->b[0];
-        sums.xu += w * row->b[0] * row->b[1];
-        sums.uu += w * row->b[1] * row->b[1];
-        sums.x += t * row->b[0];
-        sums.u += t * row->b[1];
+        sums.xx += weight * row->coef[0] * row->coef[0];
+        sums.xu += weight * row->coef[0] * row->coef[1];
+        sums.uu += weight * row->coef[1] * row->coef[1];
+        sums.x += t * row->coef[0];
+        sums.accel += t * row->coef[1];
     }
-    add_middle(all, &sums, block->h);
-    add_middle_gradient(all, &sums, block->h);
+    add_middle(all, &sums, block->length);
+    add_middle_gradient(all, &sums, block->length);
 }
 
 static void gather_acc(const struct problem *problem,
@@ -215,40 +221,41 @@ static void gather_acc(const struct problem *problem,
     two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
     for (int axis = 0; axis < problem->acc_sets * problem->axes;
          axis++, row++) {
-        vec q = row->b[0] * block->x[0] + row->b[1] * block->u[0];
+        vec value = row->coef[0] * block->x[0] + row->coef[1] * block->accel[0];
         vec t1, t2;
-        vec w1 = side(q,
+        vec w1 = side(value,
                       one,
-                      row->s[0],
-                      &row->l[0],
+                      row->slack[0],
+                      &row->dual[0],
                       least,
-                      &row->is[0],
-                      &row->r[0],
+                      &row->inverse[0],
+                      &row->residual[0],
                       &t1);
-        vec w2 = side(-q,
+        vec w2 = side(-value,
                       one,
-                      row->s[1],
-                      &row->l[1],
+                      row->slack[1],
+                      &row->dual[1],
                       least,
-                      &row->is[1],
-                      &row->r[1],
+                      &row->inverse[1],
+                      &row->residual[1],
                       &t2);
-        vec w = w1 + w2;
+        vec weight = w1 + w2;
         vec t = t1 - t2;
-        totals->xx += w * row->b[0] * row->b[0];
-        totals->xu += w * row->b[0] * row->b[1];
-        totals->uu += w * row->b[1] * row->b[1];
-        totals->x += t * row->b[0];
-        totals->u += t * row->b[1];
+        totals->xx += weight * row->coef[0] * row->coef[0];
+        totals->xu += weight * row->coef[0] * row->coef[1];
+        totals->uu += weight * row->coef[1] * row->coef[1];
+        totals->x += t * row->coef[0];
+        totals->accel += t * row->coef[1];
     }
 }
 
 static inline vec one_value(const struct one_sided *row,
                             vec x,
-                            vec u,
+                            vec accel,
                             vec c0,
                             vec c1) {
-    return row->b[0] * x + row->b[1] * u + row->b[2] * c0 + row->b[3] * c1;
+    return row->coef[0] * x + row->coef[1] * accel + row->coef[2] * c0
+           + row->coef[3] * c1;
 }
 
 static void gather_one(const struct problem *problem,
@@ -258,29 +265,38 @@ static void gather_one(const struct problem *problem,
                        vec least) {
     struct one_sided *row = &problem->one[i * ONE_SIDED_ROWS];
     for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, row++) {
-        vec q =
-            one_value(row, block->x[0], block->u[0], block->c[0], block->c[1]);
+        vec value = one_value(row,
+                              block->x[0],
+                              block->accel[0],
+                              block->input[0],
+                              block->input[1]);
         vec t;
-        vec w =
-            side(q, row->bound, row->s, &row->l, least, &row->is, &row->r, &t);
-        vec wx = w * row->b[0];
-        vec wu = w * row->b[1];
-        totals->xx += wx * row->b[0];
-        totals->xu += wx * row->b[1];
-        totals->uu += wu * row->b[1];
-        totals->x += t * row->b[0];
-        totals->u += t * row->b[1];
+        vec weight = side(value,
+                          row->bound,
+                          row->slack,
+                          &row->dual,
+                          least,
+                          &row->inverse,
+                          &row->residual,
+                          &t);
+        vec wx = weight * row->coef[0];
+        vec wu = weight * row->coef[1];
+        totals->xx += wx * row->coef[0];
+        totals->xu += wx * row->coef[1];
+        totals->uu += wu * row->coef[1];
+        totals->x += t * row->coef[0];
+        totals->accel += t * row->coef[1];
         if (axis < FIRST_C_ROW) {
             continue;
         }
         for (int count = 0; count < 2; count++) {
-            totals->xc[count] += wx * row->b[2 + count];
-            totals->uc[count] += wu * row->b[2 + count];
-            totals->c[count] += t * row->b[2 + count];
+            totals->xc[count] += wx * row->coef[2 + count];
+            totals->uc[count] += wu * row->coef[2 + count];
+            totals->input[count] += t * row->coef[2 + count];
         }
-        totals->cc[0] += w * row->b[2] * row->b[2];
-        totals->cc[1] += w * row->b[2] * row->b[3];
-        totals->cc[2] += w * row->b[3] * row->b[3];
+        totals->cc[0] += weight * row->coef[2] * row->coef[2];
+        totals->cc[1] += weight * row->coef[2] * row->coef[3];
+        totals->cc[2] += weight * row->coef[3] * row->coef[3];
     }
 }
 
@@ -306,13 +322,13 @@ static void gather(struct problem *problem, vec least) {
             store(problem->cost.cc[2 * count] + k,
                   totals.cc[2 * count] + calm + even
                       + LEAST_COST * problem->convex);
-            store(problem->grad.c[count] + k,
-                  totals.c[count] + calm * bl.c[count]
-                      + even * (bl.c[count] - bl.c[1 - count]));
+            store(problem->grad.input[count] + k,
+                  totals.input[count] + calm * bl.input[count]
+                      + even * (bl.input[count] - bl.input[1 - count]));
         }
         store(problem->cost.cc[1] + k, totals.cc[1] - even);
         store(problem->grad.x + k, totals.x - load(problem->weight + k));
-        store(problem->grad.u + k, totals.u);
+        store(problem->grad.accel + k, totals.accel);
     }
 }
 
@@ -324,59 +340,59 @@ typedef struct scan {
 } scan;
 
 static inline void side_predict(vec dq,
-                                vec r,
-                                vec s,
-                                vec l,
-                                vec is,
+                                vec residual,
+                                vec slack,
+                                vec dual,
+                                vec inverse,
                                 struct scan *scan,
-                                vec *ds,
+                                vec *slack_step,
                                 vec *corr) {
-    vec d = -r - dq;
-    vec rs = d * is;
-    vec dl = -l - l * rs;
-    *ds = d;
-    *corr = d * dl * is;
+    vec step = -residual - dq;
+    vec rs = step * inverse;
+    vec dual_step = -dual - dual * rs;
+    *slack_step = step;
+    *corr = step * dual_step * inverse;
     scan->ps = vmax(scan->ps, -rs);
     scan->pl = vmax(scan->pl, 1.0 + rs);
-    scan->sl += s * l;
-    scan->dsl += d * l;
-    scan->sdl += s * dl;
-    scan->dsdl += d * dl;
+    scan->sl += slack * dual;
+    scan->dsl += step * dual;
+    scan->sdl += slack * dual_step;
+    scan->dsdl += step * dual_step;
 }
 
 /* Adds to the gradients of corrector (k) and centring (z). */
-static inline void two_gradients(const vec *b,
+static inline void two_gradients(const vec *coef,
                                  vec t,
                                  vec z,
                                  struct sums *corr,
                                  struct sums *cent) {
-    corr->x += t * b[0];
-    corr->u += t * b[1];
-    corr->c += t * b[2];
-    cent->x += z * b[0];
-    cent->u += z * b[1];
-    cent->c += z * b[2];
+    corr->x += t * coef[0];
+    corr->accel += t * coef[1];
+    corr->input += t * coef[2];
+    cent->x += z * coef[0];
+    cent->accel += z * coef[1];
+    cent->input += z * coef[2];
 }
 
 /* A step of the states and inputs: index 0 of x, u at the start, 1 at the end.
  */
 typedef struct change {
-    vec x[2], u[2], c[2];
+    vec x[2], accel[2], input[2];
 } change;
 
 static inline struct change change_at(const struct problem *problem,
                                       int k,
-                                      vec h) {
+                                      vec length) {
     struct change change = {
         .x = {load(problem->dx + k)},
-        .u = {load(problem->du + k)},
-        .c = {load(problem->dc[0] + k), load(problem->dc[1] + k)}};
-    end_state(h,
+        .accel = {load(problem->du + k)},
+        .input = {load(problem->dc[0] + k), load(problem->dc[1] + k)}};
+    end_state(length,
               change.x[0],
-              change.u[0],
-              change.c,
+              change.accel[0],
+              change.input,
               &change.x[1],
-              &change.u[1]);
+              &change.accel[1]);
     return change;
 }
 
@@ -387,51 +403,52 @@ static void predict_jerk(struct problem *problem,
                          struct scan *scan,
                          struct totals *corr,
                          struct totals *cent) {
-    for (int e = 0; e < 2; e++) {
+    for (int end = 0; end < 2; end++) {
         struct sums one = {0};
         struct sums two = {0};
         two_sided *row =
-            &problem->jerk[i * 2 * problem->axes + e * problem->axes];
-        vec root = block->root[e];
+            &problem->jerk[i * 2 * problem->axes + end * problem->axes];
+        vec root = block->root[end];
         vec tm = {0};
         vec zm = {0};
-        vec dm = block->half[e] * dz->x[e];
+        vec dm = block->half[end] * dz->x[end];
         for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec dq = root
-                     * (row->b[0] * dz->x[e] + row->b[1] * dz->u[e]
-                        + row->b[2] * dz->c[e]);
+            vec dq =
+                root
+                * (row->coef[0] * dz->x[end] + row->coef[1] * dz->accel[end]
+                   + row->coef[2] * dz->input[end]);
             vec k1, k2;
             side_predict(dm + dq,
-                         row->r[0],
-                         row->s[0],
-                         row->l[0],
-                         row->is[0],
+                         row->residual[0],
+                         row->slack[0],
+                         row->dual[0],
+                         row->inverse[0],
                          scan,
-                         &row->ds[0],
+                         &row->slack_step[0],
                          &k1);
             side_predict(dm - dq,
-                         row->r[1],
-                         row->s[1],
-                         row->l[1],
-                         row->is[1],
+                         row->residual[1],
+                         row->slack[1],
+                         row->dual[1],
+                         row->inverse[1],
                          scan,
-                         &row->ds[1],
+                         &row->slack_step[1],
                          &k2);
-            row->dl[0] = k1;
-            row->dl[1] = k2;
-            two_gradients(row->b,
+            row->dual_step[0] = k1;
+            row->dual_step[1] = k2;
+            two_gradients(row->coef,
                           root * (k2 - k1),
-                          root * (row->is[0] - row->is[1]),
+                          root * (row->inverse[0] - row->inverse[1]),
                           &one,
                           &two);
             tm -= k1 + k2;
-            zm += row->is[0] + row->is[1];
+            zm += row->inverse[0] + row->inverse[1];
         }
-        one.x += tm * block->half[e];
-        two.x += zm * block->half[e];
-        if (e) {
-            add_end_gradient(corr, &one, block->h);
-            add_end_gradient(cent, &two, block->h);
+        one.x += tm * block->half[end];
+        two.x += zm * block->half[end];
+        if (end) {
+            add_end_gradient(corr, &one, block->length);
+            add_end_gradient(cent, &two, block->length);
         } else {
             add_start_gradient(corr, &one);
             add_start_gradient(cent, &two);
@@ -448,32 +465,32 @@ static void predict_acc(struct problem *problem,
     two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
     for (int axis = 0; axis < problem->acc_sets * problem->axes;
          axis++, row++) {
-        vec dq = row->b[0] * dz->x[0] + row->b[1] * dz->u[0];
+        vec dq = row->coef[0] * dz->x[0] + row->coef[1] * dz->accel[0];
         vec k1, k2;
         side_predict(dq,
-                     row->r[0],
-                     row->s[0],
-                     row->l[0],
-                     row->is[0],
+                     row->residual[0],
+                     row->slack[0],
+                     row->dual[0],
+                     row->inverse[0],
                      scan,
-                     &row->ds[0],
+                     &row->slack_step[0],
                      &k1);
         side_predict(-dq,
-                     row->r[1],
-                     row->s[1],
-                     row->l[1],
-                     row->is[1],
+                     row->residual[1],
+                     row->slack[1],
+                     row->dual[1],
+                     row->inverse[1],
                      scan,
-                     &row->ds[1],
+                     &row->slack_step[1],
                      &k2);
-        row->dl[0] = k1;
-        row->dl[1] = k2;
+        row->dual_step[0] = k1;
+        row->dual_step[1] = k2;
         vec t = k2 - k1;
-        vec z = row->is[0] - row->is[1];
-        corr->x += t * row->b[0];
-        corr->u += t * row->b[1];
-        cent->x += z * row->b[0];
-        cent->u += z * row->b[1];
+        vec z = row->inverse[0] - row->inverse[1];
+        corr->x += t * row->coef[0];
+        corr->accel += t * row->coef[1];
+        cent->x += z * row->coef[0];
+        cent->accel += z * row->coef[1];
     }
 }
 
@@ -487,33 +504,37 @@ static void predict_mid(struct problem *problem,
     two_sided *row = &problem->mid[i * problem->axes];
     struct sums one = {0};
     struct sums two = {0};
-    vec x, u;
-    middle_state(block->h, dz->x[0], dz->u[0], dz->c, &x, &u);
+    vec x, accel;
+    middle_state(block->length, dz->x[0], dz->accel[0], dz->input, &x, &accel);
     for (int axis = 0; axis < problem->axes; axis++, row++) {
-        vec dq = row->b[0] * x + row->b[1] * u;
+        vec dq = row->coef[0] * x + row->coef[1] * accel;
         vec k1, k2;
         side_predict(dq,
-                     row->r[0],
-                     row->s[0],
-                     row->l[0],
-                     row->is[0],
+                     row->residual[0],
+                     row->slack[0],
+                     row->dual[0],
+                     row->inverse[0],
                      scan,
-                     &row->ds[0],
+                     &row->slack_step[0],
                      &k1);
         side_predict(-dq,
-                     row->r[1],
-                     row->s[1],
-                     row->l[1],
-                     row->is[1],
+                     row->residual[1],
+                     row->slack[1],
+                     row->dual[1],
+                     row->inverse[1],
                      scan,
-                     &row->ds[1],
+                     &row->slack_step[1],
                      &k2);
-        row->dl[0] = k1;
-        row->dl[1] = k2;
-        two_gradients(row->b, k2 - k1, row->is[0] - row->is[1], &one, &two);
+        row->dual_step[0] = k1;
+        row->dual_step[1] = k2;
+        two_gradients(row->coef,
+                      k2 - k1,
+                      row->inverse[0] - row->inverse[1],
+                      &one,
+                      &two);
     }
-    add_middle_gradient(corr, &one, block->h);
-    add_middle_gradient(cent, &two, block->h);
+    add_middle_gradient(corr, &one, block->length);
+    add_middle_gradient(cent, &two, block->length);
 }
 
 static void predict_one(struct problem *problem,
@@ -524,17 +545,25 @@ static void predict_one(struct problem *problem,
                         struct totals *cent) {
     struct one_sided *row = &problem->one[i * ONE_SIDED_ROWS];
     for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, row++) {
-        vec dq = one_value(row, dz->x[0], dz->u[0], dz->c[0], dz->c[1]);
+        vec dq =
+            one_value(row, dz->x[0], dz->accel[0], dz->input[0], dz->input[1]);
         vec k1;
-        side_predict(dq, row->r, row->s, row->l, row->is, scan, &row->ds, &k1);
-        row->dl = k1;
-        corr->x -= k1 * row->b[0];
-        corr->u -= k1 * row->b[1];
-        cent->x += row->is * row->b[0];
-        cent->u += row->is * row->b[1];
+        side_predict(dq,
+                     row->residual,
+                     row->slack,
+                     row->dual,
+                     row->inverse,
+                     scan,
+                     &row->slack_step,
+                     &k1);
+        row->dual_step = k1;
+        corr->x -= k1 * row->coef[0];
+        corr->accel -= k1 * row->coef[1];
+        cent->x += row->inverse * row->coef[0];
+        cent->accel += row->inverse * row->coef[1];
         for (int count = 0; count < 2; count++) {
-            corr->c[count] -= k1 * row->b[2 + count];
-            cent->c[count] += row->is * row->b[2 + count];
+            corr->input[count] -= k1 * row->coef[2 + count];
+            cent->input[count] += row->inverse * row->coef[2 + count];
         }
     }
 }
@@ -546,7 +575,7 @@ static struct scan predict(struct problem *problem) {
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
         const struct block bl = problem->block[i];
-        const struct change dz = change_at(problem, k, bl.h);
+        const struct change dz = change_at(problem, k, bl.length);
         struct totals corr = {0};
         struct totals cent = {0};
         predict_jerk(problem, i, &bl, &dz, &scan, &corr, &cent);
@@ -554,12 +583,12 @@ static struct scan predict(struct problem *problem) {
         predict_mid(problem, i, &bl, &dz, &scan, &corr, &cent);
         predict_one(problem, i, &dz, &scan, &corr, &cent);
         store(problem->corr.x + k, corr.x);
-        store(problem->corr.u + k, corr.u);
+        store(problem->corr.accel + k, corr.accel);
         store(problem->cent.x + k, cent.x);
-        store(problem->cent.u + k, cent.u);
+        store(problem->cent.accel + k, cent.accel);
         for (int count = 0; count < 2; count++) {
-            store(problem->corr.c[count] + k, corr.c[count]);
-            store(problem->cent.c[count] + k, cent.c[count]);
+            store(problem->corr.input[count] + k, corr.input[count]);
+            store(problem->cent.input[count] + k, cent.input[count]);
         }
     }
     return scan;
@@ -569,32 +598,33 @@ static void combine(struct problem *problem, double sigma_mu) {
     for (int i = 0; i < problem->blocks * LANES; i++) {
         problem->grad.x[i] +=
             problem->corr.x[i] + sigma_mu * problem->cent.x[i];
-        problem->grad.u[i] +=
-            problem->corr.u[i] + sigma_mu * problem->cent.u[i];
+        problem->grad.accel[i] +=
+            problem->corr.accel[i] + sigma_mu * problem->cent.accel[i];
         for (int count = 0; count < 2; count++) {
-            problem->grad.c[count][i] += problem->corr.c[count][i]
-                                         + sigma_mu * problem->cent.c[count][i];
+            problem->grad.input[count][i] +=
+                problem->corr.input[count][i]
+                + sigma_mu * problem->cent.input[count][i];
         }
     }
 }
 
 /* The combined step of one side; `dl` holds the corrector's ds dl / s. */
 static inline void side_correct(vec dq,
-                                vec r,
-                                vec s,
-                                vec l,
-                                vec is,
+                                vec residual,
+                                vec slack,
+                                vec dual,
+                                vec inverse,
                                 vec mu,
                                 struct scan *scan,
-                                vec *ds,
-                                vec *dl) {
-    vec d = -r - dq;
-    vec e = -l - l * d * is + mu * is - *dl;
-    *ds = d;
-    *dl = e;
-    scan->ps = vmax(scan->ps, -d * is);
-    scan->pl = vmax(scan->pl, -e / l);
-    (void)s;
+                                vec *slack_step,
+                                vec *dual_step) {
+    vec step = -residual - dq;
+    vec dual_change = -dual - dual * step * inverse + mu * inverse - *dual_step;
+    *slack_step = step;
+    *dual_step = dual_change;
+    scan->ps = vmax(scan->ps, -step * inverse);
+    scan->pl = vmax(scan->pl, -dual_change / dual);
+    (void)slack;
 }
 
 static struct scan correct(struct problem *problem, double sigma_mu) {
@@ -603,94 +633,96 @@ static struct scan correct(struct problem *problem, double sigma_mu) {
     for (int i = 0; i < problem->blocks; i++) {
         int k = i * LANES;
         const struct block bl = problem->block[i];
-        const struct change dz = change_at(problem, k, bl.h);
-        for (int e = 0; e < 2; e++) {
+        const struct change dz = change_at(problem, k, bl.length);
+        for (int end = 0; end < 2; end++) {
             two_sided *row =
-                &problem->jerk[i * 2 * problem->axes + e * problem->axes];
-            vec dm = bl.half[e] * dz.x[e];
+                &problem->jerk[i * 2 * problem->axes + end * problem->axes];
+            vec dm = bl.half[end] * dz.x[end];
             for (int axis = 0; axis < problem->axes; axis++, row++) {
-                vec dq = bl.root[e]
-                         * (row->b[0] * dz.x[e] + row->b[1] * dz.u[e]
-                            + row->b[2] * dz.c[e]);
+                vec dq =
+                    bl.root[end]
+                    * (row->coef[0] * dz.x[end] + row->coef[1] * dz.accel[end]
+                       + row->coef[2] * dz.input[end]);
                 side_correct(dm + dq,
-                             row->r[0],
-                             row->s[0],
-                             row->l[0],
-                             row->is[0],
+                             row->residual[0],
+                             row->slack[0],
+                             row->dual[0],
+                             row->inverse[0],
                              mu,
                              &scan,
-                             &row->ds[0],
-                             &row->dl[0]);
+                             &row->slack_step[0],
+                             &row->dual_step[0]);
                 side_correct(dm - dq,
-                             row->r[1],
-                             row->s[1],
-                             row->l[1],
-                             row->is[1],
+                             row->residual[1],
+                             row->slack[1],
+                             row->dual[1],
+                             row->inverse[1],
                              mu,
                              &scan,
-                             &row->ds[1],
-                             &row->dl[1]);
+                             &row->slack_step[1],
+                             &row->dual_step[1]);
             }
         }
         two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
         for (int axis = 0; axis < problem->acc_sets * problem->axes;
              axis++, row++) {
-            vec dq = row->b[0] * dz.x[0] + row->b[1] * dz.u[0];
+            vec dq = row->coef[0] * dz.x[0] + row->coef[1] * dz.accel[0];
             side_correct(dq,
-                         row->r[0],
-                         row->s[0],
-                         row->l[0],
-                         row->is[0],
+                         row->residual[0],
+                         row->slack[0],
+                         row->dual[0],
+                         row->inverse[0],
                          mu,
                          &scan,
-                         &row->ds[0],
-                         &row->dl[0]);
+                         &row->slack_step[0],
+                         &row->dual_step[0]);
             side_correct(-dq,
-                         row->r[1],
-                         row->s[1],
-                         row->l[1],
-                         row->is[1],
+                         row->residual[1],
+                         row->slack[1],
+                         row->dual[1],
+                         row->inverse[1],
                          mu,
                          &scan,
-                         &row->ds[1],
-                         &row->dl[1]);
+                         &row->slack_step[1],
+                         &row->dual_step[1]);
         }
         vec xm, um;
-        middle_state(bl.h, dz.x[0], dz.u[0], dz.c, &xm, &um);
+        middle_state(bl.length, dz.x[0], dz.accel[0], dz.input, &xm, &um);
         row = &problem->mid[i * problem->axes];
         for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec dq = row->b[0] * xm + row->b[1] * um;
+            vec dq = row->coef[0] * xm + row->coef[1] * um;
             side_correct(dq,
-                         row->r[0],
-                         row->s[0],
-                         row->l[0],
-                         row->is[0],
+                         row->residual[0],
+                         row->slack[0],
+                         row->dual[0],
+                         row->inverse[0],
                          mu,
                          &scan,
-                         &row->ds[0],
-                         &row->dl[0]);
+                         &row->slack_step[0],
+                         &row->dual_step[0]);
             side_correct(-dq,
-                         row->r[1],
-                         row->s[1],
-                         row->l[1],
-                         row->is[1],
+                         row->residual[1],
+                         row->slack[1],
+                         row->dual[1],
+                         row->inverse[1],
                          mu,
                          &scan,
-                         &row->ds[1],
-                         &row->dl[1]);
+                         &row->slack_step[1],
+                         &row->dual_step[1]);
         }
         struct one_sided *one = &problem->one[i * ONE_SIDED_ROWS];
         for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, one++) {
-            vec dq = one_value(one, dz.x[0], dz.u[0], dz.c[0], dz.c[1]);
+            vec dq =
+                one_value(one, dz.x[0], dz.accel[0], dz.input[0], dz.input[1]);
             side_correct(dq,
-                         one->r,
-                         one->s,
-                         one->l,
-                         one->is,
+                         one->residual,
+                         one->slack,
+                         one->dual,
+                         one->inverse,
                          mu,
                          &scan,
-                         &one->ds,
-                         &one->dl);
+                         &one->slack_step,
+                         &one->dual_step);
         }
     }
     return scan;
@@ -700,9 +732,9 @@ static struct scan correct(struct problem *problem, double sigma_mu) {
 static double move(struct problem *problem, double ap, double ad) {
     for (int i = 0; i < problem->blocks * LANES; i++) {
         problem->x[i] += ap * problem->dx[i];
-        problem->u[i] += ap * problem->du[i];
-        problem->c[0][i] += ap * problem->dc[0][i];
-        problem->c[1][i] += ap * problem->dc[1][i];
+        problem->accel[i] += ap * problem->du[i];
+        problem->input[0][i] += ap * problem->dc[0][i];
+        problem->input[1][i] += ap * problem->dc[1][i];
     }
     int two = problem->blocks * 2 * problem->axes;
     int acc = problem->blocks * problem->acc_sets * problem->axes;
@@ -714,36 +746,37 @@ static double move(struct problem *problem, double ap, double ad) {
                          : i < two + acc ? &problem->acc[i - two]
                                          : &problem->mid[i - two - acc];
         for (int side = 0; side < 2; side++) {
-            row->s[side] += ap * row->ds[side];
-            row->l[side] += ad * row->dl[side];
-            gap += row->s[side] * row->l[side];
+            row->slack[side] += ap * row->slack_step[side];
+            row->dual[side] += ad * row->dual_step[side];
+            gap += row->slack[side] * row->dual[side];
         }
     }
     for (int i = 0; i < one; i++) {
-        problem->one[i].s += ap * problem->one[i].ds;
-        problem->one[i].l += ad * problem->one[i].dl;
-        gap += problem->one[i].s * problem->one[i].l;
+        problem->one[i].slack += ap * problem->one[i].slack_step;
+        problem->one[i].dual += ad * problem->one[i].dual_step;
+        gap += problem->one[i].slack * problem->one[i].dual;
     }
     return sum(gap);
 }
 
-static void start_side(vec value, vec bound, double mu, vec *s, vec *l) {
-    *s = vmax(bound - value, set1(START_SLACK));
-    *l = mu / *s;
+static void start_side(vec value, vec bound, double mu, vec *slack, vec *dual) {
+    *slack = vmax(bound - value, set1(START_SLACK));
+    *dual = mu / *slack;
 }
 
 /* Sides of an axis' jerk row at one end of the stages of a block: both at most
  * the bound. */
 static inline void jerk_sides(const struct block *block,
-                              int e,
+                              int end,
                               const two_sided *row,
                               vec side[2]) {
-    vec m = block->half[e] * block->x[e];
-    vec q = block->root[e]
-            * (row->b[0] * block->x[e] + row->b[1] * block->u[e]
-               + row->b[2] * block->c[e]);
-    side[0] = m + q;
-    side[1] = m - q;
+    vec tangent = block->half[end] * block->x[end];
+    vec value =
+        block->root[end]
+        * (row->coef[0] * block->x[end] + row->coef[1] * block->accel[end]
+           + row->coef[2] * block->input[end]);
+    side[0] = tangent + value;
+    side[1] = tangent - value;
 }
 
 /* Slacks of the guess, kept off the boundary, and multipliers on the central
@@ -751,44 +784,53 @@ static inline void jerk_sides(const struct block *block,
 static void start(struct problem *problem, double mu) {
     for (int i = 0; i < problem->blocks; i++) {
         struct block block = block_at(problem, i);
-        for (int e = 0; e < 2; e++) {
+        for (int end = 0; end < 2; end++) {
             two_sided *row =
-                &problem->jerk[i * 2 * problem->axes + e * problem->axes];
+                &problem->jerk[i * 2 * problem->axes + end * problem->axes];
             for (int axis = 0; axis < problem->axes; axis++, row++) {
                 vec side[2];
-                jerk_sides(&block, e, row, side);
+                jerk_sides(&block, end, row, side);
                 for (int count = 0; count < 2; count++) {
                     start_side(side[count],
-                               block.bound[e],
+                               block.bound[end],
                                mu,
-                               &row->s[count],
-                               &row->l[count]);
+                               &row->slack[count],
+                               &row->dual[count]);
                 }
             }
         }
         two_sided *row = &problem->acc[i * problem->acc_sets * problem->axes];
         for (int axis = 0; axis < problem->acc_sets * problem->axes;
              axis++, row++) {
-            vec q = row->b[0] * block.x[0] + row->b[1] * block.u[0];
-            start_side(q, set1(1.0), mu, &row->s[0], &row->l[0]);
-            start_side(-q, set1(1.0), mu, &row->s[1], &row->l[1]);
+            vec value =
+                row->coef[0] * block.x[0] + row->coef[1] * block.accel[0];
+            start_side(value, set1(1.0), mu, &row->slack[0], &row->dual[0]);
+            start_side(-value, set1(1.0), mu, &row->slack[1], &row->dual[1]);
         }
         vec xm, um;
-        middle_state(block.h, block.x[0], block.u[0], block.c, &xm, &um);
+        middle_state(block.length,
+                     block.x[0],
+                     block.accel[0],
+                     block.input,
+                     &xm,
+                     &um);
         row = &problem->mid[i * problem->axes];
         for (int axis = 0; axis < problem->axes; axis++, row++) {
-            vec q = row->b[0] * xm + row->b[1] * um;
-            start_side(q, set1(1.0), mu, &row->s[0], &row->l[0]);
-            start_side(-q, set1(1.0), mu, &row->s[1], &row->l[1]);
+            vec value = row->coef[0] * xm + row->coef[1] * um;
+            start_side(value, set1(1.0), mu, &row->slack[0], &row->dual[0]);
+            start_side(-value, set1(1.0), mu, &row->slack[1], &row->dual[1]);
         }
         struct one_sided *one = &problem->one[i * ONE_SIDED_ROWS];
         for (int axis = 0; axis < ONE_SIDED_ROWS; axis++, one++) {
-            start_side(
-                one_value(one, block.x[0], block.u[0], block.c[0], block.c[1]),
-                one->bound,
-                mu,
-                &one->s,
-                &one->l);
+            start_side(one_value(one,
+                                 block.x[0],
+                                 block.accel[0],
+                                 block.input[0],
+                                 block.input[1]),
+                       one->bound,
+                       mu,
+                       &one->slack,
+                       &one->dual);
         }
     }
 }
@@ -798,15 +840,15 @@ static void start(struct problem *problem, double mu) {
 static void reopen(struct problem *problem) {
     for (int i = 0; i < problem->blocks; i++) {
         struct block block = block_at(problem, i);
-        for (int e = 0; e < 2; e++) {
+        for (int end = 0; end < 2; end++) {
             two_sided *row =
-                &problem->jerk[i * 2 * problem->axes + e * problem->axes];
+                &problem->jerk[i * 2 * problem->axes + end * problem->axes];
             for (int axis = 0; axis < problem->axes; axis++, row++) {
                 vec side[2];
-                jerk_sides(&block, e, row, side);
+                jerk_sides(&block, end, row, side);
                 for (int count = 0; count < 2; count++) {
-                    row->s[count] =
-                        vmax(row->s[count], side[count] - block.bound[e]);
+                    row->slack[count] =
+                        vmax(row->slack[count], side[count] - block.bound[end]);
                 }
             }
         }
@@ -821,58 +863,59 @@ static double step_length(vec most) {
 /* From the guess in x, u, c to the optimum, or on from where it has paused.
  * With b->pause it stops once at that gap, so that rows may be changed.  false:
  * no convergence (or paused); the checker judges what is there all the same. */
-bool IPM_SOLVE(struct problem *b, int max_iterations) {
-    int rows =
-        b->blocks * LANES * (2 * (3 + b->acc_sets) * b->axes + ONE_SIDED_ROWS);
+bool IPM_SOLVE(struct problem *problem, int max_iterations) {
+    int rows = problem->blocks * LANES
+               * (2 * (3 + problem->acc_sets) * problem->axes + ONE_SIDED_ROWS);
     double least = 0.0;
-    if (!b->paused) {
-        set_scale(b);
-        start(b, START_MU / rows);
-        b->iterations = 0;
-        b->missed = b->dual = 1.0;
+    if (!problem->paused) {
+        set_scale(problem);
+        start(problem, START_MU / rows);
+        problem->iterations = 0;
+        problem->missed = problem->dual = 1.0;
     } else {
-        reopen(b);
+        reopen(problem);
     }
-    b->paused = false;
-    for (; b->iterations < max_iterations; b->iterations++) {
-        gather(b, set1(least));
-        if (!riccati_factor(b)) {
+    problem->paused = false;
+    for (; problem->iterations < max_iterations; problem->iterations++) {
+        gather(problem, set1(least));
+        if (!riccati_factor(problem)) {
             return false;
         }
-        riccati_solve(b, &b->grad);
-        struct scan o = predict(b);
-        double gap = sum(o.sl);
+        riccati_solve(problem, &problem->grad);
+        struct scan scan = predict(problem);
+        double gap = sum(scan.sl);
         double mu = gap / rows;
         if (!(gap < HOPELESS)) {
             return false;
         }
-        double ap = fmin(1.0, 1.0 / fmax(1e-9, top(o.ps)));
-        double ad = fmin(1.0, 1.0 / fmax(1e-9, top(o.pl)));
-        double after =
-            (gap + ap * sum(o.dsl) + ad * sum(o.sdl) + ap * ad * sum(o.dsdl))
-            / rows;
+        double ap = fmin(1.0, 1.0 / fmax(1e-9, top(scan.ps)));
+        double ad = fmin(1.0, 1.0 / fmax(1e-9, top(scan.pl)));
+        double after = (gap + ap * sum(scan.dsl) + ad * sum(scan.sdl)
+                        + ap * ad * sum(scan.dsdl))
+                       / rows;
         double ratio = fmax(after, 0.0) / mu;
         double sigma = ratio * ratio * ratio;
-        combine(b, sigma * mu);
-        riccati_solve(b, &b->grad);
-        o = correct(b, sigma * mu);
-        ap = step_length(o.ps);
-        ad = step_length(o.pl);
+        combine(problem, sigma * mu);
+        riccati_solve(problem, &problem->grad);
+        scan = correct(problem, sigma * mu);
+        ap = step_length(scan.ps);
+        ad = step_length(scan.pl);
         if (!isfinite(ap + ad)) {
             return false;
         }
-        b->gap = move(b, ap, ad);
+        problem->gap = move(problem, ap, ad);
         least = CENTRED * sigma * mu;
-        b->missed *= 1.0 - ap;
-        b->dual *= 1.0 - ad;
-        if (b->gap < GAP && b->missed < ROWS_MET && b->dual < 1e-2) {
-            b->iterations++;
+        problem->missed *= 1.0 - ap;
+        problem->dual *= 1.0 - ad;
+        if (problem->gap < GAP && problem->missed < ROWS_MET
+            && problem->dual < 1e-2) {
+            problem->iterations++;
             return true;
         }
-        if (gap < b->pause) {
-            b->pause = 0.0;
-            b->paused = true;
-            b->iterations++;
+        if (gap < problem->pause) {
+            problem->pause = 0.0;
+            problem->paused = true;
+            problem->iterations++;
             return false;
         }
     }

@@ -68,8 +68,8 @@ static double asked_speed2(const jerk_planner *planner,
     if (planner->command_speed >= 0.0) {
         return x;
     }
-    for (int i = k > 0 ? k - 1 : k; i <= k && i < grid->n; i++) {
-        double v = asked_under(&usual, grid->seg[i].q) / planner->scale;
+    for (int i = k > 0 ? k - 1 : k; i <= k && i < grid->count; i++) {
+        double v = asked_under(&usual, grid->seg[i].interval) / planner->scale;
         if (v * v < x) {
             x = v * v;
         }
@@ -83,26 +83,26 @@ static double rise_over(const jerk_planner *planner,
     double acc = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         acc = fmin(acc,
-                   acc_max(planner, segment->q, axis)
+                   acc_max(planner, segment->interval, axis)
                        / fmax(1e-9,
-                              fmax(fabs(segment->q->d1[0][axis]),
-                                   fabs(segment->q->d1[1][axis]))));
+                              fmax(fabs(segment->interval->d1[0][axis]),
+                                   fabs(segment->interval->d1[1][axis]))));
     }
-    return 2.0 * segment->h * acc / (planner->scale * planner->scale);
+    return 2.0 * segment->length * acc / (planner->scale * planner->scale);
 }
 
 /* The speed at which each knot may be passed, its neighbours being passed no
  * faster than they may. */
 static void top_speeds(const jerk_planner *planner, struct grid *grid) {
     double *x = grid->top;
-    for (int k = 0; k <= grid->n; k++) {
+    for (int k = 0; k <= grid->count; k++) {
         x[k] = asked_speed2(planner, grid, k);
     }
     x[0] = planner->at_rest ? 0.0 : planner->x;
-    for (int k = 1; k <= grid->n; k++) {
+    for (int k = 1; k <= grid->count; k++) {
         x[k] = fmin(x[k], x[k - 1] + rise_over(planner, &grid->seg[k - 1]));
     }
-    for (int k = grid->n - 1; k > 0; k--) {
+    for (int k = grid->count - 1; k > 0; k--) {
         x[k] = fmin(x[k], x[k + 1] + rise_over(planner, &grid->seg[k]));
     }
 }
@@ -111,11 +111,13 @@ static void top_speeds(const jerk_planner *planner, struct grid *grid) {
  * velocity's change there; false: it is a cycle away. */
 static bool add_turn(const jerk_planner *planner,
                      const double *turn,
-                     double d,
+                     double distance,
                      double v,
                      double v1,
                      double *sum) {
-    double cycles = d > 0.0 ? 2.0 * d / ((v + v1) * planner->cfg.cycle_s) : 0.0;
+    double cycles = distance > 0.0
+                        ? 2.0 * distance / ((v + v1) * planner->cfg.cycle_s)
+                        : 0.0;
     if (!(cycles < 1.0)) {
         return false;
     }
@@ -138,12 +140,12 @@ static int turns_around(const jerk_planner *planner,
     int count = 0;
     for (int side = -1; side <= 1; side += 2) {
         for (int i = side < 0 ? k : k + 1;
-             i > 0 && i < grid->n && fabs(grid->from_start[i] - at) < way;
+             i > 0 && i < grid->count && fabs(grid->from_start[i] - at) < way;
              i += side) {
             if (grid->seg[i - 1].last
                 && turn_between(planner,
-                                grid->seg[i - 1].q,
-                                grid->seg[i].q,
+                                grid->seg[i - 1].interval,
+                                grid->seg[i].interval,
                                 turn)) {
                 count += add_turn(planner,
                                   turn,
@@ -182,8 +184,8 @@ static double used_at(const jerk_planner *planner,
     if (turns_around(planner, grid, k, v, sum) < 2) {
         return 0.0; /* a single one needs no room */
     }
-    const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].q;
-    const jerk_interval *right = grid->seg[k].q;
+    const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].interval;
+    const jerk_interval *right = grid->seg[k].interval;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         used[axis] = fabs(sum[axis])
                      / (planner->cfg.cycle_s
@@ -221,7 +223,7 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
     for (int i = k - 1; i >= 0 && at - grid->from_start[i + 1] < way; i--) {
         leave(planner, &grid->seg[i], used);
     }
-    for (int i = k; i < grid->n && grid->from_start[i] - at < way; i++) {
+    for (int i = k; i < grid->count && grid->from_start[i] - at < way; i++) {
         leave(planner, &grid->seg[i], used);
     }
 }
@@ -232,12 +234,15 @@ static bool is_joint(const jerk_planner *planner,
                      int k) {
     double turn[JERK_AXES];
     return grid->seg[k - 1].last
-           && turn_between(planner, grid->seg[k - 1].q, grid->seg[k].q, turn);
+           && turn_between(planner,
+                           grid->seg[k - 1].interval,
+                           grid->seg[k].interval,
+                           turn);
 }
 
 void turn_caps(const jerk_planner *planner, struct grid *grid) {
     int first = 0;
-    for (int k = grid->n - 1; k > 0; k--) {
+    for (int k = grid->count - 1; k > 0; k--) {
         if (is_joint(planner, grid, k)) {
             first = k;
         }
@@ -247,7 +252,7 @@ void turn_caps(const jerk_planner *planner, struct grid *grid) {
     }
     top_speeds(planner, grid);
     turn_cap(planner, grid, 0);
-    for (int k = first; k > 0 && k < grid->n; k++) {
+    for (int k = first; k > 0 && k < grid->count; k++) {
         if (is_joint(planner, grid, k)) {
             turn_cap(planner, grid, k);
         }

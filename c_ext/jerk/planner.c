@@ -72,20 +72,45 @@ static void lay_out(jerk_planner *planner, struct arena *arena) {
     planner->grid.from_start = doubles(arena, count + 1);
     planner->grid.top = doubles(arena, count + 1);
     struct problem *problem = &planner->prob;
-    double **stage[] = {
-        &problem->h,          &problem->x,          &problem->u,
-        &problem->c[0],       &problem->c[1],       &problem->dx,
-        &problem->du,         &problem->dc[0],      &problem->dc[1],
-        &problem->guess,      &problem->weight,     &problem->root[0],
-        &problem->root[1],    &problem->calm,       &problem->on,
-        &problem->cost.xx,    &problem->cost.xu,    &problem->cost.uu,
-        &problem->cost.xc[0], &problem->cost.xc[1], &problem->cost.uc[0],
-        &problem->cost.uc[1], &problem->cost.cc[0], &problem->cost.cc[1],
-        &problem->cost.cc[2], &problem->grad.x,     &problem->grad.u,
-        &problem->grad.c[0],  &problem->grad.c[1],  &problem->corr.x,
-        &problem->corr.u,     &problem->corr.c[0],  &problem->corr.c[1],
-        &problem->cent.x,     &problem->cent.u,     &problem->cent.c[0],
-        &problem->cent.c[1],  &problem->free[0],    &problem->free[1]};
+    double **stage[] = {&problem->lengths,
+                        &problem->x,
+                        &problem->accel,
+                        &problem->input[0],
+                        &problem->input[1],
+                        &problem->dx,
+                        &problem->du,
+                        &problem->dc[0],
+                        &problem->dc[1],
+                        &problem->guess,
+                        &problem->weight,
+                        &problem->root[0],
+                        &problem->root[1],
+                        &problem->calm,
+                        &problem->on,
+                        &problem->cost.xx,
+                        &problem->cost.xu,
+                        &problem->cost.uu,
+                        &problem->cost.xc[0],
+                        &problem->cost.xc[1],
+                        &problem->cost.uc[0],
+                        &problem->cost.uc[1],
+                        &problem->cost.cc[0],
+                        &problem->cost.cc[1],
+                        &problem->cost.cc[2],
+                        &problem->grad.x,
+                        &problem->grad.accel,
+                        &problem->grad.input[0],
+                        &problem->grad.input[1],
+                        &problem->corr.x,
+                        &problem->corr.accel,
+                        &problem->corr.input[0],
+                        &problem->corr.input[1],
+                        &problem->cent.x,
+                        &problem->cent.accel,
+                        &problem->cent.input[0],
+                        &problem->cent.input[1],
+                        &problem->free[0],
+                        &problem->free[1]};
     for (size_t i = 0; i < sizeof stage / sizeof *stage; i++) {
         *stage[i] = doubles(arena, stages);
     }
@@ -96,12 +121,12 @@ static void lay_out(jerk_planner *planner, struct arena *arena) {
     problem->acc = take(arena, sizeof(two_sided) * blocks * 2 * axes);
     problem->one =
         take(arena, sizeof(struct one_sided) * blocks * ONE_SIDED_ROWS);
-    double **kept[] = {&planner->plan.h,
+    double **kept[] = {&planner->plan.lengths,
                        &planner->plan.x,
-                       &planner->plan.u,
+                       &planner->plan.accel,
                        &planner->plan.time,
-                       &planner->plan.c[0],
-                       &planner->plan.c[1],
+                       &planner->plan.input[0],
+                       &planner->plan.input[1],
                        &planner->plan.jerk,
                        &planner->plan.snap,
                        &planner->plan.crackle,
@@ -232,7 +257,7 @@ static bool worth_planning(const jerk_planner *planner) {
     if (planner->changed && (planner->at_rest || !(planner->again_s > 0.0))) {
         return true;
     }
-    if (pl->next >= pl->n) {
+    if (pl->next >= pl->count) {
         return planner->head != planner->tail;
     }
     if (planner->hold || planner->changed || planner->wait > 0) {
@@ -244,7 +269,7 @@ static bool worth_planning(const jerk_planner *planner) {
     if (pl->stands || !more_path(planner)) {
         return false;
     }
-    return pl->since >= pl->refresh * pl->n && pl->length < pl->lasts;
+    return pl->since >= pl->refresh * pl->count && pl->remaining < pl->lasts;
 }
 
 static double thread_cpu_s(void) {
@@ -288,15 +313,15 @@ static void plan_again(jerk_planner *planner) {
 /* The law of segment k of the plan. */
 static void law_of(const jerk_planner *planner, int k, jerk_law *law) {
     const plan *pl = &planner->plan;
-    bool end = k + 1 == pl->n;
+    bool end = k + 1 == pl->count;
     law->tag = pl->tag[k];
     law->s0 = pl->offset[k];
     law->flags = end ? JERK_STAND : 0;
     law->last = pl->last[k];
     if (pl->time[k] > 0.0) {
-        law->length = pl->h[k];
+        law->length = pl->lengths[k];
         law->v0 = planner->scale * sqrt(pl->x[k]);
-        law->a0 = planner->scale * planner->scale * pl->u[k];
+        law->a0 = planner->scale * planner->scale * pl->accel[k];
         law->jerk = pl->jerk[k];
         law->snap = pl->snap[k];
         law->crackle = pl->crackle[k];
@@ -304,14 +329,14 @@ static void law_of(const jerk_planner *planner, int k, jerk_law *law) {
         law->time = pl->time[k];
         return;
     }
-    const double c[2] = {pl->c[0][k], pl->c[1][k]};
+    const double input[2] = {pl->input[0][k], pl->input[1][k]};
     law_from(law,
-             pl->h[k],
+             pl->lengths[k],
              pl->x[k],
-             pl->u[k],
+             pl->accel[k],
              end ? 0.0 : pl->x[k + 1],
-             end ? 0.0 : pl->u[k + 1],
-             c,
+             end ? 0.0 : pl->accel[k + 1],
+             input,
              planner->scale);
     pl->time[k] = law->time; /* tails are asked for again and again */
     pl->jerk[k] = law->jerk;
@@ -327,19 +352,19 @@ static void hand_out(jerk_planner *planner) {
     int k = pl->next++;
     pl->since++;
     planner->wait--;
-    pl->length -= pl->h[k];
-    planner->at_rest = pl->next == pl->n;
+    pl->remaining -= pl->lengths[k];
+    planner->at_rest = pl->next == pl->count;
     planner->x = planner->at_rest ? 0.0 : pl->x[k + 1];
-    planner->u = planner->at_rest ? 0.0 : pl->u[k + 1];
+    planner->accel = planner->at_rest ? 0.0 : pl->accel[k + 1];
     planner->behind_mm =
-        planner->at_rest ? 0.0 : fmax(0.0, planner->behind_mm - pl->h[k]);
-    planner->driven += pl->h[k];
+        planner->at_rest ? 0.0 : fmax(0.0, planner->behind_mm - pl->lengths[k]);
+    planner->driven += pl->lengths[k];
     if (pl->last[k] && !planner->at_rest) {
         jump_passed(planner,
                     ring_at(planner, planner->head),
                     ring_at(planner, planner->head + 1));
     }
-    ring_consume(planner, pl->h[k], pl->last[k]);
+    ring_consume(planner, pl->lengths[k], pl->last[k]);
     planner->stats.segments++;
 }
 
@@ -354,9 +379,9 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     int k = pl->next;
     jerk_state at;
     jerk_at(law, seconds, &at);
-    double d = at.s - law->s0;
-    double left = pl->h[k] - d;
-    if (!(d > LEAST_PART) || !(left > LEAST_PART) || !(at.v > 0.0)) {
+    double way = at.s - law->s0;
+    double left = pl->lengths[k] - way;
+    if (!(way > LEAST_PART) || !(left > LEAST_PART) || !(at.v > 0.0)) {
         remember_law(planner, k, law, true);
         hand_out(planner);
         return;
@@ -370,7 +395,7 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
                            .crackle = law->crackle,
                            .pop = law->pop,
                            .time = seconds,
-                           .length = d};
+                           .length = way};
     remember_law(planner, k, &part, false);
     jerk_law left_over = *law;
     jerk_begin_at(&left_over, seconds);
@@ -378,19 +403,19 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     pl->snap[k] = left_over.snap;
     pl->crackle[k] = left_over.crackle;
     pl->pop[k] = left_over.pop;
-    pl->time[k] = k + 1 == pl->n
+    pl->time[k] = k + 1 == pl->count
                       ? 0.0
                       : law->time - seconds; /* towards a rest the law follows
                                                 from speed and way */
-    pl->h[k] = left;
-    pl->length -= d;
-    pl->offset[k] += d;
+    pl->lengths[k] = left;
+    pl->remaining -= way;
+    pl->offset[k] += way;
     pl->x[k] = planner->x = at.v * at.v / (planner->scale * planner->scale);
-    pl->u[k] = planner->u = at.a / (planner->scale * planner->scale);
+    pl->accel[k] = planner->accel = at.a / (planner->scale * planner->scale);
     pl->rest_start = planner->at_rest = false;
-    planner->behind_mm = fmax(0.0, planner->behind_mm - d);
-    planner->driven += d;
-    ring_consume(planner, d, false);
+    planner->behind_mm = fmax(0.0, planner->behind_mm - way);
+    planner->driven += way;
+    ring_consume(planner, way, false);
     *law = part;
 }
 
@@ -407,7 +432,7 @@ int jerk_next_within(jerk_planner *planner, jerk_law *law, double seconds) {
     if (worth_planning(planner)) {
         plan_again(planner);
     }
-    if (planner->plan.next >= planner->plan.n) {
+    if (planner->plan.next >= planner->plan.count) {
         return 0;
     }
     law_of(planner, planner->plan.next, law);
@@ -431,7 +456,8 @@ void jerk_watch(jerk_planner *planner, const uint64_t *word) {
 
 double jerk_advance(jerk_planner *planner, double seconds) {
     double t = 0.0;
-    while (seconds - t > LEAST_TIME && planner->plan.next < planner->plan.n) {
+    while (seconds - t > LEAST_TIME
+           && planner->plan.next < planner->plan.count) {
         jerk_law law;
         law_of(planner, planner->plan.next, &law);
         if (law.time > seconds - t) {
@@ -477,7 +503,8 @@ int jerk_ready(const jerk_planner *planner) {
 
 int64_t jerk_tail(const jerk_planner *planner, jerk_law *laws, int64_t max) {
     int64_t count = 0;
-    for (int k = planner->plan.next; k < planner->plan.n && count < max; k++) {
+    for (int k = planner->plan.next; k < planner->plan.count && count < max;
+         k++) {
         law_of(planner, k, &laws[count++]);
     }
     return count;
@@ -492,7 +519,7 @@ int64_t jerk_used(const jerk_planner *planner) {
 }
 
 void jerk_tail_driven(jerk_planner *planner) {
-    while (planner->plan.next < planner->plan.n) {
+    while (planner->plan.next < planner->plan.count) {
         hand_out(planner);
     }
 }

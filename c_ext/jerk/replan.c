@@ -72,7 +72,7 @@ static double stopping_way(const jerk_planner *planner,
     double x = 0.0;
     double a = 1e30;
     double j = 1e30;
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         x = fmax(x, planner->prob.x[k]);
     }
     for (int i = 0; i < planner->cfg.axes; i++) {
@@ -87,7 +87,7 @@ static double stopping_way(const jerk_planner *planner,
 /* What solutions on the way have taken off limits is given back, as far as the
  * plan did not need it. */
 static void relax(const struct grid *grid, const struct problem *problem) {
-    for (int k = problem->first; k < grid->n - 1; k++) {
+    for (int k = problem->first; k < grid->count - 1; k++) {
         const struct segment *segment = &grid->seg[k];
         if (segment->tight != &segment->own && *segment->tight < 1.0) {
             *segment->tight =
@@ -98,59 +98,60 @@ static void relax(const struct grid *grid, const struct problem *problem) {
 
 /* The checked problem becomes the plan, unless what it begins with is no longer
  * what is driven. */
-bool plan_accept(jerk_planner *p, const struct grid *g, bool final) {
-    if (p->gone && __atomic_load_n(p->gone, __ATOMIC_ACQUIRE) & 1) {
-        p->changed = true;
+bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
+    if (planner->gone && __atomic_load_n(planner->gone, __ATOMIC_ACQUIRE) & 1) {
+        planner->changed = true;
         return false;
     }
-    plan *pl = &p->plan;
-    struct problem *b = &p->prob;
-    size_t bytes = sizeof(double) * (size_t)(g->n + 1);
-    memcpy(pl->x, b->x, bytes);
-    memcpy(pl->u, b->u, bytes);
+    plan *pl = &planner->plan;
+    struct problem *problem = &planner->prob;
+    size_t bytes = sizeof(double) * (size_t)(grid->count + 1);
+    memcpy(pl->x, problem->x, bytes);
+    memcpy(pl->accel, problem->accel, bytes);
     for (int i = 0; i < 2; i++) {
-        memcpy(pl->c[i], b->c[i], bytes);
+        memcpy(pl->input[i], problem->input[i], bytes);
     }
-    uint64_t end = p->head;
-    for (int k = 0; k < g->n; k++) {
-        const struct segment *s = &g->seg[k];
-        pl->h[k] = s->h;
-        pl->tag[k] = s->q->tag;
-        pl->offset[k] = s->q->offset;
-        pl->last[k] = (uint8_t)(s->last + 2 * (s->last && s->q->blocks > 0));
+    uint64_t end = planner->head;
+    for (int k = 0; k < grid->count; k++) {
+        const struct segment *s = &grid->seg[k];
+        pl->lengths[k] = s->length;
+        pl->tag[k] = s->interval->tag;
+        pl->offset[k] = s->interval->offset;
+        pl->last[k] =
+            (uint8_t)(s->last + 2 * (s->last && s->interval->blocks > 0));
         pl->jerk[k] = pl->time[k] = 0.0;
         end += s->last;
     }
-    relax(g, b);
-    pl->n = g->n;
+    relax(grid, problem);
+    pl->count = grid->count;
     pl->next = pl->since = 0;
     pl->edition++;
-    pl->rest_start = g->rest_start;
+    pl->rest_start = grid->rest_start;
     pl->final = final;
-    pl->stands = g->stands;
+    pl->stands = grid->stands;
     pl->end = end;
-    pl->length = g->from_start[g->n];
-    double way = stopping_way(p, g);
+    pl->remaining = grid->from_start[grid->count];
+    double way = stopping_way(planner, grid);
     pl->lasts = LASTS * way;
-    pl->refresh = pl->length < JUST_COVERS * way
-                      ? fmin(p->cfg.refresh, JUST_REFRESH)
-                      : p->cfg.refresh;
+    pl->refresh = pl->remaining < JUST_COVERS * way
+                      ? fmin(planner->cfg.refresh, JUST_REFRESH)
+                      : planner->cfg.refresh;
     return true;
 }
 
 /* Time over the first `length` mm, to compare plans; rest intervals are exact,
  * others by the mean speed. */
-static double time_over(const double *h,
+static double time_over(const double *lengths,
                         const double *x,
                         int from,
                         int count,
                         double length) {
     double t = 0.0;
     double at = 0.0;
-    for (int k = from; k < count && at + h[k] <= length + 1e-9; k++) {
+    for (int k = from; k < count && at + lengths[k] <= length + 1e-9; k++) {
         double v = sqrt(x[k]) + sqrt(x[k + 1]);
-        t += (x[k] > 0.0 && x[k + 1] > 0.0 ? 2.0 : 3.0) * h[k] / v;
-        at += h[k];
+        t += (x[k] > 0.0 && x[k + 1] > 0.0 ? 2.0 : 3.0) * lengths[k] / v;
+        at += lengths[k];
     }
     return t;
 }
@@ -159,32 +160,33 @@ static bool slower_than_tail(const jerk_planner *planner,
                              const struct grid *grid) {
     const plan *pl = &planner->plan;
     double length = 0.0;
-    for (int k = pl->next; k < pl->n; k++) {
-        length += pl->h[k];
+    for (int k = pl->next; k < pl->count; k++) {
+        length += pl->lengths[k];
     }
-    if (length <= 0.0 || grid->from_start[grid->n] < length - 1e-9) {
+    if (length <= 0.0 || grid->from_start[grid->count] < length - 1e-9) {
         return false;
     }
     double t_new = 0.0;
     double at = 0.0;
-    for (int k = 0; k < grid->n && at < length - 1e-9; k++) {
-        double h = grid->seg[k].h;
+    for (int k = 0; k < grid->count && at < length - 1e-9; k++) {
+        double segment_length = grid->seg[k].length;
         double v = sqrt(planner->prob.x[k]) + sqrt(planner->prob.x[k + 1]);
-        double part = fmin(1.0, (length - at) / h);
+        double part = fmin(1.0, (length - at) / segment_length);
         t_new +=
             part
             * (planner->prob.x[k] > 0.0 && planner->prob.x[k + 1] > 0.0 ? 2.0
                                                                         : 3.0)
-            * h / v;
-        at += h;
+            * segment_length / v;
+        at += segment_length;
     }
-    return t_new > SLOWER * time_over(pl->h, pl->x, pl->next, pl->n, 1e30);
+    return t_new
+           > SLOWER * time_over(pl->lengths, pl->x, pl->next, pl->count, 1e30);
 }
 
 /* A solver that was stopped on its way may leave a plan that is legal and
  * creeps. */
 static bool creeps(const jerk_planner *planner, const struct grid *grid) {
-    for (int k = 1; k < grid->n; k++) {
+    for (int k = 1; k < grid->count; k++) {
         if (planner->prob.x[k] < CREEPS * planner->prob.guess[k]) {
             return true;
         }
@@ -212,11 +214,11 @@ static bool slow_bump(jerk_planner *planner, struct grid *grid) {
         if (check(planner, grid) <= CHECK_SLACK) {
             return true;
         }
-        for (int k = 0; k <= grid->n; k++) {
+        for (int k = 0; k <= grid->count; k++) {
             problem->x[k] *= FALLBACK_SCALE;
-            problem->u[k] *= FALLBACK_SCALE;
-            problem->c[0][k] *= FALLBACK_SCALE;
-            problem->c[1][k] *= FALLBACK_SCALE;
+            problem->accel[k] *= FALLBACK_SCALE;
+            problem->input[0][k] *= FALLBACK_SCALE;
+            problem->input[1][k] *= FALLBACK_SCALE;
         }
     }
     return false;
@@ -225,10 +227,10 @@ static bool slow_bump(jerk_planner *planner, struct grid *grid) {
 /* The solver has failed at a standstill: a slow move, over less and less of the
  * window. */
 static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
-    double length = grid->from_start[grid->n];
+    double length = grid->from_start[grid->count];
     bool stands = grid->stands;
     for (int i = 0; i < FALLBACK_LENGTHS; i++) {
-        if (grid_to(planner, grid, length) && grid->n >= 3
+        if (grid_to(planner, grid, length) && grid->count >= 3
             && slow_bump(planner, grid)) {
             grid->stands = stands && i == 0;
             return true;
@@ -251,13 +253,13 @@ static void plan_slower(struct segment *segment) {
  * pushed interval that it is of takes finer steps from now on. */
 static bool finer_steps(jerk_planner *planner, const struct segment *segment) {
     struct steps *of = &planner->steps[segment->at & planner->mask];
-    double to = fmax(of->shortest, FINER_STEPS * segment->h);
+    double to = fmax(of->shortest, FINER_STEPS * segment->length);
     if (segment->tight == &segment->own) {
         return false; /* a line is resolved as it is */
     }
     if (!(segment->excess > FINER_FROM
           || (segment->excess > 0.0 && *segment->tight < FINER_BELOW))
-        || to > FINER_STEPS * fmin(of->turn, 2.0 * segment->h)) {
+        || to > FINER_STEPS * fmin(of->turn, 2.0 * segment->length)) {
         return false;
     }
     of->turn = to;
@@ -269,10 +271,11 @@ static bool finer_steps(jerk_planner *planner, const struct segment *segment) {
  * jerk where it says so. */
 static bool tighten_present(jerk_planner *planner, struct grid *grid) {
     struct problem *problem = &planner->prob;
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         struct segment *segment = &grid->seg[k];
         double share = segment->jump * *segment->tight;
-        if (share < segment->share && k >= problem->first && k < grid->n - 1) {
+        if (share < segment->share && k >= problem->first
+            && k < grid->count - 1) {
             tighten_rows(problem, k, share / segment->share);
         }
         segment->share = share;
@@ -289,13 +292,13 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
     if (!isfinite(worst)) {
         return false;
     }
-    for (int k = 0; k < grid->n && planner->finer_tries > 1; k++) {
+    for (int k = 0; k < grid->count && planner->finer_tries > 1; k++) {
         planner->finer = finer_steps(planner, &grid->seg[k]) || planner->finer;
     }
     if (planner->finer || !(worst < TIGHTEN_UP_TO)) {
         return false;
     }
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         struct segment *segment = &grid->seg[k];
         if (segment->fast > 0.0) {
             plan_slower(segment);
@@ -313,19 +316,19 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
         *segment->tight = fmin(*segment->tight, fmax(TIGHTEST, share));
     }
     bool slower = false;
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         slower = slower || grid->seg[k].fast > 0.0;
     }
     if (planner->prob.solved && worst < NEARLY && !slower) {
         return tighten_present(planner, grid);
     }
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         grid->seg[k].share = grid->seg[k].jump * *grid->seg[k].tight;
     }
     memcpy(planner->scratch,
            planner->prob.x,
-           sizeof(double) * (size_t)(grid->n + 1));
-    problem_from_grid(planner, grid, planner->x, planner->u);
+           sizeof(double) * (size_t)(grid->count + 1));
+    problem_from_grid(planner, grid, planner->x, planner->accel);
     return guess_from(planner, grid, planner->scratch);
 }
 
@@ -337,12 +340,12 @@ static double foreseen(const jerk_planner *planner,
                        int k) {
     double more;
     double f2 = planner->scale * planner->scale;
-    double c[2] = {problem->c[0][k] * f2, problem->c[1][k] * f2};
+    double input[2] = {problem->input[0][k] * f2, problem->input[1][k] * f2};
     double most = bend_inside(planner,
                               segment,
                               problem->x[k] * f2,
-                              problem->u[k] * f2,
-                              c,
+                              problem->accel[k] * f2,
+                              input,
                               &more);
     double tight = *segment->tight;
     if (!(most > FORESEEN * tight) || !isfinite(most)) {
@@ -359,8 +362,8 @@ static double loss_of_time(const struct grid *grid,
                            const double *share) {
     double lost = 0.0;
     double time = 0.0;
-    for (int k = problem->first; k < grid->n - 1; k++) {
-        double t = grid->seg[k].h / sqrt(fmax(problem->x[k], LEAST_X));
+    for (int k = problem->first; k < grid->count - 1; k++) {
+        double t = grid->seg[k].length / sqrt(fmax(problem->x[k], LEAST_X));
         time += t;
         if (grid->seg[k].tight != &grid->seg[k].own) {
             lost += t * (1.0 - share[k]) / 3.0;
@@ -380,7 +383,7 @@ static bool made_finer(jerk_planner *planner,
         return false;
     }
     bool any = false;
-    for (int k = problem->first; k < grid->n - 1; k++) {
+    for (int k = problem->first; k < grid->count - 1; k++) {
         const struct segment *segment = &grid->seg[k];
         struct steps *of = &planner->steps[segment->at & planner->mask];
         if (segment->tight == &segment->own || share[k] > FINER_TIGHT) {
@@ -388,10 +391,10 @@ static bool made_finer(jerk_planner *planner,
         }
         double to =
             fmax(of->shortest,
-                 segment->h
+                 segment->length
                      * fmax(FINER_LEAST,
                             sqrt(FINER_BULGE / (1.0 / share[k] - 1.0))));
-        if (to > FINER_ENOUGH * fmin(of->turn, 2.0 * segment->h)) {
+        if (to > FINER_ENOUGH * fmin(of->turn, 2.0 * segment->length)) {
             continue;
         }
         of->turn = to;
@@ -407,14 +410,14 @@ static bool made_finer(jerk_planner *planner,
 static bool foresee(jerk_planner *planner, struct grid *grid) {
     struct problem *problem = &planner->prob;
     double *share = planner->scratch;
-    for (int k = problem->first; k < grid->n - 1; k++) {
+    for (int k = problem->first; k < grid->count - 1; k++) {
         share[k] = foreseen(planner, problem, &grid->seg[k], k);
     }
     planner->finer = made_finer(planner, grid, problem, share);
     if (planner->finer) {
         return false;
     }
-    for (int k = problem->first; k < grid->n - 1; k++) {
+    for (int k = problem->first; k < grid->count - 1; k++) {
         struct segment *segment = &grid->seg[k];
         if (share[k] >= *segment->tight) {
             continue;
@@ -451,25 +454,32 @@ static bool solve_from_guess(jerk_planner *planner,
 }
 
 /* Solve over the grid; true if a legal plan stands in the problem. */
-bool solve_window(jerk_planner *p, struct grid *g, bool warm, double shrink) {
-    p->finer = false;
-    problem_from_grid(p, g, p->x, p->u);
-    return guess_window(p, g, warm, shrink)
-           && solve_guess(p, g, TIGHTENINGS, WINDOW_ITERATIONS);
+bool solve_window(jerk_planner *planner,
+                  struct grid *grid,
+                  bool warm,
+                  double shrink) {
+    planner->finer = false;
+    problem_from_grid(planner, grid, planner->x, planner->accel);
+    return guess_window(planner, grid, warm, shrink)
+           && solve_guess(planner, grid, TIGHTENINGS, WINDOW_ITERATIONS);
 }
 
-bool solve_guess(jerk_planner *p, struct grid *g, int tries, int iterations) {
+bool solve_guess(jerk_planner *planner,
+                 struct grid *grid,
+                 int tries,
+                 int iterations) {
     for (int i = 0; i < tries; i++) {
-        bool solved = solve_from_guess(p, g, iterations);
-        if (p->finer) {
+        bool solved = solve_from_guess(planner, grid, iterations);
+        if (planner->finer) {
             return false;
         }
-        double worst = !solved && creeps(p, g) ? INFINITY : check(p, g);
+        double worst =
+            !solved && creeps(planner, grid) ? INFINITY : check(planner, grid);
         if (worst <= CHECK_SLACK) {
             return true;
         }
-        p->stats.refused += solved;
-        if (!tighten(p, g, worst)) {
+        planner->stats.refused += solved;
+        if (!tighten(planner, grid, worst)) {
             return false;
         }
     }
@@ -492,22 +502,23 @@ static void allow_tail(jerk_planner *planner, struct grid *grid, double reach) {
     const plan *pl = &planner->plan;
     double at = 0.0;
     int i = pl->next;
-    for (int k = 0; k < grid->n && i < pl->n && grid->from_start[k] < reach;
+    for (int k = 0;
+         k < grid->count && i < pl->count && grid->from_start[k] < reach;
          k++) {
         struct segment *segment = &grid->seg[k];
         double most = 0.0;
         double end = grid->from_start[k + 1];
-        while (i < pl->n && at < end - 1e-9) { /* what begins where the segment
-                                                  ends is not of it */
+        while (i < pl->count && at < end - 1e-9) { /* what begins where the
+                                                  segment ends is not of it */
             most = fmax(most, fmax(pl->x[i], pl->x[i + 1]));
-            if (at + pl->h[i] > end + 1e-9) {
+            if (at + pl->lengths[i] > end + 1e-9) {
                 break;
             }
-            at += pl->h[i++];
+            at += pl->lengths[i++];
         }
-        double allowed =
-            fmin(TAIL_AND * most,
-                 fmax(cap_before(planner, segment->q), TAIL_ONLY * most));
+        double allowed = fmin(
+            TAIL_AND * most,
+            fmax(cap_before(planner, segment->interval), TAIL_ONLY * most));
         if (allowed > segment->soft && segment->soft < segment->cap) {
             segment->soft = fmin(segment->cap, allowed);
         }
@@ -521,18 +532,19 @@ void allow_present(jerk_planner *planner,
                    struct grid *grid,
                    double reach,
                    double top) {
-    for (int k = 0; k < grid->n && grid->from_start[k] < reach; k++) {
+    for (int k = 0; k < grid->count && grid->from_start[k] < reach; k++) {
         struct segment *segment = &grid->seg[k];
         segment->soft = fmin(
             segment->cap,
             fmax(segment->soft,
-                 fmin(top, ABOVE_BEFORE * cap_before(planner, segment->q))));
+                 fmin(top,
+                      ABOVE_BEFORE * cap_before(planner, segment->interval))));
     }
     allow_tail(planner, grid, reach);
 }
 
 static bool above_soft(const jerk_planner *planner, const struct grid *grid) {
-    return !grid->rest_start && grid->n > 1
+    return !grid->rest_start && grid->count > 1
            && planner->x > 1.003 * fmin(grid->seg[0].soft, grid->seg[1].soft);
 }
 
@@ -559,14 +571,14 @@ static bool solve_finer(jerk_planner *planner,
 static bool solve_shorter(jerk_planner *planner,
                           struct grid *grid,
                           double least) {
-    double reach = grid->from_start[grid->n];
+    double reach = grid->from_start[grid->count];
     for (int i = 0; i < SHORTER_TRIES; i++) {
         reach *= SHORTER;
         if (reach <= least) {
             return false;
         }
         grid_window(planner, grid, reach);
-        if (grid->n < (grid->rest_start ? 3 : 2)) {
+        if (grid->count < (grid->rest_start ? 3 : 2)) {
             return false;
         }
         planner->reach = reach;
@@ -581,7 +593,7 @@ static bool solve_shorter(jerk_planner *planner,
 static void reach_further(jerk_planner *planner, const struct grid *grid) {
     if (planner->reach < 1e30) {
         planner->reach =
-            fmax(planner->reach, grid->from_start[grid->n]) * LONGER;
+            fmax(planner->reach, grid->from_start[grid->count]) * LONGER;
     }
     if (planner->reach > REACH_FORGOTTEN) {
         planner->reach = 1e30;
@@ -590,51 +602,56 @@ static void reach_further(jerk_planner *planner, const struct grid *grid) {
 
 /* A new plan over the window, if it is legal and not slower than the stored
  * tail; else the tail stays. False: it is not what is wanted. */
-bool plan_window(jerk_planner *p) {
-    struct grid *g = &p->grid;
-    if (plan_straight(p)) {
-        p->changed = false;
+bool plan_window(jerk_planner *planner) {
+    struct grid *grid = &planner->grid;
+    if (plan_straight(planner)) {
+        planner->changed = false;
         return true;
     }
-    double left = p->plan.next < p->plan.n ? fmax(0.0, p->plan.length) : 0.0;
-    double ahead = fmax(p->reach, TAIL_MORE * left);
-    grid_window(p, g, ahead);
-    if (g->n < (g->rest_start ? 3 : 2)) {
+    double left = planner->plan.next < planner->plan.count
+                      ? fmax(0.0, planner->plan.remaining)
+                      : 0.0;
+    double ahead = fmax(planner->reach, TAIL_MORE * left);
+    grid_window(planner, grid, ahead);
+    if (grid->count < (grid->rest_start ? 3 : 2)) {
         return true;
     }
-    bool changed = p->changed, above = above_soft(p, g);
-    p->changed = false;
-    p->wait = 1 + g->n / 10;
+    bool changed = planner->changed, above = above_soft(planner, grid);
+    planner->changed = false;
+    planner->wait = 1 + grid->count / 10;
     if (!above
-        && (solve_finer(p, g, ahead, FINER_TRIES)
-            || solve_shorter(p, g, TAIL_MORE * left))) {
-        if (!changed && !g->rest_start && slower_than_tail(p, g)) {
-            p->stats.slower++;
-            p->plan.final =
-                p->plan.final || p->prob.solved; /* the solver does no better */
-        } else if (plan_accept(p, g, p->prob.solved)) {
-            p->was = speeds_now(p);
+        && (solve_finer(planner, grid, ahead, FINER_TRIES)
+            || solve_shorter(planner, grid, TAIL_MORE * left))) {
+        if (!changed && !grid->rest_start && slower_than_tail(planner, grid)) {
+            planner->stats.slower++;
+            planner->plan.final =
+                planner->plan.final
+                || planner->prob.solved; /* the solver does no better */
+        } else if (plan_accept(planner, grid, planner->prob.solved)) {
+            planner->was = speeds_now(planner);
         }
-        reach_further(p, g);
+        reach_further(planner, grid);
         return true;
     }
-    if (g->rest_start) {
-        grid_window(p, g, 1e30);
-        if ((solve_window(p, g, false, SHRINK) || slow_fallback(p, g))
-            && plan_accept(p, g, false)) {
-            p->was = speeds_now(p);
+    if (grid->rest_start) {
+        grid_window(planner, grid, 1e30);
+        if ((solve_window(planner, grid, false, SHRINK)
+             || slow_fallback(planner, grid))
+            && plan_accept(planner, grid, false)) {
+            planner->was = speeds_now(planner);
         }
         return true;
     }
-    if (changed && plan_ramp(p)) {
+    if (changed && plan_ramp(planner)) {
         return true;
     }
-    bool met = !changed || plan_stop(p); /* the fastest way down */
+    bool met = !changed || plan_stop(planner); /* the fastest way down */
     if (!changed && !above) {
         return true;
     }
-    grid_window(p, g, 1e30);
-    allow_tail(p, g, INFINITY);
-    return (solve_window(p, g, true, 1.0) && plan_accept(p, g, p->prob.solved))
+    grid_window(planner, grid, 1e30);
+    allow_tail(planner, grid, INFINITY);
+    return (solve_window(planner, grid, true, 1.0)
+            && plan_accept(planner, grid, planner->prob.solved))
            || met;
 }

@@ -29,8 +29,8 @@ typedef long long ivec __attribute__((vector_size(32)));
 
 /* One interval of the planner's grid: a part of a pushed interval. */
 typedef struct segment {
-    const jerk_interval *q; /* derivatives over this part */
-    double h;
+    const jerk_interval *interval; /* derivatives over this part */
+    double length;
     double cap;  /* hard cap on x (scaled), both ends */
     double soft; /* cap by feed and override; may lie below the present speed */
     double slower; /* share of that which is planned with, and which `soft` is
@@ -70,7 +70,7 @@ typedef struct grid {
     double land_cap;           /* x of the feed there */
     double land_from, land_to; /* mm from the start: here a ramp down must not
                                   fall below the feed (empty: none) */
-    int n, used, max;
+    int count, used, max;
     bool rest_start,
         stands; /* starts at rest; ends at a stand or at the end of the path */
 } grid;
@@ -79,17 +79,19 @@ typedef struct grid {
  * (b z) + half x_t <= bound, with the tangent of root x^(-1/2) at the present
  * x_t. */
 typedef struct block {
-    vec h, x[2], u[2], c[2]; /* at the start and the end of the stages */
+    vec length, x[2], accel[2],
+        input[2]; /* at the start and the end of the stages */
     vec root[2], half[2], bound[2];
 } block;
 
 typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
                               (jerks); z: x, u, c at one end */
-    vec b[3], s[2], l[2], is[2], r[2], ds[2], dl[2];
+    vec coef[3], slack[2], dual[2], inverse[2], residual[2], slack_step[2],
+        dual_step[2];
 } two_sided;
 
 typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
-    vec b[4], bound, s, l, is, r, ds, dl;
+    vec coef[4], bound, slack, dual, inverse, residual, slack_step, dual_step;
 } one_sided;
 
 /* Caps of x at the start and at the control points behind it and ahead of the
@@ -110,23 +112,23 @@ typedef struct stage_cost {
 } stage_cost;
 
 typedef struct stage_grad {
-    double *x, *u, *c[2];
+    double *x, *accel, *input[2];
 } stage_grad;
 
 /* Feedback of a stage: dc = k (dx, du) + what is free. */
 typedef struct gain {
-    double h, kx[2], ku[2];
+    double length, kx[2], ku[2];
     double xx, xu, ux, uu; /* of the state behind it, by the state */
     double inverse[3];     /* of the Hessian by dc, as cc */
 } gain;
 
 typedef struct problem {
-    int n, first, blocks, axes,
+    int count, first, blocks, axes,
         acc_sets; /* intervals; first stage with rows; blocks of LANES stages;
                      axes that move */
     int axis[JERK_AXES]; /* which they are */
     bool rest_start;
-    double *h, *x, *u, *c[2]; /* stages */
+    double *lengths, *x, *accel, *input[2]; /* stages */
     double *dx, *du, *dc[2];
     double *guess;       /* knots: x the floors refer to */
     double *weight;      /* objective: minus the gradient by x */
@@ -158,20 +160,20 @@ typedef struct problem {
 /* An accepted plan: from `next` on it is the stored tail, and it ends at rest.
  */
 typedef struct plan {
-    double *h, *x, *u; /* x, u at the n + 1 knots */
-    double *c[2];      /* at the ends of segments */
+    double *lengths, *x, *accel; /* x, u at the n + 1 knots */
+    double *input[2];            /* at the ends of segments */
     double *time, *jerk, *snap, *crackle,
         *pop; /* s, mm/s3 to mm/s6 of the law; time 0: not known yet */
     double *offset;
     uint64_t *tag;
-    uint8_t *last; /* as jerk_law.last */
-    int n, next;   /* next: first segment not handed out */
-    int since;     /* handed out since it was planned */
-    bool final;    /* converged: it need not be planned again */
+    uint8_t *last;   /* as jerk_law.last */
+    int count, next; /* next: first segment not handed out */
+    int since;       /* handed out since it was planned */
+    bool final;      /* converged: it need not be planned again */
     bool rest_start,
         stands;   /* starts at rest; ends where the axes must stand */
     uint64_t end; /* ring index of the first interval that it does not finish */
-    double length; /* mm from `next` to the end */
+    double remaining; /* mm from `next` to the end */
     double
         lasts; /* mm: with more than that left it need not be planned again */
     double
@@ -213,7 +215,7 @@ typedef struct turned {
 typedef struct handed {
     jerk_interval interval; /* at the head of the ring */
     uint64_t head, tag;
-    double x, u, c[2], length, time, jerk, snap, crackle, pop, offset;
+    double x, accel, input[2], length, time, jerk, snap, crackle, pop, offset;
     double at_x, at_u, behind_mm, behind_share, driven;
     bool at_rest, rest_start;
     uint8_t last;
@@ -239,7 +241,7 @@ struct jerk_planner {
     double driven;    /* mm handed out */
     struct turned turned[TURNED_MAX]; /* ring of the joints passed last */
     uint64_t turned_count;
-    double x, u; /* scaled state at the head */
+    double x, accel; /* scaled state at the head */
     struct grid grid;
     struct problem prob;
     plan plan;
@@ -320,15 +322,18 @@ static inline double knots_at(const jerk_planner *planner, uint64_t i) {
 }
 
 /* What c0 and c1 make of the state at the start of an interval h. */
-static inline double x_behind(double h,
-                              double x,
-                              double u,
-                              double c0,
-                              double c1) {
-    return x + 2.0 * h * u + h * h * (2.0 * c0 + c1) / 3.0;
+static inline double x_after(double length,
+                             double x,
+                             double accel,
+                             double c0,
+                             double c1) {
+    return x + 2.0 * length * accel + length * length * (2.0 * c0 + c1) / 3.0;
 }
-static inline double u_behind(double h, double u, double c0, double c1) {
-    return u + 0.5 * h * (c0 + c1);
+static inline double accel_after(double length,
+                                 double accel,
+                                 double c0,
+                                 double c1) {
+    return accel + 0.5 * length * (c0 + c1);
 }
 
 /* path.c */
@@ -346,7 +351,7 @@ struct steps interval_steps(const jerk_planner *planner,
 
 /* grid.c */
 void grid_window(jerk_planner *planner, struct grid *grid, double reach);
-bool grid_to(jerk_planner *p, struct grid *g, double distance);
+bool grid_to(jerk_planner *planner, struct grid *grid, double distance);
 void segment_limits(const jerk_planner *planner, struct segment *segment);
 void jump_passed(jerk_planner *planner,
                  const jerk_interval *left,
@@ -367,27 +372,30 @@ void bound_rows(jerk_planner *planner, const struct grid *grid);
 void tighten_rows(struct problem *problem, int k, double by);
 
 /* initial_guess.c */
-bool guess_window(jerk_planner *p,
-                  const struct grid *g,
+bool guess_window(jerk_planner *planner,
+                  const struct grid *grid,
                   bool warm,
                   double shrink);
-bool guess_bump(jerk_planner *p, const struct grid *g);
-bool guess_from(jerk_planner *p, const struct grid *g, const double *x);
-bool guess_stop(jerk_planner *p, const struct grid *g);
-bool guess_stop_like(jerk_planner *p, const struct grid *g, double length);
+bool guess_bump(jerk_planner *planner, const struct grid *grid);
+bool guess_from(jerk_planner *planner,
+                const struct grid *grid,
+                const double *x);
+bool guess_stop(jerk_planner *planner, const struct grid *grid);
+bool guess_stop_like(jerk_planner *planner,
+                     const struct grid *grid,
+                     double length);
 
 /* riccati.c */
-bool riccati_factor(struct problem *b);
-void riccati_solve(struct problem *problem,
-                   const struct stage_grad *stage_grad);
+bool riccati_factor(struct problem *problem);
+void riccati_solve(struct problem *problem, const struct stage_grad *gradient);
 
 /* interior_point.c, interior_point_avx2.c */
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define JERK_AVX2
-bool ipm_solve_avx2(problem *b, int max_iterations);
+bool ipm_solve_avx2(problem *problem, int max_iterations);
 #endif
-bool ipm_solve_base(struct problem *b, int max_iterations);
-bool ipm_solve(struct problem *b, int max_iterations);
+bool ipm_solve_base(struct problem *problem, int max_iterations);
+bool ipm_solve(struct problem *problem, int max_iterations);
 
 /* verify.c */
 double plan_check(const jerk_planner *planner,
@@ -396,26 +404,29 @@ double plan_check(const jerk_planner *planner,
 double bend_inside(const jerk_planner *planner,
                    const struct segment *segment,
                    double x,
-                   double u,
-                   const double c[2],
+                   double accel,
+                   const double input[2],
                    double *more);
 
 /* replan.c */
-bool plan_accept(jerk_planner *p, const struct grid *g, bool final);
-bool plan_window(jerk_planner *p);
+bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final);
+bool plan_window(jerk_planner *planner);
 bool solve_guess(
-    jerk_planner *p,
-    struct grid *g,
+    jerk_planner *planner,
+    struct grid *grid,
     int tries,
     int iterations); /* from the guess that stands in the problem */
-bool solve_window(jerk_planner *p, struct grid *g, bool warm, double shrink);
+bool solve_window(jerk_planner *planner,
+                  struct grid *grid,
+                  bool warm,
+                  double shrink);
 void allow_present(jerk_planner *planner,
                    struct grid *grid,
                    double reach,
                    double top);
 
 /* straight_line.c */
-bool plan_straight(jerk_planner *p);
+bool plan_straight(jerk_planner *planner);
 
 /* take_back.c */
 void remember_law(jerk_planner *planner,
@@ -430,13 +441,13 @@ double hand_out_again(jerk_planner *planner, double seconds);
 void planner_copy(jerk_planner *to, const jerk_planner *from);
 
 /* stop.c */
-bool plan_stop(jerk_planner *p);
-bool plan_ramp(jerk_planner *p);
+bool plan_stop(jerk_planner *planner);
+bool plan_ramp(jerk_planner *planner);
 
 /* motion_law.c */
 double law_jerk(const jerk_law *law, double t);
 void law_between(jerk_law *law,
-                 double h,
+                 double length,
                  double v0,
                  double a0,
                  double j0,
@@ -444,11 +455,11 @@ void law_between(jerk_law *law,
                  double a1,
                  double j1);
 void law_from(jerk_law *law,
-              double h,
+              double length,
               double x,
-              double u,
+              double accel,
               double x1,
               double u1,
-              const double c[2],
+              const double input[2],
               double scale);
 #endif

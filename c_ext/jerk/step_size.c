@@ -66,13 +66,13 @@ static struct steps steps_for(struct along along) {
 static double lean_rate(const jerk_planner *planner,
                         const jerk_interval *interval) {
     double worst = 0.0;
-    for (int e = 0; e < 2; e++) {
+    for (int end = 0; end < 2; end++) {
         double most = 0.0;
         double change = 0.0;
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
             double jerk = jerk_max(planner, interval, axis);
-            most = fmax(most, fabs(interval->d1[e][axis]) / jerk);
-            change = fmax(change, fabs(interval->d2[e][axis]) / jerk);
+            most = fmax(most, fabs(interval->d1[end][axis]) / jerk);
+            change = fmax(change, fabs(interval->d2[end][axis]) / jerk);
         }
         if (most > 0.0) {
             worst = fmax(worst, change / most);

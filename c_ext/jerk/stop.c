@@ -29,14 +29,14 @@ typedef struct brake {
  * a = 0, then two jerk ramps. */
 static struct brake brake_estimate(const jerk_planner *planner, double v1) {
     double v = planner->scale * sqrt(planner->x);
-    double a = fmax(0.0, planner->scale * planner->scale * planner->u);
+    double a = fmax(0.0, planner->scale * planner->scale * planner->accel);
     double acc = 1e30;
     double jerk = 1e30;
     const jerk_interval *interval = ring_at(planner, planner->head);
     for (int i = 0; i < planner->cfg.axes; i++) {
-        double d = fmax(fabs(interval->d1[0][i]), 1e-9);
-        acc = fmin(acc, acc_max(planner, interval, i) / d);
-        jerk = fmin(jerk, jerk_max(planner, interval, i) / d);
+        double along = fmax(fabs(interval->d1[0][i]), 1e-9);
+        acc = fmin(acc, acc_max(planner, interval, i) / along);
+        jerk = fmin(jerk, jerk_max(planner, interval, i) / along);
     }
     double t1 = a / jerk;
     double top = v + 0.5 * a * t1;
@@ -56,23 +56,25 @@ double jerk_stop_distance(const jerk_planner *planner) {
 
 /* The speed is above what a reduced override allows: a window that comes down
  * to it without falling below. */
-bool plan_ramp(jerk_planner *p) {
+bool plan_ramp(jerk_planner *planner) {
     static const double tries[] = {1.03, 1.15, 1.5};
-    struct grid *g = &p->grid;
+    struct grid *grid = &planner->grid;
     for (int i = 0; i < 3; i++) {
-        grid_window(p, g, 1e30);
-        if (g->n < 2) {
+        grid_window(planner, grid, 1e30);
+        if (grid->count < 2) {
             return false;
         }
-        double target = g->seg[0].soft;
-        struct brake b = brake_estimate(p, p->scale * sqrt(target));
-        double top = 1.01 * b.top * b.top / (p->scale * p->scale);
-        allow_present(p, g, tries[i] * b.distance, top);
-        g->land_cap = target;
-        g->land_from = tries[i] * b.distance;
-        g->land_to = 3.0 * g->land_from;
-        if (solve_window(p, g, true, 1.0)) {
-            return plan_accept(p, g, p->prob.solved);
+        double target = grid->seg[0].soft;
+        struct brake brake =
+            brake_estimate(planner, planner->scale * sqrt(target));
+        double top =
+            1.01 * brake.top * brake.top / (planner->scale * planner->scale);
+        allow_present(planner, grid, tries[i] * brake.distance, top);
+        grid->land_cap = target;
+        grid->land_from = tries[i] * brake.distance;
+        grid->land_to = 3.0 * grid->land_from;
+        if (solve_window(planner, grid, true, 1.0)) {
+            return plan_accept(planner, grid, planner->prob.solved);
         }
     }
     return false;
@@ -81,7 +83,7 @@ bool plan_ramp(jerk_planner *p) {
 /* What iterates took off limits is given back: of a distance that is too short,
  * or of another guess, they say nothing. */
 static void give_back(struct grid *grid) {
-    for (int k = 0; k < grid->n; k++) {
+    for (int k = 0; k < grid->count; k++) {
         struct segment *segment = &grid->seg[k];
         *segment->tight = segment->before;
         segment->share = segment->jump * segment->before;
@@ -92,12 +94,12 @@ static void give_back(struct grid *grid) {
  * that fails closely from the stop that is there, which was found over `found`
  * mm (0: none was). */
 static bool solve_stop(jerk_planner *planner, struct grid *grid, double found) {
-    problem_from_grid(planner, grid, planner->x, planner->u);
+    problem_from_grid(planner, grid, planner->x, planner->accel);
     bool legal = guess_stop(planner, grid)
                  && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS);
     if (!legal && found > 0.0 && planner->prob.missed < NEARLY_MET) {
         give_back(grid);
-        problem_from_grid(planner, grid, planner->x, planner->u);
+        problem_from_grid(planner, grid, planner->x, planner->accel);
         legal = guess_stop_like(planner, grid, found)
                 && solve_guess(planner, grid, STOP_TRIES, STOP_ITERATIONS);
     }
@@ -109,7 +111,7 @@ static bool solve_stop(jerk_planner *planner, struct grid *grid, double found) {
 
 static bool try_stop(jerk_planner *planner, double distance, double found) {
     struct grid *grid = &planner->grid;
-    if (!grid_to(planner, grid, distance) || grid->n < 2) {
+    if (!grid_to(planner, grid, distance) || grid->count < 2) {
         return false;
     }
     allow_present(planner, grid, INFINITY, INFINITY);
@@ -128,28 +130,29 @@ static bool shortest_stop(jerk_planner *planner, int hopeless) {
     double low = 0.0;
     double high = 0.0;
     bool found = false;
-    for (int k = planner->plan.next; k < planner->plan.n; k++) {
-        high += planner->plan.h[k];
+    for (int k = planner->plan.next; k < planner->plan.count; k++) {
+        high += planner->plan.lengths[k];
     }
     planner->stats.holds++;
-    double d = fmin(0.999 * high, 1.02 * brake_estimate(planner, 0.0).distance);
+    double distance =
+        fmin(0.999 * high, 1.02 * brake_estimate(planner, 0.0).distance);
     for (int i = 0; i < (found ? MAX_HALVINGS : hopeless)
                     && high - low > CLOSE_ENOUGH * high;
          i++) {
-        if (try_stop(planner, d, found ? high : 0.0)) {
-            high = d, found = true;
+        if (try_stop(planner, distance, found ? high : 0.0)) {
+            high = distance, found = true;
         } else {
-            low = d;
+            low = distance;
         }
         double near = low > 0.0 && i < 3 ? fmin(0.5 * (low + high), 1.1 * low)
                                          : 0.5 * (low + high);
-        d = low > 0.0 ? near : 0.92 * high;
+        distance = low > 0.0 ? near : 0.92 * high;
     }
     return found || high <= NEAR_ENOUGH * brake_estimate(planner, 0.0).distance;
 }
 
-bool plan_stop(jerk_planner *p) {
-    return shortest_stop(p, MAX_HALVINGS);
+bool plan_stop(jerk_planner *planner) {
+    return shortest_stop(planner, MAX_HALVINGS);
 }
 
 static double follow(jerk_planner *planner, double seconds) {
@@ -186,8 +189,9 @@ void jerk_stop_preview(const jerk_planner *planner,
             break;
         }
     }
-    for (int k = scratch->plan.next; k < scratch->plan.n && !scratch->at_rest;
+    for (int k = scratch->plan.next;
+         k < scratch->plan.count && !scratch->at_rest;
          k++) {
-        out->way += scratch->plan.h[k];
+        out->way += scratch->plan.lengths[k];
     }
 }

@@ -22,7 +22,7 @@
 
 typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
                               start and, through x + 2 h u, at the end */
-    double h, cap, feed;
+    double length, cap, feed;
     double cu[2 * JERK_AXES], cx[2 * JERK_AXES];
     double need; /* largest x at the start */
     bool last, stand, rapid;
@@ -66,10 +66,10 @@ static struct range range_at(const topp2 *topp,
                              double x,
                              double least,
                              double next) {
-    struct range range = {(least - x) / (2.0 * rows->h),
-                          (next - x) / (2.0 * rows->h),
-                          -0.5 / rows->h,
-                          -0.5 / rows->h};
+    struct range range = {(least - x) / (2.0 * rows->length),
+                          (next - x) / (2.0 * rows->length),
+                          -0.5 / rows->length,
+                          -0.5 / rows->length};
     for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
         double cu = rows->cu[axis];
         double cx = rows->cx[axis];
@@ -140,7 +140,7 @@ static void backward(topp2 *topp) {
 static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
     knot_rows *rows = row_at(topp, topp->tail++);
     double v = interval->v_hard > 0 ? interval->v_hard : 1e15;
-    *rows = (knot_rows){.h = interval->length,
+    *rows = (knot_rows){.length = interval->length,
                         .feed = interval->feed,
                         .rapid = interval->flags & JERK_RAPID,
                         .tag = interval->tag,
@@ -158,13 +158,13 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
         if (most * v > topp->cfg.v_max[axis]) {
             v = topp->cfg.v_max[axis] / most;
         }
-        for (int e = 0; e < 2; e++) {
-            int k = 2 * axis + e;
-            rows->cx[k] = interval->d2[e][axis] / acc;
-            rows->cu[k] = interval->d1[e][axis] / acc
-                          + (e ? 2.0 * interval->length * rows->cx[k] : 0.0);
-            double bend = fabs(interval->d2[e][axis]) / acc;
-            if (fabs(interval->d1[e][axis]) < 1e-9 && bend * v * v > 1.0) {
+        for (int end = 0; end < 2; end++) {
+            int k = 2 * axis + end;
+            rows->cx[k] = interval->d2[end][axis] / acc;
+            rows->cu[k] = interval->d1[end][axis] / acc
+                          + (end ? 2.0 * interval->length * rows->cx[k] : 0.0);
+            double bend = fabs(interval->d2[end][axis]) / acc;
+            if (fabs(interval->d1[end][axis]) < 1e-9 && bend * v * v > 1.0) {
                 v = sqrt(1.0 / bend);
             }
         }
@@ -187,9 +187,9 @@ int64_t topp2_room(const topp2 *topp) {
 static int64_t refusal(const topp2 *topp, const jerk_interval *interval) {
     double sum =
         interval->length + interval->feed + interval->v_hard + interval->offset;
-    for (int e = 0; e < 2; e++) {
+    for (int end = 0; end < 2; end++) {
         for (int axis = 0; axis < topp->cfg.axes; axis++) {
-            sum += interval->d1[e][axis] + interval->d2[e][axis];
+            sum += interval->d1[end][axis] + interval->d2[end][axis];
         }
     }
     return !isfinite(sum)               ? JERK_NOT_FINITE
@@ -230,20 +230,20 @@ int64_t topp2_push(topp2 *topp, const jerk_interval *intervals, int64_t count) {
 }
 
 static void set_law(const knot_rows *rows,
-                    double h,
+                    double length,
                     double x,
-                    double u,
+                    double acc,
                     jerk_law *law,
                     bool last) {
-    double x1 = fmax(0.0, x + 2.0 * h * u);
+    double x1 = fmax(0.0, x + 2.0 * length * acc);
     double v = sqrt(x);
     double v1 = sqrt(x1);
     *law = (jerk_law){.tag = rows->tag,
                       .s0 = rows->offset,
                       .v0 = v,
-                      .a0 = u,
-                      .time = 2.0 * h / (v + v1),
-                      .length = h,
+                      .a0 = acc,
+                      .time = 2.0 * length / (v + v1),
+                      .length = length,
                       .last = last};
     law->flags = x1 <= 0.0 ? JERK_STAND : 0;
 }
@@ -252,8 +252,8 @@ static void set_law(const knot_rows *rows,
 static double standing_acc(const topp2 *topp, const knot_rows *rows) {
     double most = 1e-30;
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double end =
-            rows->cu[2 * axis + 1] - 2.0 * rows->h * rows->cx[2 * axis + 1];
+        double end = rows->cu[2 * axis + 1]
+                     - 2.0 * rows->length * rows->cx[2 * axis + 1];
         most = fmax(most, fmax(fabs(rows->cu[2 * axis]), fabs(end)));
     }
     return 1.0 / most;
@@ -262,25 +262,25 @@ static double standing_acc(const topp2 *topp, const knot_rows *rows) {
 /* From rest to rest over one interval, accelerating over one half and braking
  * over the other: two laws. */
 static void hop(const topp2 *topp, const knot_rows *rows, jerk_law *laws) {
-    double half = 0.5 * rows->h;
-    double u = fmin(0.5 * standing_acc(topp, rows),
-                    soft_cap_of(topp, rows) / (2.0 * half));
+    double half = 0.5 * rows->length;
+    double acc = fmin(0.5 * standing_acc(topp, rows),
+                      soft_cap_of(topp, rows) / (2.0 * half));
     double bend = 0.0;
     for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
         bend = fmax(bend, fabs(rows->cx[axis]));
     }
-    u = fmin(u, 0.5 / fmax(1e-30, 2.0 * half * bend));
-    double v = sqrt(2.0 * half * u);
-    double t = v / u;
+    acc = fmin(acc, 0.5 / fmax(1e-30, 2.0 * half * bend));
+    double v = sqrt(2.0 * half * acc);
+    double t = v / acc;
     laws[0] = (jerk_law){.tag = rows->tag,
                          .s0 = rows->offset,
-                         .a0 = u,
+                         .a0 = acc,
                          .time = t,
                          .length = half};
     laws[1] = (jerk_law){.tag = rows->tag,
                          .s0 = rows->offset + half,
                          .v0 = v,
-                         .a0 = -u,
+                         .a0 = -acc,
                          .time = t,
                          .length = half,
                          .last = rows->last,
@@ -290,7 +290,7 @@ static void hop(const topp2 *topp, const knot_rows *rows, jerk_law *laws) {
 /* What a step over interval i does: as fast as `next` allows, or braking with
  * all there is. */
 typedef struct step {
-    double h, u, x1;
+    double length, acc, x1;
     bool whole;
 } step;
 
@@ -298,21 +298,21 @@ static struct step brake_over(const topp2 *topp,
                               const knot_rows *rows,
                               double x,
                               double next) {
-    struct step step = {rows->h, 0.0, 0.0, true};
+    struct step step = {rows->length, 0.0, 0.0, true};
     struct range at = range_at(topp, rows, x, -1e30, next);
-    step.u = fmin(at.low, at.high);
-    if (x + 2.0 * rows->h * step.u
+    step.acc = fmin(at.low, at.high);
+    if (x + 2.0 * rows->length * step.acc
         <= 0.0) { /* the stop lies inside, or at the end */
-        step.u =
-            fmin(fmax(step.u, -standing_acc(topp, rows)), -x / (2.0 * rows->h));
-        step.h = -x / (2.0 * step.u);
-        step.whole = step.h >= rows->h * (1.0 - 1e-9);
+        step.acc = fmin(fmax(step.acc, -standing_acc(topp, rows)),
+                        -x / (2.0 * rows->length));
+        step.length = -x / (2.0 * step.acc);
+        step.whole = step.length >= rows->length * (1.0 - 1e-9);
         if (step.whole) {
-            step.h = rows->h;
+            step.length = rows->length;
         }
         return step;
     }
-    step.x1 = x + 2.0 * rows->h * step.u;
+    step.x1 = x + 2.0 * rows->length * step.acc;
     return step;
 }
 
@@ -326,9 +326,9 @@ static struct step step_over(const topp2 *topp,
         return brake_over(topp, rows, x, next);
     }
     struct range at = range_at(topp, rows, x, 0.0, next);
-    struct step step = {rows->h,
+    struct step step = {rows->length,
                         at.high,
-                        fmin(next, fmax(0.0, x + 2.0 * rows->h * at.high)),
+                        fmin(next, fmax(0.0, x + 2.0 * rows->length * at.high)),
                         true};
     return step;
 }
@@ -358,19 +358,20 @@ static void consume(topp2 *topp, const struct step *step) {
         topp->head++;
         return;
     }
-    double share = step->h / rows->h; /* a stop inside: rows of the rest stay
-                                         those of the ends, cut linearly */
+    double share =
+        step->length / rows->length; /* a stop inside: rows of the rest stay
+                              those of the ends, cut linearly */
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
         double cx = rows->cx[2 * axis];
         double cu = rows->cu[2 * axis];
         double ex = rows->cx[2 * axis + 1];
-        double eu = rows->cu[2 * axis + 1] - 2.0 * rows->h * ex;
+        double eu = rows->cu[2 * axis + 1] - 2.0 * rows->length * ex;
         rows->cx[2 * axis] = cx + share * (ex - cx);
         rows->cu[2 * axis] = cu + share * (eu - cu);
-        rows->cu[2 * axis + 1] = eu + 2.0 * (rows->h - step->h) * ex;
+        rows->cu[2 * axis + 1] = eu + 2.0 * (rows->length - step->length) * ex;
     }
-    rows->h -= step->h;
-    rows->offset += step->h;
+    rows->length -= step->length;
+    rows->offset += step->length;
     topp->changed = true;
 }
 
@@ -406,11 +407,11 @@ int64_t topp2_take(topp2 *topp, jerk_law *laws, int64_t max, double seconds) {
             topp->head++;
             continue;
         }
-        step.u = (step.x1 - topp->x) / (2.0 * step.h);
+        step.acc = (step.x1 - topp->x) / (2.0 * step.length);
         set_law(rows,
-                step.h,
+                step.length,
                 topp->x,
-                step.u,
+                step.acc,
                 &laws[count],
                 step.whole && rows->last);
         t += laws[count++].time;
@@ -429,11 +430,11 @@ int64_t topp2_tail(const topp2 *topp, jerk_law *laws, int64_t max) {
         if (row_at(topp, i)->stand) {
             step.x1 = 0.0;
         }
-        step.u = (step.x1 - x) / (2.0 * step.h);
+        step.acc = (step.x1 - x) / (2.0 * step.length);
         set_law(row_at(topp, i),
-                step.h,
+                step.length,
                 x,
-                step.u,
+                step.acc,
                 &laws[count++],
                 step.whole && row_at(topp, i)->last);
         x = step.x1;

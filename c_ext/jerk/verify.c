@@ -30,7 +30,7 @@ static double ratio_at(const jerk_planner *planner,
                        const double *d3,
                        const float *miss,
                        struct motion motion) {
-    const jerk_interval *interval = segment->q;
+    const jerk_interval *interval = segment->interval;
     double worst = 0.0;
     double v2 = motion.v * motion.v;
     if (!isfinite(motion.v + motion.a + motion.j)) {
@@ -73,25 +73,25 @@ static void derivatives_at(const jerk_interval *interval,
                            double *d1,
                            double *d2,
                            double *d3) {
-    double h = interval->length;
-    double r = 1.0 - t;
+    double length = interval->length;
+    double rest = 1.0 - t;
     double t2 = t * t;
-    double r2 = r * r;
-    double s1 = r2 * r * (1.0 + 3.0 * t + 6.0 * t2);
-    double s2 = h * r2 * r * t * (1.0 + 3.0 * t);
-    double s3 = 0.5 * h * h * r2 * r * t2;
-    double e2 = -h * t2 * t * r * (1.0 + 3.0 * r);
-    double e3 = 0.5 * h * h * t2 * t * r2;
-    double first = -30.0 * t2 * r2 / h;
+    double r2 = rest * rest;
+    double s1 = r2 * rest * (1.0 + 3.0 * t + 6.0 * t2);
+    double s2 = length * r2 * rest * t * (1.0 + 3.0 * t);
+    double s3 = 0.5 * length * length * r2 * rest * t2;
+    double e2 = -length * t2 * t * rest * (1.0 + 3.0 * rest);
+    double e3 = 0.5 * length * length * t2 * t * r2;
+    double first = -30.0 * t2 * r2 / length;
     double b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2);
-    double b3 = 0.5 * h * t * r2 * (2.0 - 5.0 * t);
-    double f2 = t2 * (1.0 + 2.0 * r - 15.0 * r2);
-    double f3 = -0.5 * h * r * t2 * (2.0 - 5.0 * r);
-    double second = -60.0 * t * r * (1.0 - 2.0 * t) / (h * h);
-    double g2 = -12.0 * t * r * (3.0 - 5.0 * t) / h;
-    double g3 = r * (1.0 - 8.0 * t + 10.0 * t2);
-    double k2 = 12.0 * t * r * (3.0 - 5.0 * r) / h;
-    double k3 = t * (1.0 - 8.0 * r + 10.0 * r2);
+    double b3 = 0.5 * length * t * r2 * (2.0 - 5.0 * t);
+    double f2 = t2 * (1.0 + 2.0 * rest - 15.0 * r2);
+    double f3 = -0.5 * length * rest * t2 * (2.0 - 5.0 * rest);
+    double second = -60.0 * t * rest * (1.0 - 2.0 * t) / (length * length);
+    double g2 = -12.0 * t * rest * (3.0 - 5.0 * t) / length;
+    double g3 = rest * (1.0 - 8.0 * t + 10.0 * t2);
+    double k2 = 12.0 * t * rest * (3.0 - 5.0 * rest) / length;
+    double k3 = t * (1.0 - 8.0 * rest + 10.0 * r2);
     for (int i = 0; i < axes; i++) {
         double p0 = interval->d1[0][i];
         double p1 = interval->d1[1][i];
@@ -111,8 +111,14 @@ static double ratio_inside(const jerk_planner *planner,
                            double t,
                            struct motion motion) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
-    derivatives_at(segment->q, t, planner->cfg.axes, d1, d2, d3);
-    return ratio_at(planner, segment, d1, d2, d3, segment->q->miss, motion);
+    derivatives_at(segment->interval, t, planner->cfg.axes, d1, d2, d3);
+    return ratio_at(planner,
+                    segment,
+                    d1,
+                    d2,
+                    d3,
+                    segment->interval->miss,
+                    motion);
 }
 
 static double ratio_at_end(const jerk_planner *planner,
@@ -121,9 +127,9 @@ static double ratio_at_end(const jerk_planner *planner,
                            struct motion motion) {
     return ratio_at(planner,
                     segment,
-                    segment->q->d1[end],
-                    segment->q->d2[end],
-                    segment->q->d3[end],
+                    segment->interval->d1[end],
+                    segment->interval->d2[end],
+                    segment->interval->d3[end],
                     NULL,
                     motion);
 }
@@ -134,7 +140,7 @@ static double rest_ratio(const jerk_planner *planner,
                          const struct segment *segment,
                          double v,
                          double sign) {
-    double t = 3.0 * segment->h / v;
+    double t = 3.0 * segment->length / v;
     double j = 2.0 * v / (t * t);
     double tm = t * cbrt(0.5);
     double vm = 0.5 * j * tm * tm;
@@ -143,10 +149,10 @@ static double rest_ratio(const jerk_planner *planner,
     double worst = fmax(ratio_at_end(planner, segment, sign > 0, at),
                         ratio_inside(planner, segment, 0.5, mid));
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        worst =
-            fmax(worst,
-                 fabs(segment->q->d1[sign > 0 ? 0 : 1][axis]) * j
-                     / (jerk_max(planner, segment->q, axis) * segment->jump));
+        worst = fmax(
+            worst,
+            fabs(segment->interval->d1[sign > 0 ? 0 : 1][axis]) * j
+                / (jerk_max(planner, segment->interval, axis) * segment->jump));
     }
     return worst;
 }
@@ -165,7 +171,7 @@ static double ratio_at_time(const jerk_planner *planner,
                             double t) {
     double at;
     const struct motion motion = motion_at(law, t, &at);
-    return ratio_inside(planner, segment, at / segment->h, motion);
+    return ratio_inside(planner, segment, at / segment->length, motion);
 }
 
 static double ends_ratio(const jerk_planner *planner,
@@ -199,7 +205,7 @@ static double inside_ratio(const jerk_planner *planner,
                            const struct segment *segment,
                            const jerk_law *law) {
     double worst = 0.0;
-    int count = points_inside(planner, segment->q);
+    int count = points_inside(planner, segment->interval);
     for (int k = 1; k < count; k++) {
         if (2 * k != count) {
             worst = fmax(
@@ -215,15 +221,18 @@ static double inside_ratio(const jerk_planner *planner,
 }
 
 /* The law over an interval h with the inputs c; x, u: at its end. */
-static jerk_law law_of(double h, double *x, double *u, const double c[2]) {
+static jerk_law law_of(double length,
+                       double *x,
+                       double *accel,
+                       const double input[2]) {
     double x0 = *x;
-    double u0 = *u;
+    double u0 = *accel;
     jerk_law law = {0};
-    *x = x_behind(h, x0, u0, c[0], c[1]);
-    *u = u_behind(h, u0, c[0], c[1]);
+    *x = x_after(length, x0, u0, input[0], input[1]);
+    *accel = accel_after(length, u0, input[0], input[1]);
     double v0 = sqrt(x0);
     double v1 = sqrt(*x);
-    law_between(&law, h, v0, u0, c[0] * v0, v1, *u, c[1] * v1);
+    law_between(&law, length, v0, u0, input[0] * v0, v1, *accel, input[1] * v1);
     return law;
 }
 
@@ -238,10 +247,10 @@ static double bulge(double most, double ends) {
 double bend_inside(const jerk_planner *planner,
                    const struct segment *segment,
                    double x,
-                   double u,
-                   const double c[2],
+                   double accel,
+                   const double input[2],
                    double *more) {
-    const jerk_law law = law_of(segment->h, &x, &u, c);
+    const jerk_law law = law_of(segment->length, &x, &accel, input);
     double ends = ends_ratio(planner, segment, &law);
     double most =
         fmax(ends,
@@ -313,12 +322,12 @@ static double free_ratio(const jerk_planner *planner,
                          struct grid *grid,
                          int k,
                          double *x,
-                         double *u,
-                         const double c[2]) {
+                         double *accel,
+                         const double input[2]) {
     struct segment *segment = &grid->seg[k];
     double x0 = *x;
     double at, turns[TURN_PARTS];
-    const jerk_law law = law_of(segment->h, x, u, c);
+    const jerk_law law = law_of(segment->length, x, accel, input);
     double x1 = *x;
     double top_x = fmax(x0, x1);
     double low = fmin(x0, x1);
@@ -356,9 +365,9 @@ static double kink_ratio(const jerk_planner *planner,
                          struct grid *grid,
                          int k,
                          double x,
-                         double u) {
-    const jerk_interval *interval = grid->seg[k - 1].q;
-    const jerk_interval *interval_r = grid->seg[k].q;
+                         double accel) {
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
     double dt = planner->cfg.cycle_s;
     double most = 0.0;
     double share = fmax(grid->seg[k - 1].share, grid->seg[k].share);
@@ -366,16 +375,15 @@ static double kink_ratio(const jerk_planner *planner,
         return 0.0;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double turn = fabs(interval_r->d1[0][axis] - interval->d1[1][axis]);
-        double bend = 0.75
-                      * fabs(interval_r->d2[0][axis] - interval->d2[1][axis])
-                      * x / dt;
-        double kink = 0.75 * turn * fabs(u) / dt;
+        double turn = fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double bend =
+            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
+        double kink = 0.75 * turn * fabs(accel) / dt;
         if (kink > 0.0) {
             most = fmax(most,
                         (bend + turn * sqrt(x) / (dt * dt) + kink)
-                            / fmin(jerk_max(planner, interval, axis),
-                                   jerk_max(planner, interval_r, axis)));
+                            / fmin(jerk_max(planner, left, axis),
+                                   jerk_max(planner, right, axis)));
         }
     }
     if (most + share <= CHECK_SLACK) {
@@ -393,8 +401,8 @@ static bool jump_fits(const jerk_planner *planner,
                       const struct grid *grid,
                       int k,
                       double x) {
-    const jerk_interval *interval = grid->seg[k - 1].q;
-    const jerk_interval *interval_r = grid->seg[k].q;
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
     double dt = planner->cfg.cycle_s;
     double room = 1.0 - fmin(grid->seg[k - 1].jump, grid->seg[k].jump);
     double used = 0.0;
@@ -402,25 +410,24 @@ static bool jump_fits(const jerk_planner *planner,
         return true;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double bend = 0.75
-                      * fabs(interval_r->d2[0][axis] - interval->d2[1][axis])
-                      * x / dt;
-        double corner = fabs(interval_r->d1[0][axis] - interval->d1[1][axis])
-                        * sqrt(x) / (dt * dt);
+        double bend =
+            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
+        double corner =
+            fabs(right->d1[0][axis] - left->d1[1][axis]) * sqrt(x) / (dt * dt);
         used = fmax(used,
                     (bend + corner)
-                        / fmin(jerk_max(planner, interval, axis),
-                               jerk_max(planner, interval_r, axis)));
+                        / fmin(jerk_max(planner, left, axis),
+                               jerk_max(planner, right, axis)));
     }
     return used <= room * JUMP_SLACK + SMALL_JUMPS;
 }
 
 /* The input that meets the rest interval exactly: what the way there has
  * gathered in rounding ends here. */
-static double last_input(const struct grid *grid, double x, double u) {
-    double h = grid->seg[grid->n - 2].h;
-    double t = 1.5 * grid->seg[grid->n - 1].h;
-    return -(x + (2.0 * h + t) * u) / (h * (h + t));
+static double last_input(const struct grid *grid, double x, double accel) {
+    double length = grid->seg[grid->count - 2].length;
+    double t = 1.5 * grid->seg[grid->count - 1].length;
+    return -(x + (2.0 * length + t) * accel) / (length * (length + t));
 }
 
 /* Largest ratio of anything to its limit over the plan (infinite: no plan at
@@ -432,38 +439,40 @@ double plan_check(const jerk_planner *planner,
     double f2 = planner->scale * planner->scale;
     double worst = 0.0;
     double x = problem->x0 * f2;
-    double u = problem->u0 * f2;
-    int last = grid->n - 1;
+    double accel = problem->u0 * f2;
+    int last = grid->count - 1;
     int k = 0;
-    if (grid->n < (grid->rest_start ? 3 : 2)) {
+    if (grid->count < (grid->rest_start ? 3 : 2)) {
         return INFINITY;
     }
     if (grid->rest_start) {
-        u = problem->u[1] * f2;
-        x = 1.5 * grid->seg[0].h * u;
+        accel = problem->accel[1] * f2;
+        x = 1.5 * grid->seg[0].length * accel;
         if (!(x > 0.0)) {
             return INFINITY;
         }
         worst = fmax(rest_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
                      feed_ratio(planner, grid, 0, 0.0, x, x));
-        problem->x[0] = problem->u[0] = problem->c[0][0] = problem->c[1][0] =
-            0.0;
+        problem->x[0] = problem->accel[0] = problem->input[0][0] =
+            problem->input[1][0] = 0.0;
         k = 1;
     }
     for (; k < last; k++) {
         problem->x[k] = x / f2;
-        problem->u[k] = u / f2;
+        problem->accel[k] = accel / f2;
         if (k > 0 && !jump_fits(planner, grid, k, x)) {
             return INFINITY;
         }
         if (k > 0) {
-            worst = fmax(worst, kink_ratio(planner, grid, k, x, u));
+            worst = fmax(worst, kink_ratio(planner, grid, k, x, accel));
         }
         if (k == last - 1) {
-            problem->c[0][k] = problem->c[1][k] = last_input(grid, x, u) / f2;
+            problem->input[0][k] = problem->input[1][k] =
+                last_input(grid, x, accel) / f2;
         }
-        const double c[2] = {problem->c[0][k] * f2, problem->c[1][k] * f2};
-        double ratio = free_ratio(planner, grid, k, &x, &u, c);
+        const double input[2] = {problem->input[0][k] * f2,
+                                 problem->input[1][k] * f2};
+        double ratio = free_ratio(planner, grid, k, &x, &accel, input);
         if (!(ratio <= worst)) {
             worst = ratio;
         }
@@ -471,18 +480,18 @@ double plan_check(const jerk_planner *planner,
             return INFINITY;
         }
     }
-    double meet = 1.5 * grid->seg[last].h * -u;
+    double meet = 1.5 * grid->seg[last].length * -accel;
     if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) {
         return INFINITY;
     }
     if (!jump_fits(planner, grid, last, x)) {
         return INFINITY;
     }
-    worst = fmax(worst, kink_ratio(planner, grid, last, x, u));
+    worst = fmax(worst, kink_ratio(planner, grid, last, x, accel));
     problem->x[last] = x / f2;
-    problem->u[last] = u / f2;
-    problem->x[grid->n] = problem->u[grid->n] = problem->c[0][last] =
-        problem->c[1][last] = 0.0;
+    problem->accel[last] = accel / f2;
+    problem->x[grid->count] = problem->accel[grid->count] =
+        problem->input[0][last] = problem->input[1][last] = 0.0;
     worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
     return fmax(worst, rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0));
 }
