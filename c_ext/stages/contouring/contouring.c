@@ -267,8 +267,8 @@ static void emit_curve(nc_contour *contour,
 static double slower_feed(const struct leg *leg, const struct leg *leg_b) {
     double fa = leg->row.flags & NC_RAPID ? INFINITY : leg->row.feed;
     double fb = leg_b->row.flags & NC_RAPID ? INFINITY : leg_b->row.feed;
-    double f = fmin(fa, fb);
-    return isfinite(f) ? f : 0.0;
+    double slower = fmin(fa, fb);
+    return isfinite(slower) ? slower : 0.0;
 }
 
 static void round_corner(nc_contour *contour,
