@@ -4,25 +4,6 @@
 #include <string.h>
 #include "jerk/state.h"
 
-#define SWELLS                                                                 \
-    1.003 /* path jerk inside an interval over that at its ends that is left   \
-             to the checker, ... */
-#define SWELLS_MOST 1.1 /* ... and the most that is set aside, by the guess */
-#define CALM 1e-2
-#define ENTRY_STAGES 8 /* stages behind the start ... */
-#define ENTRY_SLACK                                                            \
-    0.01 /* ... and what may be added to the limits at the first of them */
-#define SLOW_GAINS                                                             \
-    1.5 /* power of x by which a gain of it counts less: that of the time */
-#define SLOWEST                                                                \
-    1e-5             /* share of the largest x below which it counts no more   \
-                      */
-#define LANDING 0.96 /* share of the cap that a ramp down must keep */
-#define IDLE                                                                   \
-    1e-7 /* of its limit, that an axis needs at full speed: it has no rows */
-#define ORDINARY 1e-3 /* of rows by c: those of a machine that does 10 mm/s */
-#define FLOOR 0.2     /* share of the guess below which x may not fall */
-
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) {
     return (double *)v + k % LANES;
@@ -328,7 +309,7 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
         double xf = problem->guess[k];
         problem->weight[k] /= sum;
         one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
-        double floor = FLOOR * xf;
+        double floor = GUESS_FLOOR * xf;
         if (grid->from_start[k] >= grid->land_from
             && grid->from_start[k] <= grid->land_to && xf > 0.5 * cap) {
             floor = LANDING * cap;
@@ -362,7 +343,7 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
                 -length / xf,
                 -c0 / xf,
                 -c1 / xf,
-                -0.5 * FLOOR);
+                -0.5 * GUESS_FLOOR);
         double cap = fmin(grid->seg[k].soft, grid->seg[k].cap);
         if (k > 0) {
             one_row(problem,

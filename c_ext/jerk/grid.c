@@ -4,57 +4,6 @@
 #include <string.h>
 #include "jerk/state.h"
 
-#define GRADING                                                                \
-    0.25 /* growth of the spacing with the distance from a standstill, ... */
-#define REST_GRADING 0.1 /* ... and on curves, ... */
-#define RAMP_STEPS                                                             \
-    6.0 /* ... over so many of the longest steps: the ramp to full             \
-           acceleration */
-#define REST_SHARE                                                             \
-    (1.0 / 20.0) /* of a line, that one interval from rest may take: half of   \
-                    the way is four ramps of jerk */
-#define REST_FEED                                                              \
-    (1.0 / 12.0) /* of the way in which jerk changes the feed: half of the     \
-                    ramp to half of it */
-#define REST_MOST                                                              \
-    (1.0 / 3.0) /* of the pushed interval, that it may take in any case */
-#define BEHIND_REST 0.2 /* step behind such an interval, over its length */
-#define STOP_STEPS 60   /* of a stop at least */
-#define BEND_STEP                                                              \
-    0.5 /* change of the third derivatives in one planner interval, of the     \
-           largest ... */
-#define BEND_MATTERS                                                           \
-    40.0 /* ... where at full feed it would take so many times the jerk limit  \
-          */
-#define BEND_DECIDES                                                           \
-    200.0 /* where it would take so many times and the pushed interval turns   \
-             next to not at all, as in blends of small angles: */
-#define BEND_FINER 0.2
-#define JUMP_SHARE                                                             \
-    0.5 /* share of the jerk limit that jumps of derivatives may use */
-#define ACC_SHARE                                                              \
-    0.012 /* share of the acceleration limit that a jump of the direction may  \
-             use: nothing is set aside for it */
-#define STEP_SEEN                                                              \
-    0.75 /* an acceleration step da shows as a jerk of at most 0.75 da / cycle \
-            in samples */
-#define SLOW                                                                   \
-    0.5 /* grid step over the length in which jerk changes a low speed */
-#define SLOWEST_STEP                                                           \
-    0.1 /* of the step at a standstill: the finest where the path goes on      \
-           slowly, ... */
-#define SLOWEST_KNOT                                                           \
-    2e-3 /* ... and at knots that are passed slowly, between which it grows    \
-            again */
-#define SLOW_FEED 1.0 /* the same for a low feed: of the speed that counts */
-#define SLOW_TAIL                                                              \
-    0.6 /* and at the end of the window, where the plan comes to rest */
-#define LEAST_SHARE                                                            \
-    0.25 /* of the jerk limit that the continuous motion keeps */
-#define SMALL_JUMP                                                             \
-    1e-3 /* jumps below this share of the limit at the present cap need no     \
-            reserve */
-
 /* Largest path jerk (scaled) over the rest interval s: at distance d from the
  * standstill x ~ d^(4/3), and every axis jerk is jerk * |q' +- 9 d q'' + 4.5
  * d^2 q'''| (minus where the interval ends at rest). */

@@ -3,16 +3,6 @@
 #include <math.h>
 #include "jerk/state.h"
 
-#define EASY_ACC 0.45 /* share of the limits that the guess uses */
-#define EASY_JERK 0.5
-#define EASY_SPEED 0.9
-#define EASY_BEND 0.6
-#define TINY 1e-14
-#define LEAST_COST 1e-12
-#define LEAST_KEPT 0.05 /* of x, from one knot to the next while it brakes */
-#define STIFFNESS                                                              \
-    0.05 /* weight of jerk against the distance from the profile */
-
 /* What curvature alone allows on a segment. */
 static double curve_cap(const jerk_planner *planner,
                         const struct segment *segment) {
@@ -222,7 +212,8 @@ static bool project(jerk_planner *planner,
         problem->cost.xx[k] = 1.0 / (xk * xk);
         problem->cost.uu[k] = stiffness / (acc * acc);
         problem->cost.cc[0][k] = problem->cost.cc[2][k] =
-            0.5 * stiffness * xk / (jerk * jerk) + LEAST_COST * problem->convex;
+            0.5 * stiffness * xk / (jerk * jerk)
+            + GUESS_LEAST_COST * problem->convex;
     }
     if (!riccati_factor(problem)) {
         return false;

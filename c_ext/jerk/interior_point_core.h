@@ -11,24 +11,6 @@
 #include <math.h>
 #include "jerk/interior_point_stage.h"
 
-#define LOWEST                                                                 \
-    0.6 /* share of the guess at which tangents are taken at the least: slower \
-           never gains */
-#define TO_BOUNDARY 0.995
-#define START_MU                                                               \
-    2.0 /* of the objective: barrier of the first iterate, over all rows */
-#define START_SLACK 0.3
-#define CENTRED                                                                \
-    0.1 /* least product of slack and multiplier, over what the step aims at   \
-         */
-#define GAP 3e-4 /* of the objective */
-#define HOPELESS 1e6
-#define EVEN                                                                   \
-    10.0 /* of `calm`: cost of c1 - c0, so that c does not change within every \
-            interval where nothing is gained by it */
-#define LEAST_COST 1e-14
-#define ROWS_MET 1e-6
-
 static struct block block_at(const struct problem *problem, int i) {
     int k = i * LANES;
     struct block block;
@@ -321,7 +303,7 @@ static void gather(struct problem *problem, vec least) {
             store(problem->cost.uc[count] + k, totals.uc[count]);
             store(problem->cost.cc[2 * count] + k,
                   totals.cc[2 * count] + calm + even
-                      + LEAST_COST * problem->convex);
+                      + STAGE_LEAST_COST * problem->convex);
             store(problem->grad.input[count] + k,
                   totals.input[count] + calm * bl.input[count]
                       + even * (bl.input[count] - bl.input[1 - count]));

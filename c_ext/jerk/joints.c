@@ -10,14 +10,6 @@
 #include <math.h>
 #include "jerk/state.h"
 
-#define FREE                                                                   \
-    0.012 /* share of the acceleration limit for which nothing is set aside */
-#define MOST                                                                   \
-    0.75 /* share that joints may use together: else they are passed more      \
-            slowly */
-#define LEAST 0.25   /* share that the motion between them keeps */
-#define NO_TURN 1e-9 /* of the direction */
-
 /* The direction behind a joint less that ahead of it; false: it goes straight
  * on. */
 static bool turn_between(const jerk_planner *planner,
@@ -202,7 +194,7 @@ static void leave(const jerk_planner *planner,
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         segment->acc[axis] =
             fmin(segment->acc[axis],
-                 fmax(LEAST, 1.0 - fmax(0.0, used[axis] - FREE)));
+                 fmax(JOINTS_LEAST, 1.0 - fmax(0.0, used[axis] - JOINTS_FREE)));
     }
 }
 
@@ -214,11 +206,12 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
     double at = grid->from_start[k];
     double way = v * planner->cfg.cycle_s;
     double most = used_at(planner, grid, k, v, used);
-    if (most <= FREE) {
+    if (most <= JOINTS_FREE) {
         return;
     }
-    if (most > MOST && k > 0) {
-        grid->knot_cap[k] = fmin(grid->knot_cap[k], grid->top[k] * MOST / most);
+    if (most > JOINTS_MOST && k > 0) {
+        grid->knot_cap[k] =
+            fmin(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
     }
     for (int i = k - 1; i >= 0 && at - grid->from_start[i + 1] < way; i--) {
         leave(planner, &grid->seg[i], used);

@@ -2,12 +2,6 @@
 #include <math.h>
 #include "jerk/state.h"
 
-#define DURATION_STEPS 12
-#define CLOSE 1e-13
-#define LEAST_SLOPE                                                            \
-    0.1 /* of the way by the time, over the mean speed: it is one root, and    \
-           stays it with other roundings */
-
 /* Position, speed and acceleration of a law at the time t since its start. */
 void jerk_at(const jerk_law *law, double t, jerk_state *out) {
     const double j = law->jerk;
@@ -84,7 +78,7 @@ static double duration(double length,
         double slope = mean + t * (2.0 * turn + 3.0 * t * twist);
         double step = (length - t * (mean + t * (turn + t * twist))) / slope;
         t += step;
-        if (fabs(step) <= CLOSE * t) {
+        if (fabs(step) <= DURATION_CLOSE * t) {
             return slope > LEAST_SLOPE * mean ? t : NAN;
         }
     }

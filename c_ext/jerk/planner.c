@@ -6,17 +6,6 @@
 #include <time.h>
 #include "jerk/state.h"
 
-#define RING_MIN (1024 + HANDED_MAX)
-#define DEFAULT_REFRESH 0.2
-#define SHORT_WINDOW 50 /* blocks: here what is left of the window counts */
-#define SHORT_REFRESH 0.12
-#define LEAST_PART 1e-7 /* mm: shorter parts of a law are not handed out */
-#define LEAST_TIME 1e-9 /* s */
-#define TRY_AGAIN_S                                                            \
-    0.003 /* so long the old plan is followed where there is none for a hold   \
-             or another speed; for a speed twice as long each time, ... */
-#define TRY_AGAIN_MAX_S 0.05 /* ... up to this */
-
 static bool positive(double v) {
     return isfinite(v) && v > 0.0;
 }

@@ -4,68 +4,6 @@
 #include <string.h>
 #include "jerk/state.h"
 
-#define WINDOW_ITERATIONS                                                      \
-    50 /* at the most: a window that fails costs more than that */
-#define SLOWER                                                                 \
-    1.002 /* a plan this much slower than the tail over the tail's way is not  \
-             taken */
-#define CREEPS                                                                 \
-    0.1 /* share of the guess below which an unfinished solution creeps */
-#define TIGHTENINGS 4
-#define SLOWER_BY                                                              \
-    0.99 /* of the cap on x where the feed was exceeded inside an interval */
-#define TIGHTEN_UP_TO 1.6
-#define FINER_FROM                                                             \
-    1.08 /* ratio inside an interval from which it is made finer ... */
-#define FINER_BELOW                                                            \
-    0.85 /* ... as where so little of the limit is planned with */
-#define FINER_STEPS 0.55
-#define FINER_TRIES 4
-#define FINER_SHORTER 2 /* of shorter windows */
-#define FINER_LOSS                                                             \
-    2e-3 /* of the window's time, that lowered limits cost: beyond it          \
-            intervals are made finer ... */
-#define FINER_TIGHT                                                            \
-    0.98 /* ... that come below this share of the limit, ...                   \
-          */
-#define FINER_BULGE                                                            \
-    0.02 /* ... for as much more inside, of second order in the step, ... */
-#define FINER_LEAST 0.4  /* ... by so much at once */
-#define FINER_ENOUGH 0.8 /* less gains nothing */
-#define TIGHTEST 0.3
-#define LEAST_X 1e-14
-#define PAUSE 0.1 /* gap at which the solver looks inside the intervals */
-#define PAUSE_AGAIN 0.01
-#define NEARLY 1.05 /* ratio of a solution that the solver goes on from */
-#define MISSED_SO                                                              \
-    0.03             /* rows that were lowered meanwhile, over START_SLACK     \
-                      */
-#define FORESEEN 0.9 /* of the limit: jerks below it do not matter there */
-#define FORESEEN_FROM 1.003
-#define AIM 1.003 /* ratio that a tightened interval should come to */
-#define FALLBACK_SCALE 0.7
-#define FALLBACK_LENGTHS 6
-#define SHRINK 0.25 /* of the guess, at the second try from rest */
-#define FALLBACK_TRIES 40
-#define SHORTER 0.5
-#define SHORTER_TRIES 4
-#define LONGER 2.0
-#define REACH_FORGOTTEN 1e4 /* mm */
-#define TAIL_MORE                                                              \
-    1.15 /* a window must be so much longer than what is left of the plan */
-#define TAIL_AND 1.003 /* of x, where the feeds before allow it */
-#define ABOVE_BEFORE                                                           \
-    1.001                /* of x: room for a solver that starts at the cap     \
-                          */
-#define TAIL_ONLY 1.0005 /* of x, elsewhere */
-#define LASTS                                                                  \
-    2.5 /* a plan is not made anew while so many stopping ways are left of it  \
-         */
-#define JUST_COVERS                                                            \
-    2.6 /* stopping ways: a shorter plan begins to brake for its end soon, so  \
-           ... */
-#define JUST_REFRESH 0.1 /* ... it is made anew after so much of it */
-
 /* Way from the largest speed of the plan to rest with the smallest limits. */
 static double stopping_way(const jerk_planner *planner,
                            const struct grid *grid) {

@@ -11,21 +11,11 @@
 #include <math.h>
 #include <stdbool.h>
 #include "jerk/planner.h"
+#include "jerk/tuning.h"
 
 #define LANES 4
 typedef double vec __attribute__((vector_size(32)));
 typedef long long ivec __attribute__((vector_size(32)));
-
-#define HANDED_MAX 512 /* laws that can be taken back */
-#define GRADED_EXTRA                                                           \
-    96 /* room beyond window_knots for the finer grid near rests */
-#define ACC_USABLE 0.998 /* share of the limits that is planned with */
-#define JERK_USABLE 0.998
-#define VEL_USABLE 1.0
-#define CHECK_SLACK 1.012 /* the checker's bound, over the machine's limits */
-#define SLOW_TIME                                                              \
-    0.01 /* s: intervals need not be shorter than what is driven in it */
-#define FEED_SLACK 1.0015 /* of speed over the feed */
 
 /* One interval of the planner's grid: a part of a pushed interval. */
 typedef struct segment {
@@ -202,8 +192,6 @@ typedef struct steps {
 typedef struct speeds {
     double command, feed, rapid;
 } speeds;
-
-#define TURNED_MAX 64u
 
 /* A joint that was passed: where (see `driven`), how fast in mm/s, and by how
  * much the direction has turned. */

@@ -3,35 +3,6 @@
 #include <math.h>
 #include "jerk/state.h"
 
-#define RAMP_PARTS                                                             \
-    6.0 /* planner intervals over the ramp from rest to full acceleration, */
-#define STOP_PARTS 80.0 /* over the way from full speed to rest, */
-#define REST_PARTS                                                             \
-    60.0 /* parts of that ramp next to a standstill, but no more than ... */
-#define JOINED_PARTS                                                           \
-    6.0 /* of that ramp on a line: one interval from rest, whose jerk is       \
-           constant */
-#define FINEST_PARTS 2000.0 /* ... of the longest interval */
-
-#define LONGEST_WAY                                                            \
-    1e4 /* mm: no speed counts that is not reached from rest over it */
-#define SLOW_STEP                                                              \
-    2e-4 /* mm: no interval need be shorter, nor than the way in SLOW_TIME: so \
-            on machines that do less than 1 mm/s, about */
-#define MAX_TURN 0.07 /* rad in one planner interval */
-#define LEAN                                                                   \
-    0.14 /* change of an axis rate over its jerk limit in one planner          \
-            interval, of the largest such rate */
-#define REST_TURN                                                              \
-    0.08 /* of either, from rest: under constant path jerk the axes see nine   \
-            times the change of their rates */
-#define LEAST_PARTS                                                            \
-    16.0 /* of that or of the pushed interval: the finest that an interval is  \
-            made later on */
-#define LITTLE_TURN                                                            \
-    3.0 /* a pushed interval turns next to not at all: this much shorter than  \
-           what it may turn by */
-
 typedef struct along {
     double v, a, j; /* limits of the path */
 } along;

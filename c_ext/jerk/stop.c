@@ -4,23 +4,6 @@
 #include <math.h>
 #include "jerk/state.h"
 
-#define STOP_TRIES 3
-#define STOP_ITERATIONS 28
-#define NEARLY_MET                                                             \
-    0.03 /* share of the rows' first residuals that is left where a solver has \
-            failed closely */
-#define CLOSE_ENOUGH 0.01
-#define MAX_HALVINGS 12
-#define PREVIEW_TRIES                                                          \
-    4 /* distances that are tried where none is found, and                     \
-       */
-#define PREVIEW_STEP_S 0.003 /* as TRY_AGAIN_S; */
-#define PREVIEW_GROWS                                                          \
-    1.3 /* longer and longer, so that looking ahead takes a bounded time */
-#define NEAR_ENOUGH                                                            \
-    1.05 /* a stored tail so much longer than the estimate is a stop already   \
-          */
-
 typedef struct brake {
     double top, distance; /* highest speed on the way, mm/s; mm */
 } brake;

@@ -3,9 +3,6 @@
 #include <math.h>
 #include "jerk/state.h"
 
-#define SAME 1e-12       /* difference of directions */
-#define LEAST_TIME 1e-12 /* s: shorter phases are left out */
-
 typedef struct line_limits {
     double v, a, j; /* along the line */
 } line_limits;
@@ -22,8 +19,8 @@ static bool straight(const jerk_planner *planner,
             || interval->jerk_share[i] != first->jerk_share[i]) {
             return false;
         }
-        if (fabs(interval->d1[0][i] - first->d1[0][i]) > SAME
-            || fabs(interval->d1[1][i] - first->d1[0][i]) > SAME) {
+        if (fabs(interval->d1[0][i] - first->d1[0][i]) > SAME_DIRECTION
+            || fabs(interval->d1[1][i] - first->d1[0][i]) > SAME_DIRECTION) {
             return false;
         }
     }
@@ -179,7 +176,7 @@ static void put(struct pen *pen,
 
 /* A phase of the profile, cut where the pushed intervals end. */
 static void phase(struct pen *pen, double jerk, double time, bool ends) {
-    while (time > LEAST_TIME && pen->fits) {
+    while (time > LEAST_PHASE && pen->fits) {
         const jerk_interval *interval = ring_at(pen->planner, pen->i);
         jerk_law law = {.v0 = pen->v, .a0 = pen->a, .jerk = jerk, .time = time};
         jerk_state end;

@@ -3,7 +3,6 @@
 #include <string.h>
 #include "jerk/state.h"
 
-#define LEAST_TIME 1e-9 /* s */
 
 static struct handed *handed_at(const jerk_planner *planner, uint64_t i) {
     return &planner->handed[i % HANDED_MAX];

@@ -11,15 +11,6 @@
 #include "jerk/state.h"
 #include "jerk/topp2.h"
 
-#define USABLE                                                                 \
-    0.9995 /* share of the acceleration limits that is planned with */
-#define SPACING_MM 1.0
-#define STOP_PARTS 8 /* planner intervals at least between two stands */
-#define BATCH                                                                  \
-    0.25 /* share of the window that is used up before the backward pass runs  \
-            again */
-#define SAME 1e-12
-
 typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
                               start and, through x + 2 h u, at the end */
     double length, cap, feed;
@@ -128,7 +119,7 @@ static void backward(topp2 *topp) {
         }
         double need = controllable(topp, rows, next);
         topp->steps++;
-        if (i < fresh && fabs(need - rows->need) <= SAME * need) {
+        if (i < fresh && fabs(need - rows->need) <= TOPP2_SAME * need) {
             break;
         }
         rows->need = next = need;
@@ -151,7 +142,7 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
         double most =
             fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis]));
-        double acc = USABLE * topp->cfg.a_max[axis]
+        double acc = TOPP2_USABLE * topp->cfg.a_max[axis]
                      * (interval->acc_share[axis] > 0.0f
                             ? (double)interval->acc_share[axis]
                             : 1.0);
@@ -176,7 +167,7 @@ static int parts_of(const topp2 *topp, const jerk_interval *interval) {
     bool alone =
         (topp->tail == topp->rest_from) && (interval->flags & JERK_STAND);
     return (int)fmin(4096.0,
-                     fmax(alone ? STOP_PARTS : 1.0,
+                     fmax(alone ? TOPP2_STOP_PARTS : 1.0,
                           ceil(interval->length / topp->spacing - 1e-9)));
 }
 
@@ -381,7 +372,7 @@ static bool due(const topp2 *topp) {
     }
     return topp->tail != topp->planned
            && (double)(topp->planned - topp->head)
-                  < (1.0 - BATCH)
+                  < (1.0 - TOPP2_BATCH)
                         * fmin(topp->cfg.window_knots, topp->cfg.window_blocks);
 }
 
@@ -474,7 +465,7 @@ topp2 *topp2_new(const jerk_config *config, int capacity) {
     }
     topp->cfg = this_config;
     topp->spacing =
-        this_config.spacing_mm > 0 ? this_config.spacing_mm : SPACING_MM;
+        this_config.spacing_mm > 0 ? this_config.spacing_mm : TOPP2_SPACING_MM;
     topp->feed_factor = topp->rapid_factor = 1.0;
     topp->mask = 1023;
     while (topp->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) {

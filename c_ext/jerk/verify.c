@@ -9,14 +9,6 @@
 #include <stddef.h>
 #include "jerk/state.h"
 
-#define JUMP_SLACK 1.01
-#define SMALL_JUMPS 5e-3 /* share of the jerk limit */
-#define TURN_PARTS                                                             \
-    4 /* parts of an interval in each of which the acceleration is taken to    \
-         change its sign once at most */
-#define TURN_STEPS 4
-#define LEAST_DIP 1e-4 /* smallest x inside an interval, over the largest */
-
 typedef struct motion {
     double v, a, j; /* along the path */
 } motion;
