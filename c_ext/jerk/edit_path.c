@@ -1,7 +1,7 @@
 /* Changes of a path that has been pushed already: stands that come and go, a
  * path that ends earlier, another path. */
 #include <math.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 /* At a standstill: the plan that has not begun, and the laws that could be
  * taken back before it. */

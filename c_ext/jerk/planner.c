@@ -4,7 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 static bool positive(double v) {
     return isfinite(v) && v > 0.0;

@@ -2,7 +2,7 @@
  * stored tail. */
 #include <math.h>
 #include <string.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 /* Way from the largest speed of the plan to rest with the smallest limits. */
 static double stopping_way(const jerk_planner *planner,

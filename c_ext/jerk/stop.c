@@ -2,7 +2,7 @@
  * ramp down to it.  Feed hold: the shortest legal stop on the path, found by
  * halving the distance to the standstill. */
 #include <math.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 typedef struct brake {
     double top, distance; /* highest speed on the way, mm/s; mm */

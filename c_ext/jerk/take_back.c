@@ -1,7 +1,7 @@
 /* Laws that were handed out and are not driven after all: they become the
  * beginning of the plan again. */
 #include <string.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 
 static struct handed *handed_at(const jerk_planner *planner, uint64_t i) {

@@ -8,7 +8,7 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 #include "jerk/topp2.h"
 
 typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the

@@ -7,7 +7,7 @@
  */
 #include <math.h>
 #include <stddef.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 typedef struct motion {
     double v, a, j; /* along the path */

@@ -2,7 +2,7 @@
  * a standstill, with their caps. */
 #include <math.h>
 #include <string.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 /* Largest path jerk (scaled) over the rest interval s: at distance d from the
  * standstill x ~ d^(4/3), and every axis jerk is jerk * |q' +- 9 d q'' + 4.5

@@ -9,7 +9,7 @@
  * the dynamics at all times; only the rows may be missed on the way.
  */
 #include <math.h>
-#include "jerk/interior_point_stage.h"
+#include "jerk/solver/interior_point_stage.h"
 
 static struct block block_at(const struct problem *problem, int i) {
     int k = i * LANES;

@@ -1,7 +1,7 @@
 /* Where the solver starts: a speed profile over the grid, then the nearest one
  * that meets the dynamics. */
 #include <math.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 /* What curvature alone allows on a segment. */
 static double curve_cap(const jerk_planner *planner,

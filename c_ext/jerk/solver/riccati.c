@@ -8,7 +8,7 @@
  * freedom.
  */
 #include <math.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 typedef struct cost_to_go {
     double xx, xu, uu;

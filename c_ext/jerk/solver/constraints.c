@@ -2,7 +2,7 @@
  * stage. */
 #include <math.h>
 #include <string.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) {

@@ -2,7 +2,7 @@
  * part of an interval. */
 #include <math.h>
 #include <string.h>
-#include "jerk/state.h"
+#include "jerk/state/state.h"
 
 static bool finite_interval(const jerk_interval *interval, int axes) {
     for (int end = 0; end < 2; end++) {
