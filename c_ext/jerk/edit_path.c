@@ -1,16 +1,10 @@
 /* Changes of a path that has been pushed already: stands that come and go, a
  * path that ends earlier, another path. */
 #include <math.h>
+#include "jerk/history.h"
+#include "jerk/path/ring.h"
 #include "jerk/state/state.h"
-
-/* At a standstill: the plan that has not begun, and the laws that could be
- * taken back before it. */
-void forget_plan(jerk_planner *planner) {
-    planner->plan.count = planner->plan.next = 0;
-    planner->plan.edition++;
-    planner->wait = 0;
-    forget_laws(planner);
-}
+#include "jerk/stop.h"
 
 int64_t jerk_ahead(const jerk_planner *planner) {
     return (int64_t)(planner->tail - planner->head);
@@ -93,17 +87,4 @@ void jerk_reset(jerk_planner *planner) {
     planner->x = planner->accel = planner->behind_mm = planner->driven = 0.0;
     planner->turned_count = 0;
     forget_plan(planner);
-}
-
-double jerk_speed(const jerk_planner *planner) {
-    return planner->at_rest ? 0.0 : planner->scale * sqrt(planner->x);
-}
-
-void jerk_command_speed(jerk_planner *planner, double speed) {
-    if (!isfinite(speed) || speed == planner->command_speed
-        || (speed < 0.0 && planner->command_speed < 0.0)) {
-        return;
-    }
-    planner->command_speed = speed;
-    planner->changed = true;
 }

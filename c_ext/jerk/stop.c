@@ -2,7 +2,12 @@
  * ramp down to it.  Feed hold: the shortest legal stop on the path, found by
  * halving the distance to the standstill. */
 #include <math.h>
+#include "jerk/path/grid.h"
+#include "jerk/solver/constraints.h"
+#include "jerk/solver/initial_guess.h"
 #include "jerk/state/state.h"
+#include "jerk/stop.h"
+#include "jerk/window.h"
 
 typedef struct brake {
     double top, distance; /* highest speed on the way, mm/s; mm */
@@ -109,7 +114,7 @@ static bool try_stop(jerk_planner *planner, double distance, double found) {
 /* Replace the plan by the shortest stop; the stored tail is the longest that is
  * considered. False if none was found that is shorter by much; given up after
  * so many tries without one. */
-static bool shortest_stop(jerk_planner *planner, int hopeless) {
+bool shortest_stop(jerk_planner *planner, int hopeless) {
     double low = 0.0;
     double high = 0.0;
     bool found = false;
@@ -136,45 +141,4 @@ static bool shortest_stop(jerk_planner *planner, int hopeless) {
 
 bool plan_stop(jerk_planner *planner) {
     return shortest_stop(planner, MAX_HALVINGS);
-}
-
-static double follow(jerk_planner *planner, double seconds) {
-    jerk_law law;
-    double way = 0.0;
-    for (double t = 0.0;
-         t < seconds && jerk_next_within(planner, &law, seconds - t);
-         t += law.time) {
-        way += law.length;
-    }
-    return way;
-}
-
-/* What a hold would do that comes when `later` seconds more are handed out: as
- * it is driven, the plan is followed where no stop is found (planner.c), but it
- * is given up sooner there. `scratch`: made like p, its content is lost. */
-void jerk_stop_preview(const jerk_planner *planner,
-                       jerk_planner *scratch,
-                       double later,
-                       jerk_preview *out) {
-    planner_copy(scratch, planner);
-    *out = (jerk_preview){.before = follow(scratch, later),
-                          .v = jerk_speed(scratch)};
-    scratch->changed = false; /* what comes now is known */
-    scratch->hold = true;
-    for (double step = planner->hold ? planner->again_s : 0.0;
-         !scratch->at_rest;
-         step = fmax(PREVIEW_STEP_S, PREVIEW_GROWS * step)) {
-        out->way += follow(scratch, step);
-        if (scratch->at_rest || (planner->hold && !planner->changed)) {
-            break;
-        }
-        if (shortest_stop(scratch, PREVIEW_TRIES)) {
-            break;
-        }
-    }
-    for (int k = scratch->plan.next;
-         k < scratch->plan.count && !scratch->at_rest;
-         k++) {
-        out->way += scratch->plan.lengths[k];
-    }
 }

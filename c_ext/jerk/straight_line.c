@@ -2,6 +2,7 @@
  * most seven phases of constant path jerk. */
 #include <math.h>
 #include "jerk/state/state.h"
+#include "jerk/straight_line.h"
 
 typedef struct line_limits {
     double v, a, j; /* along the line */

@@ -1,49 +1,10 @@
 /* Laws that were handed out and are not driven after all: they become the
  * beginning of the plan again. */
 #include <string.h>
+#include "jerk/hand_out.h"
+#include "jerk/history.h"
+#include "jerk/path/joints.h"
 #include "jerk/state/state.h"
-
-
-static struct handed *handed_at(const jerk_planner *planner, uint64_t i) {
-    return &planner->handed[i % HANDED_MAX];
-}
-
-/* Segment k of the plan is about to be handed out, as a whole or its beginning:
- * the law. */
-void remember_law(jerk_planner *planner,
-                  int k,
-                  const jerk_law *law,
-                  bool whole) {
-    const plan *pl = &planner->plan;
-    struct handed *handed = handed_at(planner, planner->handed_count++);
-    handed->interval = *ring_at(planner, planner->head);
-    handed->head = planner->head;
-    handed->x = pl->x[k];
-    handed->accel = pl->accel[k];
-    handed->at_x = planner->x;
-    handed->at_u = planner->accel;
-    handed->behind_mm = planner->behind_mm;
-    handed->behind_share = planner->behind_share;
-    handed->driven = planner->driven;
-    handed->at_rest = planner->at_rest;
-    handed->rest_start = pl->rest_start && k == 0;
-    handed->tag = law->tag;
-    handed->offset = law->s0;
-    handed->length = law->length;
-    handed->time = law->time;
-    handed->jerk = law->jerk;
-    handed->snap = law->snap;
-    handed->crackle = law->crackle;
-    handed->pop = law->pop;
-    for (int i = 0; i < 2; i++) {
-        handed->input[i] = pl->input[i][k];
-    }
-    handed->last = whole ? pl->last[k] : 0;
-}
-
-void forget_laws(jerk_planner *planner) {
-    planner->handed_count = 0;
-}
 
 /* The plan moves `by` places up in its arrays. */
 static void shift_plan(plan *pl, int by) {
@@ -117,10 +78,6 @@ static void end_plan(jerk_planner *planner, const struct handed *handed) {
     pl->end = planner->head;
     pl->stands = pl->final =
         handed->last && (handed->interval.flags & JERK_STAND);
-}
-
-int64_t jerk_laws_kept(void) {
-    return HANDED_MAX;
 }
 
 double jerk_take_back(jerk_planner *planner, double seconds) {

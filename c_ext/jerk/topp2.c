@@ -7,9 +7,9 @@
  */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include "jerk/state/state.h"
+#include "jerk/path/ring.h"
 #include "jerk/topp2.h"
+#include "jerk/tuning.h"
 
 typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
                               start and, through x + 2 h u, at the end */

@@ -7,7 +7,9 @@
  */
 #include <math.h>
 #include <stddef.h>
+#include "jerk/path/motion_law.h"
 #include "jerk/state/state.h"
+#include "jerk/verify.h"
 
 typedef struct motion {
     double v, a, j; /* along the path */

@@ -8,6 +8,7 @@
  * leave is there for everything else. Those that turn to and fro do not.
  */
 #include <math.h>
+#include "jerk/path/joints.h"
 #include "jerk/state/state.h"
 
 /* The direction behind a joint less that ahead of it; false: it goes straight

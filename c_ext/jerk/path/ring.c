@@ -1,7 +1,8 @@
 /* The path as it was pushed: a ring of intervals, its entry checks, and the
  * part of an interval. */
 #include <math.h>
-#include <string.h>
+#include "jerk/path/ring.h"
+#include "jerk/path/step_size.h"
 #include "jerk/state/state.h"
 
 static bool finite_interval(const jerk_interval *interval, int axes) {

@@ -1,6 +1,7 @@
 /* How fine the planner's grid has to be along an interval: by what the axes
  * that move there can do, not by the quickest axis of the machine. */
 #include <math.h>
+#include "jerk/path/step_size.h"
 #include "jerk/state/state.h"
 
 typedef struct along {

@@ -2,6 +2,7 @@
  * stage. */
 #include <math.h>
 #include <string.h>
+#include "jerk/solver/constraints.h"
 #include "jerk/state/state.h"
 
 /* Index of a row's coefficient for stage k. */

@@ -1,6 +1,9 @@
 /* Where the solver starts: a speed profile over the grid, then the nearest one
  * that meets the dynamics. */
 #include <math.h>
+#include "jerk/solver/constraints.h"
+#include "jerk/solver/initial_guess.h"
+#include "jerk/solver/riccati.h"
 #include "jerk/state/state.h"
 
 /* What curvature alone allows on a segment. */

@@ -5,6 +5,7 @@
     "-Wpsabi" /* vectors are passed between static functions only */
 #endif
 #define IPM_SOLVE ipm_solve_base
+#include "jerk/solver/interior_point.h"
 #include "jerk/solver/interior_point_core.h"
 
 bool ipm_solve(struct problem *problem, int max_iterations) {

@@ -1,5 +1,5 @@
 /* The solver for processors with AVX2: twice as fast, same results. */
-#include "jerk/state/state.h"
+#include "jerk/solver/interior_point.h"
 #ifdef JERK_AVX2
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3")

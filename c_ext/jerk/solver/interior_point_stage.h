@@ -4,7 +4,7 @@
 #ifndef JERK_IPM_STAGE_H
 #define JERK_IPM_STAGE_H
 #include <math.h>
-#include "jerk/state/state.h"
+#include "jerk/state/problem.h"
 
 static inline vec set1(double v) {
     return (vec){v, v, v, v};

@@ -8,6 +8,7 @@
  * freedom.
  */
 #include <math.h>
+#include "jerk/solver/riccati.h"
 #include "jerk/state/state.h"
 
 typedef struct cost_to_go {
