@@ -1,36 +1,8 @@
 /* How fine the planner's grid has to be along an interval: by what the axes
  * that move there can do, not by the quickest axis of the machine. */
 #include <math.h>
-#include "jerk/state.h"
-
-#define RAMP_PARTS                                                             \
-    6.0 /* planner intervals over the ramp from rest to full acceleration, */
-#define STOP_PARTS 80.0 /* over the way from full speed to rest, */
-#define REST_PARTS                                                             \
-    60.0 /* parts of that ramp next to a standstill, but no more than ... */
-#define JOINED_PARTS                                                           \
-    6.0 /* of that ramp on a line: one interval from rest, whose jerk is       \
-           constant */
-#define FINEST_PARTS 2000.0 /* ... of the longest interval */
-
-#define LONGEST_WAY                                                            \
-    1e4 /* mm: no speed counts that is not reached from rest over it */
-#define SLOW_STEP                                                              \
-    2e-4 /* mm: no interval need be shorter, nor than the way in SLOW_TIME: so \
-            on machines that do less than 1 mm/s, about */
-#define MAX_TURN 0.07 /* rad in one planner interval */
-#define LEAN                                                                   \
-    0.14 /* change of an axis rate over its jerk limit in one planner          \
-            interval, of the largest such rate */
-#define REST_TURN                                                              \
-    0.08 /* of either, from rest: under constant path jerk the axes see nine   \
-            times the change of their rates */
-#define LEAST_PARTS                                                            \
-    16.0 /* of that or of the pushed interval: the finest that an interval is  \
-            made later on */
-#define LITTLE_TURN                                                            \
-    3.0 /* a pushed interval turns next to not at all: this much shorter than  \
-           what it may turn by */
+#include "jerk/path/step_size.h"
+#include "jerk/state/state.h"
 
 typedef struct along {
     double v, a, j; /* limits of the path */
@@ -39,8 +11,8 @@ typedef struct along {
 /* Of a limit of speed, what there is a way to reach: numbers are scaled by it,
  * and so are steps. */
 double reached_speed(double v, double a, double j) {
-    double by_a2 = 2.0 * a * LONGEST_WAY,
-           by_j3 = 4.5 * j * LONGEST_WAY * LONGEST_WAY;
+    double by_a2 = 2.0 * a * LONGEST_WAY;
+    double by_j3 = 4.5 * j * LONGEST_WAY * LONGEST_WAY;
     return v * v <= by_a2 && v * v * v <= by_j3
                ? v
                : fmin(v, fmin(sqrt(by_a2), cbrt(by_j3)));
@@ -50,9 +22,9 @@ double reached_speed(double v, double a, double j) {
  * rest where that ramp is very short. */
 static struct steps steps_for(struct along along) {
     along.v = reached_speed(along.v, along.a, along.j);
-    double a = fmin(along.a, sqrt(along.v * along.j)),
-           ramp = a * a * a / (6.0 * along.j * along.j),
-           stop = 0.5 * along.v * (along.v / a + a / along.j);
+    double a = fmin(along.a, sqrt(along.v * along.j));
+    double ramp = a * a * a / (6.0 * along.j * along.j);
+    double stop = 0.5 * along.v * (along.v / a + a / along.j);
     struct steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
     out.rest = ramp / JOINED_PARTS;
     out.finest =
@@ -66,12 +38,13 @@ static struct steps steps_for(struct along along) {
 static double lean_rate(const jerk_planner *planner,
                         const jerk_interval *interval) {
     double worst = 0.0;
-    for (int e = 0; e < 2; e++) {
-        double most = 0.0, change = 0.0;
+    for (int end = 0; end < 2; end++) {
+        double most = 0.0;
+        double change = 0.0;
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
             double jerk = jerk_max(planner, interval, axis);
-            most = fmax(most, fabs(interval->d1[e][axis]) / jerk);
-            change = fmax(change, fabs(interval->d2[e][axis]) / jerk);
+            most = fmax(most, fabs(interval->d1[end][axis]) / jerk);
+            change = fmax(change, fabs(interval->d2[end][axis]) / jerk);
         }
         if (most > 0.0) {
             worst = fmax(worst, change / most);
@@ -85,13 +58,14 @@ static double lean_rate(const jerk_planner *planner,
  * change of their rate. */
 static double turn_length(const jerk_planner *planner,
                           const jerk_interval *interval) {
-    double start = 0.0, end = 0.0;
+    double start = 0.0;
+    double end = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double rate = fmax(1.0,
-                           fmax(fabs(interval->d1[0][axis]),
-                                fabs(interval->d1[1][axis]))),
-               d0 = interval->d2[0][axis] / rate,
-               d1 = interval->d2[1][axis] / rate;
+        double rate = fmax(
+            1.0,
+            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
+        double d0 = interval->d2[0][axis] / rate;
+        double d1 = interval->d2[1][axis] / rate;
         start += d0 * d0;
         end += d1 * d1;
     }
@@ -167,10 +141,9 @@ struct steps interval_steps(const jerk_planner *planner,
 double jerk_stop_knots(const jerk_config *config) {
     double most = 0.0;
     for (int i = 0; i < config->axes; i++) {
-        double v = reached_speed(config->v_max[i],
-                                 config->a_max[i],
-                                 config->j_max[i]),
-               a = fmin(config->a_max[i], sqrt(v * config->j_max[i]));
+        double v =
+            reached_speed(config->v_max[i], config->a_max[i], config->j_max[i]);
+        double a = fmin(config->a_max[i], sqrt(v * config->j_max[i]));
         most = fmax(
             most,
             0.5 * v * (v / a + a / config->j_max[i])

@@ -2,25 +2,8 @@
  * stage. */
 #include <math.h>
 #include <string.h>
-#include "jerk/state.h"
-
-#define SWELLS                                                                 \
-    1.003 /* path jerk inside an interval over that at its ends that is left   \
-             to the checker, ... */
-#define SWELLS_MOST 1.1 /* ... and the most that is set aside, by the guess */
-#define CALM 1e-2
-#define ENTRY_STAGES 8 /* stages behind the start ... */
-#define ENTRY_SLACK                                                            \
-    0.01 /* ... and what may be added to the limits at the first of them */
-#define SLOW_GAINS                                                             \
-    1.5 /* power of x by which a gain of it counts less: that of the time */
-#define SLOWEST 1e-5 /* share of the largest x below which it counts no more   \
-                      */
-#define LANDING 0.96 /* share of the cap that a ramp down must keep */
-#define IDLE                                                                   \
-    1e-7 /* of its limit, that an axis needs at full speed: it has no rows */
-#define ORDINARY 1e-3 /* of rows by c: those of a machine that does 10 mm/s */
-#define FLOOR 0.2     /* share of the guess below which x may not fall */
+#include "jerk/solver/constraints.h"
+#include "jerk/state/state.h"
 
 /* Index of a row's coefficient for stage k. */
 static inline double *lane(vec *v, int k) {
@@ -57,11 +40,12 @@ static void clear_rows(struct problem *problem) {
     }
     for (int k = 0; k < problem->blocks * LANES; k++) {
         problem->on[k] = problem->weight[k] = problem->calm[k] = 0.0;
-        problem->h[k] = 1.0;
+        problem->lengths[k] = 1.0;
         problem->guess[k] = 1.0;
         problem->x[k] = 1.0;
-        problem->u[k] = problem->c[0][k] = problem->c[1][k] = problem->dx[k] =
-            problem->du[k] = problem->dc[0][k] = problem->dc[1][k] = 0.0;
+        problem->accel[k] = problem->input[0][k] = problem->input[1][k] =
+            problem->dx[k] = problem->du[k] = problem->dc[0][k] =
+                problem->dc[1][k] = 0.0;
     }
 }
 
@@ -94,9 +78,9 @@ static void find_axes(const jerk_planner *planner,
     problem->axes = 0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         bool any = false;
-        for (int k = 0; k < grid->n && !any; k++) {
-            any = moves(planner, grid->seg[k].q, 0, axis)
-                  || moves(planner, grid->seg[k].q, 1, axis);
+        for (int k = 0; k < grid->count && !any; k++) {
+            any = moves(planner, grid->seg[k].interval, 0, axis)
+                  || moves(planner, grid->seg[k].interval, 1, axis);
         }
         if (any) {
             problem->axis[problem->axes++] = axis;
@@ -115,16 +99,16 @@ static void jerk_rows(const jerk_planner *planner,
     double f3 = planner->scale * planner->scale * planner->scale;
     for (int i = 0; i < problem->axes; i++) {
         int axis = problem->axis[i];
-        double w =
-            f3
-            / (segment->share * JERK_USABLE
-               * jerk_max(planner, segment->q, axis) * entry_slack(problem, k));
-        const jerk_interval *interval = segment->q;
+        double weight = f3
+                        / (segment->share * JERK_USABLE
+                           * jerk_max(planner, segment->interval, axis)
+                           * entry_slack(problem, k));
+        const jerk_interval *interval = segment->interval;
         for (int end = 0; end < 2; end++) {
             two_sided *row = jerk_row(problem, k, end, i);
-            *lane(&row->b[0], k) = w * interval->d3[end][axis];
-            *lane(&row->b[1], k) = w * 3.0 * interval->d2[end][axis];
-            *lane(&row->b[2], k) = w * interval->d1[end][axis];
+            *lane(&row->coef[0], k) = weight * interval->d3[end][axis];
+            *lane(&row->coef[1], k) = weight * 3.0 * interval->d2[end][axis];
+            *lane(&row->coef[2], k) = weight * interval->d1[end][axis];
         }
     }
 }
@@ -134,7 +118,7 @@ void tighten_rows(struct problem *problem, int k, double by) {
     for (int end = 0; end < 2; end++) {
         for (int axis = 0; axis < problem->axes; axis++) {
             for (int i = 0; i < 3; i++) {
-                *lane(&jerk_row(problem, k, end, axis)->b[i], k) /= by;
+                *lane(&jerk_row(problem, k, end, axis)->coef[i], k) /= by;
             }
         }
     }
@@ -146,16 +130,16 @@ static void acc_rows(const jerk_planner *planner,
                      int end,
                      int set,
                      int k) {
-    const jerk_interval *interval = segment->q;
+    const jerk_interval *interval = segment->interval;
     for (int i = 0; i < problem->axes; i++) {
         int axis = problem->axis[i];
-        double w =
+        double weight =
             planner->scale * planner->scale
             / (ACC_USABLE * segment->acc[axis]
                * acc_max(planner, interval, axis) * entry_slack(problem, k));
         two_sided *row = acc_row(problem, k, set, i);
-        *lane(&row->b[0], k) = w * interval->d2[end][axis];
-        *lane(&row->b[1], k) = w * interval->d1[end][axis];
+        *lane(&row->coef[0], k) = weight * interval->d2[end][axis];
+        *lane(&row->coef[1], k) = weight * interval->d1[end][axis];
     }
 }
 
@@ -165,28 +149,29 @@ static void mid_rows(const jerk_planner *planner,
                      struct problem *problem,
                      const struct segment *segment,
                      int k) {
-    const jerk_interval *interval = segment->q;
-    double h = interval->length;
+    const jerk_interval *interval = segment->interval;
+    double length = interval->length;
     for (int i = 0; i < problem->axes; i++) {
         int axis = problem->axis[i];
-        double w =
+        double weight =
             planner->scale * planner->scale
             / (ACC_USABLE * segment->acc[axis]
                * acc_max(planner, interval, axis) * entry_slack(problem, k));
         double d1 =
             0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
-            + h
+            + length
                   * (5.0 / 32.0
                          * (interval->d2[0][axis] - interval->d2[1][axis])
-                     + h / 64.0
+                     + length / 64.0
                            * (interval->d3[0][axis] + interval->d3[1][axis]));
         double d2 =
-            15.0 / 8.0 * (interval->d1[1][axis] - interval->d1[0][axis]) / h
+            15.0 / 8.0 * (interval->d1[1][axis] - interval->d1[0][axis])
+                / length
             - 7.0 / 16.0 * (interval->d2[0][axis] + interval->d2[1][axis])
-            + h / 32.0 * (interval->d3[1][axis] - interval->d3[0][axis]);
+            + length / 32.0 * (interval->d3[1][axis] - interval->d3[0][axis]);
         two_sided *row = &problem->mid[(k / LANES) * problem->axes + i];
-        *lane(&row->b[0], k) = w * d2;
-        *lane(&row->b[1], k) = w * d1;
+        *lane(&row->coef[0], k) = weight * d2;
+        *lane(&row->coef[1], k) = weight * d1;
     }
 }
 
@@ -199,14 +184,16 @@ static double cap_at(const jerk_planner *planner,
         fmin(grid->knot_cap[k], fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
     (void)planner;
     if (k == 1 && grid->rest_start) {
-        double h = grid->seg[0].h,
-               u = cbrt(6.0 * h * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
-        cap = fmin(cap, 1.5 * h * u);
+        double length = grid->seg[0].length;
+        double accel =
+            cbrt(6.0 * length * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
+        cap = fmin(cap, 1.5 * length * accel);
     }
-    if (k == grid->n - 1) {
-        double h = grid->seg[k].h, u = cbrt(6.0 * h * grid->seg[k].jerk_down
-                                            * grid->seg[k].jerk_down);
-        cap = fmin(cap, 1.5 * h * u);
+    if (k == grid->count - 1) {
+        double length = grid->seg[k].length;
+        double accel = cbrt(6.0 * length * grid->seg[k].jerk_down
+                            * grid->seg[k].jerk_down);
+        cap = fmin(cap, 1.5 * length * accel);
     }
     return cap;
 }
@@ -221,24 +208,24 @@ static void one_row(struct problem *problem,
                     double bound) {
     struct one_sided *one_sided =
         &problem->one[(k / LANES) * ONE_SIDED_ROWS + row];
-    *lane(&one_sided->b[0], k) = bx;
-    *lane(&one_sided->b[1], k) = bu;
-    *lane(&one_sided->b[2], k) = c0;
-    *lane(&one_sided->b[3], k) = c1;
+    *lane(&one_sided->coef[0], k) = bx;
+    *lane(&one_sided->coef[1], k) = bu;
+    *lane(&one_sided->coef[2], k) = c0;
+    *lane(&one_sided->coef[3], k) = c1;
     *lane(&one_sided->bound, k) = bound;
 }
 
 static bool has_kinks(const jerk_planner *planner, const struct grid *grid) {
-    for (int k = 1; k < grid->n; k++) {
+    for (int k = 1; k < grid->count; k++) {
         for (int axis = 0; axis < planner->cfg.axes; axis++) {
-            const jerk_interval *interval = grid->seg[k - 1].q,
-                                *interval_r = grid->seg[k].q;
-            if (interval->acc_share[axis] != interval_r->acc_share[axis]
+            const jerk_interval *left = grid->seg[k - 1].interval;
+            const jerk_interval *right = grid->seg[k].interval;
+            if (left->acc_share[axis] != right->acc_share[axis]
                 || grid->seg[k - 1].acc[axis] != grid->seg[k].acc[axis]) {
                 return true;
             }
-            if (fabs(interval->d2[1][axis] - interval_r->d2[0][axis])
-                > 1e-9 + 1e-6 * fabs(interval_r->d2[0][axis])) {
+            if (fabs(left->d2[1][axis] - right->d2[0][axis])
+                > 1e-9 + 1e-6 * fabs(right->d2[0][axis])) {
                 return true;
             }
         }
@@ -265,27 +252,27 @@ void problem_from_grid(jerk_planner *planner,
                        double x0,
                        double u0) {
     struct problem *problem = &planner->prob;
-    problem->n = grid->n;
+    problem->count = grid->count;
     find_axes(planner, grid, problem);
     problem->rest_start = grid->rest_start;
     problem->paused = false;
     problem->first = grid->rest_start ? 1 : 0;
-    problem->blocks = (grid->n + 1 + LANES - 1) / LANES;
+    problem->blocks = (grid->count + 1 + LANES - 1) / LANES;
     problem->acc_sets = has_kinks(planner, grid) ? 2 : 1;
     problem->x0 = x0;
     problem->u0 = u0;
-    problem->terminal = 1.5 * grid->seg[grid->n - 1].h;
+    problem->terminal = 1.5 * grid->seg[grid->count - 1].length;
     problem->convex = convex_share(planner);
     clear_rows(problem);
-    for (int k = 0; k < grid->n; k++) {
-        problem->h[k] = grid->seg[k].h;
+    for (int k = 0; k < grid->count; k++) {
+        problem->lengths[k] = grid->seg[k].length;
         if (k >= 1) {
             acc_rows(planner, problem, &grid->seg[k], 0, 0, k);
         }
         if (k >= 1 && problem->acc_sets == 2) {
             acc_rows(planner, problem, &grid->seg[k - 1], 1, 1, k);
         }
-        if (k < problem->first || k > grid->n - 2) {
+        if (k < problem->first || k > grid->count - 2) {
             continue;
         }
         jerk_rows(planner, problem, &grid->seg[k], k);
@@ -307,60 +294,64 @@ static double swell(double x0, double x1) {
  * at the guess. */
 void bound_rows(jerk_planner *planner, const struct grid *grid) {
     struct problem *problem = &planner->prob;
-    double sum = 0.0, top = 0.0;
-    for (int k = 1; k < grid->n; k++) {
+    double sum = 0.0;
+    double top = 0.0;
+    for (int k = 1; k < grid->count; k++) {
         top = fmax(top, problem->guess[k]);
     }
-    for (int k = 1; k < grid->n; k++) {
+    for (int k = 1; k < grid->count; k++) {
         problem->weight[k] =
-            0.5 * (grid->seg[k - 1].h + grid->seg[k].h)
+            0.5 * (grid->seg[k - 1].length + grid->seg[k].length)
             * pow(fmax(problem->guess[k] / top, SLOWEST), -SLOW_GAINS);
         sum += problem->weight[k] * problem->guess[k];
     }
-    for (int k = 1; k < grid->n; k++) {
-        double cap = cap_at(planner, grid, k), xf = problem->guess[k];
+    for (int k = 1; k < grid->count; k++) {
+        double cap = cap_at(planner, grid, k);
+        double xf = problem->guess[k];
         problem->weight[k] /= sum;
         one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
-        double floor = FLOOR * xf;
+        double floor = GUESS_FLOOR * xf;
         if (grid->from_start[k] >= grid->land_from
             && grid->from_start[k] <= grid->land_to && xf > 0.5 * cap) {
             floor = LANDING * cap;
         }
         one_row(problem, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, 0.0, -1.0);
     }
-    for (int k = problem->first; k <= grid->n - 2; k++) {
+    for (int k = problem->first; k <= grid->count - 2; k++) {
         double most = 0.0;
         for (int axis = 0; axis < problem->axes; axis++) {
-            most = fmax(most,
-                        fabs(*lane(&jerk_row(problem, k, 0, axis)->b[2], k)));
+            most =
+                fmax(most,
+                     fabs(*lane(&jerk_row(problem, k, 0, axis)->coef[2], k)));
         }
-        problem->calm[k] = 0.5 * CALM * problem->h[k] / sum * most * most
+        problem->calm[k] = 0.5 * CALM * problem->lengths[k] / sum * most * most
                            * problem->guess[k] * problem->guess[k + 1];
     }
-    for (int k = problem->first; k <= grid->n - 2; k++) {
+    for (int k = problem->first; k <= grid->count - 2; k++) {
         double more = swell(problem->guess[k], problem->guess[k + 1]);
         if (more > SWELLS) {
             tighten_rows(problem, k, SWELLS / fmin(more, SWELLS_MOST));
         }
-        double h = problem->h[k],
-               xf = fmin(problem->guess[k], problem->guess[k + 1]);
-        double c0 = 5.0 / 24.0 * h * h,
-               c1 = h * h / 24.0; /* x in the middle: x + h u + c0 + c1 */
+        double length = problem->lengths[k];
+        double xf = fmin(problem->guess[k], problem->guess[k + 1]);
+        double c0 = 5.0 / 24.0 * length * length;
+        double c1 =
+            length * length / 24.0; /* x in the middle: x + h u + c0 + c1 */
         one_row(problem,
                 ROW_MID_FLOOR,
                 k,
                 -1.0 / xf,
-                -h / xf,
+                -length / xf,
                 -c0 / xf,
                 -c1 / xf,
-                -0.5 * FLOOR);
+                -0.5 * GUESS_FLOOR);
         double cap = fmin(grid->seg[k].soft, grid->seg[k].cap);
         if (k > 0) {
             one_row(problem,
                     ROW_RISE,
                     k,
                     1.0 / cap,
-                    2.0 / 3.0 * h / cap,
+                    2.0 / 3.0 * length / cap,
                     0.0,
                     0.0,
                     1.0);
@@ -369,8 +360,8 @@ void bound_rows(jerk_planner *planner, const struct grid *grid) {
                 ROW_FALL,
                 k,
                 1.0 / cap,
-                4.0 / 3.0 * h / cap,
-                h * h / 3.0 / cap,
+                4.0 / 3.0 * length / cap,
+                length * length / 3.0 / cap,
                 0.0,
                 1.0);
     }

@@ -8,15 +8,8 @@
  * leave is there for everything else. Those that turn to and fro do not.
  */
 #include <math.h>
-#include "jerk/state.h"
-
-#define FREE                                                                   \
-    0.012 /* share of the acceleration limit for which nothing is set aside */
-#define MOST                                                                   \
-    0.75 /* share that joints may use together: else they are passed more      \
-            slowly */
-#define LEAST 0.25   /* share that the motion between them keeps */
-#define NO_TURN 1e-9 /* of the direction */
+#include "jerk/path/joints.h"
+#include "jerk/state/state.h"
 
 /* The direction behind a joint less that ahead of it; false: it goes straight
  * on. */
@@ -68,8 +61,8 @@ static double asked_speed2(const jerk_planner *planner,
     if (planner->command_speed >= 0.0) {
         return x;
     }
-    for (int i = k > 0 ? k - 1 : k; i <= k && i < grid->n; i++) {
-        double v = asked_under(&usual, grid->seg[i].q) / planner->scale;
+    for (int i = k > 0 ? k - 1 : k; i <= k && i < grid->count; i++) {
+        double v = asked_under(&usual, grid->seg[i].interval) / planner->scale;
         if (v * v < x) {
             x = v * v;
         }
@@ -83,26 +76,26 @@ static double rise_over(const jerk_planner *planner,
     double acc = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         acc = fmin(acc,
-                   acc_max(planner, segment->q, axis)
+                   acc_max(planner, segment->interval, axis)
                        / fmax(1e-9,
-                              fmax(fabs(segment->q->d1[0][axis]),
-                                   fabs(segment->q->d1[1][axis]))));
+                              fmax(fabs(segment->interval->d1[0][axis]),
+                                   fabs(segment->interval->d1[1][axis]))));
     }
-    return 2.0 * segment->h * acc / (planner->scale * planner->scale);
+    return 2.0 * segment->length * acc / (planner->scale * planner->scale);
 }
 
 /* The speed at which each knot may be passed, its neighbours being passed no
  * faster than they may. */
 static void top_speeds(const jerk_planner *planner, struct grid *grid) {
     double *x = grid->top;
-    for (int k = 0; k <= grid->n; k++) {
+    for (int k = 0; k <= grid->count; k++) {
         x[k] = asked_speed2(planner, grid, k);
     }
     x[0] = planner->at_rest ? 0.0 : planner->x;
-    for (int k = 1; k <= grid->n; k++) {
+    for (int k = 1; k <= grid->count; k++) {
         x[k] = fmin(x[k], x[k - 1] + rise_over(planner, &grid->seg[k - 1]));
     }
-    for (int k = grid->n - 1; k > 0; k--) {
+    for (int k = grid->count - 1; k > 0; k--) {
         x[k] = fmin(x[k], x[k + 1] + rise_over(planner, &grid->seg[k]));
     }
 }
@@ -111,11 +104,13 @@ static void top_speeds(const jerk_planner *planner, struct grid *grid) {
  * velocity's change there; false: it is a cycle away. */
 static bool add_turn(const jerk_planner *planner,
                      const double *turn,
-                     double d,
+                     double distance,
                      double v,
                      double v1,
                      double *sum) {
-    double cycles = d > 0.0 ? 2.0 * d / ((v + v1) * planner->cfg.cycle_s) : 0.0;
+    double cycles = distance > 0.0
+                        ? 2.0 * distance / ((v + v1) * planner->cfg.cycle_s)
+                        : 0.0;
     if (!(cycles < 1.0)) {
         return false;
     }
@@ -132,17 +127,18 @@ static int turns_around(const jerk_planner *planner,
                         int k,
                         double v,
                         double *sum) {
-    double turn[JERK_AXES], at = grid->from_start[k],
-                            way = 2.0 * v * planner->cfg.cycle_s;
+    double turn[JERK_AXES];
+    double at = grid->from_start[k];
+    double way = 2.0 * v * planner->cfg.cycle_s;
     int count = 0;
     for (int side = -1; side <= 1; side += 2) {
         for (int i = side < 0 ? k : k + 1;
-             i > 0 && i < grid->n && fabs(grid->from_start[i] - at) < way;
+             i > 0 && i < grid->count && fabs(grid->from_start[i] - at) < way;
              i += side) {
             if (grid->seg[i - 1].last
                 && turn_between(planner,
-                                grid->seg[i - 1].q,
-                                grid->seg[i].q,
+                                grid->seg[i - 1].interval,
+                                grid->seg[i].interval,
                                 turn)) {
                 count += add_turn(planner,
                                   turn,
@@ -176,12 +172,13 @@ static double used_at(const jerk_planner *planner,
                       int k,
                       double v,
                       double *used) {
-    double sum[JERK_AXES] = {0.0}, most = 0.0;
+    double sum[JERK_AXES] = {0.0};
+    double most = 0.0;
     if (turns_around(planner, grid, k, v, sum) < 2) {
         return 0.0; /* a single one needs no room */
     }
-    const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].q,
-                        *right = grid->seg[k].q;
+    const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].interval;
+    const jerk_interval *right = grid->seg[k].interval;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         used[axis] = fabs(sum[axis])
                      / (planner->cfg.cycle_s
@@ -198,27 +195,29 @@ static void leave(const jerk_planner *planner,
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         segment->acc[axis] =
             fmin(segment->acc[axis],
-                 fmax(LEAST, 1.0 - fmax(0.0, used[axis] - FREE)));
+                 fmax(JOINTS_LEAST, 1.0 - fmax(0.0, used[axis] - JOINTS_FREE)));
     }
 }
 
 /* What the motion around the joint at knot k, or around the head (k 0), is left
  * with. */
 static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
-    double used[JERK_AXES], v = planner->scale * sqrt(grid->top[k]),
-                            at = grid->from_start[k],
-                            way = v * planner->cfg.cycle_s,
-                            most = used_at(planner, grid, k, v, used);
-    if (most <= FREE) {
+    double used[JERK_AXES];
+    double v = planner->scale * sqrt(grid->top[k]);
+    double at = grid->from_start[k];
+    double way = v * planner->cfg.cycle_s;
+    double most = used_at(planner, grid, k, v, used);
+    if (most <= JOINTS_FREE) {
         return;
     }
-    if (most > MOST && k > 0) {
-        grid->knot_cap[k] = fmin(grid->knot_cap[k], grid->top[k] * MOST / most);
+    if (most > JOINTS_MOST && k > 0) {
+        grid->knot_cap[k] =
+            fmin(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
     }
     for (int i = k - 1; i >= 0 && at - grid->from_start[i + 1] < way; i--) {
         leave(planner, &grid->seg[i], used);
     }
-    for (int i = k; i < grid->n && grid->from_start[i] - at < way; i++) {
+    for (int i = k; i < grid->count && grid->from_start[i] - at < way; i++) {
         leave(planner, &grid->seg[i], used);
     }
 }
@@ -229,12 +228,15 @@ static bool is_joint(const jerk_planner *planner,
                      int k) {
     double turn[JERK_AXES];
     return grid->seg[k - 1].last
-           && turn_between(planner, grid->seg[k - 1].q, grid->seg[k].q, turn);
+           && turn_between(planner,
+                           grid->seg[k - 1].interval,
+                           grid->seg[k].interval,
+                           turn);
 }
 
 void turn_caps(const jerk_planner *planner, struct grid *grid) {
     int first = 0;
-    for (int k = grid->n - 1; k > 0; k--) {
+    for (int k = grid->count - 1; k > 0; k--) {
         if (is_joint(planner, grid, k)) {
             first = k;
         }
@@ -244,7 +246,7 @@ void turn_caps(const jerk_planner *planner, struct grid *grid) {
     }
     top_speeds(planner, grid);
     turn_cap(planner, grid, 0);
-    for (int k = first; k > 0 && k < grid->n; k++) {
+    for (int k = first; k > 0 && k < grid->count; k++) {
         if (is_joint(planner, grid, k)) {
             turn_cap(planner, grid, k);
         }

@@ -1,15 +1,16 @@
 /* The path as it was pushed: a ring of intervals, its entry checks, and the
  * part of an interval. */
 #include <math.h>
-#include <string.h>
-#include "jerk/state.h"
+#include "jerk/path/ring.h"
+#include "jerk/path/step_size.h"
+#include "jerk/state/state.h"
 
 static bool finite_interval(const jerk_interval *interval, int axes) {
-    for (int e = 0; e < 2; e++) {
+    for (int end = 0; end < 2; end++) {
         for (int axis = 0; axis < axes; axis++) {
-            if (!isfinite(interval->d1[e][axis])
-                || !isfinite(interval->d2[e][axis])
-                || !isfinite(interval->d3[e][axis])) {
+            if (!isfinite(interval->d1[end][axis])
+                || !isfinite(interval->d2[end][axis])
+                || !isfinite(interval->d3[end][axis])) {
                 return false;
             }
         }
@@ -61,18 +62,22 @@ static void inside(const jerk_interval *in,
                    double *d1,
                    double *d2,
                    double *d3) {
-    double h = in->length, p = in->d1[0][axis], v = h * in->d2[0][axis],
-           w = 0.5 * h * h * in->d3[0][axis];
-    double dp = in->d1[1][axis] - p - v - w,
-           dv = h * in->d2[1][axis] - v - 2.0 * w,
-           dw = 0.5 * (h * h * in->d3[1][axis] - 2.0 * w);
-    double c3 = 10.0 * dp - 4.0 * dv + dw,
-           c4 = -15.0 * dp + 7.0 * dv - 2.0 * dw, c5 = 6.0 * dp - 3.0 * dv + dw;
-    *d1 = p + t * (v + t * (w + t * (c3 + t * (c4 + t * c5))));
-    *d2 = (v + t * (2.0 * w + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))))
-          / h;
-    *d3 =
-        (2.0 * w + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5))) / (h * h);
+    double length = in->length;
+    double first = in->d1[0][axis];
+    double slope = length * in->d2[0][axis];
+    double bend = 0.5 * length * length * in->d3[0][axis];
+    double first_left = in->d1[1][axis] - first - slope - bend;
+    double slope_left = length * in->d2[1][axis] - slope - 2.0 * bend;
+    double bend_left = 0.5 * (length * length * in->d3[1][axis] - 2.0 * bend);
+    double c3 = 10.0 * first_left - 4.0 * slope_left + bend_left;
+    double c4 = -15.0 * first_left + 7.0 * slope_left - 2.0 * bend_left;
+    double c5 = 6.0 * first_left - 3.0 * slope_left + bend_left;
+    *d1 = first + t * (slope + t * (bend + t * (c3 + t * (c4 + t * c5))));
+    *d2 = (slope
+           + t * (2.0 * bend + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))))
+          / length;
+    *d3 = (2.0 * bend + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)))
+          / (length * length);
 }
 
 double jerk_third(const jerk_interval *interval, double t, int axis) {

@@ -1,32 +1,36 @@
 /* Time laws: over an interval the speed is a polynomial of degree 5 in time. */
 #include <math.h>
-#include "jerk/state.h"
-
-#define DURATION_STEPS 12
-#define CLOSE 1e-13
-#define LEAST_SLOPE                                                            \
-    0.1 /* of the way by the time, over the mean speed: it is one root, and    \
-           stays it with other roundings */
+#include "jerk/path/motion_law.h"
+#include "jerk/tuning.h"
 
 /* Position, speed and acceleration of a law at the time t since its start. */
 void jerk_at(const jerk_law *law, double t, jerk_state *out) {
-    const double j = law->jerk, n = law->snap, c = law->crackle, p = law->pop;
-    out->s =
-        law->s0
-        + t
-              * (law->v0
-                 + t
-                       * (law->a0 / 2
-                          + t
-                                * (j / 6
-                                   + t
-                                         * (n / 24
-                                            + t * (c / 120 + t * p / 720)))));
+    const double j = law->jerk;
+    const double snap = law->snap;
+    const double crackle = law->crackle;
+    const double pop = law->pop;
+    out->s = law->s0
+             + t
+                   * (law->v0
+                      + t
+                            * (law->a0 / 2
+                               + t
+                                     * (j / 6
+                                        + t
+                                              * (snap / 24
+                                                 + t
+                                                       * (crackle / 120
+                                                          + t * pop / 720)))));
     out->v = law->v0
              + t
                    * (law->a0
-                      + t * (j / 2 + t * (n / 6 + t * (c / 24 + t * p / 120))));
-    out->a = law->a0 + t * (j + t * (n / 2 + t * (c / 6 + t * p / 24)));
+                      + t
+                            * (j / 2
+                               + t
+                                     * (snap / 6
+                                        + t * (crackle / 24 + t * pop / 120))));
+    out->a =
+        law->a0 + t * (j + t * (snap / 2 + t * (crackle / 6 + t * pop / 24)));
 }
 
 double law_jerk(const jerk_law *law, double t) {
@@ -47,8 +51,8 @@ void jerk_begin_at(jerk_law *law, double t) {
 
 /* Constant jerk from or to rest, with the speed v at the other end: s = jerk
  * t^3 / 6, v = jerk t^2 / 2, h = v t / 3. */
-static void rest_law(jerk_law *law, double h, double v, bool to_rest) {
-    law->time = 3.0 * h / v;
+static void rest_law(jerk_law *law, double length, double v, bool to_rest) {
+    law->time = 3.0 * length / v;
     law->jerk = 2.0 * v / (law->time * law->time);
     law->snap = law->crackle = law->pop = 0.0;
     law->v0 = to_rest ? v : 0.0;
@@ -58,22 +62,24 @@ static void rest_law(jerk_law *law, double h, double v, bool to_rest) {
 /* Time over h: the integral of the polynomial through the speeds, accelerations
  * and jerks at both ends. NAN: there is none near that of a linear jerk (the
  * speed would all but vanish inside). */
-static double duration(double h,
+static double duration(double length,
                        double v0,
                        double a0,
                        double j0,
                        double v1,
                        double a1,
                        double j1) {
-    double mean = 0.5 * (v0 + v1), turn = (a0 - a1) / 10.0,
-           twist = (j0 + j1) / 120.0;
+    double mean = 0.5 * (v0 + v1);
+    double turn = (a0 - a1) / 10.0;
+    double twist = (j0 + j1) / 120.0;
     double t =
-        2.0 * h / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * h / 3.0)));
+        2.0 * length
+        / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * length / 3.0)));
     for (int i = 0; i < DURATION_STEPS; i++) {
-        double slope = mean + t * (2.0 * turn + 3.0 * t * twist),
-               step = (h - t * (mean + t * (turn + t * twist))) / slope;
+        double slope = mean + t * (2.0 * turn + 3.0 * t * twist);
+        double step = (length - t * (mean + t * (turn + t * twist))) / slope;
         t += step;
-        if (fabs(step) <= CLOSE * t) {
+        if (fabs(step) <= DURATION_CLOSE * t) {
             return slope > LEAST_SLOPE * mean ? t : NAN;
         }
     }
@@ -83,17 +89,19 @@ static double duration(double h,
 /* The law over h between two states and the jerks there: Hermite's polynomial
  * for the speed. */
 void law_between(jerk_law *law,
-                 double h,
+                 double length,
                  double v0,
                  double a0,
                  double j0,
                  double v1,
                  double a1,
                  double j1) {
-    double t = duration(h, v0, a0, j0, v1, a1, j1), t2 = t * t;
-    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2, a = (a1 - a0 - j0 * t) * t,
-           j = (j1 - j0) * t2;
-    law->length = h;
+    double t = duration(length, v0, a0, j0, v1, a1, j1);
+    double t2 = t * t;
+    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2;
+    double a = (a1 - a0 - j0 * t) * t;
+    double j = (j1 - j0) * t2;
+    law->length = length;
     law->v0 = v0;
     law->a0 = a0;
     law->jerk = j0;
@@ -106,29 +114,30 @@ void law_between(jerk_law *law,
 /* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x =
  * 0: it starts at rest, x1 = 0: it ends at rest. */
 void law_from(jerk_law *law,
-              double h,
+              double length,
               double x,
-              double u,
+              double accel,
               double x1,
               double u1,
-              const double c[2],
+              const double input[2],
               double scale) {
-    double f2 = scale * scale, v = scale * sqrt(fmax(0.0, x)),
-           v1 = scale * sqrt(fmax(0.0, x1));
-    law->length = h;
+    double f2 = scale * scale;
+    double v = scale * sqrt(fmax(0.0, x));
+    double v1 = scale * sqrt(fmax(0.0, x1));
+    law->length = length;
     if (x <= 0.0) {
-        rest_law(law, h, v1, false);
+        rest_law(law, length, v1, false);
     } else if (x1 <= 0.0) {
-        rest_law(law, h, v, true);
+        rest_law(law, length, v, true);
     } else {
         law_between(law,
-                    h,
+                    length,
                     v,
-                    f2 * u,
-                    f2 * c[0] * v,
+                    f2 * accel,
+                    f2 * input[0] * v,
                     v1,
                     f2 * u1,
-                    f2 * c[1] * v1);
+                    f2 * input[1] * v1);
     }
 }
 

@@ -5,13 +5,14 @@
     "-Wpsabi" /* vectors are passed between static functions only */
 #endif
 #define IPM_SOLVE ipm_solve_base
-#include "jerk/interior_point_core.h"
+#include "jerk/solver/interior_point.h"
+#include "jerk/solver/interior_point_core.h"
 
-bool ipm_solve(struct problem *b, int max_iterations) {
+bool ipm_solve(struct problem *problem, int max_iterations) {
 #ifdef JERK_AVX2
     if (__builtin_cpu_supports("avx2")) {
-        return ipm_solve_avx2(b, max_iterations);
+        return ipm_solve_avx2(problem, max_iterations);
     }
 #endif
-    return ipm_solve_base(b, max_iterations);
+    return ipm_solve_base(problem, max_iterations);
 }
