@@ -1,16 +1,33 @@
-"""Modal cycles: ``L CYCLE [.. MODAL_MOVE]`` is executed again behind later blocks."""
+"""A subprogram call, and the cycle call that is repeated behind later blocks."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
 
-if TYPE_CHECKING:
-    from cnc_core.frontend.base.flow import Level
-
-    from ..language.calls import Call
+from cnc_core.frontend.base.flow import Level
+from cnc_core.frontend.base.variables import Value
 
 MODAL_MOVE, MODAL_BLOCK = "MODAL_MOVE", "MODAL_BLOCK"
+
+
+@dataclass(frozen=True)
+class Call:
+    """``local``: of the same file.
+
+    ``arguments``: @P values of a cycle call, None for plain calls.
+
+    ``offsets``: of each @P in the block.  ``pattern``, ``retract``: PATTERN_ID
+    and PATTERN_RETRACT. ``modal``: MODAL_MOVE, MODAL_BLOCK or empty.
+    """
+
+    name: str
+    local: bool
+    offset: int
+    arguments: dict[int, Value] | None = None
+    offsets: dict[int, int] = field(default_factory=dict)
+    pattern: int | None = None
+    retract: float | None = None
+    modal: str = ""
 
 
 @dataclass
