@@ -65,9 +65,7 @@ def run(block: Block, folder: Path) -> None:
         command = [sys.executable, str(script)]
     else:
         command = ["bash", "-euo", "pipefail", "-c", block.text.replace(".venv/bin/", "")]
-    done = subprocess.run(
-        command, cwd=where, env=environment, capture_output=True, text=True, timeout=120, check=False
-    )
+    done = subprocess.run(command, cwd=where, env=environment, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, f"block at line {block.line}:\n{block.text}\n{done.stdout}\n{done.stderr}"
 
 

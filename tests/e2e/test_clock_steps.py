@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, command
+from support.command_line import T1, command
+from support.paths import ROOT
 
-ROOT = Path(__file__).resolve().parents[2]
 WALL_CLOCK = re.compile(
     r"\btime\.(time|time_ns|localtime|gmtime|ctime)\(|\bdatetime\.(now|today|utcnow)|\bCLOCK_(REALTIME|TAI)"
     r"|\bgettimeofday|\btime\((NULL|0|&)|FUTEX_CLOCK_REALTIME|\bsem_timedwait|\bpthread_cond_timedwait|\btimer_settime"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome
+from support.command_line import T1, Outcome
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome, command, wait_for_cycle
-from plc_follow import Follow, FollowByHand
+from support.command_line import T1, Outcome, command, wait_for_cycle
+from support.plc.follow import Follow, FollowByHand
 
 from cnc_core import Cell
 

@@ -14,9 +14,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from conftest import T1, command, wait_for_cycle
+from support.command_line import T1, command, wait_for_cycle
+from support.paths import ROOT
 
-sys.path.append(str(Path(__file__).resolve().parents[2] / "bench"))
+sys.path.append(str(ROOT / "bench"))
 from fault_matrix import Fault, clean, one
 
 SAMPLE = [

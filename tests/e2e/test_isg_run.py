@@ -9,8 +9,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-from conftest import command
-from plc_external import Answer
+from support.command_line import command
+from support.plc.external import Answer
 
 from cnc_core import Cell
 

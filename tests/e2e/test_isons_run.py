@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import Outcome
+from support.command_line import Outcome
+from support.paths import PLC_PROGRAMS
 
-PLC = Path(__file__).with_name("plc_isons.py")
+PLC = PLC_PROGRAMS / "isons_inputs.py"
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
 
@@ -74,7 +75,7 @@ ERROR 5
 def test_t31_the_axes_stop_where_they_are(cli: Cli, program: Write) -> None:
     """T-31: G101 when the input trips at 40; the program goes on from there. Without it the error path at 100."""
     part = program(T31, "part.isons")
-    trip = Path(__file__).with_name("plc_isons_trip.py")
+    trip = PLC_PROGRAMS / "isons_trip.py"
     run = cli("run", part, "--plc", trip, "--json", "--out", part.parent / "out").json
     assert run["end"] == "completed", run["errors"]
     demand, counter = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
@@ -106,15 +107,13 @@ def test_a_dialog_without_answers_ends_the_run(cli: Cli, program: Write) -> None
 
 
 @pytest.mark.parametrize("from_hold", [False, True])
-def test_a_stop_executes_its_macro(
-    cli: Cli, program: Write, monkeypatch: pytest.MonkeyPatch, from_hold: bool
-) -> None:
+def test_a_stop_executes_its_macro(cli: Cli, program: Write, monkeypatch: pytest.MonkeyPatch, from_hold: bool) -> None:
     """The PLC stops the program: the axes brake, M_STOP is executed from there, the run ends as aborted."""
     part = program("OPT M_STOP 20\nF6\nG1X50\nX90\n", "part.isons")
-    (part.parent / "M20.isons").write_text("ADD_VAR $_Q0\nG0Z5\nADD_VAR $_R2\nSAVE_VAR \"at.txt\"\n")
+    (part.parent / "M20.isons").write_text('ADD_VAR $_Q0\nG0Z5\nADD_VAR $_R2\nSAVE_VAR "at.txt"\n')
     if from_hold:
         monkeypatch.setenv("HLI_COSIM_STOP_FROM_HOLD", "1")
-    plc = Path(__file__).with_name("plc_isons_stop.py")
+    plc = PLC_PROGRAMS / "isons_stop.py"
     run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
     assert run["end"] == "aborted"
     x, z = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())
@@ -122,7 +121,7 @@ def test_a_stop_executes_its_macro(
     assert z == 5
 
 
-PAUSED = Path(__file__).with_name("plc_isons_pause.py")
+PAUSED = PLC_PROGRAMS / "isons_pause.py"
 MACROS = {
     "M30.isons": "GLOBAL $X $Y\n$X=$_Q0\n$Y=$_Q1\nG0Z5\nG0X-3\n",
     "M31.isons": 'GLOBAL $X $Y\nG1X[$X]Y[$Y]\nG62\nADD_VAR $_C0-$_Q0\nSAVE_VAR "back.txt"\n',
@@ -178,7 +177,7 @@ def test_t27_events_reach_the_plc_where_the_path_passes_them(cli: Cli, program: 
         'ADD_VAR $_K0\nADD_VAR $_K1\nADD_VAR $_K2\nADD_VAR $_K3\nSAVE_VAR "seen.txt"\n'
     )
     part = program(text, "part.isons")
-    plc = Path(__file__).with_name("plc_isons_event.py")
+    plc = PLC_PROGRAMS / "isons_event.py"
     run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
     assert run["end"] == "completed", run["errors"]
     seen = [float(line) for line in (part.parent / "out" / "seen.txt").read_text().split()]
@@ -193,7 +192,7 @@ def test_a_retrace_ends_with_its_macro(cli: Cli, program: Write) -> None:
     part = program("OPT M_GORETRACE 40\nGLOBAL $N\n$N=5\nG60F6\nG1X20\nX60\n", "part.isons")
     macro = part.parent / "M40.isons"
     macro.write_text('GLOBAL $N\n$_O3=1\nADD_VAR $_X7\nADD_VAR $N\nADD_VAR $_Q0\nSAVE_VAR "at.txt"\n')
-    plc = Path(__file__).with_name("plc_isons_retrace.py")
+    plc = PLC_PROGRAMS / "isons_retrace.py"
     run = cli("run", part, "--plc", plc, "--json", "--out", part.parent / "out").json
     assert run["end"] == "completed", run["errors"]
     kind, shared, place = (float(line) for line in (part.parent / "out" / "at.txt").read_text().split())

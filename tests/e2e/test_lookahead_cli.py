@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome
+from support.command_line import T1, Outcome
 
 from cnc_core import Cell
 

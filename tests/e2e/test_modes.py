@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from conftest import Outcome
+from support.command_line import Outcome
+from support.paths import PLC_PROGRAMS
 
-PLC = Path(__file__).with_name("plc_modes.py")
+PLC = PLC_PROGRAMS / "modes.py"
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fake_cnc import unique_name
-from plc_same import SameEverywhere
-from processes import end, leftovers, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
+from support.fake_cnc import unique_name
+from support.plc.same_everywhere import SameEverywhere
+from support.processes import end, start_cnc, start_plc
 
 import hli
 from cnc_core import Cell, CncError

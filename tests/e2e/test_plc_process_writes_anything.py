@@ -7,17 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome
+from support.command_line import T1, Outcome
+from support.paths import PLC_PROGRAMS, TESTS
 
-HOSTILE = Path(__file__).with_name("plc_hostile.py")
-TESTS = HOSTILE.parents[1]
+HOSTILE = PLC_PROGRAMS / "writes_anything.py"
 
 
 def test_scribbling_plc_changes_no_sample(
     cli: Callable[..., Outcome], program: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The recorded path is bit for bit that of a run beside the default PLC."""
-    monkeypatch.setenv("PYTHONPATH", f"{TESTS}:{TESTS / 'unit'}")
+    monkeypatch.setenv("PYTHONPATH", str(TESTS))
     part = program(T1)
     quiet = cli("run", part, "--record", "quiet.npz", "--json")
     hostile = cli("run", part, "--plc", HOSTILE, "--record", "hostile.npz", "--json")
@@ -34,7 +34,7 @@ def test_random_mode_commands_do_not_kill_the_cnc(
     cli: Callable[..., Outcome], program: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Wrong modes, states and program names (too long ones too) are refused and reported."""
-    monkeypatch.setenv("PYTHONPATH", f"{TESTS}:{TESTS / 'unit'}")
+    monkeypatch.setenv("PYTHONPATH", str(TESTS))
     monkeypatch.setenv("HOSTILE_MODES", "1")
     done = cli("run", program(T1), "--plc", HOSTILE, "--json", timeout=100)
     assert "Traceback" not in done.err

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 from shapely import affinity, contains_xy
 from shapely.geometry import box
+from support.paths import EXAMPLES
 
 from cnc_core import Cell
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "pocket_pattern"
+EXAMPLE = EXAMPLES / "pocket_pattern"
 PLACES = [(100.0, 0.0, 0.0, 0.0), (100.0, 100.0, 5.0, 60.0), (0.0, 100.0, 10.0, 0.0)]
 PAT_1 = """T8 D8
 M6

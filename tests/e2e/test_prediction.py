@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from plc_foresight import Hold300, Hold520, Note
+from support.plc.prediction import Hold300, Hold520, Note
 
 from cnc_core import Cell
 from plc_client import task

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import Outcome
-from inside import Inside
+from support.command_line import Outcome
+from support.inside import Inside
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]

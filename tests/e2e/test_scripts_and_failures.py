@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import T1, Outcome, command, wait_for_cycle
+from support.command_line import T1, Outcome, command, wait_for_cycle
 
 from hli import layout
 from plc_client import connect

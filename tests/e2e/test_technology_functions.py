@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plc_techno import NeverFetches, Techno
+from support.plc.technology import NeverFetches, Techno
 
 from cnc_core import Cell
 from cnc_core.config import SYNCH

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drive import FloatArray
 from scipy.optimize import linprog
 from scipy.sparse import diags, vstack
+from support.drive import FloatArray
 
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.planning import plan_program

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drive import FloatArray, curve_rows
 from scipy.interpolate import CubicSpline
 from scipy.optimize import linprog
 from scipy.sparse import diags, vstack
-from test_curve_pieces import cell_of, pieces, spline
+from support.curve_pieces import cell_of, pieces, spline
+from support.drive import FloatArray, curve_rows
 
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import AxisConfig, CellConfig

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from drive import FloatArray, curve_rows, drive, ratios
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
-from test_curve_pieces import cell_of, pieces
+from support.curve_pieces import cell_of, pieces
+from support.drive import FloatArray, curve_rows, drive, ratios
 
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig

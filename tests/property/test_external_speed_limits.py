@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from drive import FloatArray, curve_rows, line_rows, ratios
-from fake_cnc import unique_name
-from test_curve_pieces import cell_of, pieces, spline
+from support.curve_pieces import cell_of, pieces, spline
+from support.drive import FloatArray, curve_rows, line_rows, ratios
+from support.fake_cnc import unique_name
 
 import hli
 from cnc_core.blocks import BlockBatch

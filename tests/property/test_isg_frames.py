@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, PIECE, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
 from cnc_core.geometry.polynomial import coefficients
 from cnc_core.kinematics.osai import CHAINS
 from cnc_core.program import Program
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "five_axis"
 
 
 def matrix(values: np.ndarray) -> np.ndarray:
@@ -78,7 +77,7 @@ def test_random_stacks_of_frames(tmp_path, seed):
 def test_random_five_axis_programs(tmp_path, name, seed):
     """Every piece stays within 0.1 um of its programmed line or helix, wherever one looks."""
     rng = np.random.default_rng([seed, len(name)])
-    cell = load_config(EXAMPLES / f"{name}.toml")
+    cell = load_config(FIVE_AXIS / f"{name}.toml")
     tilt, last = "A" if name == "table_table" else "B", (0.0, 0.0)
     lines = ["T1 D1", "#TRAFO ON", "G00 X0 Y0 Z90", "F3000"]
     if seed % 2:

@@ -7,7 +7,7 @@ import random
 
 import numpy as np
 import pytest
-from isons_programs import run
+from support.isons_programs import run
 
 from cnc_core.blocks import CIRCULAR
 from cnc_core.errors import CncError
@@ -237,7 +237,59 @@ def test_corners_agree_with_another_construction(tmp_path, seed):
     assert (out.moves["type"] == CIRCULAR).sum() == (0 if bevel else len(served))
 
 
-WORDS = ["G0", "G1", "G2", "X5", "Y-3", "I2", "R4", "F1", "G91", "G90", "[", "]", "$A", "=", "(", ")", "+", "IF", "LOOP", "3", "END_LOOP", "END_IF", "ELSE", "GOTO", "@L", "G50", "Z30", "G41", "G40", "D5", "T1", "HM1", "M3", "DIM", "$A[3]", '"', ",", "G1051", "DX1", "OX1", "USER_ZERO", "G54", "PA[0]", "G30", "A20", "WAIT_INPUT", "GET_VAR", "1.5", "G62", "N5", "//"]  # noqa: E501
+WORDS = [
+    "G0",
+    "G1",
+    "G2",
+    "X5",
+    "Y-3",
+    "I2",
+    "R4",
+    "F1",
+    "G91",
+    "G90",
+    "[",
+    "]",
+    "$A",
+    "=",
+    "(",
+    ")",
+    "+",
+    "IF",
+    "LOOP",
+    "3",
+    "END_LOOP",
+    "END_IF",
+    "ELSE",
+    "GOTO",
+    "@L",
+    "G50",
+    "Z30",
+    "G41",
+    "G40",
+    "D5",
+    "T1",
+    "HM1",
+    "M3",
+    "DIM",
+    "$A[3]",
+    '"',
+    ",",
+    "G1051",
+    "DX1",
+    "OX1",
+    "USER_ZERO",
+    "G54",
+    "PA[0]",
+    "G30",
+    "A20",
+    "WAIT_INPUT",
+    "GET_VAR",
+    "1.5",
+    "G62",
+    "N5",
+    "//",
+]
 
 
 @pytest.mark.parametrize("seed", range(150))

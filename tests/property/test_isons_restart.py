@@ -1,11 +1,11 @@
 """Restart: a program taken up at any line or marker goes on as if it had never been interrupted."""
 
 import random
-from pathlib import Path
 
 import numpy as np
 import pytest
-from isons_programs import CELL
+from support.isons_programs import CELL
+from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, EVENT, EVENT_OVERRIDE, LINEAR, PIECE, POLYNOMIAL, M, S, T
 from cnc_core.config import load_config, parse_config
@@ -143,9 +143,7 @@ def test_positions_are_known_behind_a_restart(tmp_path):
         assert (reader.store.scope.values["B"], reader.store.scope.values["A"]) == (1, 7)
 
 
-@pytest.mark.parametrize(
-    "head", ["G41", "G30R0.4A20", "G69X200\nG72X1Y20Z4A0.3", 'WRITE_PARMAC "MILD_X" 200\nG49X']
-)
+@pytest.mark.parametrize("head", ["G41", "G30R0.4A20", "G69X200\nG72X1Y20Z4A0.3", 'WRITE_PARMAC "MILD_X" 200\nG49X'])
 @pytest.mark.parametrize("restart", [Restart(11), Restart(marker="K", value=1)])
 def test_go_block_macro_where_the_path_reaches_back(tmp_path, head, restart):
     """The macro is executed from where the axes are, then comes the rest of the same path; what it sets is its own."""
@@ -273,7 +271,7 @@ def test_restart_beside_the_end_of_compensation(tmp_path, line):
 
 def test_restart_under_rtcp(tmp_path):
     """The tip's path goes on from where the axes would be."""
-    cell = load_config(Path(__file__).resolve().parents[2] / "examples" / "five_axis" / "head_head.toml")
+    cell = load_config(FIVE_AXIS / "head_head.toml")
     path = tmp_path / "part.isons"
     path.write_text("G103 Z80\nF3\nG0X10Y20Z200\nG104\nG1C30B20\nX50\nC10\nG105\nG1Z300\n")
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from inside import Inside, legal
+from support.inside import Inside, legal
 
 FloatArray = npt.NDArray[np.float64]
 CONFIG = "[channel.m_synch]\n" + "".join(f'{50 + i}="{t}"\n' for i, t in enumerate(("MOS", "MVS_SVS", "MNS_SNS")))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drive import FloatArray, drive, line_rows, ratios
+from support.drive import FloatArray, drive, line_rows, ratios
 
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine

@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
+from support.osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
 
 from cnc_core.blocks import EXACT_STOP, RAPID
 from cnc_core.config import parse_config
@@ -376,9 +376,7 @@ def test_scale_and_mode_of_jerk(shop):
     """JRK Jrs scales every jerk; Mode DIS leaves those of DIN and of the machine aside."""
     jerks = {}
     for jrk in ("(JRK,ENA)", "(JRK,AXI,0.5)", "(JRK,DIS,0.5)"):
-        shop_result = plan_program(
-            shop.profile("X0Y0Z0F3000\nX60", strict(jrk), programmed=False), keep_samples=True
-        )
+        shop_result = plan_program(shop.profile("X0Y0Z0F3000\nX60", strict(jrk), programmed=False), keep_samples=True)
         jerks[jrk] = measured(shop_result, 0, 3)
     assert jerks["(JRK,ENA)"] == pytest.approx(6000.0, rel=0.03)
     assert jerks["(JRK,AXI,0.5)"] == pytest.approx(3000.0, rel=0.03)

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commanded import config, drive, over_limits, program
-from inside import Inside
+from support.commanded import config, drive, over_limits, program
+from support.inside import Inside
 
 CASES = [(seed, options) for options in ("", "c", "f", "n", "nc", "nf") for seed in range(6)]
 # the path is fed anew where it stands; a hold over an inserted stop, twice; a step over a stretch that was cut anew

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cnc_core._engine import lib
-from commanded import config, drive, program
-from inside import FloatArray, Inside
+from support.commanded import config, drive, program
+from support.inside import FloatArray, Inside
 
 from cnc_core.engine import Event
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drive import FloatArray, line_rows
-from test_smoothing import derivatives, distance, executed, judge, sampled, smooth
+from support.drive import FloatArray, line_rows
+from support.smoothed_paths import derivatives, distance, executed, judge, sampled, smooth
 
 from cnc_core.blocks import NC_BLOCK, POLYNOMIAL, SMOOTHING
 from cnc_core.geometry.smoothing import SmoothingMachine

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from drive import FloatArray, drive, ratios
+from support.drive import FloatArray, drive, ratios
 
 from cnc_core.blocks import CIRCULAR, LINEAR, NC_BLOCK
 from cnc_core.config import AxisConfig, CellConfig

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from inside import FloatArray, Inside
 
 from cnc_core.config import CellConfig
 from cnc_core.engine import Event
 from cnc_core.errors import CncError
+from support.inside import FloatArray, Inside
 
 CYCLES = 3500
 RELEASED = 3000  # from this cycle on nothing holds the path any more

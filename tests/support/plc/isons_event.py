@@ -1,4 +1,4 @@
-"""PLC program of test_isons_run.py: notes every G100 with the distance at which it was seen."""
+"""PLC of ``test_isons_run.py``: notes every G100 with the distance at which it was seen."""
 
 from __future__ import annotations
 

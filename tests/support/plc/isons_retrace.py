@@ -1,4 +1,4 @@
-"""PLC program of test_isons_run.py: drives 10 mm back behind 25 mm, then forward; tells where output 3 comes."""
+"""PLC of ``test_isons_run.py``: drives 10 mm back behind 25 mm, then forward; tells where output 3 comes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PLC program of test_isons_run.py: input 0 comes when the path has driven 40 mm."""
+"""PLC of ``test_isons_run.py``: input 0 comes when the path has driven 40 mm."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PLC program of test_modes.py: starts, holds, aborts, restarts and selects programs; tells what it saw."""
+"""PLC program of ``e2e/test_modes.py``: starts, holds, aborts, restarts and selects programs; tells what it saw."""
 
 from __future__ import annotations
 

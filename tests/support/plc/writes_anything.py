@@ -6,7 +6,7 @@ import os
 from typing import Any
 
 import numpy as np
-from test_hostile_plc import bytes_of
+from support.every_byte import bytes_of
 
 from hli import layout
 from plc_client import task

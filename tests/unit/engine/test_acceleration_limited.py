@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drive import drive, line_rows, ratios
+from support.drive import drive, line_rows, ratios
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from inside import Inside, legal
+from support.inside import Inside, legal
 
 from cnc_core.cnc_process import NO_FUNCTIONS
 from cnc_core.engine import Event

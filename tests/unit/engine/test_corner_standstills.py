@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inside import Inside, legal
+from support.inside import Inside, legal
 
 from cnc_core.config import CellConfig
 from cnc_core.planning import plan_program

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Outcome
-from drive import line_rows
+from support.command_line import Outcome
+from support.drive import line_rows
 
 from cnc_core.blocks import NC_BLOCK, POLYNOMIAL, BlockBatch
 from cnc_core.config import CellConfig, parse_config

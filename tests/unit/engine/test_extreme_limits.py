@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from drive import drive, line_rows, ratios
+from support.drive import drive, line_rows, ratios
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.jerk_planner import JerkPlanner, Limits, intervals_from_knots, run

@@ -6,11 +6,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from drive import FloatArray, curve_rows, drive, line_rows
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.optimize import linprog
 from scipy.sparse import csr_matrix
+from support.drive import FloatArray, curve_rows, drive, line_rows
 
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine
@@ -233,9 +233,7 @@ def shortest_by_programs(path: Arc, s: FloatArray, dt: float, acc: FloatArray, j
 LONGER = pytest.mark.xfail(reason="1.09: the shorter stop is missed by halving the distance (docs/planner.md, Limits)")
 
 
-@pytest.mark.parametrize(
-    "seconds", [0.3, pytest.param(0.45, marks=LONGER), 0.6, 0.75, 0.9, 1.05, 1.35, 1.5, 1.65, 1.8]
-)
+@pytest.mark.parametrize("seconds", [0.3, pytest.param(0.45, marks=LONGER), 0.6, 0.75, 0.9, 1.05, 1.35, 1.5, 1.65, 1.8])
 def test_a_hold_on_a_circle_with_a_slow_axis(seconds: float) -> None:
     """A sixtieth of the other's jerk: at most 1.05 of the shortest stop that linear programs find at 5 ms."""
     dt, acc, jerk = 0.005, np.array([19220.0, 7107.0, 3637.0]), np.array([4410.0, 267000.0, 58920.0])

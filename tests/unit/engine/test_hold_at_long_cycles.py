@@ -6,7 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
-from inside import Inside
+from support.inside import Inside
 
 from cnc_core.engine import Event
 

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commanded import NO_JERK
-from inside import Inside
+from support.commanded import NO_JERK
+from support.inside import Inside
 
 
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "no jerk"])

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cnc_core._engine import ffi, lib
-from commanded import config, drive, over_limits, program
-from inside import Inside
+from support.commanded import config, drive, over_limits, program
+from support.inside import Inside
 
 from cnc_core.engine import Event
 

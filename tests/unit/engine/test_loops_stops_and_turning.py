@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inside import Inside, legal
+from support.inside import Inside, legal
 
 LOOP = "#RT WHILE\nN30 G1 X10 F6000\nN40 Y10\nN50 X0 Y0\n#RT ENDWHILE\nN70 X-5\n"
 

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
-from inside import Inside
+from support.inside import Inside
 
 CONFIG = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT | FCT_CALC_POS_V_0"\n'
 LINE = "G1 X200 F12000\n"

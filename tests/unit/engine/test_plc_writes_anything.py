@@ -5,19 +5,17 @@ from __future__ import annotations
 import ctypes
 import resource
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
-from inside import Inside, legal
+from support.every_byte import bytes_of
+from support.inside import Inside, legal
 
 from cnc_core.engine import Event
 from hli import layout
 
-AXES = 3
 HARMLESS = (Event.DONE, Event.PROGRAM_END, Event.WATCHDOG, Event.RECORD_FULL, Event.RETRACED)
 PROGRAM = """N10 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
 N20 G01 X30 Y0 F6000
@@ -27,32 +25,6 @@ N50 G02 X0 Y70 I0 J10
 N60 #CONTOUR LOOKAHEAD LOG OFF [PARAM=2]
 """ + "".join(f"N{100 + k} G01 X{k % 7} Y{(k * k) % 11} F8000\n" for k in range(60))
 SPECIAL = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, -1.0, 1e308, -1e308, 5e-324, 1e9, 4294967296.0, -0.5, 127.9])
-
-
-def leaves(structure: Any, offset: int = 0, name: str = "") -> Iterator[tuple[str, int, int]]:
-    """(name, offset, size) of every simple member."""
-    for field, declared in structure._fields_:
-        at, kind, count = offset + getattr(structure, field).offset, declared, 1
-        while issubclass(kind, ctypes.Array):
-            kind, count = kind._type_, count * kind._length_
-        for k in range(count):
-            if issubclass(kind, ctypes.Structure):
-                yield from leaves(kind, at + k * ctypes.sizeof(kind), f"{name}.{field}")
-            else:
-                yield f"{name}.{field}", at + k * ctypes.sizeof(kind), ctypes.sizeof(kind)
-
-
-def bytes_of(keep_out: tuple[str, ...]) -> npt.NDArray[np.int64]:
-    """Offsets of the bytes of channel 0 and the first axes, without the members whose name ends so."""
-    areas = [(layout.HLI_CHANNEL, layout.HLI_SEGMENT.channel.offset)]
-    size = ctypes.sizeof(layout.HLI_AXIS)
-    areas += [(layout.HLI_AXIS, layout.HLI_SEGMENT.axis.offset + i * size) for i in range(AXES)]
-    offsets = []
-    for structure, base in areas:
-        for name, at, n in leaves(structure, base):
-            if not name.endswith(keep_out):
-                offsets += range(at, at + n)
-    return np.array(offsets)
 
 
 class Hostile:

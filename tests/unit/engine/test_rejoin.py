@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from commanded import NO_JERK, config, drive, over_limits, program
-from inside import FloatArray, Inside, legal
+from support.commanded import NO_JERK, config, drive, over_limits, program
+from support.inside import FloatArray, Inside, legal
 
 from cnc_core.engine import Event
 

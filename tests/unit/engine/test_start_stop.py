@@ -6,7 +6,7 @@ import os
 import threading
 from pathlib import Path
 
-from fake_cnc import unique_name
+from support.fake_cnc import unique_name
 
 from cnc_core.config import parse_config
 from cnc_core.engine import Engine

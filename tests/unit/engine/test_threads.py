@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inside import Inside, legal
+from support.inside import Inside, legal
 
 from cnc_core.engine import Event
 from hli import layout

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drive import FloatArray, curve_rows, drive, line_rows, ratios
-from inside import Inside, legal
+from support.drive import FloatArray, curve_rows, drive, line_rows, ratios
+from support.inside import Inside, legal
 
 from cnc_core.config import parse_config
 from cnc_core.planning import plan_program

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from inside import Inside
-from osai_programs import SETUP_3, Workshop, changed
+from support.inside import Inside
+from support.osai_programs import SETUP_3, Workshop, changed
 
 from cnc_core.geometry.profile_filter import _Caps, _opened
 from cnc_core.planning import plan_program

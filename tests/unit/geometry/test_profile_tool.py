@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
+from support.osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
 
 from cnc_core.blocks import BY_PARAMETER, EXACT_STOP, LINEAR, POLYNOMIAL
 from cnc_core.config import parse_config
@@ -503,9 +503,9 @@ def test_location_in_the_centre_and_feed_along_the_arc(shop):
     batches = list(shop.profile("X10Y20Z30m0.6n0o0.8F1000\nX11", setup, cell=cell).batches())
     approach = next(row for b in batches for row in b.rows if row["type"] == LINEAR)
     assert approach["end"][:3] == pytest.approx([19.2, 20, 31.6])
-    (_, _, row), = curves(shop.profile(GROUP_3, POL_3, cell=cell))
+    ((_, _, row),) = curves(shop.profile(GROUP_3, POL_3, cell=cell))
     assert not row["flags"] & BY_PARAMETER
-    (_, _, row), = curves(shop.profile(GROUP_3, POL_3))
+    ((_, _, row),) = curves(shop.profile(GROUP_3, POL_3))
     assert row["flags"] & BY_PARAMETER
     with pytest.raises(CncError, match="did you mean 'location'"):
         parse_config('[osai]\nlocatoin = "centre"\n')

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from fake_cnc import elements, unique_name
 from hli._sync import ffi, lib
+from support.fake_cnc import elements, unique_name
 
 import hli
 from hli import bench, layout

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from fake_cnc import unique_name
 from hli._sync import lib
+from support.fake_cnc import unique_name
 
 import hli
 from hli import layout

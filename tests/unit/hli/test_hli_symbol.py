@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 import pytest
-from fake_cnc import unique_name
+from support.fake_cnc import unique_name
 
 import hli
 from hli.symbol import SymbolError

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from fake_cnc import unique_name
+from support.fake_cnc import unique_name
 
 import hli
 from hli import HliNotConfigured, layout

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drive import ratios
+from support.drive import ratios
 
 from cnc_core.config import parse_config
 from cnc_core.planning import plan_program

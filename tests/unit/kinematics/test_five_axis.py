@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from inside import Inside, legal
 from scipy.spatial.transform import Rotation
+from support.inside import Inside, legal
+from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, PIECE, TANGENTS, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
@@ -16,7 +17,6 @@ from cnc_core.errors import CncError
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
-ROOT = Path(__file__).resolve().parents[2] / "examples" / "five_axis"
 L = 80.0
 Z = np.array([0, 0, 1.0])
 
@@ -105,7 +105,7 @@ PLANE = Rotation.from_euler("ZYX", (30, 25, 0), degrees=True)
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_tip_follows_a_tilted_contour(name, tmp_path):
     """Within 1 um of the programmed contour, at the programmed feed, the tool along the plane's normal, limits kept."""
-    cell = load_config(ROOT / f"{name}.toml")
+    cell = load_config(FIVE_AXIS / f"{name}.toml")
     result = plan(tmp_path, cell, PROGRAM)
     q, block = result.samples["pos"], result.samples["block"]
     tip, direction = MACHINES[name](q)
@@ -138,7 +138,7 @@ G01 {tilt}10 C-20
 G02 X60 Y30 Z80 I10 J0 {tilt}30 C20
 G01 X0 Y0 Z100 {tilt}0 C0
 """
-    cell = load_config(ROOT / f"{name}.toml")
+    cell = load_config(FIVE_AXIS / f"{name}.toml")
     if not jerk:
         axes = {n: a.model_copy(update={"j_max_mm_s3": 0.0}) for n, a in cell.axes.items()}
         cell = cell.model_copy(update={"axes": axes})
@@ -163,7 +163,7 @@ def test_compensation_acts_in_the_tilted_plane(tmp_path):
     text = text.replace("N70 G01 Z0 F2400", "N70 G01 Z0 F2400\nN75 G42 G01 X0 Y0").replace(
         "N140 G00 Z20", "N135 G40 G01 X-12 Y-12\nN140 G00 Z20"
     )
-    result = plan(tmp_path, load_config(ROOT / "head_head.toml"), text)
+    result = plan(tmp_path, load_config(FIVE_AXIS / "head_head.toml"), text)
     tip, _ = head_head(result.samples["pos"])
     rows = np.unique(result.samples["block"])
     local = PLANE.inv().apply(tip - (10, 5, 20))
@@ -178,13 +178,13 @@ def test_the_example_program_runs_on_all_three(tmp_path):
     """The programs beside the example cells are planned without errors."""
     for name in MACHINES:
         program = "tilted_plane_a.nc" if name == "table_table" else "tilted_plane.nc"
-        result = plan_program(Program(ROOT / program, load_config(ROOT / f"{name}.toml"), "isg"))
+        result = plan_program(Program(FIVE_AXIS / program, load_config(FIVE_AXIS / f"{name}.toml"), "isg"))
         assert result.path_deviation_mm < 1e-4
 
 
 def test_limits_are_those_of_the_axes(tmp_path):
     """A tip that is in reach for the tip is refused where an axis is not, with its block and before anything moves."""
-    cell = load_config(ROOT / "head_head.toml")
+    cell = load_config(FIVE_AXIS / "head_head.toml")
     with pytest.raises(CncError) as wrong:
         plan(tmp_path, cell, "G00 T1 D1\n#TRAFO ON\nG00 X0 Y0 Z-200\nN7 G01 B90 F500\n")
     assert (wrong.value.code, wrong.value.place.line) == (903001, 4)
@@ -195,7 +195,7 @@ def test_what_the_plc_sees_is_the_programmed_contour(tmp_path):
     """Elements keep type, radius, length, N; pieces cover them; other rows keep their places."""
     path = tmp_path / "part.nc"
     path.write_text(PROGRAM.replace("N100", "#CONTOUR LOOKAHEAD LOG ON [PARAM=5]\nN100 M8"))
-    program = Program(path, load_config(ROOT / "table_table.toml"), "isg")
+    program = Program(path, load_config(FIVE_AXIS / "table_table.toml"), "isg")
     rows = np.concatenate([b.rows for b in program.batches()])
     seen = rows[(rows["type"] <= 3) & (rows["flags"] & PIECE == 0)]
     arc = seen[seen["n"] == 90][0]
@@ -286,7 +286,7 @@ def test_elements_name_the_tangents_of_the_tip(tmp_path):
     """Over several switches of coordinates in one batch: unit tangents along the programmed lines and arcs."""
     path = tmp_path / "part.nc"
     path.write_text(PROGRAM + "#CS ON [1,2,3,40,50,60]\n")
-    cell = load_config(ROOT / "head_table.toml")
+    cell = load_config(FIVE_AXIS / "head_table.toml")
     shown, found = {}, {}
     for programmed in (True, False):
         for batch in Program(path, cell, "isg", programmed=programmed).batches():
@@ -321,7 +321,7 @@ def test_elements_name_the_tangents_of_the_tip(tmp_path):
 def test_control_by_the_plc_keeps_the_tip_on_its_path(seed, tmp_path):
     """Backward motion, feed hold and override at random moments: the tip stays on the contour, limits hold, it ends."""
     rng = np.random.default_rng(seed)
-    cell = load_config(ROOT / "head_table.toml")
+    cell = load_config(FIVE_AXIS / "head_table.toml")
     text = """T1 D1 G90
 #TRAFO ON
 G00 X0 Y0 Z100
@@ -365,7 +365,7 @@ G01 Z300
 def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
     """However short the tip's way: limits hold, the motion takes what the axes need, the tip stays."""
     text = f"T1 D1\n#TRAFO ON\nG00 X0 Y0 Z100\nG01 X{x:.7f} B60 C30 F60000\nX10 F3000\n"
-    cell = load_config(ROOT / "head_table.toml")
+    cell = load_config(FIVE_AXIS / "head_table.toml")
     result = plan(tmp_path, cell, text)
     assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
     turning = result.samples["block"] == 1
@@ -378,7 +378,7 @@ def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
 @pytest.mark.parametrize("machine", MACHINES)
 def test_smoothing_and_kinematics_share_the_tolerance(machine: str, tolerance: float, tmp_path: Path) -> None:
     """Corners of the tip while rotary axes turn: it leaves the programmed lines by the tolerance at most, in all."""
-    cell = load_config(ROOT / f"{machine}.toml")
+    cell = load_config(FIVE_AXIS / f"{machine}.toml")
     rng, names = np.random.default_rng(3), list(cell.axes)
     k = np.arange(25)
     points = np.column_stack([3.0 * k, 4.0 * (k % 2), 0.3 * rng.uniform(-1, 1, 25), 15 + 3 * (k % 3), 4.0 * k])

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
+from support.osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.errors import CncError

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
 from scipy.interpolate import BSpline
+from support.osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
 
 from cnc_core.config import CellConfig
 from cnc_core.geometry.optimizer_band import off_path

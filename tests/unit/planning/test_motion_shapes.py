@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from drive import drive, line_rows, ratios
 from scipy.spatial import cKDTree
+from support.drive import drive, line_rows, ratios
 
 from cnc_core.commands.console import open_program
 from cnc_core.config import parse_config

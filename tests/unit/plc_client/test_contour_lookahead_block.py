@@ -4,9 +4,9 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from fake_cnc import FakeCnc, elements
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from support.fake_cnc import FakeCnc, elements
 
 from plc_client import ContourLookahead
 from plc_client.blocks.contour_lookahead import ERROR_REQUEST

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from fake_cnc import unique_name
+from support.fake_cnc import unique_name
 
 import hli
 from hli import layout

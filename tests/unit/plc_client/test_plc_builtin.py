@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from fake_cnc import unique_name
-from processes import leftovers, run_plc, start_cnc  # noqa: F401 (leftovers is a fixture)
+from support.fake_cnc import unique_name
+from support.processes import run_plc, start_cnc
 
 from hli.view import BLOCK_FIELDS
 

@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 
 import pytest
-from fake_cnc import FakeCnc, elements, unique_name
+from support.fake_cnc import FakeCnc, elements, unique_name
 
 import hli
 from hli import layout

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from fake_cnc import unique_name
-from processes import end, leftovers, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
+from support.fake_cnc import unique_name
+from support.processes import end, start_cnc, start_plc
 
 import hli
 from hli import HliError, HliNotFound

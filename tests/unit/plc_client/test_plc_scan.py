@@ -7,8 +7,8 @@ import time
 from pathlib import Path
 
 import pytest
-from fake_cnc import FakeCnc, elements, unique_name
-from processes import end, leftovers, run_plc, start_cnc, start_plc  # noqa: F401 (leftovers is a fixture)
+from support.fake_cnc import FakeCnc, elements, unique_name
+from support.processes import end, run_plc, start_cnc, start_plc
 
 import hli
 from hli import layout

@@ -7,10 +7,10 @@ The machine has X Y Z and a rotary axis A, tool 1 (radius 5, length 20 mm), M3 M
 
 import json
 import os
-from pathlib import Path
 
 import numpy as np
 import pytest
+from support.paths import GOLDEN
 
 from cnc_core.blocks import blocks
 from cnc_core.errors import Place
@@ -21,7 +21,6 @@ from cnc_core.geometry.profile_limits import AxisDynamics
 from cnc_core.geometry.profiles import Profiles
 from cnc_core.port import OfflinePort, Wait
 
-GOLDEN = Path(__file__).parents[1] / "golden"
 CASES = sorted(p.parent.name for p in GOLDEN.glob("*/program.*"))
 MACHINE = ProgramMachine(
     axes=("X", "Y", "Z", "A"),

@@ -5,7 +5,7 @@ import re
 
 import numpy as np
 import pytest
-from isg_programs import MACHINE, Run
+from support.isg_programs import MACHINE, Run
 
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.flow import START, Flow, Level, Mark

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import PIECE, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
 from cnc_core.program import Program
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "five_axis"
 CELL = parse_config(
     "[axes.X]\n[axes.Y]\n[axes.Z]\n[zero_offsets.1]\nX=100.0\nY=50.0\n[zero_offsets.2]\nX=200.0\n"
     "[tools.1]\nlength_mm=40.0\nradius_mm=2.0\n"
@@ -170,7 +168,7 @@ def test_wrong_programs_are_refused(tmp_path, text, codes):
 )  # fmt: skip
 def test_refused_on_a_machine_with_kinematics(tmp_path, text, codes):
     """#PTP excludes changes of coordinates, directions and positions have to be in reach."""
-    assert Shown(tmp_path, text, load_config(EXAMPLES / "head_table.toml")).codes == codes
+    assert Shown(tmp_path, text, load_config(FIVE_AXIS / "head_table.toml")).codes == codes
 
 
 def test_rotation_is_warned_of(tmp_path):
@@ -184,7 +182,7 @@ def test_rotation_is_warned_of(tmp_path):
 
 def test_old_names_of_the_transformation(tmp_path):
     """#RTCP ON is #TRAFO ON, with a warning."""
-    shown = Shown(tmp_path, "#RTCP ON\n#RTCP OFF\n", load_config(EXAMPLES / "head_table.toml"))
+    shown = Shown(tmp_path, "#RTCP ON\n#RTCP OFF\n", load_config(FIVE_AXIS / "head_table.toml"))
     assert shown.codes == []
     assert {code for code, _ in shown.warned} == {907040}
 
@@ -254,7 +252,7 @@ def test_circles_in_tilted_planes_are_exact_quintics(tmp_path):
 
 def test_ptp_drives_lines_of_the_axes(tmp_path):
     """The end is the programmed one, the way between is straight for the axes, rapid or at F along them."""
-    cell = load_config(EXAMPLES / "head_table.toml")
+    cell = load_config(FIVE_AXIS / "head_table.toml")
     path = tmp_path / "a.nc"
     path.write_text("#TRAFO ON\nG00 X0 Y0 Z50\n#PTP ON\nG00 X40 Y10 B60 C90\nG01 B10 F600\n#PTP OFF\nG01 X41 F600\n")
     program = Program(path, cell, "isg")
@@ -283,7 +281,7 @@ P3=V.A.ABS.Z P4=V.A.ACT_POS.Z
 #TRAFO OFF
 G01 X[P1] Y[P2] Z[P3+P4]
 """
-    cell = load_config(EXAMPLES / "head_table.toml")
+    cell = load_config(FIVE_AXIS / "head_table.toml")
     shown = Shown(tmp_path, text, cell)
     assert shown.codes == []
     kin = cell.kinematic_machines[9]
@@ -310,14 +308,14 @@ N90 G00 Z300
 N100 #MCS OFF
 M30
 """
-    shown = Shown(tmp_path, text, load_config(EXAMPLES / "head_table.toml"))
+    shown = Shown(tmp_path, text, load_config(FIVE_AXIS / "head_table.toml"))
     assert shown.codes == []
     assert len(shown.ends()) == 2
 
 
 def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
     """#TLC: axes programmed for one tool are driven for a longer one; in tilted motion the tip does not notice."""
-    cell = load_config(EXAMPLES / "head_table.toml")
+    cell = load_config(FIVE_AXIS / "head_table.toml")
     path = tmp_path / "a.nc"
     text = "G00 X100 Y20 Z300 B20 C10\n#TLC ON [12]\nG01 X150 Y-30 Z280 F2000\n"
     text += "G01 X120 Z310 B70 C-50\n#TLC OFF\nG01 X0\n"
@@ -337,7 +335,7 @@ def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
 
 def test_tool_orientation_without_a_transformation(tmp_path):
     """#TOOL ORI CS turns rotary axes alone; the linear axes stand, what follows is programmed in the frame."""
-    cell = load_config(EXAMPLES / "head_head.toml")
+    cell = load_config(FIVE_AXIS / "head_head.toml")
     text = "G00 X10 Y20 Z30\n#CS ON [1,2,3,0,25,30]\n#TOOL ORI CS\nG00 X0 Y0 Z0\n#TOOL ORI CS\n"
     shown = Shown(tmp_path, text, cell)
     assert shown.codes == []
@@ -348,7 +346,7 @@ def test_tool_orientation_without_a_transformation(tmp_path):
 
 def test_tools_choose_their_kinematic(tmp_path):
     """P-TOOL-00011: D takes over the tool's kinematic, under another active one it is refused."""
-    text = (EXAMPLES / "head_table.toml").read_text() + "[tools.2]\nkin_id = 4\n[kinematics.4]\n"
+    text = (FIVE_AXIS / "head_table.toml").read_text() + "[tools.2]\nkin_id = 4\n[kinematics.4]\n"
     cell = parse_config(text + 'type = "head-table"\nrotary = ["C", "B"]\n')
     assert Shown(tmp_path, "D2\n#TRAFO ON\n#TRAFO OFF\n#KIN ID[9]\n#TRAFO ON\nD2\n", cell).codes == [(20990, 6)]
 

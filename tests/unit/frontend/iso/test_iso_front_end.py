@@ -66,7 +66,6 @@ def test_block_delete(read):
     assert len(read("G0 X9\n/X8\n/2 X7\n", switches=0b11)[0]) == 1
 
 
-
 def test_columns_count_in_the_line_of_the_file(read):
     """Blanks and comments are part of the line that the user sees."""
     error = error_of(read, "G0 X5\n  G1 (feed) F 1 0  Q 5\n")

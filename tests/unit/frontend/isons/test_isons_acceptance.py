@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from isons_programs import run
+from support.isons_programs import run
 
 from cnc_core.blocks import CIRCULAR, DWELL, LINEAR
 from cnc_core.errors import CncError

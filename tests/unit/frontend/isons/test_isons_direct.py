@@ -1,7 +1,7 @@
 """G71 homing, G100 commands on the path, G102 probing of the IsoNs dialect against simulated sensors."""
 
 import pytest
-from isons_programs import run
+from support.isons_programs import run
 
 from cnc_core.blocks import EVENT, EVENT_COMMAND, EXACT_STOP
 from cnc_core.config import load_config, parse_config

@@ -1,7 +1,7 @@
 """IsoNs programs that go round for ever are found, programs that only take long are not."""
 
 import pytest
-from isons_programs import run
+from support.isons_programs import run
 
 from cnc_core.errors import CncError
 from cnc_core.frontend.isons import endless, front_end

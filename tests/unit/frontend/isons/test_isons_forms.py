@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 import pytest
-from isons_programs import CELL, run
+from support.isons_programs import CELL, run
 
 from cnc_core.channel import LivePort
 from cnc_core.config import parse_config

@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 import pytest
-from isons_programs import CELL, run
+from support.isons_programs import CELL, run
 
 from cnc_core.blocks import CIRCULAR, EXACT_STOP, FLUSH, PATH_MODE, STANDSTILL, M, S
 from cnc_core.config import parse_config

@@ -1,7 +1,7 @@
 """Marks of the look-ahead in IsoNs programs: the same rows as from ISG programs."""
 
 import pytest
-from isons_programs import CELL, run
+from support.isons_programs import CELL, run
 
 from cnc_core.blocks import DISTANCE_RESET, MARKER
 from cnc_core.config import parse_config

@@ -1,10 +1,9 @@
 """RTCP of the IsoNs dialect: G103, G104, G105 over the cell's kinematics."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
-from isons_programs import run
+from support.isons_programs import run
+from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, PIECE, POLYNOMIAL
 from cnc_core.config import load_config
@@ -12,7 +11,7 @@ from cnc_core.errors import CncError
 from cnc_core.port import OfflinePort
 from cnc_core.program import Program
 
-CELL = Path(__file__).resolve().parents[2] / "examples" / "five_axis" / "head_head.toml"
+CELL = FIVE_AXIS / "head_head.toml"
 
 
 def test_the_tip_is_programmed(tmp_path):

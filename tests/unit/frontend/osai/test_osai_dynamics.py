@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves
+from support.osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves
 
 from cnc_core.config import parse_config
 from cnc_core.geometry.profile_blend import gentle_bend

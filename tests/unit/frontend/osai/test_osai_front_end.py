@@ -1,11 +1,11 @@
 """The osai front end: programs, setups, the three input formats, and everything that is refused, with its place."""
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
-from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
+from support.osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
+from support.paths import docs_page
 
 from cnc_core.blocks import EXACT_STOP, LINEAR, POLYNOMIAL, RAPID
 from cnc_core.config import parse_config
@@ -15,7 +15,6 @@ from cnc_core.frontend.osai.codes import CODES, TRANSITIONS, VIRTUALISATIONS
 from cnc_core.frontend.osai.front_end import ARCS, SUPPORTED_G
 from cnc_core.port import OfflinePort
 
-DOCS = Path(__file__).parents[2] / "docs" / "osai.md"
 POL = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
 BSP = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")
 CUBE = "X0Y0Z0F1000\nX1\nX2\n"
@@ -444,7 +443,7 @@ def test_two_b_splines(shop):
 
 def table(heading):
     """Cells of the rows of the table below a heading."""
-    section = DOCS.read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
+    section = docs_page("osai.md").read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
     lines = [re.split(r"(?<!\\)\|", line) for line in section.splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in line[1:-1]] for line in lines][2:]
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from osai_programs import Workshop
+from support.osai_programs import Workshop
 
 from cnc_core.config import parse_config
 from cnc_core.planning import plan_program

@@ -5,7 +5,7 @@ import sys
 import warnings
 
 import pytest
-from osai_programs import SETUP_3, Workshop, changed
+from support.osai_programs import SETUP_3, Workshop, changed
 
 from cnc_core.errors import CncError
 from cnc_core.planning import plan_program
