@@ -116,7 +116,7 @@ class Run:
                 words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
             except OSError:
                 continue
-            for name, module in (("cnc", b"cnc_core.cnc_process"), ("plc", b"plc_client")):
+            for name, module in (("cnc", b"cnc_core.process"), ("plc", b"plc_client")):
                 if module in words:
                     self.pids[name] = pid
 

@@ -7,8 +7,8 @@ from typing import Any
 import copp_py as copp
 import numpy as np
 
-from cnc_core.jerk_paths import Knots as Path
-from cnc_core.jerk_planner import FloatArray
+from cnc_core.benchmarks.jerk_paths import Knots as Path
+from cnc_core.engine.jerk_planner import FloatArray
 
 UNLIMITED = 1e9
 

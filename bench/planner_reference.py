@@ -11,8 +11,8 @@ import time
 import numpy as np
 from planner_oracles import topp2_time, topp3_time
 
-from cnc_core.jerk_paths import Knots, contour, raster_line
-from cnc_core.jerk_planner import JerkPlanner, Limits, Topp2, run
+from cnc_core.benchmarks.jerk_paths import Knots, contour, raster_line
+from cnc_core.engine.jerk_planner import JerkPlanner, Limits, Topp2, run
 
 WINDOWS = (30, 60, 120, 190)
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import LINEAR, NC_BLOCK, BlockBatch
-from cnc_core.geometry.smoothing import Smoothing, SmoothingMachine
+from cnc_core.geometry.stages.smoothing import Smoothing, SmoothingMachine
 
 MACHINE = SmoothingMachine((0, 1, 2), 0, 3000.0, 100.0)
 

@@ -29,7 +29,7 @@ def cdef_of(*headers: str) -> str:
 
 
 def write_layout_header() -> None:
-    """Generate c_ext/hli_layout.h; imports hli.layout and hli.export without the (not yet built) hli package."""
+    """Generate c_ext/hli/hli_layout.h; imports hli.layout and hli.export without the (not yet built) hli package."""
     saved = {name: mod for name, mod in sys.modules.items() if name == "hli" or name.startswith("hli.")}
     for name in saved:
         del sys.modules[name]
@@ -45,7 +45,7 @@ def write_layout_header() -> None:
         for name in [n for n in sys.modules if n == "hli" or n.startswith("hli.")]:
             del sys.modules[name]
         sys.modules.update(saved)
-    path = HERE / "hli_layout.h"
+    path = HERE / "hli" / "hli_layout.h"
     if not path.exists() or path.read_text() != text:
         path.write_text(text)
 
@@ -80,21 +80,32 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
         "\n".join(f'#include "{h}"' for h in headers),
         sources=relative,
         include_dirs=[os.path.relpath(HERE, ROOT)],
-        depends=[os.path.relpath(p, ROOT) for p in sorted(HERE.glob("*.h"))],
+        depends=[os.path.relpath(p, ROOT) for p in sorted(HERE.rglob("*.h"))],
         extra_compile_args=args,
         extra_link_args=link,
     )
     return ffi
 
 
-SYNC_SOURCES = ["hli_sync.c", "hli_bench.c"]
-ENGINE_HEADERS = ["nc_block.h", "scan.h", "offset.h", "smooth.h", "contour.h", "engine.h", "jerk_planner.h", "topp2.h"]
-ENGINE_HEADERS += ["tube.h"]
+SYNC_SOURCES = ["hli/sync.c", "hli/bench.c"]
+ENGINE_HEADERS = [
+    "rows/nc_block.h",
+    "rows/scan.h",
+    "stages/compensation/offset.h",
+    "stages/smoothing/smoothing.h",
+    "stages/contouring/contouring.h",
+    "engine/state/api.h",
+    "jerk/planner.h",
+    "jerk/topp2.h",
+    "stages/polyline_distance.h",
+]
 
-engine_ffi = module(
-    "cnc_core._engine",
-    [h for h in ENGINE_HEADERS if (HERE / h).exists()],
-    # hli_sync.c too: the engine waits and wakes with the same functions
-    sorted(p.name for p in HERE.glob("*.c") if p.name != "hli_bench.c"),
-)
-sync_ffi = module("hli._sync", ["hli_sync.h", "hli_bench.h"], SYNC_SOURCES)
+
+def engine_sources() -> list[str]:
+    """Every C file below c_ext but the one that only measures; hli/sync.c too: the engine waits with its functions."""
+    found = {str(path.relative_to(HERE)) for path in HERE.rglob("*.c")}
+    return sorted(found - {"hli/bench.c", "_engine.c", "_sync.c"})
+
+
+engine_ffi = module("cnc_core._engine", ENGINE_HEADERS, engine_sources())
+sync_ffi = module("hli._sync", ["hli/sync.h", "hli/bench.h"], SYNC_SOURCES)

@@ -16,7 +16,7 @@ def __getattr__(name: str) -> Any:
 
         return CncError
     if name == "start_plc":
-        from .stepping import start_plc  # noqa: PLC0415
+        from .cell.stepping import start_plc  # noqa: PLC0415
 
         return start_plc
     raise AttributeError(f"module 'cnc_core' has no attribute {name!r}")

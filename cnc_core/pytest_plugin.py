@@ -14,7 +14,7 @@ from plc_client.mock import Step
 from plc_client.runner import PlcRunner, Tasks
 
 from .cell import Cell
-from .stepping import start_plc
+from .cell.stepping import start_plc
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -122,7 +122,7 @@ def demo(
 
     Example: hli-cosim demo --seconds 20 --out demo
     """
-    from ..demo import run_demo  # noqa: PLC0415
+    from .demo_run import run_demo  # noqa: PLC0415
 
     with progress("co-simulating the bundled part"):
         result = run_demo(seconds, out_dir)
@@ -235,7 +235,7 @@ def cnc(
 
     Example: hli-cosim cnc part.nc --name my-cell
     """
-    from ..cnc_process import CncOptions, run_cnc  # noqa: PLC0415
+    from ..process.__main__ import CncOptions, run_cnc  # noqa: PLC0415
 
     one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
     if service:

@@ -98,7 +98,7 @@ def open_program(
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from ..program import Program  # noqa: PLC0415
-    from ..restart import Restart  # noqa: PLC0415
+    from ..program.restart import Restart  # noqa: PLC0415
 
     program = Program(
         file,

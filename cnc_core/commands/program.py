@@ -147,7 +147,7 @@ def plan(
     Example: hli-cosim plan part.nc --lookahead 190 --samples part.npz
     """
     from ..planning import plan_program, save_samples  # noqa: PLC0415
-    from ..recorder import check_writable  # noqa: PLC0415
+    from ..process.recording import check_writable  # noqa: PLC0415
 
     for target in (samples, picture):
         if target:
@@ -162,7 +162,7 @@ def plan(
     if samples and result.samples:
         save_samples(samples, result.samples)
     if picture and result.samples:
-        from ..picture import plan_picture  # noqa: PLC0415
+        from ..planning.picture import plan_picture  # noqa: PLC0415
 
         plan_picture(picture, result.samples)
     value = result.as_json()

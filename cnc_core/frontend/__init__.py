@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
-from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.detect import detect as detect
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
+
+from ..blocks import BlockBatch
+from .port import ChannelPort, Wait
 
 DIALECTS = ("isg", "iso", "isons", "osai")
 

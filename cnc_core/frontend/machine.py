@@ -9,7 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.frontend.isons_cell import IsonsCell
+from .isons.base.machine import IsonsCell
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from cnc_core.blocks import BlockBatch
-from cnc_core.port import Wait
+from ..blocks import BlockBatch
+from .port import Wait
 
 if TYPE_CHECKING:
     from cnc_core.frontend import FrontEnd

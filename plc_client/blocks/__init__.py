@@ -41,7 +41,15 @@ from .mode import (
 )
 from .program_flow import AcknowledgeAll, AutoContinue, TechnoFunction
 from .technology import TechnoBlock, TechnoServer, TechnoState
-from .watchdog import CncErrorRecord, CncWatchdog, ErrorReader, ErrorState, ErrorWriter, Watchdog, WatchState
+from .watchdog import (
+    CncErrorRecord,
+    CncWatchdog,
+    ErrorReader,
+    ErrorState,
+    ErrorWriter,
+    Watchdog,
+    WatchState,
+)
 
 __all__ = [
     "ABSOLUTE_ONCE",

@@ -12,7 +12,16 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from .. import clock
-from .base import ACTIVE_STATES, ERROR_CNC, ERROR_INPUT, ERROR_NOT_PRESENT, TIMEOUT_S, ExecuteBlock, State, present
+from .base import (
+    ACTIVE_STATES,
+    ERROR_CNC,
+    ERROR_INPUT,
+    ERROR_NOT_PRESENT,
+    TIMEOUT_S,
+    ExecuteBlock,
+    State,
+    present,
+)
 
 ERROR_TRANSITION = 270061
 """The target state is not allowed in the target mode (the CNC's number for the same thing)."""

@@ -11,7 +11,7 @@ from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, PIECE, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
-from cnc_core.geometry.polynomial import coefficients
+from cnc_core.geometry.shapes.polynomial import coefficients
 from cnc_core.kinematics.osai import CHAINS
 from cnc_core.program import Program
 

@@ -39,10 +39,10 @@ from cnc_core.blocks import (
 )
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine, Event
-from cnc_core.geometry.smoothing import Smoothing, SmoothingMachine
+from cnc_core.geometry.stages.smoothing import Smoothing, SmoothingMachine
 from cnc_core.planning import plan_program
+from cnc_core.planning.measure import TrajectoryCheck
 from cnc_core.program import Program
-from cnc_core.trajectory import TrajectoryCheck
 
 SHAPES: dict[str, Callable[[np.random.Generator], FloatArray]] = {
     "walk of all scales": lambda r: np.cumsum(r.normal(size=(80, 3)) * r.lognormal(-1, 2, (80, 1)), axis=0),

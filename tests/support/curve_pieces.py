@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
 from scipy.spatial import cKDTree
 
 from cnc_core.config import AxisConfig, CellConfig
-from cnc_core.geometry.polynomial import distance, normalised
+from cnc_core.geometry.shapes.polynomial import distance, normalised
 from support.drive import FloatArray
 
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import ELEMENT, PIECE, POLYNOMIAL, BlockBatch
-from cnc_core.geometry.polynomial import coefficients, derivative, joined, value
-from cnc_core.geometry.smoothing import Smoothing, SmoothingMachine, SmoothingReport
+from cnc_core.geometry.shapes.polynomial import coefficients, derivative, joined, value
+from cnc_core.geometry.stages.smoothing import Smoothing, SmoothingMachine, SmoothingReport
 from support.drive import FloatArray
 
 MACHINE = SmoothingMachine((0, 1, 2), 0, 3000.0, 100.0)

@@ -1,6 +1,6 @@
 """Tool radius compensation as the program sees it: which functions are in force, and the row that tells the stage.
 
-The geometry is behind the waist (``cnc_core.geometry.radius_comp``); here the modal state is kept, and a
+The geometry is behind the waist (``cnc_core.geometry.stages.radius_compensation``); here the modal state is kept, and a
 ``COMPENSATION`` row is made whenever it changes in a way that the stage has to know.
 """
 

@@ -13,7 +13,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from cnc_core.errors import CncError
-from cnc_core.frontend.base.expression import CONSTANTS, FUNCTIONS, FUNCTIONS_OF_TWO, NESTING_MAX, OPERATORS
+from cnc_core.frontend.base.expression import (
+    CONSTANTS,
+    FUNCTIONS,
+    FUNCTIONS_OF_TWO,
+    NESTING_MAX,
+    OPERATORS,
+)
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.variables import NOT_A_NUMBER, NOT_A_TEXT, Value
 

@@ -20,7 +20,8 @@ from cnc_core.frontend.base.block_text import BlockText
 from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.source import Source
-from cnc_core.port import ChannelPort, Wait
+
+from ..port import ChannelPort, Wait
 
 Item = Row | Wait | CncError
 LEVELS_MAX = 21  # the main program and 20 subprograms in each other

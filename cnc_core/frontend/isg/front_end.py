@@ -15,27 +15,28 @@ from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.reader import Prepared, located
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.variables import Scope
-from cnc_core.frontend.isg import macros
-from cnc_core.frontend.isg.calls import Finder, LevelData
-from cnc_core.frontend.isg.commands import Command, CommandParser
-from cnc_core.frontend.isg.context import Context
-from cnc_core.frontend.isg.control import Control
-from cnc_core.frontend.isg.control_parser import parse, parse_old
 from cnc_core.frontend.isg.cycles.preview import DryPort, calls_cycles, wrong_calls
 from cnc_core.frontend.isg.cycles.running import CycleRunner
-from cnc_core.frontend.isg.declarations import DeclarationParser
-from cnc_core.frontend.isg.execute import Executor
-from cnc_core.frontend.isg.formulas import Formulas
-from cnc_core.frontend.isg.offsets import Offsets
-from cnc_core.frontend.isg.program_levels import Items, ProgramLevels, Run
-from cnc_core.frontend.isg.rt_loop import RealTimeLoop
-from cnc_core.frontend.isg.search import OPENERS, Frame, Searcher
-from cnc_core.frontend.isg.store import Store
-from cnc_core.frontend.isg.system import System
-from cnc_core.frontend.isg.text import PATTERN, Head, head_of
-from cnc_core.frontend.isg.words import WordBlock, WordParser, Words
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
+
+from ..port import ChannelPort, Wait
+from .commands.parser import Command, CommandParser
+from .executor import Executor
+from .flow.control import Control
+from .flow.control_parser import parse, parse_old
+from .flow.program_levels import Items, ProgramLevels, Run
+from .flow.search import OPENERS, Frame, Searcher
+from .language import macros
+from .language.calls import Finder, LevelData
+from .language.declarations import DeclarationParser
+from .language.formulas import Formulas
+from .language.text import PATTERN, Head, head_of
+from .language.words import WordBlock, WordParser, Words
+from .state.offsets import Offsets
+from .state.rt_loop import RealTimeLoop
+from .state.state import Context
+from .state.store import Store
+from .state.system import System
 
 SKIP_LEVELS = 10
 PATTERN_WORDS = ("PATTERN", "AT")

@@ -5,7 +5,14 @@ G functions are counted in tenths: G1 is 10, G43.1 is 431.
 
 from __future__ import annotations
 
-from cnc_core.frontend.base.scanner import KEEP_CENTRE, MESSAGES, NO_EQUALS, NO_PITCH, RADIUS_ONCE, Rules
+from cnc_core.frontend.base.scanner import (
+    KEEP_CENTRE,
+    MESSAGES,
+    NO_EQUALS,
+    NO_PITCH,
+    RADIUS_ONCE,
+    Rules,
+)
 
 RULES = Rules(RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | MESSAGES, centre_limit_mm=0.0254, centre_ratio=0.001)
 

@@ -14,7 +14,8 @@ from cnc_core.frontend.iso.execute import Executor
 from cnc_core.frontend.iso.text import PATTERN, Line, squeeze
 from cnc_core.frontend.iso.words import WordParser
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
+
+from ..port import ChannelPort, Wait
 
 SWITCHES = 10
 SHOWN = ("DEBUG", "PRINT")  # with the values of parameters in the text

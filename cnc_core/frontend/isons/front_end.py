@@ -31,30 +31,31 @@ from cnc_core.frontend.base.scanner import (
     Row,
     Rules,
 )
-from cnc_core.frontend.isons import codes
-from cnc_core.frontend.isons.canopen import Nodes
-from cnc_core.frontend.isons.clock import Clock
-from cnc_core.frontend.isons.control import Control
-from cnc_core.frontend.isons.endless import Endless
-from cnc_core.frontend.isons.execute import Executor
-from cnc_core.frontend.isons.forms import Forms
-from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
-from cnc_core.frontend.isons.instructions import Instructions
-from cnc_core.frontend.isons.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
-from cnc_core.frontend.isons.lookahead import look_ahead_command
-from cnc_core.frontend.isons.macros import Macros
-from cnc_core.frontend.isons.output import OFF
-from cnc_core.frontend.isons.parameters import Parameters
-from cnc_core.frontend.isons.positioners import Positioners
-from cnc_core.frontend.isons.retained import take_over
-from cnc_core.frontend.isons.searching import GO_BLOCK, NORMAL, RETRACE, Search
-from cnc_core.frontend.isons.store import Store, UserScope
-from cnc_core.frontend.isons.system import System
-from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
-from cnc_core.frontend.isons.words import WordBlock, WordParser
-from cnc_core.frontend.isons_cell import IsonsCell
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
+
+from ..port import ChannelPort, Wait
+from .base import codes
+from .base.machine import IsonsCell
+from .base.parameters import Parameters
+from .base.store import Store, UserScope
+from .base.text import PATTERN, label_of, parts_of, strip_remark
+from .devices.canopen import Nodes
+from .devices.clock import Clock
+from .devices.positioners import Positioners
+from .flow.control import Control
+from .flow.endless import Endless
+from .flow.instructions import Instructions
+from .flow.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
+from .flow.lookahead import look_ahead_command
+from .flow.retained import take_over
+from .flow.searching import GO_BLOCK, NORMAL, RETRACE, Search
+from .language.formulas import BEHIND_MOTION, TIMED, Formulas
+from .language.macros import Macros
+from .language.words import WordBlock, WordParser
+from .motion.executor import Executor
+from .motion.output import OFF
+from .motion.system import System
+from .operator.forms import Forms
 
 RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
 RULE_BITS |= FEED_POSITIVE

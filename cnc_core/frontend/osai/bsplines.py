@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.profile_columns import SMOOTH, ProfileChunk
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.profile import Context, Profile
 from cnc_core.frontend.osai.words import Words
-from cnc_core.profile import SMOOTH, ProfileChunk
 
 FloatArray = npt.NDArray[np.float64]
 SEPARATORS = (62, 66, 67)

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import STANDSTILL, BlockBatch, M, S, T
+from cnc_core.blocks.profile_columns import CONTROL_POINTS, POINTS, POLYNOMIALS, ProfileChunk
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
 from cnc_core.frontend.base.flow import START, Level
@@ -24,8 +25,8 @@ from cnc_core.frontend.osai.setup import Records, SetupFile
 from cnc_core.frontend.osai.spec import Active, build, check
 from cnc_core.frontend.osai.variables import Variables, assignment
 from cnc_core.frontend.osai.words import Words, parse
-from cnc_core.port import ChannelPort, Wait
-from cnc_core.profile import CONTROL_POINTS, POINTS, POLYNOMIALS, ProfileChunk
+
+from ..port import ChannelPort, Wait
 
 FloatArray = npt.NDArray[np.float64]
 PROFILES: dict[str, type[Profile]] = {

@@ -7,11 +7,11 @@ import re
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.profile_columns import PASS, SMOOTH, STOP, ProfileChunk
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.profile import VERSOR_LETTERS, Context, Profile
 from cnc_core.frontend.osai.words import VALUE_MAX, shortened
-from cnc_core.profile import PASS, SMOOTH, STOP, ProfileChunk
 
 FloatArray = npt.NDArray[np.float64]
 SHORTEST = 1e-9

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.profile_columns import SMOOTH, VERSORS, ProfileChunk, ProfileSpec
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.source import Source
@@ -15,7 +16,6 @@ from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.columns import ColumnReader, Columns
 from cnc_core.frontend.osai.variables import Variables
 from cnc_core.frontend.osai.words import VALUE_MAX, Words, parse
-from cnc_core.profile import SMOOTH, VERSORS, ProfileChunk, ProfileSpec
 
 FloatArray = npt.NDArray[np.float64]
 VERSOR_LETTERS = "ijkmnopqd"

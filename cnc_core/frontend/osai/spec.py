@@ -8,11 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.errors import CncError
-from cnc_core.frontend.machine import ProgramMachine, Tool
-from cnc_core.frontend.osai import codes
-from cnc_core.frontend.osai.setup import Record, Records
-from cnc_core.profile import (
+from cnc_core.blocks.profile_columns import (
     CONTROL_POINTS,
     POINTS,
     POLYNOMIALS,
@@ -25,6 +21,10 @@ from cnc_core.profile import (
     Smoothness,
     ToolShape,
 )
+from cnc_core.errors import CncError
+from cnc_core.frontend.machine import ProgramMachine, Tool
+from cnc_core.frontend.osai import codes
+from cnc_core.frontend.osai.setup import Record, Records
 
 KINDS = {"PNT": POINTS, "POL": POLYNOMIALS, "BSP": CONTROL_POINTS}
 MODES = {"G62": 62, "G63": 63, "G66": 66, "G67": 67}

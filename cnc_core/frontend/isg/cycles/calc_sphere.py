@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
-from cnc_core.frontend.isg.cycles.calculation import by_axis, fitted, point_parameters, points_of, whole_points
+from cnc_core.frontend.isg.cycles.calculation import (
+    by_axis,
+    fitted,
+    point_parameters,
+    points_of,
+    whole_points,
+)
 from cnc_core.frontend.isg.cycles.declaration import Cycle, Given, Surroundings, Work
-from cnc_core.geometry.fits import fit_sphere
+from cnc_core.geometry.shapes.fits import fit_sphere
 
 
 def build(given: Given, around: Surroundings) -> Work:

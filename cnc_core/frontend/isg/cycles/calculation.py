@@ -18,7 +18,7 @@ from cnc_core.frontend.isg.cycles.declaration import (
     Rule,
     Surroundings,
 )
-from cnc_core.geometry.fits import DegenerateError
+from cnc_core.geometry.shapes.fits import DegenerateError
 
 Array = npt.NDArray[np.float64]
 Fit = TypeVar("Fit")

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
-from cnc_core.frontend.isg.cycles.declaration import PLAIN, Cycle, Given, Parameter, Surroundings, Work
+from cnc_core.frontend.isg.cycles.declaration import (
+    PLAIN,
+    Cycle,
+    Given,
+    Parameter,
+    Surroundings,
+    Work,
+)
 
 STATES = ("deselect", "rough", "prefinish", "finish")
 

@@ -20,7 +20,7 @@ from cnc_core.frontend.isg.cycles.declaration import (
     number_text,
 )
 from cnc_core.frontend.isg.cycles.text import Writer
-from cnc_core.geometry.pocket import DOWN, PLANE, Pocket, finish, placed, rough
+from cnc_core.geometry.shapes.pocket import DOWN, PLANE, Pocket, finish, placed, rough
 
 ROUGHING, FINISHING, BOTH = 1, 2, 3
 MODES = {"ROUGHING": 1.0, "FINISHING": 2.0, "ROUGHING+FINISHING": 3.0}

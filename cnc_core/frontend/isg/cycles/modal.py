@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from cnc_core.frontend.base.flow import Level
-    from cnc_core.frontend.isg.calls import Call
+
+    from ..language.calls import Call
 
 MODAL_MOVE, MODAL_BLOCK = "MODAL_MOVE", "MODAL_BLOCK"
 

@@ -22,7 +22,13 @@ from cnc_core.frontend.isg.cycles.declaration import (
     number_text,
 )
 from cnc_core.frontend.isg.cycles.text import Writer
-from cnc_core.geometry.rotation import SEQUENCES, CollinearError, from_angles, from_points, zyx_angles
+from cnc_core.geometry.shapes.rotation import (
+    SEQUENCES,
+    CollinearError,
+    from_angles,
+    from_points,
+    zyx_angles,
+)
 
 RESULT_FILE = "SysPosRotationToPlaneResult.txt"
 BOTH, TOOL, SYSTEM, CALCULATE = 1, 2, 3, 4

@@ -16,7 +16,7 @@ import numpy.typing as npt
 from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError
 from cnc_core.frontend.machine import External
-from cnc_core.port import ExternalValue, OfflinePort, Wait
+from cnc_core.frontend.port import ExternalValue, OfflinePort, Wait
 
 SEARCHED_BYTES = 64 << 20
 CHUNK_BYTES = 1 << 20

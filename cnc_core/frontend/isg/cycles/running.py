@@ -20,12 +20,13 @@ from cnc_core.frontend.isg.cycles.declaration import (
     Problem,
     Surroundings,
 )
-from cnc_core.frontend.isg.store import VECTOR_NAMES
-from cnc_core.frontend.isg.system import PER_AXIS, SIMPLE
+
+from ..state.store import VECTOR_NAMES
+from ..state.system import PER_AXIS, SIMPLE
 
 if TYPE_CHECKING:
-    from cnc_core.frontend.isg.calls import Call
-    from cnc_core.frontend.isg.context import Context
+    from ..language.calls import Call
+    from ..state.state import Context
 
 WRAPPER = "SysPosPatternWrapper"
 FILES_MAX = 50_000  # with further calls, errors do not name the line of the call

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from cnc_core.frontend.isg.cycles.declaration import Surroundings, number_text
-from cnc_core.geometry.pocket import DOWN, RAPID, Move
+from cnc_core.geometry.shapes.pocket import DOWN, RAPID, Move
 
 INITIAL = "G90 G17 G162 G94"  # what the lines of a cycle are written for; the caller's functions come back at its end
 

@@ -8,7 +8,7 @@ from support.paths import FIVE_AXIS
 from cnc_core.blocks import ELEMENT, PIECE, POLYNOMIAL
 from cnc_core.config import load_config
 from cnc_core.errors import CncError
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
 
 CELL = FIVE_AXIS / "head_head.toml"
