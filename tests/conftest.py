@@ -23,7 +23,12 @@ def cli(tmp_path: Path) -> Callable[..., Outcome]:
 
     def call(*arguments: object, timeout: float = 300.0) -> Outcome:
         done = subprocess.run(
-            command(*arguments), cwd=tmp_path, capture_output=True, text=True, timeout=timeout, check=False
+            command(*arguments),
+            cwd=tmp_path,
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+            check=False,
         )
         return Outcome(done.returncode, done.stdout, done.stderr)
 
@@ -47,18 +52,29 @@ def nothing_left_in_shared_memory() -> Iterator[None]:
     """Every test leaves /dev/shm without segments of its own (or its children's) making."""
     before = set(os.listdir(SHM))
     yield
-    left = {n for n in set(os.listdir(SHM)) - before if n.startswith(("hli-", f"t{os.getpid()}"))}
-    assert not {n for n in left if _owner_is_gone(n)}, f"left in shared memory: {left}"
+    left = {
+        n
+        for n in set(os.listdir(SHM)) - before
+        if n.startswith(("hli-", f"t{os.getpid()}"))
+    }
+    assert not {n for n in left if _owner_is_gone(n)}, (
+        f"left in shared memory: {left}"
+    )
 
 
 def _owner_is_gone(name: str) -> bool:
     """Whether a segment stays behind its owner (other sessions on this machine have living ones)."""
     for _ in range(50):
         try:
-            head = layout.HLI_SEGMENT_HEAD.from_buffer_copy((SHM / name).read_bytes())
+            head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(
+                (SHM / name).read_bytes()
+            )
         except (OSError, ValueError):
             return False
-        if Path(f"/proc/{head.owner_pid}").exists() and head.owner_pid != os.getpid():
+        if (
+            Path(f"/proc/{head.owner_pid}").exists()
+            and head.owner_pid != os.getpid()
+        ):
             return False
         time.sleep(0.02)
     return True

@@ -14,13 +14,18 @@ HOSTILE = PLC_PROGRAMS / "writes_anything.py"
 
 
 def test_scribbling_plc_changes_no_sample(
-    cli: Callable[..., Outcome], program: Callable[..., Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    cli: Callable[..., Outcome],
+    program: Callable[..., Path],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """The recorded path is bit for bit that of a run beside the default PLC."""
     monkeypatch.setenv("PYTHONPATH", str(TESTS))
     part = program(T1)
     quiet = cli("run", part, "--record", "quiet.npz", "--json")
-    hostile = cli("run", part, "--plc", HOSTILE, "--record", "hostile.npz", "--json")
+    hostile = cli(
+        "run", part, "--plc", HOSTILE, "--record", "hostile.npz", "--json"
+    )
     assert (quiet.status, hostile.status) == (0, 0), hostile.err
     assert hostile.json["plc"]["result"]["bytes"] > 1_000_000
     a, b = np.load(tmp_path / "quiet.npz"), np.load(tmp_path / "hostile.npz")
@@ -31,7 +36,9 @@ def test_scribbling_plc_changes_no_sample(
 
 
 def test_random_mode_commands_do_not_kill_the_cnc(
-    cli: Callable[..., Outcome], program: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
+    cli: Callable[..., Outcome],
+    program: Callable[..., Path],
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Wrong modes, states and program names (too long ones too) are refused and reported."""
     monkeypatch.setenv("PYTHONPATH", str(TESTS))

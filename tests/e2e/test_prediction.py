@@ -20,9 +20,7 @@ Z5
 G01 X15 F4000
 M30
 """
-FUNCTIONS = (
-    '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"\n'
-)
+FUNCTIONS = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"\n'
 FUNCTIONS += "esa_time = [0.05, 0.15]\n"
 WITHOUT_JERK = "".join(f"[axes.{name}]\nj_max_mm_s3 = 0.0\n" for name in "XYZ")
 HOLDS = {300: task(interval=0.001)(Hold300), 520: task(interval=0.001)(Hold520)}
@@ -30,7 +28,9 @@ HOLDS = {300: task(interval=0.001)(Hold300), 520: task(interval=0.001)(Hold520)}
 
 def noted(tmp_path, plc, jerk, functions=FUNCTIONS):
     """What the PLC has seen, cycle by cycle."""
-    (tmp_path / "cell.toml").write_text(functions + ("" if jerk else WITHOUT_JERK))
+    (tmp_path / "cell.toml").write_text(
+        functions + ("" if jerk else WITHOUT_JERK)
+    )
     (tmp_path / "part.nc").write_text(PROGRAM)
     with Cell(tmp_path / "cell.toml") as cell:
         result = cell.run(tmp_path / "part.nc", plc=plc)
@@ -42,17 +42,31 @@ def noted(tmp_path, plc, jerk, functions=FUNCTIONS):
 def test_time_and_speed_to_come(tmp_path, jerk):
     """The next feed block begins when the channel says; so does the path speed 50, 150 and 100 ms ahead."""
     seen = noted(tmp_path, Note, jerk)
-    starts = [i for i in range(1, len(seen)) if seen[i - 1]["rapid"] and not seen[i]["rapid"]]
+    starts = [
+        i
+        for i in range(1, len(seen))
+        if seen[i - 1]["rapid"] and not seen[i]["rapid"]
+    ]
     assert len(starts) == 2
-    known = [(i, now["eta"]) for i, now in enumerate(seen) if now["eta"] is not None and i < starts[1]]
+    known = [
+        (i, now["eta"])
+        for i, now in enumerate(seen)
+        if now["eta"] is not None and i < starts[1]
+    ]
     assert len(known) > 0.95 * starts[1]
     for i, eta in known:
         start = next(s for s in starts if s > i)
-        assert abs(eta - (start - i)) <= max(2.0, 0.03 * (start - i))  # curves behind the plan are estimated
+        assert abs(eta - (start - i)) <= max(
+            2.0, 0.03 * (start - i)
+        )  # curves behind the plan are estimated
     assert all(now["eta"] is None for now in seen[starts[1] + 1 :])
     speeds = np.array([now["feed"] for now in seen])
     for k, ahead in enumerate((50, 150, 100)):
-        foreseen = [(i, now["esa"][k]) for i, now in enumerate(seen[: -ahead - 1]) if now["esa"][k] is not None]
+        foreseen = [
+            (i, now["esa"][k])
+            for i, now in enumerate(seen[: -ahead - 1])
+            if now["esa"][k] is not None
+        ]
         assert len(foreseen) > 0.4 * len(seen)
         for i, value in foreseen:
             assert abs(value - speeds[i + ahead]) <= 1.0
@@ -77,5 +91,8 @@ def test_a_hold_comes_to_rest_where_foreseen(tmp_path, jerk, hold_at):
 def test_nothing_is_foreseen_unless_configured(tmp_path):
     """Without the functions the values stay 0 and not valid."""
     seen = noted(tmp_path, Note, True, "")
-    assert all(now["eta"] is None and now["way"] is None and now["rest"] == [0, 0, 0] for now in seen)
+    assert all(
+        now["eta"] is None and now["way"] is None and now["rest"] == [0, 0, 0]
+        for now in seen
+    )
     assert all(value is None for now in seen for value in now["esa"])

@@ -27,8 +27,18 @@ TYPES = {
 
 
 def config(program: Write) -> Path:
-    lines = ["[channel]", "[channel.m_synch]", *(f'{n} = "{name}"' for n, name in TYPES.items())]
-    lines += ["[channel.h_synch]", '7 = "MVS_SVS"', "[channel.m_pre_outp]", "56 = 20000", "57 = 30000"]
+    lines = [
+        "[channel]",
+        "[channel.m_synch]",
+        *(f'{n} = "{name}"' for n, name in TYPES.items()),
+    ]
+    lines += [
+        "[channel.h_synch]",
+        '7 = "MVS_SVS"',
+        "[channel.m_pre_outp]",
+        "56 = 20000",
+        "57 = 30000",
+    ]
     return program("\n".join(lines) + "\n", "cell.toml")
 
 
@@ -36,18 +46,31 @@ def expected_order(functions: list[tuple[int, int]]) -> list[tuple[int, int]]:
     """Within one block: what goes out before the motion, then the MNS types."""
     out = []
     for block in sorted({n for _, n in functions}):
-        mine = [f for f in functions if f[1] == block and TYPES.get(f[0], "MVS_SVS") != "NO_SYNCH"]
-        out += [f for f in mine if TYPES.get(f[0]) != "MNS_SNS"] + [f for f in mine if TYPES.get(f[0]) == "MNS_SNS"]
+        mine = [
+            f
+            for f in functions
+            if f[1] == block and TYPES.get(f[0], "MVS_SVS") != "NO_SYNCH"
+        ]
+        out += [f for f in mine if TYPES.get(f[0]) != "MNS_SNS"] + [
+            f for f in mine if TYPES.get(f[0]) == "MNS_SNS"
+        ]
     return out
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_no_function_is_lost_doubled_or_out_of_order(program: Write, tmp_path: Path, seed: int) -> None:
+def test_no_function_is_lost_doubled_or_out_of_order(
+    program: Write, tmp_path: Path, seed: int
+) -> None:
     """30 % functions of random types against a PLC that answers late and in any order: each exactly once, in order."""
     rng = np.random.default_rng(seed)
     lines, functions = ["F6000 G1 G90"], []
     for n in range(1, 201):
-        words = [f"N{n}", f"X{n * 0.5:.1f} Y{rng.integers(0, 3)}" if rng.random() < 0.9 else ""]
+        words = [
+            f"N{n}",
+            f"X{n * 0.5:.1f} Y{rng.integers(0, 3)}"
+            if rng.random() < 0.9
+            else "",
+        ]
         count = int(rng.integers(1, 4)) if rng.random() < 0.3 else 0
         for number in map(int, rng.choice(list(TYPES), count, replace=False)):
             words.append(f"M{number}")
@@ -68,7 +91,9 @@ def test_no_function_is_lost_doubled_or_out_of_order(program: Write, tmp_path: P
         runs.append((result.plc["result"], np.load(record)["pos"]))
     seen = [(number, block) for number, block, *_ in runs[0][0]]
     late = {54, 55}
-    wanted = expected_order([f for f in functions if TYPES.get(f[0]) != "NO_SYNCH"])
+    wanted = expected_order(
+        [f for f in functions if TYPES.get(f[0]) != "NO_SYNCH"]
+    )
     by_block = sorted(seen, key=lambda f: f[1])
     assert sorted(by_block) == sorted(wanted)
     blocks = [block for n, block in seen if n not in late]
@@ -86,7 +111,11 @@ def by_number(seen: list[list[float]]) -> dict[int, list[float]]:
 def test_where_each_type_is_put_out(program: Write) -> None:
     """Distance and speed at which the PLC fetched each type; payload holds number, block and type."""
     text = (
-        "F6000 G1\n" + "".join(f"N{i} X{i * 20} M{number}\n" for i, number in enumerate(TYPES, 1)) + "#EXPL SYN\nM30\n"
+        "F6000 G1\n"
+        + "".join(
+            f"N{i} X{i * 20} M{number}\n" for i, number in enumerate(TYPES, 1)
+        )
+        + "#EXPL SYN\nM30\n"
     )
     with Cell(config(program)) as cell:
         result = cell.run(program(text), Techno)
@@ -112,11 +141,16 @@ def test_where_each_type_is_put_out(program: Write) -> None:
             assert start <= distance <= start + 30_000.0
 
 
-def test_an_acknowledgement_in_time_costs_no_speed(program: Write, tmp_path: Path) -> None:
+def test_an_acknowledgement_in_time_costs_no_speed(
+    program: Write, tmp_path: Path
+) -> None:
     """MVS_SNS and MOS on long blocks are passed at full speed when the PLC answers at once."""
     record = tmp_path / "r.npz"
     with Cell(config(program)) as cell:
-        result = cell.run(program("F6000 G1\nX50 M52\nX100 M50\nX150 M52\nX200\nM30\n"), record=record)
+        result = cell.run(
+            program("F6000 G1\nX50 M52\nX100 M50\nX150 M52\nX200\nM30\n"),
+            record=record,
+        )
     assert result.end == "completed", result.errors
     with np.load(record) as columns:
         inside = (columns["s"] > 6.0) & (columns["s"] < 194.0)
@@ -126,12 +160,16 @@ def test_an_acknowledgement_in_time_costs_no_speed(program: Write, tmp_path: Pat
 def test_a_plc_that_never_fetches_stalls_the_cnc(program: Write) -> None:
     """MOS must be fetched: the second function waits with wait_techno_acknowledge_r and stop condition 6."""
     with Cell(config(program)) as cell:
-        result = cell.run(program("F6000 G1\nX1 M50\nX2 M50\nX3\nM30\n"), NeverFetches)
+        result = cell.run(
+            program("F6000 G1\nX1 M50\nX2 M50\nX3\nM30\n"), NeverFetches
+        )
     assert result.end == "completed", result.errors
     assert result.plc["result"] > 200
 
 
-def test_functions_without_a_present_plc_count_as_acknowledged(program: Write) -> None:
+def test_functions_without_a_present_plc_count_as_acknowledged(
+    program: Write,
+) -> None:
     """plc_present_w FALSE: no output, one warning."""
     plc = program(
         "from plc_client import task\n@task(interval=0.001)\nclass P:\n"

@@ -48,10 +48,17 @@ def command(*arguments: object) -> list[str]:
 
 def wait_for_cycle(launcher: int, cycle: int) -> None:
     """Until the CNC that a launcher has started has run so many cycles."""
-    at = layout.HLI_SEGMENT.sidecar.offset + layout.HLI_SIDECAR.cnc.offset + layout.HLI_SIDE_CNC.cycle.offset
+    at = (
+        layout.HLI_SEGMENT.sidecar.offset
+        + layout.HLI_SIDECAR.cnc.offset
+        + layout.HLI_SIDE_CNC.cycle.offset
+    )
     for _ in range(3000):
         for path in SHM.glob(f"hli-cosim-{launcher}-*"):
-            if int.from_bytes(path.read_bytes()[at : at + 8], "little") >= cycle:
+            if (
+                int.from_bytes(path.read_bytes()[at : at + 8], "little")
+                >= cycle
+            ):
                 return
         time.sleep(0.02)
     raise AssertionError("the CNC does not run")

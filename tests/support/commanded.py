@@ -37,7 +37,12 @@ def program(rng: np.random.Generator) -> str:
         elif r < 0.03:
             lines.append("G04 X0.05")
         elif r < 0.035:
-            lines += ["#RT WHILE", f"G01 X{x + 1:.4f} F8000", f"X{x:.4f}", "#RT ENDWHILE"]
+            lines += [
+                "#RT WHILE",
+                f"G01 X{x + 1:.4f} F8000",
+                f"X{x:.4f}",
+                "#RT ENDWHILE",
+            ]
         elif r < 0.04:
             lines.append("M01")
         else:
@@ -48,11 +53,18 @@ def program(rng: np.random.Generator) -> str:
                 continue
             feed = int(rng.choice([500, 3000, 8000]))
             if kind == 1 or (kind == 3 and rng.random() < 0.5):
-                word, radius = rng.choice(["G02", "G03"]), way * rng.uniform(0.6, 5)
-                lines.append(f"{word} X{to_x:.4f} Y{to_y:.4f} R{radius:.4f} F{feed}")
+                word, radius = (
+                    rng.choice(["G02", "G03"]),
+                    way * rng.uniform(0.6, 5),
+                )
+                lines.append(
+                    f"{word} X{to_x:.4f} Y{to_y:.4f} R{radius:.4f} F{feed}"
+                )
             else:
                 word = "G00" if rng.random() < 0.05 else "G01"
-                lines.append(f"{word} X{to_x:.4f} Y{to_y:.4f} Z{rng.normal() * step:.3f} F{feed}")
+                lines.append(
+                    f"{word} X{to_x:.4f} Y{to_y:.4f} Z{rng.normal() * step:.3f} F{feed}"
+                )
             x, y = round(to_x, 4), round(to_y, 4)
     return "\n".join(lines) + "\n"
 
@@ -62,8 +74,12 @@ def config(rng: np.random.Generator, options: str) -> str:
     text = NO_JERK if "n" in options else ""
     if "c" in options:
         text = f"cycle_s = {rng.choice([5e-4, 2e-3, 4e-3]):g}\n" + text
-    functions = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH" + (FORESIGHT if "f" in options else "")
-    text += f'[channel]\ninterpolator_function = "{functions}"\nesa_time = [0.05]\n'
+    functions = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH" + (
+        FORESIGHT if "f" in options else ""
+    )
+    text += (
+        f'[channel]\ninterpolator_function = "{functions}"\nesa_time = [0.05]\n'
+    )
     return text + '[channel.m_synch]\n20 = "MVS_SVS"\n21 = "MNS_SNS"\n'
 
 
@@ -78,18 +94,33 @@ class RandomPlc:
         """What a scan writes."""
         cnc, rng, bahn = self.cnc, self.rng, self.cnc.bahn
         for name, comes, goes in LEVELS:
-            change = not released and (rng.random() > goes if self.on[name] else rng.random() < comes)
+            change = not released and (
+                rng.random() > goes if self.on[name] else rng.random() < comes
+            )
             self.on[name] = change
             cnc.level(getattr(bahn, name), change)
         cnc.level(bahn.override_valid, True)
         shares = [0, 100, 500, 1000, 1500]
-        cnc.level(bahn.override, 1000 if released else int(rng.choice(shares, p=[0.05, 0.15, 0.3, 0.3, 0.2])))
+        cnc.level(
+            bahn.override,
+            1000
+            if released
+            else int(rng.choice(shares, p=[0.05, 0.15, 0.3, 0.3, 0.2])),
+        )
         cnc.level(bahn.continue_machining, self.turn % 2 == 0)
         insert = bahn.insert_cmd
-        if not released and rng.random() < 0.05 and not insert.command_semaphor_rw:
+        if (
+            not released
+            and rng.random() < 0.05
+            and not insert.command_semaphor_rw
+        ):
             insert.enable_w = True
-            insert.command_w.dist_or_pos = float(rng.choice([1e3, 2e4, 5e4, 2e5]))
-            insert.command_w.rel_abs_mode = int(rng.choice([0, 1, 2], p=[0.1, 0.3, 0.6]))
+            insert.command_w.dist_or_pos = float(
+                rng.choice([1e3, 2e4, 5e4, 2e5])
+            )
+            insert.command_w.rel_abs_mode = int(
+                rng.choice([0, 1, 2], p=[0.1, 0.3, 0.6])
+            )
             insert.command_semaphor_rw = True
         for unit in cnc.channel.techno_unit_std_sync[:8]:
             if unit.please_rw and rng.random() < 0.5:
@@ -101,13 +132,17 @@ class RandomPlc:
         self.turn += 1
 
 
-def drive(cnc: Inside, rng: np.random.Generator, cycles: Callable[[int, int], Event]) -> tuple[FloatArray, float]:
+def drive(
+    cnc: Inside, rng: np.random.Generator, cycles: Callable[[int, int], Event]
+) -> tuple[FloatArray, float]:
     """Positions (n, axes) in mm at the cycle, and mm of path driven since the commands have ended (inf: program end).
 
     ``cycles(n, turn)`` runs up to n cycles.
     """
     plc, released_at = RandomPlc(cnc, rng), None
-    while (cycle := int(cnc.engine.state.cycle)) < CYCLES and not cnc.engine.state.program_end:
+    while (
+        cycle := int(cnc.engine.state.cycle)
+    ) < CYCLES and not cnc.engine.state.program_end:
         cnc.prepare(cycles(int(rng.integers(1, 8)), plc.turn))
         cnc._take()
         plc.command(cycle > RELEASED)
@@ -118,7 +153,11 @@ def drive(cnc: Inside, rng: np.random.Generator, cycles: Callable[[int, int], Ev
     assert error is None, error
     state = cnc.engine.state
     assert not state.fault
-    way = np.inf if state.program_end or released_at is None else abs(float(state.path) - released_at)
+    way = (
+        np.inf
+        if state.program_end or released_at is None
+        else abs(float(state.path) - released_at)
+    )
     return cnc.pos, way
 
 
@@ -126,7 +165,13 @@ def over_limits(pos: FloatArray, cell: CellConfig) -> tuple[float, float]:
     """Largest (acceleration, jerk) at the cycle over the axes' limits; jerk 0 where there is no limit."""
     start = np.repeat(cell.axis_values("start_mm")[None], 3, axis=0)
     q = np.vstack([start, pos])
-    a = np.abs(np.diff(q, n=2, axis=0)).max(axis=0) / cell.cycle_s**2 / cell.axis_values("a_max_mm_s2")
+    a = (
+        np.abs(np.diff(q, n=2, axis=0)).max(axis=0)
+        / cell.cycle_s**2
+        / cell.axis_values("a_max_mm_s2")
+    )
     j = np.abs(np.diff(q, n=3, axis=0)).max(axis=0) / cell.cycle_s**3
     limit = cell.axis_values("j_max_mm_s3")
-    return float(a.max()), float(np.where(limit > 0, j / np.where(limit > 0, limit, 1.0), 0.0).max())
+    return float(a.max()), float(
+        np.where(limit > 0, j / np.where(limit > 0, limit, 1.0), 0.0).max()
+    )

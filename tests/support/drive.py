@@ -22,18 +22,29 @@ def line_rows(points: FloatArray, feed: float) -> npt.NDArray[Any]:
     rows = np.zeros(int(keep.sum()), NC_BLOCK)
     rows["end"][:, : points.shape[1]] = points[1:][keep]
     rows["length"] = rows["length_min"] = length[keep]
-    rows["feed"], rows["type"], rows["line"] = feed, LINEAR, np.arange(len(rows)) + 1
+    rows["feed"], rows["type"], rows["line"] = (
+        feed,
+        LINEAR,
+        np.arange(len(rows)) + 1,
+    )
     return rows
 
 
-def curve_rows(coef: FloatArray, ends: FloatArray, lengths: FloatArray, feed: float) -> tuple[Any, FloatArray]:
+def curve_rows(
+    coef: FloatArray, ends: FloatArray, lengths: FloatArray, feed: float
+) -> tuple[Any, FloatArray]:
     """(rows, pool) of polynomials: coef (n, axes, order) ascending over 0..ends[i], of the given lengths in mm."""
     n, axes, order = coef.shape
     rows = np.zeros(n, NC_BLOCK)
     powers = ends[:, None] ** np.arange(order)
     rows["end"][:, :axes] = (coef * powers[:, None, :]).sum(axis=2)
     rows["length"] = rows["length_min"] = lengths
-    rows["angle"], rows["feed"], rows["type"], rows["degree"] = ends, feed, POLYNOMIAL, order - 1
+    rows["angle"], rows["feed"], rows["type"], rows["degree"] = (
+        ends,
+        feed,
+        POLYNOMIAL,
+        order - 1,
+    )
     rows["pool"], rows["line"] = np.arange(n) * axes * order, np.arange(n) + 1
     return rows, coef.ravel()
 
@@ -59,7 +70,9 @@ def drive(
         event = engine.run(step)
         if event is Event.NEED_BLOCKS:
             if first < len(rows):
-                first += engine.push(BlockBatch(rows[first : first + 20_000], coefficients))
+                first += engine.push(
+                    BlockBatch(rows[first : first + 20_000], coefficients)
+                )
             elif not finished:
                 engine.finish()
                 finished = True
@@ -78,7 +91,9 @@ def drive(
     return np.concatenate(parts), state
 
 
-def ratios(pos: FloatArray, cell: CellConfig, jerk: bool = True) -> tuple[float, float]:
+def ratios(
+    pos: FloatArray, cell: CellConfig, jerk: bool = True
+) -> tuple[float, float]:
     """(velocity, acceleration): largest measured over allowed, standstill before and after included.
 
     The jerk is asserted here: wherever the axes of a cell have a limit it holds, to the 2 % of the planner's goal
@@ -90,5 +105,9 @@ def ratios(pos: FloatArray, cell: CellConfig, jerk: bool = True) -> tuple[float,
     a = np.abs(np.diff(q, n=2, axis=0)).max(axis=0) / cell.cycle_s**2
     j = np.abs(np.diff(q, n=3, axis=0)).max(axis=0) / cell.cycle_s**3
     limit = cell.axis_values("j_max_mm_s3")
-    assert not jerk or (j <= np.where(limit > 0, limit, np.inf) * 1.02).all(), j / limit
-    return float((v / cell.axis_values("v_max_mm_s")).max()), float((a / cell.axis_values("a_max_mm_s2")).max())
+    assert not jerk or (j <= np.where(limit > 0, limit, np.inf) * 1.02).all(), (
+        j / limit
+    )
+    return float((v / cell.axis_values("v_max_mm_s")).max()), float(
+        (a / cell.axis_values("a_max_mm_s2")).max()
+    )

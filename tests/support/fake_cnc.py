@@ -63,7 +63,8 @@ class FakeCnc:
         self.unit = ContourUnit(self.ch.contour_lookahead)
         self.side = self.areas.sidecar
         self._turn, self._plc_turn, self._seq = (
-            word_pointer(self.areas.root, w) for w in ("cnc_turn", "plc_turn", "channel_seq")
+            word_pointer(self.areas.root, w)
+            for w in ("cnc_turn", "plc_turn", "channel_seq")
         )
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
@@ -93,7 +94,11 @@ class FakeCnc:
 
     def end(self) -> float:
         """Length of the path."""
-        return float(self.path["start_position"][-1] + self.path["length"][-1]) if len(self.path) else 0.0
+        return (
+            float(self.path["start_position"][-1] + self.path["length"][-1])
+            if len(self.path)
+            else 0.0
+        )
 
     def publish(self) -> None:
         """The channel's state, under the seqlock."""
@@ -107,8 +112,14 @@ class FakeCnc:
 
     def known(self) -> float:
         """End of the last element that begins within ``ahead`` of the tool."""
-        near = self.path[self.path["start_position"] < self.distance + self.ahead]
-        return float(near["start_position"][-1] + near["length"][-1]) if len(near) else 0.0
+        near = self.path[
+            self.path["start_position"] < self.distance + self.ahead
+        ]
+        return (
+            float(near["start_position"][-1] + near["length"][-1])
+            if len(near)
+            else 0.0
+        )
 
     def serve(self) -> None:
         """Answer a request that is there."""
@@ -121,8 +132,13 @@ class FakeCnc:
         """The manual's rules for both modes, at most 128 elements."""
         if length == 0.0:
             return self.log[int(start) :][:128] if start >= 0 else self.log[:0]
-        s, e = self.path["start_position"], self.path["start_position"] + self.path["length"]
-        return self.path[(s < start + length) & (e > start) & (e <= self.known())][:128]
+        s, e = (
+            self.path["start_position"],
+            self.path["start_position"] + self.path["length"],
+        )
+        return self.path[
+            (s < start + length) & (e > start) & (e <= self.known())
+        ][:128]
 
     # -- running
     def run(self) -> None:
@@ -130,7 +146,13 @@ class FakeCnc:
         while not self._stop.is_set():
             if (
                 self.side.cnc.clock != layout.HLI_CLOCK_LOCKSTEP
-                or lib.hs_word_wait(self._plc_turn, (self.cycles + 1) & 0xFFFFFFFF, 20_000, 20_000_000) == lib.HS_OK
+                or lib.hs_word_wait(
+                    self._plc_turn,
+                    (self.cycles + 1) & 0xFFFFFFFF,
+                    20_000,
+                    20_000_000,
+                )
+                == lib.HS_OK
             ):
                 self.cycle()
             if self.side.plc.finished:
@@ -159,7 +181,9 @@ def main() -> None:
     """A process: NAME and the constructor's numbers as JSON; says "ready", runs until finished or killed."""
     arguments = json.loads(sys.argv[2])
     lengths, log = arguments.pop("lengths", []), arguments.pop("log", [])
-    cnc = FakeCnc(elements(lengths), elements(log), name=sys.argv[1], **arguments)
+    cnc = FakeCnc(
+        elements(lengths), elements(log), name=sys.argv[1], **arguments
+    )
     print("ready", flush=True)
     cnc.run()
     while cnc.side.plc.attached:

@@ -23,15 +23,30 @@ FloatArray = npt.NDArray[np.float64]
 class Inside:
     """``with Inside(tmp_path, "N10 G1 X10 F1000") as cnc``; ``cnc.channel`` is the channel's memory."""
 
-    def __init__(self, folder: Path, text: str, config: str | CellConfig = "", **engine: Any) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        text: str,
+        config: str | CellConfig = "",
+        **engine: Any,
+    ) -> None:
         self.cell = parse_config(config) if isinstance(config, str) else config
         path = folder / f"inside-{secrets.token_hex(4)}.nc"
         path.write_text(text)
-        self.segment = segment.create(f"t{os.getpid()}-{secrets.token_hex(4)}", 1, len(self.cell.axes), ready=False)
+        self.segment = segment.create(
+            f"t{os.getpid()}-{secrets.token_hex(4)}",
+            1,
+            len(self.cell.axes),
+            ready=False,
+        )
         root = self.segment.root
         fill_identity(root, self.cell, "freerun", "cyclic", path.name)
         self.channel, self.axes = root.channel[0], root.axis
-        self.state, self.bahn, self.side = self.channel.bahn_state, self.channel.bahn_mc_control, root.sidecar
+        self.state, self.bahn, self.side = (
+            self.channel.bahn_state,
+            self.channel.bahn_mc_control,
+            root.sidecar,
+        )
         self.clah = self.channel.contour_lookahead
         self.channel.head.plc_present_w = True
         self.engine = Engine(
@@ -60,7 +75,11 @@ class Inside:
         while (left := end - int(self.engine.state.cycle)) > 0:
             event = self.engine.run(left)
             self.events.append(event)
-            assert self.prepare(event) or event in (Event.DONE, Event.PROGRAM_END, Event.RECORD_FULL), event
+            assert self.prepare(event) or event in (
+                Event.DONE,
+                Event.PROGRAM_END,
+                Event.RECORD_FULL,
+            ), event
             if event is Event.RECORD_FULL:
                 self._take()
         self._take()
@@ -83,7 +102,9 @@ class Inside:
         self.parts.append(samples.pos)
         self.paths.append(samples.path)
 
-    def until(self, what: Callable[[], bool], step: int = 1, limit: int = 200_000) -> None:
+    def until(
+        self, what: Callable[[], bool], step: int = 1, limit: int = 200_000
+    ) -> None:
         """Cycles until something is true."""
         for _ in range(0, limit, step):
             if what():
@@ -98,7 +119,11 @@ class Inside:
     @property
     def pos(self) -> FloatArray:
         """Positions at the cycle (n, axes), mm."""
-        return np.concatenate(self.parts) if self.parts else np.empty((0, len(self.cell.axes)))
+        return (
+            np.concatenate(self.parts)
+            if self.parts
+            else np.empty((0, len(self.cell.axes)))
+        )
 
     def level(self, unit: Any, value: Any) -> None:
         """Command a level control unit."""
@@ -107,7 +132,10 @@ class Inside:
 
     def request(self, start: float, length: float) -> list[Any]:
         """One look-ahead request, answered in the next cycle; its blocks up to type 0."""
-        self.clah.request.start_position, self.clah.request.length = start, length
+        self.clah.request.start_position, self.clah.request.length = (
+            start,
+            length,
+        )
         self.clah.semaphor_rw = True
         self.run(1)
         assert not self.clah.semaphor_rw
@@ -116,7 +144,10 @@ class Inside:
             if block.block_type == 0:
                 break
             out.append(
-                {name: getattr(block, name) for name, _ in layout.HLI_CONTOUR_LOOKAHEAD_BLOCK._fields_}  # type: ignore[misc]
+                {
+                    name: getattr(block, name)
+                    for name, _ in layout.HLI_CONTOUR_LOOKAHEAD_BLOCK._fields_
+                }  # type: ignore[misc]
             )
         return out
 
@@ -129,6 +160,9 @@ def legal(pos: FloatArray, cell: CellConfig) -> None:
     a = np.abs(np.diff(q, n=2, axis=0)).max(axis=0) / cell.cycle_s**2
     assert (v <= cell.axis_values("v_max_mm_s") * 1.001).all(), v
     assert (a <= cell.axis_values("a_max_mm_s2") * 1.02).all(), a
-    j = np.abs(np.diff(np.vstack([start, q]), n=3, axis=0)).max(axis=0) / cell.cycle_s**3
+    j = (
+        np.abs(np.diff(np.vstack([start, q]), n=3, axis=0)).max(axis=0)
+        / cell.cycle_s**3
+    )
     limit = cell.axis_values("j_max_mm_s3")
     assert (j <= np.where(limit > 0, limit, np.inf) * 1.02).all(), j

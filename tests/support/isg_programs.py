@@ -18,7 +18,14 @@ MACHINE = ProgramMachine(
     main=(0, 1, 2),
     start=np.zeros(4),
     tools={1: Tool(5.0, 20.0), 2: Tool(1.5, 7.0)},
-    m_functions={3: "MOS", 5: "MOS", 6: "MOS", 8: "MVS_SVS", 19: "MOS", 52: "MOS"},
+    m_functions={
+        3: "MOS",
+        5: "MOS",
+        6: "MOS",
+        8: "MVS_SVS",
+        19: "MOS",
+        52: "MOS",
+    },
     externals={
         "GO": External("GO", "UNS32", 1),
         "A.B": External("A.B", "REAL64", 2, 3),
@@ -36,12 +43,22 @@ ITEMS_MAX = 6_000
 class Run:
     """What one program gave: rows, waits, errors, warnings, messages."""
 
-    def __init__(self, text: str, folder: Path, *, name: str = "program.nc", skip: int = 0, **options) -> None:
+    def __init__(
+        self,
+        text: str,
+        folder: Path,
+        *,
+        name: str = "program.nc",
+        skip: int = 0,
+        **options,
+    ) -> None:
         path = folder / name
         path.write_text(text)
         self.port = OfflinePort(MACHINE.start, skip)
         idle = options.pop("idle", None)
-        self.reader = IsgFrontEnd(path, MACHINE, self.port, collect=True, **options)
+        self.reader = IsgFrontEnd(
+            path, MACHINE, self.port, collect=True, **options
+        )
         if idle:
             self.reader.idle_blocks_max = idle
         items, count = [], 0
@@ -53,10 +70,14 @@ class Run:
         self.reader.close()
         self.waits = [item for item in items if isinstance(item, Wait)]
         batches = [item.rows for item in items if not isinstance(item, Wait)]
-        self.rows = np.concatenate(batches) if batches else np.empty(0, NC_BLOCK)
+        self.rows = (
+            np.concatenate(batches) if batches else np.empty(0, NC_BLOCK)
+        )
         self.codes = [error.code for error in self.reader.errors]
         self.warned = [warning.code for warning in self.reader.warnings]
-        self.messages = [m for m in self.port.messages if not m.startswith(str(path))]
+        self.messages = [
+            m for m in self.port.messages if not m.startswith(str(path))
+        ]
 
     @property
     def ends(self):

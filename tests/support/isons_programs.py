@@ -53,7 +53,13 @@ class Outcome:
         return list(self.reader.store.scope.arrays[name.upper()])
 
 
-def run(folder: Path, text: str, config: str = "", files: dict[str, str] | None = None, **options: Any) -> Outcome:
+def run(
+    folder: Path,
+    text: str,
+    config: str = "",
+    files: dict[str, str] | None = None,
+    **options: Any,
+) -> Outcome:
     """Read a whole program; CncError if it is wrong (unless ``collect``)."""
     path = folder / "program.isons"
     path.write_text(text)

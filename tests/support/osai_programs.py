@@ -93,7 +93,10 @@ def changed(setup: str, **lines: str | None) -> str:
     out = setup.splitlines()
     for key, text in lines.items():
         head = "(" + key.replace("_", ",")
-        at = next((i for i, line in enumerate(out) if line.startswith(head + ",")), None)
+        at = next(
+            (i for i, line in enumerate(out) if line.startswith(head + ",")),
+            None,
+        )
         if at is None:
             assert text is not None, key
             out.append(text)
@@ -111,7 +114,13 @@ class Workshop:
         self.folder = folder
         self._made: list[Program] = []
 
-    def program(self, text: str, setup: str = SETUP_3, cell: CellConfig = CELL_3, **options: Any) -> Program:
+    def program(
+        self,
+        text: str,
+        setup: str = SETUP_3,
+        cell: CellConfig = CELL_3,
+        **options: Any,
+    ) -> Program:
         """Rows as ``blocks`` shows them, unless ``programmed`` is False."""
         options.setdefault("programmed", True)
         (self.folder / "CONFIG1").write_text(setup)
@@ -124,12 +133,18 @@ class Workshop:
         for program in self._made:
             program.reader.close()  # type: ignore[attr-defined]
 
-    def profile(self, body: str, setup: str = SETUP_3, head: str = "G61", **options: Any) -> Program:
+    def profile(
+        self, body: str, setup: str = SETUP_3, head: str = "G61", **options: Any
+    ) -> Program:
         """A program that is one profile."""
-        return self.program(f"(HSM,CONFIG1)\n{head}\n{body}\nG60\n", setup, **options)
+        return self.program(
+            f"(HSM,CONFIG1)\n{head}\n{body}\nG60\n", setup, **options
+        )
 
 
-def curves(program: Program, rows: int = 4096) -> list[tuple[np.ndarray[Any, Any], float, Any]]:
+def curves(
+    program: Program, rows: int = 4096
+) -> list[tuple[np.ndarray[Any, Any], float, Any]]:
     """(coefficients (axes, degree + 1), span, row) of every polynomial of a program."""
     axes, out = len(program.cell.axes), []
     while (batch := program.read(rows)) is not None:
@@ -138,12 +153,16 @@ def curves(program: Program, rows: int = 4096) -> list[tuple[np.ndarray[Any, Any
             if row["type"] == 3 and not row["flags"] & 256:
                 order = int(row["degree"]) + 1
                 first = int(row["pool"])
-                coef = batch.pool[first : first + axes * order].reshape(axes, order)
+                coef = batch.pool[first : first + axes * order].reshape(
+                    axes, order
+                )
                 out.append((coef.copy(), float(row["angle"]), row.copy()))
     return out
 
 
-def value(coef: np.ndarray[Any, Any], s: float, order: int = 0) -> np.ndarray[Any, Any]:
+def value(
+    coef: np.ndarray[Any, Any], s: float, order: int = 0
+) -> np.ndarray[Any, Any]:
     """A derivative of a polynomial at s."""
     for _ in range(order):
         coef = coef[:, 1:] * np.arange(1, coef.shape[1])

@@ -25,7 +25,9 @@ def leftovers() -> Iterator[None]:
     hli.sweep()
 
 
-def _started_process(command: list[str], **options: Any) -> subprocess.Popen[str]:
+def _started_process(
+    command: list[str], **options: Any
+) -> subprocess.Popen[str]:
     process = subprocess.Popen(command, text=True, **options)
     _started.append(process)
     return process
@@ -33,7 +35,15 @@ def _started_process(command: list[str], **options: Any) -> subprocess.Popen[str
 
 def start_plc(name: str, *arguments: str) -> subprocess.Popen[str]:
     """The PLC process."""
-    command = [sys.executable, "-P", "-m", "plc_client", "--name", name, *arguments]
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "plc_client",
+        "--name",
+        name,
+        *arguments,
+    ]
     return _started_process(command, stderr=subprocess.PIPE)
 
 
@@ -46,7 +56,13 @@ def run_plc(name: str, *arguments: str) -> tuple[int, str]:
 
 def start_cnc(name: str, **arguments: Any) -> subprocess.Popen[str]:
     """The fake CNC as a process, ready."""
-    command = [sys.executable, "-P", str(Path(__file__).with_name("fake_cnc.py")), name, json.dumps(arguments)]
+    command = [
+        sys.executable,
+        "-P",
+        str(Path(__file__).with_name("fake_cnc.py")),
+        name,
+        json.dumps(arguments),
+    ]
     process = _started_process(command, stdout=subprocess.PIPE)
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"

@@ -12,7 +12,14 @@ class Follow:
 
     def cyclic(self):
         new = self.clah.follow(200_000.0)
-        self.seen += [(int(b["block_number"]), float(b["start_position"]), float(b["length"])) for b in new]
+        self.seen += [
+            (
+                int(b["block_number"]),
+                float(b["start_position"]),
+                float(b["length"]),
+            )
+            for b in new
+        ]
 
     def result(self):
         return self.seen
@@ -35,7 +42,9 @@ class FollowByHand:
                 block = unit.response.block[i]
                 if block.block_type == 0:
                     break
-                self.seen.append((block.block_number, block.start_position, block.length))
+                self.seen.append(
+                    (block.block_number, block.start_position, block.length)
+                )
                 self.end = block.start_position + block.length
             self.pending = False
         if self.end < unit.state.max_dist_prog_start:

@@ -20,7 +20,9 @@ class Events:
     def cyclic(self) -> None:
         while self.seen < self.area[COUNT * WORDS]:
             slot = COUNT + 1 + self.seen % SLOTS
-            self.area[(GENERIC + 2 * self.seen) * WORDS] = self.area[slot * WORDS]
+            self.area[(GENERIC + 2 * self.seen) * WORDS] = self.area[
+                slot * WORDS
+            ]
             distance = int(self.channel.bahn_state.dist_prog_start // 10)
             self.area[(GENERIC + 2 * self.seen + 1) * WORDS] = distance
             self.seen += 1

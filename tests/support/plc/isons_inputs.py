@@ -6,7 +6,11 @@ from typing import Any
 
 from plc_client import task
 
-INPUT, OUTPUT, GENERIC = 0, 256, 512  # first blocks of 24 bytes, in words of four bytes times six
+INPUT, OUTPUT, GENERIC = (
+    0,
+    256,
+    512,
+)  # first blocks of 24 bytes, in words of four bytes times six
 WORDS = 6
 
 

@@ -38,9 +38,14 @@ class Pauses:
         far = self.channel.bahn_state.dist_prog_start >= 10.0 * TENTH_UM
         self.waited = self.waited + 1 if state == wanted and far else 0
         if self.waited > wait:
-            self.unit.command_w.to_mode, self.unit.command_w.to_state = AUTOMATIC, target
+            self.unit.command_w.to_mode, self.unit.command_w.to_state = (
+                AUTOMATIC,
+                target,
+            )
             self.unit.command_semaphor_rw = True
-            self.held = float(self.channel.bahn_state.dist_prog_start) / TENTH_UM
+            self.held = (
+                float(self.channel.bahn_state.dist_prog_start) / TENTH_UM
+            )
             self.steps.pop(0)
 
     def result(self) -> dict[str, Any]:

@@ -29,6 +29,9 @@ class Stops:
         wanted, target = self.steps[0]
         far = self.channel.bahn_state.dist_prog_start >= 10.0 * TENTH_UM
         if int(self.unit.state_r.state) == wanted and far:
-            self.unit.command_w.to_mode, self.unit.command_w.to_state = AUTOMATIC, target
+            self.unit.command_w.to_mode, self.unit.command_w.to_state = (
+                AUTOMATIC,
+                target,
+            )
             self.unit.command_semaphor_rw = True
             self.steps.pop(0)

@@ -48,7 +48,11 @@ class Modes:
         if state != wanted or self.ch.bahn_state.dist_prog_start < distance:
             return
         command = self.unit.command_w
-        command.to_mode, command.to_state, command.parameter = mode, target, parameter
+        command.to_mode, command.to_state, command.parameter = (
+            mode,
+            target,
+            parameter,
+        )
         self.unit.command_semaphor_rw = True
         self.step = next(self.steps, None)
 
@@ -56,4 +60,8 @@ class Modes:
         return self.step is None and not self.unit.command_semaphor_rw
 
     def result(self) -> dict[str, Any]:
-        return {"log": self.log, "errors": self.errors, "position": self.ch.bahn_state.coord_r[0].act_position_r}
+        return {
+            "log": self.log,
+            "errors": self.errors,
+            "position": self.ch.bahn_state.coord_r[0].act_position_r,
+        }

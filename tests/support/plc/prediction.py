@@ -18,7 +18,10 @@ class Note:
                 "eta": float(b.eta_time_r) / 1000.0 if b.eta_valid_r else None,
                 "rapid": bool(b.rapid_active_r),
                 "feed": int(b.active_feed_r),
-                "esa": [float(v) if ok else None for v, ok in zip(b.esa_vb, b.esa_data_valid, strict=True)],
+                "esa": [
+                    float(v) if ok else None
+                    for v, ok in zip(b.esa_vb, b.esa_data_valid, strict=True)
+                ],
                 "way": float(b.dist_v_0_r) if b.pos_v_0_valid_r else None,
                 "rest": [int(b.pos_v_0_pcs_r[i]) for i in range(3)],
                 "acs": [int(b.pos_v_0_acs_r[i]) for i in range(3)],

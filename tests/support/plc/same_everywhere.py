@@ -26,7 +26,12 @@ class SameEverywhere:
         for b in self.contour.follow(1_000_000.0):
             self.elements.append(int(b["block_number"]))
             if b["compensated_radius"] > 0:
-                self.arcs.append((float(b["start_position"]), float(b["start_position"] + b["length"])))
+                self.arcs.append(
+                    (
+                        float(b["start_position"]),
+                        float(b["start_position"] + b["length"]),
+                    )
+                )
         here = self.ch.bahn_state.dist_prog_start
         near = any(begin - 50_000.0 < here < end for begin, end in self.arcs)
         self.percent = self.slow if near else 100.0
@@ -34,4 +39,8 @@ class SameEverywhere:
         self.commanded |= near and self.override.effective == self.percent
 
     def result(self) -> dict[str, Any]:
-        return {"elements": self.elements, "arcs": len(self.arcs), "commanded": self.commanded}
+        return {
+            "elements": self.elements,
+            "arcs": len(self.arcs),
+            "commanded": self.commanded,
+        }

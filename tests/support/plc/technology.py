@@ -22,13 +22,26 @@ class Techno:
         for name, _i, unit in self.units():
             if unit.please_rw and self.random.random() < 0.7:
                 data = bytes(unit.attribut_r.data[k] for k in range(32))
-                number, synch = int.from_bytes(data[0:4], "little"), int.from_bytes(data[24:28], "little")
+                number, synch = (
+                    int.from_bytes(data[0:4], "little"),
+                    int.from_bytes(data[24:28], "little"),
+                )
                 block = int.from_bytes(data[8:12], "little")
                 unit.please_rw = False
                 self.seen.append(
-                    (number, block, synch, state.dist_prog_start, state.active_feed_r, name[12:15], self.hli.cycle)
+                    (
+                        number,
+                        block,
+                        synch,
+                        state.dist_prog_start,
+                        state.active_feed_r,
+                        name[12:15],
+                        self.hli.cycle,
+                    )
                 )
-                self.open.append((self.hli.cycle + self.random.randrange(1, 40), unit))
+                self.open.append(
+                    (self.hli.cycle + self.random.randrange(1, 40), unit)
+                )
         for entry in [e for e in self.open if e[0] <= self.hli.cycle]:
             entry[1].done_w = True
             self.open.remove(entry)
@@ -47,7 +60,9 @@ class NeverFetches:
 
     def cyclic(self):
         state = self.ch.bahn_state
-        self.waits += bool(state.wait_techno_acknowledge_r and state.stop_condition_r & 64)
+        self.waits += bool(
+            state.wait_techno_acknowledge_r and state.stop_condition_r & 64
+        )
         if self.waits > 200:
             self.ch.techno_unit_std_sync[0].please_rw = False
             self.ch.techno_unit_std_sync[0].done_w = True

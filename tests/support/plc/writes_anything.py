@@ -29,7 +29,9 @@ class Hostile:
         if MODES:
             self._command()
         else:
-            self.memory[self.where] = self.rng.integers(0, 256, len(self.where), np.uint8)
+            self.memory[self.where] = self.rng.integers(
+                0, 256, len(self.where), np.uint8
+            )
 
     def _command(self) -> None:
         unit = self.hli.gpCh[0].channel_mc_control.mode_and_state
@@ -46,4 +48,8 @@ class Hostile:
         return not MODES or self.scans > 400
 
     def result(self) -> dict[str, int]:
-        return {"scans": self.scans, "bytes": self.scans * len(self.where), "states": layout.HLI_PHASE_ENDED}
+        return {
+            "scans": self.scans,
+            "bytes": self.scans * len(self.where),
+            "states": layout.HLI_PHASE_ENDED,
+        }

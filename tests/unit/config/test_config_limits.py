@@ -18,7 +18,9 @@ def test_limits_that_end_no_motion(key: str) -> None:
 @pytest.mark.parametrize("jerk", ["1e-6", "0.01", "0.999"])
 def test_a_jerk_limit_below_rounding(jerk: str) -> None:
     """Over the minutes such a motion lasts positions round to more jerk than that (61 times 0.01 mm/s3): refused."""
-    with pytest.raises(CncError, match=r"axes\.X.*j_max_mm_s3 .* below 1 mm/s3"):
+    with pytest.raises(
+        CncError, match=r"axes\.X.*j_max_mm_s3 .* below 1 mm/s3"
+    ):
         parse_config(f"[axes.X]\nj_max_mm_s3 = {jerk}\n[axes.Y]\n[axes.Z]\n")
 
 

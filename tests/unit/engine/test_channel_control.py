@@ -18,11 +18,18 @@ L_SHAPE = "N10 G1 X50 F6000\nN20 Y20\nN30 X0\nN40 Y0\n"
 M8 = '[channel.m_synch]\n8="{}"'
 
 
-def _insert(cnc: Inside, value: float, mode: int, axis: int = 0, m: int = 0) -> None:
+def _insert(
+    cnc: Inside, value: float, mode: int, axis: int = 0, m: int = 0
+) -> None:
     unit = cnc.bahn.insert_cmd
     unit.enable_w = True
     command = unit.command_w
-    command.dist_or_pos, command.rel_abs_mode, command.axis_nr, command.m_function_nr = value, mode, axis, m
+    (
+        command.dist_or_pos,
+        command.rel_abs_mode,
+        command.axis_nr,
+        command.m_function_nr,
+    ) = value, mode, axis, m
     unit.command_semaphor_rw = True
     cnc.run(2)
     assert not unit.command_semaphor_rw
@@ -38,7 +45,9 @@ def _stops(cnc: Inside) -> list[float]:
     """Distances, mm, at which the path stood until the program's end; each stop is continued."""
     out = []
     while True:
-        cnc.until(lambda: bool(cnc.state.wait_continue_r or cnc.state.program_end_r))
+        cnc.until(
+            lambda: bool(cnc.state.wait_continue_r or cnc.state.program_end_r)
+        )
         if cnc.state.program_end_r:
             return out
         assert cnc.state.stop_condition_r & 2048
@@ -57,7 +66,9 @@ def _stops(cnc: Inside) -> list[float]:
         (500.0, 1, 0, [140.0]),  # beyond the end: at the end
     ],
 )
-def test_absolute_stop(value: float, mode: int, axis: int, stops: list[float], tmp_path: Path) -> None:
+def test_absolute_stop(
+    value: float, mode: int, axis: int, stops: list[float], tmp_path: Path
+) -> None:
     """An absolute stop stands where it was asked for, in a block, at its end, at an axis position, at the end."""
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.until(lambda: cnc.state.dist_prog_start > 20_000)
@@ -74,7 +85,9 @@ def test_relative_stops(tmp_path: Path) -> None:
         at = cnc.state.dist_prog_start / 10000
         _insert(cnc, 300_000, 0)
         stops = _stops(cnc)
-        assert np.diff([*stops]) == pytest.approx([30.0] * (len(stops) - 1), abs=1e-6)
+        assert np.diff([*stops]) == pytest.approx(
+            [30.0] * (len(stops) - 1), abs=1e-6
+        )
         assert stops[0] == pytest.approx(at + 30, abs=0.3)
         assert len(stops) == 4
         assert cnc.bahn.insert_cmd.state_r.distance_of_next_stop == -1.0
@@ -128,7 +141,9 @@ def test_an_inserted_function_is_waited_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -1e300])
-def test_a_wrong_insert_is_taken_and_does_nothing(value: float, tmp_path: Path) -> None:
+def test_a_wrong_insert_is_taken_and_does_nothing(
+    value: float, tmp_path: Path
+) -> None:
     """Numbers that are none are taken off the unit and counted."""
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.run(5)
@@ -140,7 +155,11 @@ def test_a_wrong_insert_is_taken_and_does_nothing(value: float, tmp_path: Path) 
 # ---------------------------------------------------------------- delete distance to go
 def test_delete_distance_to_go(tmp_path: Path) -> None:
     """The rising edge brakes and leads straight to the end of the next motion block; functions between are not lost."""
-    with Inside(tmp_path, "N10 G1 X50 F6000\nN15 M8\nN20 Y20\nN30 X0\nN40 Y0\n", M8.format("MOS")) as cnc:
+    with Inside(
+        tmp_path,
+        "N10 G1 X50 F6000\nN15 M8\nN20 Y20\nN30 X0\nN40 Y0\n",
+        M8.format("MOS"),
+    ) as cnc:
         cnc.until(lambda: cnc.state.dist_prog_start > 200_000)
         cnc.level(cnc.bahn.delete_distance_to_go, True)
         cnc.run(1)
@@ -151,8 +170,13 @@ def test_delete_distance_to_go(tmp_path: Path) -> None:
         corner = np.abs(cnc.pos - [50.0, 20.0, 0.0]).max(axis=1).argmin()
         turn = np.flatnonzero(cnc.pos[:, 1] > 1e-9)[0]
         way = cnc.pos[turn:corner]
-        straight, driven = np.array([50.0, 20.0]) - cnc.pos[turn - 1, :2], way[:, :2] - cnc.pos[turn - 1, :2]
-        off = (straight[0] * driven[:, 1] - straight[1] * driven[:, 0]) / np.linalg.norm(straight)
+        straight, driven = (
+            np.array([50.0, 20.0]) - cnc.pos[turn - 1, :2],
+            way[:, :2] - cnc.pos[turn - 1, :2],
+        )
+        off = (
+            straight[0] * driven[:, 1] - straight[1] * driven[:, 0]
+        ) / np.linalg.norm(straight)
         assert np.abs(off).max() < 1e-2
         assert cnc.pos[-1] == pytest.approx([0, 0, 0])
         assert cnc.state.dist_prog_start == pytest.approx(1_400_000)
@@ -184,9 +208,13 @@ def test_delete_distance_to_go_in_the_last_block(tmp_path: Path) -> None:
         assert np.diff(cnc.pos[:, 0]).min() > -1e-9
 
 
-def test_backward_motion_waits_for_the_way_back_to_the_path(tmp_path: Path) -> None:
+def test_backward_motion_waits_for_the_way_back_to_the_path(
+    tmp_path: Path,
+) -> None:
     """The rest of a block is deleted, and the axes stand beside the path: there is nothing to turn back on."""
-    with Inside(tmp_path, "N10 G1 X50 F6000\n#FLUSH WAIT\nN15 G4 X0.05\nN20 Y20\n") as cnc:
+    with Inside(
+        tmp_path, "N10 G1 X50 F6000\n#FLUSH WAIT\nN15 G4 X0.05\nN20 Y20\n"
+    ) as cnc:
         cnc.until(lambda: cnc.state.dist_prog_start > 200_000)
         cnc.level(cnc.bahn.feedhold, True)
         cnc.run(200)
@@ -207,7 +235,12 @@ def test_storage_clear_bounds_backward_motion(tmp_path: Path) -> None:
     path = "N10 G1 X20 F6000\n#BACKWARD STORAGE CLEAR\nN20 Y20\nN30 X0\n"
     text = f"#CONTOUR LOOKAHEAD LOG ON\n{path}#CONTOUR LOOKAHEAD LOG OFF\n"
     with Inside(tmp_path, text) as cnc:
-        cnc.until(lambda: cnc.state.block_number_r == 30 and cnc.state.dist_prog_start > 450_000)
+        cnc.until(
+            lambda: (
+                cnc.state.block_number_r == 30
+                and cnc.state.dist_prog_start > 450_000
+            )
+        )
         before = cnc.request(0, 0)
         cnc.level(cnc.bahn.backward_motion, True)
         seen = []
@@ -226,12 +259,18 @@ def test_storage_clear_bounds_backward_motion(tmp_path: Path) -> None:
 
 def test_backward_motion_has_a_speed_of_its_own(tmp_path: Path) -> None:
     """VEL_GO_LINE_RETRACE of the cell: backward 600 mm/min, forward again faster."""
-    with Inside(tmp_path, "N10 G1 X20 F6000\nN20 G0 Y20\nN30 G1 X0\n", "[isons]\nVEL_GO_LINE_RETRACE = 600\n") as cnc:
+    with Inside(
+        tmp_path,
+        "N10 G1 X20 F6000\nN20 G0 Y20\nN30 G1 X0\n",
+        "[isons]\nVEL_GO_LINE_RETRACE = 600\n",
+    ) as cnc:
         cnc.until(lambda: cnc.state.block_number_r == 30)
         cnc.level(cnc.bahn.backward_motion, True)
         cnc.run(1000)
         seen = -np.diff(_distances(cnc, 1500))
-        assert seen.max() == pytest.approx(10.0 * 10, rel=0.02)  # 0.1 um a cycle
+        assert seen.max() == pytest.approx(
+            10.0 * 10, rel=0.02
+        )  # 0.1 um a cycle
         cnc.level(cnc.bahn.backward_motion, False)
         cnc.run(300)
         assert np.diff(_distances(cnc, 100)).max() > 800.0
@@ -256,10 +295,16 @@ def test_without_storage_there_is_no_backward_motion(tmp_path: Path) -> None:
         assert cnc.state.dist_prog_start == pytest.approx(1_400_000)
 
 
-@pytest.mark.parametrize(("synch", "waits"), [("MVS_SVS", False), ("MVS_SVS | BWD_SYNCH", True)])
-def test_functions_in_backward_motion(synch: str, waits: bool, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("synch", "waits"), [("MVS_SVS", False), ("MVS_SVS | BWD_SYNCH", True)]
+)
+def test_functions_in_backward_motion(
+    synch: str, waits: bool, tmp_path: Path
+) -> None:
     """Backward, a function is put out without being waited for, unless it is flagged BWD_SYNCH."""
-    with Inside(tmp_path, "N10 G1 X20 F6000\nN20 M8\nN30 X40\n", M8.format(synch)) as cnc:
+    with Inside(
+        tmp_path, "N10 G1 X20 F6000\nN20 M8\nN30 X40\n", M8.format(synch)
+    ) as cnc:
         unit = cnc.channel.techno_unit_std_sync[0]
         cnc.until(lambda: bool(unit.please_rw))
         unit.please_rw, unit.done_w = False, True
@@ -277,7 +322,9 @@ def test_functions_in_backward_motion(synch: str, waits: bool, tmp_path: Path) -
 
 def test_simulated_motion_does_not_wait_for_functions(tmp_path: Path) -> None:
     """simulate_motion: functions ahead go out as MOS, the path does not wait for them."""
-    with Inside(tmp_path, "N10 G1 X20 F6000\nN20 M8\nN30 X40\n", M8.format("MVS_SVS")) as cnc:
+    with Inside(
+        tmp_path, "N10 G1 X20 F6000\nN20 M8\nN30 X40\n", M8.format("MVS_SVS")
+    ) as cnc:
         cnc.level(cnc.bahn.simulate_motion, True)
         cnc.end(3000)
         assert cnc.channel.techno_unit_std_sync[0].please_rw
@@ -320,8 +367,12 @@ def test_feed_hold_of_one_axis(tmp_path: Path) -> None:
         legal(cnc.pos, cnc.cell)
 
 
-@pytest.mark.parametrize("unit", ["drive_on", "torque_permission", "release_feedhold"])
-def test_an_axis_that_is_not_released_holds_the_path(unit: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "unit", ["drive_on", "torque_permission", "release_feedhold"]
+)
+def test_an_axis_that_is_not_released_holds_the_path(
+    unit: str, tmp_path: Path
+) -> None:
     """Drive enables and the feed release of every axis are needed, with bit 12 while they miss."""
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.axes[2].head.plc_present_w = True
@@ -337,10 +388,16 @@ def test_an_axis_that_is_not_released_holds_the_path(unit: str, tmp_path: Path) 
 
 
 # ---------------------------------------------------------------- modes
-def _mode(cnc: Inside, state: int, mode: int = 2, parameter: bytes = b"") -> None:
+def _mode(
+    cnc: Inside, state: int, mode: int = 2, parameter: bytes = b""
+) -> None:
     unit = cnc.channel.channel_mc_control.mode_and_state
     unit.enable_w = True
-    unit.command_w.to_mode, unit.command_w.to_state, unit.command_w.parameter = mode, state, parameter
+    (
+        unit.command_w.to_mode,
+        unit.command_w.to_state,
+        unit.command_w.parameter,
+    ) = mode, state, parameter
     unit.command_semaphor_rw = True
 
 
@@ -364,8 +421,13 @@ def test_stop_and_resume(tmp_path: Path) -> None:
         legal(cnc.pos, cnc.cell)
 
 
-@pytest.mark.parametrize(("mode", "state"), [(0, 3), (6, 3), (2, 6), (2, 0), (1, 4), (2, 14), (2, 2**32 - 1)])
-def test_an_impossible_target_is_an_error_and_nothing_else(mode: int, state: int, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("mode", "state"),
+    [(0, 3), (6, 3), (2, 6), (2, 0), (1, 4), (2, 14), (2, 2**32 - 1)],
+)
+def test_an_impossible_target_is_an_error_and_nothing_else(
+    mode: int, state: int, tmp_path: Path
+) -> None:
     """Error 270061 in mc_error; the command is taken, nothing happens."""
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.channel.mc_error.enable_w = True
@@ -460,19 +522,29 @@ def _spindle(cnc: Inside) -> layout.HLI_S_PROZESS:
     unit = cnc.axes[3].techno_unit_std_sync[0]
     cnc.until(lambda: bool(unit.please_rw), limit=5000)
     assert unit.fkt_ctrl_r == 3
-    data = layout.HLI_S_PROZESS.from_buffer_copy(bytes(unit.attribut_r.data)[: ctypes.sizeof(layout.HLI_S_PROZESS)])
+    data = layout.HLI_S_PROZESS.from_buffer_copy(
+        bytes(unit.attribut_r.data)[: ctypes.sizeof(layout.HLI_S_PROZESS)]
+    )
     unit.please_rw = False
     return data
 
 
 def test_spindle_functions_go_to_the_spindles_axis(tmp_path: Path) -> None:
     """M3 with its speed is waited for, a new S is told, M5 stops; all in the spindle's axis area."""
-    text = "N10 S1000 M3\nN20 G1 X10 F6000\nN30 S2000\nN40 X20\nN50 M5\nN60 X30\n"
+    text = (
+        "N10 S1000 M3\nN20 G1 X10 F6000\nN30 S2000\nN40 X20\nN50 M5\nN60 X30\n"
+    )
     with Inside(tmp_path, text, SPINDLE) as cnc:
         axis = cnc.axes[3]
         axis.head.plc_present_w = True
         first = _spindle(cnc)
-        assert (first.move_cmd, first.pos_cmd, first.rev, first.axis_nr, first.satz_nr) == (3, 0, 6_000_000, 6, 10)
+        assert (
+            first.move_cmd,
+            first.pos_cmd,
+            first.rev,
+            first.axis_nr,
+            first.satz_nr,
+        ) == (3, 0, 6_000_000, 6, 10)
         cnc.run(200)
         assert cnc.state.dist_prog_start == 0
         axis.techno_unit_std_sync[0].done_w = True
@@ -481,7 +553,9 @@ def test_spindle_functions_go_to_the_spindles_axis(tmp_path: Path) -> None:
         third = _spindle(cnc)
         assert third.move_cmd == 5
         cnc.end()
-        assert not any(unit.please_rw for unit in cnc.channel.techno_unit_std_sync)
+        assert not any(
+            unit.please_rw for unit in cnc.channel.techno_unit_std_sync
+        )
 
 
 def test_spindle_without_plc_present_is_acknowledged(tmp_path: Path) -> None:
@@ -494,7 +568,9 @@ def test_spindle_without_plc_present_is_acknowledged(tmp_path: Path) -> None:
 def test_functions_can_be_suppressed(tmp_path: Path) -> None:
     """Execution mode 0x2000: no function goes to the PLC, none is waited for."""
     assert NO_FUNCTIONS == 0x2000
-    with Inside(tmp_path, "N10 G1 X10 F6000\nN20 M8\nN30 X20\n", M8.format("MVS_SVS")) as cnc:
+    with Inside(
+        tmp_path, "N10 G1 X10 F6000\nN20 M8\nN30 X20\n", M8.format("MVS_SVS")
+    ) as cnc:
         cnc.engine.suppress_functions(True)
         cnc.end()
         assert not cnc.channel.techno_unit_std_sync[0].please_rw
@@ -502,7 +578,11 @@ def test_functions_can_be_suppressed(tmp_path: Path) -> None:
 
 def level_units(channel: Any) -> list[str]:
     """Names of the level units of bahn_mc_control."""
-    return [n for n, t in layout.HLI_BAHN_MC_CONTROL._fields_ if t is layout.MC_CONTROL_BOOL_UNIT]  # type: ignore[misc]
+    return [
+        n
+        for n, t in layout.HLI_BAHN_MC_CONTROL._fields_
+        if t is layout.MC_CONTROL_BOOL_UNIT
+    ]  # type: ignore[misc]
 
 
 def test_every_level_unit_shows_its_state(tmp_path: Path) -> None:
@@ -518,14 +598,30 @@ def test_every_level_unit_shows_its_state(tmp_path: Path) -> None:
             assert not unit.state_r, name
 
 
-def test_what_the_cnc_shows_is_shown_again_whoever_overwrites_it(tmp_path: Path) -> None:
+def test_what_the_cnc_shows_is_shown_again_whoever_overwrites_it(
+    tmp_path: Path,
+) -> None:
     """Status members hold the CNC's values behind every cycle, also those that did not change in it."""
-    with Inside(tmp_path, L_SHAPE) as first, Inside(tmp_path, L_SHAPE) as second:
+    with (
+        Inside(tmp_path, L_SHAPE) as first,
+        Inside(tmp_path, L_SHAPE) as second,
+    ):
         for cnc in (first, second):
             cnc.run(40)
-        for member in ("dist_prog_start", "command_feed_r", "block_number_r", "stop_condition_r", "override_r"):
+        for member in (
+            "dist_prog_start",
+            "command_feed_r",
+            "block_number_r",
+            "stop_condition_r",
+            "override_r",
+        ):
             setattr(second.state, member, 7)
-        for member in ("feedhold_active_r", "program_end_r", "dwell_time_active_r", "wait_continue_r"):
+        for member in (
+            "feedhold_active_r",
+            "program_end_r",
+            "dwell_time_active_r",
+            "wait_continue_r",
+        ):
             setattr(second.state, member, True)
         second.bahn.override.state_r, second.bahn.feedhold.state_r = 3, True
         second.channel.contour_lookahead.state.max_dist_prog_start = -1.0
@@ -533,6 +629,15 @@ def test_what_the_cnc_shows_is_shown_again_whoever_overwrites_it(tmp_path: Path)
         for cnc in (first, second):
             cnc.run(1)
         second.state.prog_name_r = first.state.prog_name_r
-        for part in ("bahn_state", "bahn_mc_control", "decoder_state", "channel_mc_control"):
-            assert bytes(getattr(first.channel, part)) == bytes(getattr(second.channel, part)), part
-        assert bytes(first.channel.contour_lookahead.state) == bytes(second.channel.contour_lookahead.state)
+        for part in (
+            "bahn_state",
+            "bahn_mc_control",
+            "decoder_state",
+            "channel_mc_control",
+        ):
+            assert bytes(getattr(first.channel, part)) == bytes(
+                getattr(second.channel, part)
+            ), part
+        assert bytes(first.channel.contour_lookahead.state) == bytes(
+            second.channel.contour_lookahead.state
+        )

@@ -19,9 +19,13 @@ def _turn(cnc: Inside, seconds: float) -> None:
 
 
 @pytest.mark.parametrize("cycle_s", [0.02, 0.05])
-def test_a_hold_stops_within_cycles_and_its_braking_distance(cycle_s: float, tmp_path: Path) -> None:
+def test_a_hold_stops_within_cycles_and_its_braking_distance(
+    cycle_s: float, tmp_path: Path
+) -> None:
     """What is taken back begins where a thread can still change it, not within the cycle that GEO is about to drive."""
-    with Inside(tmp_path, "N10 G1 X500 F12000\n", f"cycle_s = {cycle_s}\n") as cnc:
+    with Inside(
+        tmp_path, "N10 G1 X500 F12000\n", f"cycle_s = {cycle_s}\n"
+    ) as cnc:
         cnc.engine.start()
         _turn(cnc, 0.6)
         before = cnc.engine.state

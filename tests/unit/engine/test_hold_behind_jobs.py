@@ -11,9 +11,13 @@ from support.inside import Inside
 
 
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "no jerk"])
-def test_a_hold_behind_backward_motion_brakes_in_the_next_cycle(tmp_path: Path, jerk: bool) -> None:
+def test_a_hold_behind_backward_motion_brakes_in_the_next_cycle(
+    tmp_path: Path, jerk: bool
+) -> None:
     """The path has been fed anew at a standstill, as at the beginning of a program under ``run``."""
-    with Inside(tmp_path, "G1 X300 F9000\nM30\n", "" if jerk else NO_JERK) as cnc:
+    with Inside(
+        tmp_path, "G1 X300 F9000\nM30\n", "" if jerk else NO_JERK
+    ) as cnc:
         cnc.run(300)
         cnc.level(cnc.bahn.feedhold, True)
         cnc.run(300)

@@ -28,7 +28,9 @@ def test_the_cycle_does_not_change_the_motion_time(
     """A cycle as long as what is committed ahead is no reason to live on stopping tails: as fast as at 1 ms."""
     path = program(f"G90 G17\n{TEXTS[name]}M30\n")
     fine = plan_program(Program(path, CellConfig()), jerk=jerk)
-    coarse = plan_program(Program(path, CellConfig(cycle_s=cycle_s)), jerk=jerk, keep_samples=True)
+    coarse = plan_program(
+        Program(path, CellConfig(cycle_s=cycle_s)), jerk=jerk, keep_samples=True
+    )
     assert coarse.motion_time_s <= 1.001 * fine.motion_time_s
     assert coarse.samples is not None
     moving = np.abs(np.diff(coarse.samples["pos"], axis=0)).max(axis=1) > 0

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from support.inside import Inside, legal
 
-LOOP = "#RT WHILE\nN30 G1 X10 F6000\nN40 Y10\nN50 X0 Y0\n#RT ENDWHILE\nN70 X-5\n"
+LOOP = (
+    "#RT WHILE\nN30 G1 X10 F6000\nN40 Y10\nN50 X0 Y0\n#RT ENDWHILE\nN70 X-5\n"
+)
 
 
 def _passes(cnc: Inside, cycles: int) -> int:
@@ -22,8 +24,12 @@ def _passes(cnc: Inside, cycles: int) -> int:
     return count
 
 
-@pytest.mark.parametrize("ahead", ["", "N10 G1 F6000\n", "N10 G1 X1 F6000\nN20 X0\n"])
-def test_a_loop_that_begins_the_program_is_repeated(tmp_path: Path, ahead: str) -> None:
+@pytest.mark.parametrize(
+    "ahead", ["", "N10 G1 F6000\n", "N10 G1 X1 F6000\nN20 X0\n"]
+)
+def test_a_loop_that_begins_the_program_is_repeated(
+    tmp_path: Path, ahead: str
+) -> None:
     """isg_contour_lookahead 9, T3: the PLC sets the loop's condition; nothing has to stand ahead of the loop."""
     with Inside(tmp_path, ahead + LOOP) as cnc:
         cnc.level(cnc.bahn.rt_loop_enable, True)
@@ -31,9 +37,13 @@ def test_a_loop_that_begins_the_program_is_repeated(tmp_path: Path, ahead: str) 
 
 
 @pytest.mark.parametrize("modulo", ["", " [MODULO]"])
-def test_the_distance_is_continuous_where_a_loop_begins_again(tmp_path: Path, modulo: str) -> None:
+def test_the_distance_is_continuous_where_a_loop_begins_again(
+    tmp_path: Path, modulo: str
+) -> None:
     """isg_contour_lookahead 5.5 and 8: no whole pass too much while it stands at ENDWHILE in single block."""
-    with Inside(tmp_path, LOOP.replace("#RT WHILE", "#RT WHILE" + modulo)) as cnc:
+    with Inside(
+        tmp_path, LOOP.replace("#RT WHILE", "#RT WHILE" + modulo)
+    ) as cnc:
         cnc.level(cnc.bahn.rt_loop_enable, True)
         cnc.level(cnc.bahn.single_block, True)
         before, length = 0.0, 100_000 * (2 + np.sqrt(2))
@@ -42,14 +52,18 @@ def test_the_distance_is_continuous_where_a_loop_begins_again(tmp_path: Path, mo
             cnc.run(1)
             now = float(cnc.state.dist_prog_start)
             step = now - before
-            assert -1 <= step < 1100 or (modulo and abs(step + length) < 1100), (k, before, now)
+            assert -1 <= step < 1100 or (
+                modulo and abs(step + length) < 1100
+            ), (k, before, now)
             before = now
         assert modulo or before > 1.2 * length
 
 
 # ------------------------------------------------------------------------- inserted stops, turning
 SQUARE = "N10 G1 F18000\nN20 X20\nN30 X10\nN40 Y10\nN50 X0\n"
-Command = tuple[int, str, object]  # cycle, level unit of bahn_mc_control or "insert", value
+Command = tuple[
+    int, str, object
+]  # cycle, level unit of bahn_mc_control or "insert", value
 
 
 def _insert(cnc: Inside, distance: float, mode: int, m_function: int) -> None:
@@ -76,16 +90,23 @@ def _drive(cnc: Inside, commands: list[Command], cycles: int) -> None:
     legal(cnc.pos, cnc.cell)
 
 
-def test_an_insert_command_while_it_stands_at_an_inserted_stop(tmp_path: Path) -> None:
+def test_an_insert_command_while_it_stands_at_an_inserted_stop(
+    tmp_path: Path,
+) -> None:
     """hli_reference 5.3, a new one replaces the old: the rest of the block is driven, not left out in one cycle."""
     text = "N10 G1 F6000\nN20 G1 X16.6501 Y-11.4414 Z18.2071\nN30 G1 X16.5866 Y-11.5615\n"
     with Inside(tmp_path, text) as cnc:
-        inserted: list[Command] = [(88, "insert", (20000, 0, 0)), (150, "insert", (20000, 2, 1))]
+        inserted: list[Command] = [
+            (88, "insert", (20000, 0, 0)),
+            (150, "insert", (20000, 2, 1)),
+        ]
         _drive(cnc, [*inserted, (400, "continue_machining", True)], 900)
         assert cnc.state.program_end_r
 
 
-def test_an_insert_command_shortly_ahead_of_a_sharp_corner(tmp_path: Path) -> None:
+def test_an_insert_command_shortly_ahead_of_a_sharp_corner(
+    tmp_path: Path,
+) -> None:
     """5.3: the path stops briefly; M01, not enabled, in a stop that lies where the path can just come to rest."""
     text = "N10 G1 F18000\nN20 X0.0723 Y0.3203\nN30 G2 X-3.4852 Y2.3357 I-1.147 J2.1228\nN40 G0 X-3.4851 Y2.3372\n"
     for cycle in range(60, 90):
@@ -95,9 +116,14 @@ def test_an_insert_command_shortly_ahead_of_a_sharp_corner(tmp_path: Path) -> No
 
 
 @pytest.mark.parametrize("hold", [False, True])
-def test_backward_from_an_inserted_stop_at_the_end(tmp_path: Path, hold: bool) -> None:
+def test_backward_from_an_inserted_stop_at_the_end(
+    tmp_path: Path, hold: bool
+) -> None:
     """hli_reference 4.1 and 5.1: going back is no program end, and nothing is driven from another place."""
-    commands: list[Command] = [(100, "insert", (600_000, 2, 0)), (1000, "backward_motion", True)]
+    commands: list[Command] = [
+        (100, "insert", (600_000, 2, 0)),
+        (1000, "backward_motion", True),
+    ]
     if hold:
         commands += [(900, "feedhold", True), (1100, "feedhold", False)]
     with Inside(tmp_path, SQUARE) as cnc:
@@ -109,7 +135,9 @@ def test_backward_from_an_inserted_stop_at_the_end(tmp_path: Path, hold: bool) -
 @pytest.mark.parametrize("cycle", [280, 284, 286, 287, 295, 400, 520, 560])
 def test_m00_is_not_lost_by_turning_at_it(tmp_path: Path, cycle: int) -> None:
     """isg_language 8, hli_reference 5.1: only continue_machining leaves M00."""
-    text = SQUARE.replace("N40", "M00\nN40") if cycle < 500 else SQUARE + "M00\n"
+    text = (
+        SQUARE.replace("N40", "M00\nN40") if cycle < 500 else SQUARE + "M00\n"
+    )
     commands: list[Command] = [
         (cycle, "feedhold", True),
         (cycle + 150, "backward_motion", True),
@@ -126,15 +154,24 @@ def test_a_dwell_is_not_lost_by_turning_at_it(tmp_path: Path) -> None:
     """Turned around twice while it dwells: the dwell is made."""
     text = SQUARE.replace("N40", "G04 0.5\nN40")
     with Inside(tmp_path, text) as cnc:
-        turns: list[Command] = [(300, "backward_motion", True), (350, "backward_motion", False)]
-        _drive(cnc, [(290, "feedhold", True), *turns, (400, "feedhold", False)], 900)
+        turns: list[Command] = [
+            (300, "backward_motion", True),
+            (350, "backward_motion", False),
+        ]
+        _drive(
+            cnc,
+            [(290, "feedhold", True), *turns, (400, "feedhold", False)],
+            900,
+        )
         assert cnc.state.dist_prog_start >= 300_000
         assert cnc.engine.state.cycle < 900 or not cnc.state.program_end_r
 
 
 def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
     """The path comes to rest at its very end with backward motion commanded: turned again it stands where it stood."""
-    text = "N10 G1 F18000\nN30 G0 X14.5361 Y40.6046\nN40 G1 X-19.3452 Y27.5431\n"
+    text = (
+        "N10 G1 F18000\nN30 G0 X14.5361 Y40.6046\nN40 G1 X-19.3452 Y27.5431\n"
+    )
     for back in range(380, 460, 4):
         commands: list[Command] = [
             (back, "backward_motion", True),
@@ -148,14 +185,23 @@ def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
             assert cnc.pos[-1] == pytest.approx([-19.3452, 27.5431, 0])
 
 
-def test_an_insert_command_replaces_one_that_is_still_ahead(tmp_path: Path) -> None:
+def test_an_insert_command_replaces_one_that_is_still_ahead(
+    tmp_path: Path,
+) -> None:
     """hli_reference 5.3, a new one replaces the old, also when the old stop is already planned: no stop passed at speed
     (one where the path is already bound to come to rest stays)."""
     text = "N50 G0 X-14.439 Y19.0161\nN60 G0 X-15.81 Y20.143\n"
     for gap in (1, 5, 12):
         for cycle in range(60, 100, 8):
             with Inside(tmp_path, text) as cnc:
-                _drive(cnc, [(cycle, "insert", (20000, 2, 0)), (cycle + gap, "insert", (300_000, 2, 0))], 700)
+                _drive(
+                    cnc,
+                    [
+                        (cycle, "insert", (20000, 2, 0)),
+                        (cycle + gap, "insert", (300_000, 2, 0)),
+                    ],
+                    700,
+                )
                 assert cnc.state.wait_continue_r
 
 

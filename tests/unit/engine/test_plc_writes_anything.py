@@ -16,25 +16,60 @@ from support.inside import Inside, legal
 from cnc_core.engine import Event
 from hli import layout
 
-HARMLESS = (Event.DONE, Event.PROGRAM_END, Event.WATCHDOG, Event.RECORD_FULL, Event.RETRACED)
+HARMLESS = (
+    Event.DONE,
+    Event.PROGRAM_END,
+    Event.WATCHDOG,
+    Event.RECORD_FULL,
+    Event.RETRACED,
+)
 PROGRAM = """N10 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
 N20 G01 X30 Y0 F6000
 N30 X30 Y40
 N40 G03 X10 Y60 I-20 J0
 N50 G02 X0 Y70 I0 J10
 N60 #CONTOUR LOOKAHEAD LOG OFF [PARAM=2]
-""" + "".join(f"N{100 + k} G01 X{k % 7} Y{(k * k) % 11} F8000\n" for k in range(60))
-SPECIAL = np.array([np.nan, np.inf, -np.inf, 0.0, -0.0, -1.0, 1e308, -1e308, 5e-324, 1e9, 4294967296.0, -0.5, 127.9])
+""" + "".join(
+    f"N{100 + k} G01 X{k % 7} Y{(k * k) % 11} F8000\n" for k in range(60)
+)
+SPECIAL = np.array(
+    [
+        np.nan,
+        np.inf,
+        -np.inf,
+        0.0,
+        -0.0,
+        -1.0,
+        1e308,
+        -1e308,
+        5e-324,
+        1e9,
+        4294967296.0,
+        -0.5,
+        127.9,
+    ]
+)
 
 
 class Hostile:
     """A thread that writes random bytes and special numbers until it is told to stop."""
 
-    def __init__(self, cnc: Inside, keep_out: tuple[str, ...], seed: int) -> None:
-        self._memory = np.frombuffer((ctypes.c_ubyte * layout_size()).from_address(cnc.segment.base), np.uint8)
+    def __init__(
+        self, cnc: Inside, keep_out: tuple[str, ...], seed: int
+    ) -> None:
+        self._memory = np.frombuffer(
+            (ctypes.c_ubyte * layout_size()).from_address(cnc.segment.base),
+            np.uint8,
+        )
         self._where = bytes_of(keep_out)
-        clah = layout.HLI_SEGMENT.channel.offset + layout.HLI_CHANNEL.contour_lookahead.offset
-        self._request, self._semaphore = self._memory[clah : clah + 16].view(np.float64), self._memory[clah + 16 :]
+        clah = (
+            layout.HLI_SEGMENT.channel.offset
+            + layout.HLI_CHANNEL.contour_lookahead.offset
+        )
+        self._request, self._semaphore = (
+            self._memory[clah : clah + 16].view(np.float64),
+            self._memory[clah + 16 :],
+        )
         self._rng = np.random.default_rng(seed)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run)
@@ -42,7 +77,9 @@ class Hostile:
 
     def _run(self) -> None:
         while not self._stop.is_set():
-            self._memory[self._where] = self._rng.integers(0, 256, len(self._where), np.uint8)
+            self._memory[self._where] = self._rng.integers(
+                0, 256, len(self._where), np.uint8
+            )
             for _ in range(10):
                 self._request[:] = self._rng.choice(SPECIAL, 2)
                 self._semaphore[0] = self._rng.integers(0, 3)
@@ -83,8 +120,12 @@ def undisturbed(folder: Path) -> Any:
         return cnc.pos
 
 
-@pytest.mark.parametrize("service", [layout.HLI_SERVICE_CYCLIC, layout.HLI_SERVICE_IMMEDIATE])
-def test_without_an_enabled_command_the_path_is_the_same(tmp_path: Path, service: int) -> None:
+@pytest.mark.parametrize(
+    "service", [layout.HLI_SERVICE_CYCLIC, layout.HLI_SERVICE_IMMEDIATE]
+)
+def test_without_an_enabled_command_the_path_is_the_same(
+    tmp_path: Path, service: int
+) -> None:
     """Random bytes in all members but enables and presence: no sample differs, requests are answered or counted."""
     expected = undisturbed(tmp_path)
     with Inside(tmp_path, PROGRAM, service=service) as cnc:
@@ -111,8 +152,13 @@ def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
         assert np.isfinite(cnc.pos).all()
         legal(cnc.pos, cnc.cell)
         assert cnc.engine.state.fault == 0
-        if "libasan" not in Path("/proc/self/maps").read_text():  # it keeps what is freed for a while
-            assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < before + 40_000
+        if (
+            "libasan" not in Path("/proc/self/maps").read_text()
+        ):  # it keeps what is freed for a while
+            assert (
+                resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+                < before + 40_000
+            )
 
 
 def test_the_cnc_shows_its_state_again(tmp_path: Path) -> None:

@@ -25,11 +25,15 @@ def _stalled(cnc: Inside, cycles: int) -> None:
 
 def _speeds(cnc: Inside) -> FloatArray:
     """Path speed, mm/s, from cycle to cycle."""
-    return np.asarray(np.linalg.norm(np.diff(cnc.pos, axis=0), axis=1) / cnc.cell.cycle_s)
+    return np.asarray(
+        np.linalg.norm(np.diff(cnc.pos, axis=0), axis=1) / cnc.cell.cycle_s
+    )
 
 
 @pytest.mark.parametrize("cycles", [25, 35, 60, 150])
-def test_the_path_keeps_its_feed_when_the_planner_is_late(tmp_path: Path, cycles: int) -> None:
+def test_the_path_keeps_its_feed_when_the_planner_is_late(
+    tmp_path: Path, cycles: int
+) -> None:
     """Without a planner for 25 to 150 ms, with a tail of 300 ms: nothing of it shows in the motion."""
     with Inside(tmp_path, CIRCLES) as cnc:
         _stalled(cnc, cycles)
@@ -55,19 +59,30 @@ def test_a_feed_hold_acts_on_the_tail(tmp_path: Path, cycles: int) -> None:
         legal(cnc.pos, cnc.cell)
 
 
-def test_a_tail_that_is_nearly_over_is_driven_to_its_end(tmp_path: Path) -> None:
+def test_a_tail_that_is_nearly_over_is_driven_to_its_end(
+    tmp_path: Path,
+) -> None:
     """The planner comes back when GEO brakes at the end of the tail: from rest it goes on."""
     with Inside(tmp_path, CIRCLES) as cnc:
         _stalled(cnc, 25)
-        cnc.until(lambda: float(np.linalg.norm(cnc.pos[-1] - cnc.pos[-2])) < 2.0 * cnc.cell.cycle_s)
+        cnc.until(
+            lambda: (
+                float(np.linalg.norm(cnc.pos[-1] - cnc.pos[-2]))
+                < 2.0 * cnc.cell.cycle_s
+            )
+        )
         cnc.engine.stall_planner(False)
         cnc.end()
         assert cnc.pos[-1] == pytest.approx([50.0, 0.0, 0.0], abs=1e-9)
         legal(cnc.pos, cnc.cell)
 
 
-@pytest.mark.parametrize(("cycles", "least"), [(20, 80.0), (25, 60.0), (30, 45.0), (35, 30.0)])
-def test_without_jerk_it_goes_on_from_the_tail_too(tmp_path: Path, cycles: int, least: float) -> None:
+@pytest.mark.parametrize(
+    ("cycles", "least"), [(20, 80.0), (25, 60.0), (30, 45.0), (35, 30.0)]
+)
+def test_without_jerk_it_goes_on_from_the_tail_too(
+    tmp_path: Path, cycles: int, least: float
+) -> None:
     """There the tail brakes from its beginning on, from 100 mm/s in 33 ms: the speed that is left then is kept."""
     with Inside(tmp_path, CIRCLES, NO_JERK) as cnc:
         _stalled(cnc, cycles)
@@ -79,9 +94,18 @@ def test_without_jerk_it_goes_on_from_the_tail_too(tmp_path: Path, cycles: int, 
         legal(cnc.pos, cnc.cell)
 
 
-CASES = [(0, "", 0.05), (1, "f", 0.05), (2, "c", 0.05), (3, "", 0.05), (4, "n", 0.05), (5, "", 0.05)]
+CASES = [
+    (0, "", 0.05),
+    (1, "f", 0.05),
+    (2, "c", 0.05),
+    (3, "", 0.05),
+    (4, "n", 0.05),
+    (5, "", 0.05),
+]
 CASES += [(6, "n", 0.05), (7, "nc", 0.05), (8, "nf", 0.05), (9, "n", 0.05)]
-CASES += [(24, "n", 0.1)]  # a brake that ends within rounding of the end of a commit
+CASES += [
+    (24, "n", 0.1)
+]  # a brake that ends within rounding of the end of a commit
 
 
 @pytest.mark.parametrize(("seed", "options", "share"), CASES)

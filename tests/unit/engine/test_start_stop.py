@@ -15,7 +15,11 @@ from hli import layout, segment
 
 def resident_kb() -> int:
     """Memory of this process now."""
-    line = next(x for x in Path("/proc/self/status").read_text().splitlines() if x.startswith("VmRSS"))
+    line = next(
+        x
+        for x in Path("/proc/self/status").read_text().splitlines()
+        if x.startswith("VmRSS")
+    )
     return int(line.split()[1])
 
 
@@ -25,7 +29,9 @@ def test_a_thousand_starts_and_stops_leave_nothing() -> None:
 
     def life(k: int) -> None:
         with segment.create(name, 1, 3) as memory:
-            engine = Engine(cell, segment=memory.base, clock=layout.HLI_CLOCK_FREERUN)
+            engine = Engine(
+                cell, segment=memory.base, clock=layout.HLI_CLOCK_FREERUN
+            )
             if k % 50 == 0:
                 engine.serve_start()
                 engine.start()
@@ -35,7 +41,11 @@ def test_a_thousand_starts_and_stops_leave_nothing() -> None:
 
     def held() -> tuple[int, int, bool]:
         threads = len(os.listdir("/proc/self/task"))
-        return len(os.listdir("/proc/self/fd")), threads, (Path("/dev/shm") / name).exists()
+        return (
+            len(os.listdir("/proc/self/fd")),
+            threads,
+            (Path("/dev/shm") / name).exists(),
+        )
 
     for k in range(100):
         life(k)
@@ -44,5 +54,7 @@ def test_a_thousand_starts_and_stops_leave_nothing() -> None:
         life(k)
     assert held() == before
     assert threading.active_count() == 1
-    if "libasan" not in Path("/proc/self/maps").read_text():  # it keeps what is freed for a while
+    if (
+        "libasan" not in Path("/proc/self/maps").read_text()
+    ):  # it keeps what is freed for a while
         assert resident_kb() < kb + 4_000

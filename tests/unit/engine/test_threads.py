@@ -24,18 +24,32 @@ N50 #RT WHILE
 N60 G01 X31 F8000
 N70 X30
 N80 #RT ENDWHILE
-""" + "".join(f"N{100 + k} G01 X{30 + k % 7} Y{40 + (k * k) % 11} F8000\n" for k in range(3000))
+""" + "".join(
+    f"N{100 + k} G01 X{30 + k % 7} Y{40 + (k * k) % 11} F8000\n"
+    for k in range(3000)
+)
 FUNCTIONS = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH"
-FORESIGHT = f"{FUNCTIONS} | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"
+FORESIGHT = (
+    f"{FUNCTIONS} | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"
+)
 CONFIG = '[channel]\ninterpolator_function = "%s"\nesa_time = [0.05]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
 SECONDS = 2.5
 
 
-@pytest.mark.parametrize("functions", [FUNCTIONS, FORESIGHT], ids=["recall", "foresight"])
-def test_commands_beside_running_threads(tmp_path: Path, functions: str) -> None:
+@pytest.mark.parametrize(
+    "functions", [FUNCTIONS, FORESIGHT], ids=["recall", "foresight"]
+)
+def test_commands_beside_running_threads(
+    tmp_path: Path, functions: str
+) -> None:
     """Backward motion, inserted stops, overrides, deleted distance and requests while the threads run: all is legal."""
     rng = np.random.default_rng(3)
-    with Inside(tmp_path, PROGRAM, CONFIG % functions, service=layout.HLI_SERVICE_IMMEDIATE) as cnc:
+    with Inside(
+        tmp_path,
+        PROGRAM,
+        CONFIG % functions,
+        service=layout.HLI_SERVICE_IMMEDIATE,
+    ) as cnc:
         cnc.engine.serve_start()
         cnc.engine.start()
         end, turn = time.monotonic() + SECONDS, 0
@@ -88,7 +102,12 @@ def command(cnc: Inside, turn: int, rng: np.random.Generator) -> None:
 
 def test_starting_and_stopping_threads(tmp_path: Path) -> None:
     """Threads stop and start again in the middle of the motion."""
-    with Inside(tmp_path, PROGRAM, CONFIG % FORESIGHT, service=layout.HLI_SERVICE_IMMEDIATE) as cnc:
+    with Inside(
+        tmp_path,
+        PROGRAM,
+        CONFIG % FORESIGHT,
+        service=layout.HLI_SERVICE_IMMEDIATE,
+    ) as cnc:
         for _ in range(20):
             cnc.engine.serve_start()
             cnc.engine.start()

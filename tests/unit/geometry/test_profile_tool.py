@@ -4,10 +4,23 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
+from support.osai_programs import (
+    CELL_5,
+    SETUP_3,
+    SETUP_5,
+    Workshop,
+    changed,
+    curves,
+    value,
+)
 
 from cnc_core.blocks import BY_PARAMETER, EXACT_STOP, LINEAR, POLYNOMIAL
-from cnc_core.blocks.profile_columns import POINTS, ProfileAxis, ProfileSpec, ToolShape
+from cnc_core.blocks.profile_columns import (
+    POINTS,
+    ProfileAxis,
+    ProfileSpec,
+    ToolShape,
+)
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
 from cnc_core.geometry.profiles import jets
@@ -16,13 +29,17 @@ from cnc_core.planning import plan_program
 
 AXES = tuple(
     ProfileAxis(name, i, role, place)
-    for i, (name, role, place) in enumerate([("X", "ABS", "LI1"), ("Y", "ORD", "LI2"), ("Z", "VRT", "LI3")])
+    for i, (name, role, place) in enumerate(
+        [("X", "ABS", "LI1"), ("Y", "ORD", "LI2"), ("Z", "VRT", "LI3")]
+    )
 )
 UP = np.array([0.0, 0.0, 1.0])
 
 
 def spec_of(**tool):
-    return ProfileSpec(POINTS, AXES, "CCP", "CCP", 5, np.zeros(3), 1, tool=ToolShape(**tool))
+    return ProfileSpec(
+        POINTS, AXES, "CCP", "CCP", 5, np.zeros(3), 1, tool=ToolShape(**tool)
+    )
 
 
 def line_along(t):
@@ -96,7 +113,9 @@ COMPENSATION = [
 ]
 
 
-@pytest.mark.parametrize(("d", "point", "radius", "edge", "wanted"), COMPENSATION)
+@pytest.mark.parametrize(
+    ("d", "point", "radius", "edge", "wanted"), COMPENSATION
+)
 def test_compensation(shop, d, point, radius, edge, wanted):
     """CLP = CCP + r n + (R - r) q - r d, through a program: toroidal, ball and cylindrical tool."""
     x, y, z = point
@@ -109,32 +128,57 @@ def test_compensation(shop, d, point, radius, edge, wanted):
     )
     body = f"X{x}Y{y}Z{z}m0.6n0o0.8F1000\nX{x + 1}Y{y}Z{z}"
     batches = list(shop.profile(body, setup).batches())
-    approach = next(row for b in batches for row in b.rows if row["type"] == LINEAR)
+    approach = next(
+        row for b in batches for row in b.rows if row["type"] == LINEAR
+    )
     assert approach["end"][:3] == pytest.approx(wanted, abs=1e-6)
 
 
 def test_length_of_a_three_axis_tool(shop):
     """The attachment stands L along the tool direction above the tip; R10 r0 L100: Z 130."""
-    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,PRG,REL)", TOL="(TOL,100,10,0,-90,)")
-    batches = list(shop.profile("X10Y20Z30m0.6n0o0.8F1000\nX11", setup).batches())
-    approach = next(row for b in batches for row in b.rows if row["type"] == LINEAR)
+    setup = changed(
+        SETUP_3,
+        PNT="(PNT,CCP,CCP,QUI)",
+        VER="(VER,REL,PRG,REL)",
+        TOL="(TOL,100,10,0,-90,)",
+    )
+    batches = list(
+        shop.profile("X10Y20Z30m0.6n0o0.8F1000\nX11", setup).batches()
+    )
+    approach = next(
+        row for b in batches for row in b.rows if row["type"] == LINEAR
+    )
     assert approach["end"][:3] == pytest.approx([20, 20, 130])
 
 
 def test_versors_are_normalised(shop):
     """Any length of a programmed versor means the same; length zero is refused."""
-    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,PRG,REL)", TOL="(TOL,0,10,2,-90,)")
+    setup = changed(
+        SETUP_3,
+        PNT="(PNT,CCP,CCP,QUI)",
+        VER="(VER,REL,PRG,REL)",
+        TOL="(TOL,0,10,2,-90,)",
+    )
     one = curves(shop.profile("X0Y0Z0m0.6n0o0.8F1000\nX9\nX12Y3", setup))
     two = curves(shop.profile("X0Y0Z0m1.5n0o2F1000\nX9m6o8\nX12Y3m3o4", setup))
-    assert value(one[-1][0], one[-1][1]) == pytest.approx(value(two[-1][0], two[-1][1]), abs=1e-9)
+    assert value(one[-1][0], one[-1][1]) == pytest.approx(
+        value(two[-1][0], two[-1][1]), abs=1e-9
+    )
     with pytest.raises(CncError) as caught:
-        list(shop.profile("X0Y0Z0m0.6n0o0.8F1000\nX9\nX12m0o0", setup).batches())
+        list(
+            shop.profile("X0Y0Z0m0.6n0o0.8F1000\nX9\nX12m0o0", setup).batches()
+        )
     assert (caught.value.code, caught.value.place.line) == (909250, 5)
 
 
 def test_first_point_needs_its_versors(shop):
     """VER says PRG: the words must be there."""
-    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,PRG,REL)", TOL="(TOL,0,10,2,-90,)")
+    setup = changed(
+        SETUP_3,
+        PNT="(PNT,CCP,CCP,QUI)",
+        VER="(VER,REL,PRG,REL)",
+        TOL="(TOL,0,10,2,-90,)",
+    )
     with pytest.raises(CncError) as caught:
         list(shop.profile("X0Y0Z0F1000\nX9", setup).batches())
     assert caught.value.code == 909251
@@ -143,45 +187,72 @@ def test_first_point_needs_its_versors(shop):
 def test_offset_of_a_circle(shop):
     """Automatic normals on a circle, contact angle -90, cylindrical tool: a circle whose radius is R smaller."""
     setup = changed(
-        SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,REL,REL)", TOL="(TOL,0,2,0,-90,)", CRV=None, EDG=None
+        SETUP_3,
+        PNT="(PNT,CCP,CCP,QUI)",
+        VER="(VER,REL,REL,REL)",
+        TOL="(TOL,0,2,0,-90,)",
+        CRV=None,
+        EDG=None,
     )
     angles = np.linspace(0, np.pi, 60)
-    body = "\n".join(f"X{20 * np.cos(a):.9f}Y{20 * np.sin(a):.9f}Z0F1000" for a in angles)
+    body = "\n".join(
+        f"X{20 * np.cos(a):.9f}Y{20 * np.sin(a):.9f}Z0F1000" for a in angles
+    )
     made = curves(shop.profile(body, setup))
     for coef, span, _ in made[5:-5]:  # free ends bend a little
         for s in np.linspace(0, span, 5):
-            assert np.hypot(*value(coef, s)[:2]) == pytest.approx(18.0, abs=2e-4)
+            assert np.hypot(*value(coef, s)[:2]) == pytest.approx(
+                18.0, abs=2e-4
+            )
     for (a, span, _), (b, _, _) in pairwise(made):
         for order in range(3):
-            assert value(a, span, order) == pytest.approx(value(b, 0.0, order), abs=1e-7)
+            assert value(a, span, order) == pytest.approx(
+                value(b, 0.0, order), abs=1e-7
+            )
 
 
 def test_feed_refers_to_the_contact_curve(shop):
     """Feed on CCP: the time of the smaller offset circle is that of the programmed one; feed on CLP: its own."""
     angles = np.linspace(0, np.pi, 60)
-    body = "\n".join(f"X{20 * np.cos(a):.9f}Y{20 * np.sin(a):.9f}Z0F600" for a in angles)
+    body = "\n".join(
+        f"X{20 * np.cos(a):.9f}Y{20 * np.sin(a):.9f}Z0F600" for a in angles
+    )
     times = {}
     for param in ("CCP", "CLP"):
         setup = changed(
-            SETUP_3, PNT=f"(PNT,CCP,{param},QUI)", VER="(VER,REL,REL,REL)", TOL="(TOL,0,2,0,-90,)", CRV=None, EDG=None
+            SETUP_3,
+            PNT=f"(PNT,CCP,{param},QUI)",
+            VER="(VER,REL,REL,REL)",
+            TOL="(TOL,0,2,0,-90,)",
+            CRV=None,
+            EDG=None,
         )
-        times[param] = sum(float(row["length"] / row["feed"]) for _, _, row in curves(shop.profile(body, setup)))
+        times[param] = sum(
+            float(row["length"] / row["feed"])
+            for _, _, row in curves(shop.profile(body, setup))
+        )
     assert times["CCP"] == pytest.approx(np.pi * 20 / 10, rel=1e-4)
     assert times["CLP"] == pytest.approx(np.pi * 18 / 10, rel=1e-4)
 
 
 # 5.4
 
-CELL_C = parse_config('[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.C]\nkind = "rotary"\n')
+CELL_C = parse_config(
+    '[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.C]\nkind = "rotary"\n'
+)
 
 
 @pytest.mark.parametrize(("role", "wanted"), [("TAN", 45.0), ("TAO", -45.0)])
 def test_tangential_axis(shop, role, wanted):
     """Direction (1, 1): TAN 45, TAO -45; a programmed value is a further rotation."""
     setup = SETUP_3 + f"(AXI,C,4,{role},OTH)\n"
-    made = curves(shop.profile("X0Y0Z0C0F600\nX5Y5\nX10Y10", setup, cell=CELL_C))
+    made = curves(
+        shop.profile("X0Y0Z0C0F600\nX5Y5\nX10Y10", setup, cell=CELL_C)
+    )
     assert value(made[0][0], 0.0)[3] == pytest.approx(wanted)
-    made = curves(shop.profile("X0Y0Z0C30F600\nX5Y5\nX10Y10", setup, cell=CELL_C))
+    made = curves(
+        shop.profile("X0Y0Z0C30F600\nX5Y5\nX10Y10", setup, cell=CELL_C)
+    )
     assert value(made[0][0], 0.0)[3] == pytest.approx(wanted + 30.0)
 
 
@@ -194,7 +265,12 @@ def test_tangential_axis_does_not_jump(shop):
         [
             b.rows
             for b in shop.profile(
-                "C0Z0F600" + circle[0] + "\n" + "\n".join([*circle[1:], "X30Y0"]), setup, cell=CELL_C
+                "C0Z0F600"
+                + circle[0]
+                + "\n"
+                + "\n".join([*circle[1:], "X30Y0"]),
+                setup,
+                cell=CELL_C,
             ).batches()
         ]
     )
@@ -208,7 +284,9 @@ def test_tangential_axis_does_not_jump(shop):
 
 def test_no_tangential_axis_with_polynomials(shop):
     """POL and BSP do not follow the tangent: refused."""
-    setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)") + "(AXI,C,4,TAN,OTH)\n"
+    setup = (
+        changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)") + "(AXI,C,4,TAN,OTH)\n"
+    )
     with pytest.raises(CncError) as caught:
         list(shop.profile("", setup, cell=CELL_C).batches())
     assert caught.value.code == 909254
@@ -246,12 +324,23 @@ def test_the_manuals_polynomials_on_three_axes(shop):
     made = curves(shop.profile(f"{GROUP_1}\n{GROUP_2}", POL_3))
     assert [span for _, span, _ in made] == [40.0, 24.889]
     assert [int(row["n"]) for _, _, row in made] == [3, 5]
-    assert [bool(row["flags"] & EXACT_STOP) for _, _, row in made] == [True, True]  # G66, end of the profile
-    assert [value(c, s)[2] for c, s, _ in made] == pytest.approx([160.0, 135.111], abs=1e-8)
-    assert [value(c, s / 2)[2] for c, s, _ in made] == pytest.approx([180.0, 147.5555], abs=1e-8)
+    assert [bool(row["flags"] & EXACT_STOP) for _, _, row in made] == [
+        True,
+        True,
+    ]  # G66, end of the profile
+    assert [value(c, s)[2] for c, s, _ in made] == pytest.approx(
+        [160.0, 135.111], abs=1e-8
+    )
+    assert [value(c, s / 2)[2] for c, s, _ in made] == pytest.approx(
+        [180.0, 147.5555], abs=1e-8
+    )
     ((coef, span, row),) = curves(shop.profile(GROUP_3, POL_3))
-    assert value(coef, span / 2)[1:3] == pytest.approx([-156.084009939, 113.566198789], abs=1e-8)
-    assert value(coef, span)[1:3] == pytest.approx([-129.352431327, 131.957626965], abs=1e-8)
+    assert value(coef, span / 2)[1:3] == pytest.approx(
+        [-156.084009939, 113.566198789], abs=1e-8
+    )
+    assert value(coef, span)[1:3] == pytest.approx(
+        [-129.352431327, 131.957626965], abs=1e-8
+    )
     assert row["length"] == pytest.approx(65.571101, abs=1e-6)
 
 
@@ -265,8 +354,14 @@ def test_groups_that_do_not_meet(shop):
 @pytest.mark.parametrize(
     ("group", "wanted"),
     [
-        (GROUP_1, (-383.526, -114.016783160, 546.494992805, -90.0, 0.308023456)),
-        (GROUP_3, (-383.626, -490.890698732, 225.362453051, -90.0, 66.289968348)),
+        (
+            GROUP_1,
+            (-383.526, -114.016783160, 546.494992805, -90.0, 0.308023456),
+        ),
+        (
+            GROUP_3,
+            (-383.626, -490.890698732, 225.362453051, -90.0, 66.289968348),
+        ),
     ],
 )
 def test_sample_machine(shop, group, wanted):
@@ -277,12 +372,17 @@ def test_sample_machine(shop, group, wanted):
     at = np.flatnonzero(rows["flags"] & EXACT_STOP)[0]
     x, y, z, a, b = rows["end"][at][:5]
     assert (x, y, z) == pytest.approx(wanted[:3], abs=1e-6)
-    assert (a, b) == pytest.approx(wanted[3:], abs=1e-6) or (a, b) == pytest.approx((90.0, -wanted[4]), abs=1e-6)
+    assert (a, b) == pytest.approx(wanted[3:], abs=1e-6) or (
+        a,
+        b,
+    ) == pytest.approx((90.0, -wanted[4]), abs=1e-6)
 
 
 def test_five_axis_polynomials_need_ijk(shop):
     """CLP on five axes: the direction must be programmed, with points of type AXI it must not."""
-    without = "\n".join(line for line in GROUP_1.splitlines() if not line.startswith("<i"))
+    without = "\n".join(
+        line for line in GROUP_1.splitlines() if not line.startswith("<i")
+    )
     with pytest.raises(CncError) as caught:
         list(shop.profile(without, POL_5, cell=CELL_5).batches())
     assert caught.value.code == 909251
@@ -295,22 +395,32 @@ def test_five_axis_polynomials_need_ijk(shop):
 
 def wave(n, versors=True):
     for i in range(n):
-        d = f"i{0.3 * np.sin(i / 8):.6f}j{0.2 * np.cos(i / 10):.6f}k1" if versors else ""
+        d = (
+            f"i{0.3 * np.sin(i / 8):.6f}j{0.2 * np.cos(i / 10):.6f}k1"
+            if versors
+            else ""
+        )
         yield f"X{i}Y{5 * np.sin(i / 7):.5f}Z{np.cos(i / 9):.5f}{d}F3000"
 
 
 def test_five_axis_points_hold_the_limits(shop):
     """CLP points with ijk on the sample machine: every axis within 1.02 of its limits, the tip on its curve."""
     setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)")
-    result = plan_program(shop.profile("\n".join(wave(40)), setup, cell=CELL_5, programmed=False))
+    result = plan_program(
+        shop.profile("\n".join(wave(40)), setup, cell=CELL_5, programmed=False)
+    )
     assert max(v for v in result.max_ratio.values() if v is not None) <= 1.02
     assert result.path_deviation_mm < 0.005
 
 
 def test_direction_and_tip_are_those_programmed(shop):
     """Forward kinematics of what is driven give points and directions back."""
-    setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)", CRV=None)
-    program = shop.profile("\n".join(wave(30)), setup, cell=CELL_5, programmed=False)
+    setup = changed(
+        SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)", CRV=None
+    )
+    program = shop.profile(
+        "\n".join(wave(30)), setup, cell=CELL_5, programmed=False
+    )
     rows = np.concatenate([b.rows for b in program.batches()])
     machine = program.kinematics._machines[1]
     driven = rows[(rows["type"] <= POLYNOMIAL) & (rows["flags"] & 256 == 0)]
@@ -320,7 +430,9 @@ def test_direction_and_tip_are_those_programmed(shop):
         d = np.array([0.3 * np.sin(i / 8), 0.2 * np.cos(i / 10), 1.0])
         k = int(np.linalg.norm(pose.tip - point, axis=1).argmin())
         assert pose.tip[k] == pytest.approx(point, abs=1e-3)
-        assert pose.direction[k] == pytest.approx(d / np.linalg.norm(d), abs=1e-4)
+        assert pose.direction[k] == pytest.approx(
+            d / np.linalg.norm(d), abs=1e-4
+        )
 
 
 def test_points_of_rotary_axes(shop):
@@ -338,7 +450,11 @@ def test_ijk_with_axis_points(shop):
     """Five axes, points of type AXI: ijk is refused; three axes: it is not used."""
     setup = changed(SETUP_5, PNT="(PNT,AXI,AXI,QUI)")
     with pytest.raises(CncError) as caught:
-        list(shop.profile("X0Y0Z0A0B0i0j0k1F100\nX1", setup, cell=CELL_5).batches())
+        list(
+            shop.profile(
+                "X0Y0Z0A0B0i0j0k1F100\nX1", setup, cell=CELL_5
+            ).batches()
+        )
     assert caught.value.code == 909252
     program = shop.profile("X0Y0Z0i0j0k1F100\nX1\nX2")
     assert len(curves(program)) == 2
@@ -348,12 +464,19 @@ def test_ijk_with_axis_points(shop):
 def test_unreachable_direction(shop):
     """A direction beyond the limits of the rotary axes is refused at its point's line."""
     cell = parse_config(
-        "".join(f"[axes.{n}]\nid={i}\n" for n, i in zip("XYZ", (1, 2, 4), strict=True))
+        "".join(
+            f"[axes.{n}]\nid={i}\n"
+            for n, i in zip("XYZ", (1, 2, 4), strict=True)
+        )
         + '[axes.A]\nid=5\nkind="rotary"\n[axes.B]\nid=6\nkind="rotary"\nmin_mm=-30.0\nmax_mm=30.0\n'
     )
     setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)")
     with pytest.raises(CncError) as caught:
-        list(shop.profile("X0Y0Z0i0j0k1F3000\nX5\nX10i1\nX15", setup, cell=cell).batches())
+        list(
+            shop.profile(
+                "X0Y0Z0i0j0k1F3000\nX5\nX10i1\nX15", setup, cell=cell
+            ).batches()
+        )
     assert (caught.value.code, caught.value.place.line) == (909260, 5)
 
 
@@ -367,14 +490,22 @@ def test_operating_limits(shop):
 
 def test_both_branches_of_the_sample_machine(shop):
     """10.4: the inverse of row 5 is A30 B20 near there and A-150 B-20 near that; at B = 0 A stays."""
-    program = shop.profile("X0Y0Z0A0B0F100\nX1", changed(SETUP_5, TOL="(TOL,100,0,0,-90,)"), cell=CELL_5)
+    program = shop.profile(
+        "X0Y0Z0A0B0F100\nX1",
+        changed(SETUP_5, TOL="(TOL,100,0,0,-90,)"),
+        cell=CELL_5,
+    )
     list(program.batches())
     machine = program.profiles._machines[1]
     d = jets.still(np.array([0.296198133, 0.171010072, 0.939692621]), 1)
     for near, wanted in (((20, 10), (30, 20)), ((-140, -10), (-150, -20))):
-        found = Rotaries(machine, np.array([0, 0, 0, *near], dtype=float)).angles(d, np.ones(1, bool))
+        found = Rotaries(
+            machine, np.array([0, 0, 0, *near], dtype=float)
+        ).angles(d, np.ones(1, bool))
         assert found[0, 0] == pytest.approx(wanted, abs=1e-6)
-    up = Rotaries(machine, np.array([0, 0, 0, 77.0, 0])).angles(jets.still(UP, 1), np.ones(1, bool))
+    up = Rotaries(machine, np.array([0, 0, 0, 77.0, 0])).angles(
+        jets.still(UP, 1), np.ones(1, bool)
+    )
     assert up[0, 0] == pytest.approx([77.0, 0.0])
 
 
@@ -386,23 +517,40 @@ def driven_of(program):
 def test_contact_points_on_five_axes(shop):
     """CCP with every versor programmed: the tilted check of 5.3, through polynomials and points."""
     setup = changed(
-        SETUP_5, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,PRG,PRG,REL)", TOL="(TOL,100,10,2,-90,)", EDG=None, CRV=None
+        SETUP_5,
+        PNT="(PNT,CCP,CCP,QUI)",
+        VER="(VER,PRG,PRG,REL)",
+        TOL="(TOL,100,10,2,-90,)",
+        EDG=None,
+        CRV=None,
     )
     words = "i0j0.5k0.866025404m0.6n0o0.8"
-    program = shop.profile(f"X0Y0Z0{words}F1000\nX1\nX2", setup, cell=CELL_5, programmed=False)
+    program = shop.profile(
+        f"X0Y0Z0{words}F1000\nX1\nX2", setup, cell=CELL_5, programmed=False
+    )
     last = driven_of(program)["end"][-1][:5]
     pose = program.profiles._machines[1].forward(last, 100.0)
-    assert pose.tip[0] == pytest.approx([9.856402, -4.843076, 2.086750], abs=1e-5)
+    assert pose.tip[0] == pytest.approx(
+        [9.856402, -4.843076, 2.086750], abs=1e-5
+    )
     assert pose.direction[0] == pytest.approx([0, 0.5, 0.866025404], abs=1e-8)
     lines = {"X": "0,1,0,0,0,0", "Y": "0,0,0,0,0,0", "Z": "0,0,0,0,0,0", "i": "0,0,0,0,0,0", "j": "0.5,0,0,0,0,0",
              "k": "0.866025404,0,0,0,0,0", "m": "0.6,0,0,0,0,0", "n": "0,0,0,0,0,0", "o": "0.8,0,0,0,0,0",
              "p": "0.832050,0,0,0,0,0", "q": "-0.480384,0,0,0,0,0", "d": "0.277350,0,0,0,0,0"}  # fmt: skip
-    body = "<*,2,1,1000,0\n" + "\n".join(f"<{name},{c}" for name, c in lines.items())
+    body = "<*,2,1,1000,0\n" + "\n".join(
+        f"<{name},{c}" for name, c in lines.items()
+    )
     pol = changed(setup, PNT="(PNT,CCP,CCP,QUI,POL)")
-    again = driven_of(shop.profile(body, pol, cell=CELL_5, programmed=False))["end"][-1][:5]
+    again = driven_of(shop.profile(body, pol, cell=CELL_5, programmed=False))[
+        "end"
+    ][-1][:5]
     assert again == pytest.approx(last, abs=1e-4)
     for name in "mq":
-        without = "\n".join(line for line in body.splitlines() if not line.startswith(f"<{name}"))
+        without = "\n".join(
+            line
+            for line in body.splitlines()
+            if not line.startswith(f"<{name}")
+        )
         with pytest.raises(CncError) as caught:
             list(shop.profile(without, pol, cell=CELL_5).batches())
         assert caught.value.code == 909251
@@ -410,47 +558,76 @@ def test_contact_points_on_five_axes(shop):
 
 def test_b_splines_of_directions(shop):
     """BSP on five axes: ijk is a spline too, normalised where it is evaluated."""
-    setup = changed(SETUP_5, PNT="(PNT,CLP,CLP,QUI,BSP)", TOL="(TOL,100,0,0,-90,)")
+    setup = changed(
+        SETUP_5, PNT="(PNT,CLP,CLP,QUI,BSP)", TOL="(TOL,100,0,0,-90,)"
+    )
     body = "X0Y0Z0i0.2j0k1K0F1000\nX5i0.3K0\nX10i0.4j0.2K0\nX15i0.1K0\nK10\nK10\nK10\nK10"
-    program = shop.profile(body, setup, head="G61 P3", cell=CELL_5, programmed=False)
+    program = shop.profile(
+        body, setup, head="G61 P3", cell=CELL_5, programmed=False
+    )
     ends = driven_of(program)["end"][:, :5]
     pose = program.profiles._machines[1].forward(ends[-1], 100.0)
     d = np.array([0.1, 0.2, 1.0])
     assert pose.tip[0] == pytest.approx([15, 0, 0], abs=1e-6)
     assert pose.direction[0] == pytest.approx(d / np.linalg.norm(d), abs=1e-9)
     with pytest.raises(CncError) as caught:
-        list(shop.profile(body.replace("j0", ""), setup, head="G61 P3", cell=CELL_5).batches())
+        list(
+            shop.profile(
+                body.replace("j0", ""), setup, head="G61 P3", cell=CELL_5
+            ).batches()
+        )
     assert caught.value.code == 909251
 
 
 def test_feed_of_axis_points_refers_to_the_tip(shop):
     """AXI points, feed on CLP, OriginLen: a pure rotation of B moves the tip on a circle of radius K + L."""
-    setup = changed(SETUP_5, PNT="(PNT,AXI,CLP,QUI)", TOL="(TOL,,,0,-90,100)", EDG=None, CRV=None)
+    setup = changed(
+        SETUP_5,
+        PNT="(PNT,AXI,CLP,QUI)",
+        TOL="(TOL,,,0,-90,100)",
+        EDG=None,
+        CRV=None,
+    )
     body = "\n".join(f"X{i / 100:.2f}Y0Z0A0B{i}F1000" for i in range(21))
     made = curves(shop.profile(body, setup, cell=CELL_5))
     seconds = sum(float(row["length"] / row["feed"]) for _, _, row in made)
-    assert seconds == pytest.approx(np.radians(20) * 346.5 / (1000 / 60), rel=0.01)
+    assert seconds == pytest.approx(
+        np.radians(20) * 346.5 / (1000 / 60), rel=0.01
+    )
     with pytest.raises(CncError) as caught:
-        list(shop.profile(body, changed(setup, PNT="(PNT,CLP,AXI,QUI)"), cell=CELL_5).batches())
+        list(
+            shop.profile(
+                body, changed(setup, PNT="(PNT,CLP,AXI,QUI)"), cell=CELL_5
+            ).batches()
+        )
     assert caught.value.code == 909208
 
 
 def test_tangential_axis_of_the_chain(shop):
     """A rotary axis that follows the tangent: ijk counts along the motion, to its left, upwards."""
     setup = changed(
-        SETUP_5, AXI_A="(AXI,A,5,TAN,WRK)", VER="(VER,PRG,PRG,PRG)", TOL="(TOL,100,0,0,-90,)", EDG=None, CRV=None
+        SETUP_5,
+        AXI_A="(AXI,A,5,TAN,WRK)",
+        VER="(VER,PRG,PRG,PRG)",
+        TOL="(TOL,100,0,0,-90,)",
+        EDG=None,
+        CRV=None,
     )
     body = "X0Y0Z0A0i0.5j0k0.866025404F1000\nX5Y5\nX10Y10"
     program = shop.profile(body, setup, cell=CELL_5, programmed=False)
     pose = program.profiles
     ends = driven_of(program)["end"][-1][:5]
     direction = pose._machines[1].forward(ends, 100.0).direction[0]
-    assert direction == pytest.approx([0.5 / np.sqrt(2), 0.5 / np.sqrt(2), 0.866025404], abs=1e-6)
+    assert direction == pytest.approx(
+        [0.5 / np.sqrt(2), 0.5 / np.sqrt(2), 0.866025404], abs=1e-6
+    )
 
 
 def test_chain_that_makes_no_machine(shop):
     """Linear axes that do not span the space: 909211 at the profile."""
-    setup = changed(SETUP_5, CIN_Z="(CIN,Z,0,0,0,0,0,0)", TOL="(TOL,100,0,0,-90,)")
+    setup = changed(
+        SETUP_5, CIN_Z="(CIN,Z,0,0,0,0,0,0)", TOL="(TOL,100,0,0,-90,)"
+    )
     with pytest.raises(CncError) as caught:
         list(shop.profile("X0Y0Z0A0B0F100\nX1", setup, cell=CELL_5).batches())
     assert caught.value.code == 909211
@@ -471,14 +648,20 @@ def test_chain_that_makes_no_machine(shop):
 )  # fmt: skip
 def test_table_of_the_sample_machine(shop, xyz, ab, length, tip, d):
     """10.3: the machine of the setup, through MAC and CIN; and back again."""
-    program = shop.profile("X0Y0Z0A0B0F100\nX1", changed(SETUP_5, TOL="(TOL,100,0,0,-90,)"), cell=CELL_5)
+    program = shop.profile(
+        "X0Y0Z0A0B0F100\nX1",
+        changed(SETUP_5, TOL="(TOL,100,0,0,-90,)"),
+        cell=CELL_5,
+    )
     list(program.batches())
     machine = program.profiles._machines[1]
     q = np.array([*xyz, *ab], dtype=float)
     pose = machine.forward(q, length)
     assert pose.tip[0] == pytest.approx(tip, abs=1e-8)
     assert pose.direction[0] == pytest.approx(d, abs=1e-8)
-    assert machine.inverse(pose.tip, pose.direction, q, length)[0] == pytest.approx(q, abs=1e-8)
+    assert machine.inverse(pose.tip, pose.direction, q, length)[
+        0
+    ] == pytest.approx(q, abs=1e-8)
 
 
 def test_machine_with_two_tables(shop):
@@ -491,17 +674,34 @@ def test_machine_with_two_tables(shop):
     )  # fmt: skip
     program = shop.profile("X0Y0Z0A0B0F100\nX1", setup, cell=CELL_5)
     list(program.batches())
-    pose = program.profiles._machines[1].forward(np.array([100.0, 50, 400, 30, 20]), 100.0)
-    assert pose.tip[0] == pytest.approx([160.082190214, 147.441762853, 234.807621135], abs=1e-8)
-    assert pose.direction[0] == pytest.approx([0.171010072, 0.469846310, 0.866025404], abs=1e-8)
+    pose = program.profiles._machines[1].forward(
+        np.array([100.0, 50, 400, 30, 20]), 100.0
+    )
+    assert pose.tip[0] == pytest.approx(
+        [160.082190214, 147.441762853, 234.807621135], abs=1e-8
+    )
+    assert pose.direction[0] == pytest.approx(
+        [0.171010072, 0.469846310, 0.866025404], abs=1e-8
+    )
 
 
 def test_location_in_the_centre_and_feed_along_the_arc(shop):
     """The cell decides what the manual leaves open: centre instead of tip (31.6), arc length instead of parameter."""
     cell = parse_config('[osai]\nlocation = "centre"\nfeed = "arc"\n')
-    setup = changed(SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,PRG,REL)", TOL="(TOL,0,10,2,-90,)")
-    batches = list(shop.profile("X10Y20Z30m0.6n0o0.8F1000\nX11", setup, cell=cell).batches())
-    approach = next(row for b in batches for row in b.rows if row["type"] == LINEAR)
+    setup = changed(
+        SETUP_3,
+        PNT="(PNT,CCP,CCP,QUI)",
+        VER="(VER,REL,PRG,REL)",
+        TOL="(TOL,0,10,2,-90,)",
+    )
+    batches = list(
+        shop.profile(
+            "X10Y20Z30m0.6n0o0.8F1000\nX11", setup, cell=cell
+        ).batches()
+    )
+    approach = next(
+        row for b in batches for row in b.rows if row["type"] == LINEAR
+    )
     assert approach["end"][:3] == pytest.approx([19.2, 20, 31.6])
     ((_, _, row),) = curves(shop.profile(GROUP_3, POL_3, cell=cell))
     assert not row["flags"] & BY_PARAMETER
@@ -514,11 +714,20 @@ def test_location_in_the_centre_and_feed_along_the_arc(shop):
 def test_a_normal_that_leaves_the_tool_direction(shop):
     """From flat contact on q is where the normal goes; where it swings across, the tool steps over at standstill."""
     setup = changed(
-        SETUP_3, PNT="(PNT,CCP,CCP,QUI)", VER="(VER,REL,PRG,REL)", TOL="(TOL,0,10,2,-90,)", EDG=None, CRV=None
+        SETUP_3,
+        PNT="(PNT,CCP,CCP,QUI)",
+        VER="(VER,REL,PRG,REL)",
+        TOL="(TOL,0,10,2,-90,)",
+        EDG=None,
+        CRV=None,
     )
     text = "X0Y0Z0m0n0o1F3000\nX5m0.1\nX10m0.2\nX15m0.3\nX20m0.4"
-    result = plan_program(shop.profile(text, setup, programmed=False), keep_samples=True)
-    assert result.samples["pos"][-1][0] == pytest.approx(20 + 2 * 0.371390676 + 8, abs=1e-5)
+    result = plan_program(
+        shop.profile(text, setup, programmed=False), keep_samples=True
+    )
+    assert result.samples["pos"][-1][0] == pytest.approx(
+        20 + 2 * 0.371390676 + 8, abs=1e-5
+    )
     text = "X0Y0Z0m-0.2n0o1F3000\nX5m-0.1\nX10m0\nX15m0.1\nX20m0.2"
     rows = driven_of(shop.profile(text, setup, programmed=False))
     steps = rows[(rows["type"] == LINEAR) & (np.arange(len(rows)) > 0)]
@@ -527,7 +736,13 @@ def test_a_normal_that_leaves_the_tool_direction(shop):
 
 def test_directions_that_change_at_one_place(shop):
     """Where only ijk changes the tip stands: edges on both sides, the rotary axes turn, everything is driven."""
-    setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)", EDG=None, CRV=None)
+    setup = changed(
+        SETUP_5,
+        TOL="(TOL,100,0,0,-90,)",
+        VER="(VER,PRG,PRG,PRG)",
+        EDG=None,
+        CRV=None,
+    )
     text = "X0Y0Z0i0.3j0.05k1F3000\nX5i0.15\nX10i0\ni-0.15\nX15\nX20i-0.2"
     program = shop.profile(text, setup, cell=CELL_5, programmed=False)
     result = plan_program(program, keep_samples=True)

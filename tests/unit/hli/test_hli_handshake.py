@@ -71,7 +71,9 @@ def unit(areas: Areas) -> ContourUnit:
     return ContourUnit(areas.gpCh[0].contour_lookahead)
 
 
-def test_next_takes_and_asks_in_one_step(areas: Areas, unit: ContourUnit) -> None:
+def test_next_takes_and_asks_in_one_step(
+    areas: Areas, unit: ContourUnit
+) -> None:
     """Nothing happens while the answer is missing or for a request that is not finite; the copy is the caller's own."""
     memory = areas.gpCh[0].contour_lookahead
     assert unit.request(1.0, 2.0)
@@ -83,7 +85,11 @@ def test_next_takes_and_asks_in_one_step(areas: Areas, unit: ContourUnit) -> Non
         assert unit.next(*wrong) == REFUSED
         assert memory.semaphor_rw is False
     assert unit.next(3.0, 4.0) == 3
-    assert (memory.request.start_position, memory.request.length, memory.semaphor_rw) == (3.0, 4.0, True)
+    assert (
+        memory.request.start_position,
+        memory.request.length,
+        memory.semaphor_rw,
+    ) == (3.0, 4.0, True)
     first = unit.copy(3)
     assert first.tobytes() == rows.tobytes()
     unit.answer(elements([9.0]))
@@ -94,7 +100,9 @@ def test_next_takes_and_asks_in_one_step(areas: Areas, unit: ContourUnit) -> Non
     assert len(unit.copy(0)) == 0
 
 
-def test_request_is_placed_only_while_the_semaphore_is_false(areas: Areas, unit: ContourUnit) -> None:
+def test_request_is_placed_only_while_the_semaphore_is_false(
+    areas: Areas, unit: ContourUnit
+) -> None:
     """A pending request is not overwritten."""
     assert unit.request(1.0, 2.0)
     assert areas.gpCh[0].contour_lookahead.semaphor_rw is True
@@ -111,12 +119,18 @@ def test_answer_is_taken_after_the_semaphore_fell(unit: ContourUnit) -> None:
     assert list(unit.rows["length"][:3]) == [5.0, 6.0, 7.0]
 
 
-@pytest.mark.parametrize("sizes", [(128, 0), (128, 127), (3, 128), (0, 0), (5, 2, 4, 1)])
-def test_rows_behind_an_answer_are_empty(areas: Areas, unit: ContourUnit, sizes: tuple[int, ...]) -> None:
+@pytest.mark.parametrize(
+    "sizes", [(128, 0), (128, 127), (3, 128), (0, 0), (5, 2, 4, 1)]
+)
+def test_rows_behind_an_answer_are_empty(
+    areas: Areas, unit: ContourUnit, sizes: tuple[int, ...]
+) -> None:
     """Every block_type behind the last valid element is 0, whatever was answered before."""
     for n in sizes:
         unit.answer(elements([1.0] * n))
-        types = areas.gpCh[0].contour_lookahead.response.as_array()["block_type"]
+        types = areas.gpCh[0].contour_lookahead.response.as_array()[
+            "block_type"
+        ]
         assert np.count_nonzero(types) == n == unit.take()
         assert not types[n:].any()
 
@@ -127,11 +141,15 @@ def test_longer_answers_are_cut_at_128(unit: ContourUnit) -> None:
     assert unit.take() == 128
 
 
-def test_plc_that_only_sets_the_byte_is_served(areas: Areas, unit: ContourUnit) -> None:
+def test_plc_that_only_sets_the_byte_is_served(
+    areas: Areas, unit: ContourUnit
+) -> None:
     """A waiting server finds a request nobody rang the bell for."""
     control = areas.gpCh[0].contour_lookahead
     found: list[object] = []
-    server = threading.Thread(target=lambda: found.append(unit.wait_request(30.0)))
+    server = threading.Thread(
+        target=lambda: found.append(unit.wait_request(30.0))
+    )
     server.start()
     control.request.start_position = 9.0
     control.semaphor_rw = True
@@ -139,7 +157,9 @@ def test_plc_that_only_sets_the_byte_is_served(areas: Areas, unit: ContourUnit) 
     assert found == [(9.0, 0.0)]
 
 
-def test_exchange_without_a_server_times_out_and_names_it(unit: ContourUnit) -> None:
+def test_exchange_without_a_server_times_out_and_names_it(
+    unit: ContourUnit,
+) -> None:
     """First "no answer", then "an earlier request"."""
     with pytest.raises(hli.HliTimeout, match="no answer"):
         unit.exchange(0.0, 1.0, timeout_s=0.0001)
@@ -147,7 +167,9 @@ def test_exchange_without_a_server_times_out_and_names_it(unit: ContourUnit) -> 
         unit.exchange(0.0, 1.0, timeout_s=0.0001)
 
 
-def test_exchange_with_a_slow_server_sleeps_and_is_woken(areas: Areas, unit: ContourUnit) -> None:
+def test_exchange_with_a_slow_server_sleeps_and_is_woken(
+    areas: Areas, unit: ContourUnit
+) -> None:
     """Beyond the spin the client sleeps on the answer word."""
     server_unit = ContourUnit(areas.gpCh[0].contour_lookahead)
     waiters = areas.sidecar.clah_answer
@@ -199,7 +221,10 @@ def test_snapshots_under_a_stressed_writer_are_consistent(areas: Areas) -> None:
             for _ in range(3000):
                 copy = snapshot(areas.gpCh[0].bahn_state, timeout_s=60.0)
                 n = int(copy.dist_prog_start)
-                assert (copy.block_count_r, copy.coord_r[31].act_position_r) == (n & 0xFFFFFFFF, n & 0x7FFFFFFF)
+                assert (
+                    copy.block_count_r,
+                    copy.coord_r[31].act_position_r,
+                ) == (n & 0xFFFFFFFF, n & 0x7FFFFFFF)
                 seen.add(n)
         finally:
             areas.gpPform.plc_present_w = True
@@ -207,7 +232,9 @@ def test_snapshots_under_a_stressed_writer_are_consistent(areas: Areas) -> None:
     assert len(seen) > 1
 
 
-def test_snapshot_of_a_writer_that_died_in_the_middle_times_out(areas: Areas) -> None:
+def test_snapshot_of_a_writer_that_died_in_the_middle_times_out(
+    areas: Areas,
+) -> None:
     """An odd generation never ends; the reader does not hang."""
     lib.hs_seq_begin(word_pointer(areas.root, "channel_seq"))
     with pytest.raises(hli.HliTimeout):
@@ -222,9 +249,12 @@ def test_snapshot_refuses_what_has_no_seqlock(areas: Areas) -> None:
 
 
 @pytest.mark.parametrize(
-    ("word", "target", "reached"), [(5, 5, True), (6, 5, True), (4, 5, False), (2, 2**32 - 2, True)]
+    ("word", "target", "reached"),
+    [(5, 5, True), (6, 5, True), (4, 5, False), (2, 2**32 - 2, True)],
 )
-def test_word_wait_compares_signed_distance(areas: Areas, word: int, target: int, reached: bool) -> None:
+def test_word_wait_compares_signed_distance(
+    areas: Areas, word: int, target: int, reached: bool
+) -> None:
     """The counter may wrap at 32 bits."""
     side = word_pointer(areas.root, "cnc_turn")
     lib.hs_word_post(side, word)
@@ -234,7 +264,11 @@ def test_word_wait_compares_signed_distance(areas: Areas, word: int, target: int
 def test_sleeping_waiter_is_woken_by_post(areas: Areas) -> None:
     """hs_word_post wakes who sleeps beyond the spin."""
     side, results = word_pointer(areas.root, "plc_turn"), []
-    waiter = threading.Thread(target=lambda: results.append(lib.hs_word_wait(side, 1, 0, 60_000_000_000)))
+    waiter = threading.Thread(
+        target=lambda: results.append(
+            lib.hs_word_wait(side, 1, 0, 60_000_000_000)
+        )
+    )
     waiter.start()
     while areas.sidecar.plc_turn.waiters == 0:
         time.sleep(0.0005)
@@ -250,14 +284,18 @@ def test_waits_end_early_when_a_signal_arrives() -> None:
     with hli.create(name) as segment:
         areas = Areas(segment)
         command = [sys.executable, "-P", "-c", WAITER, name]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        with subprocess.Popen(
+            command, stdout=subprocess.PIPE, text=True
+        ) as process:
             assert process.stdout is not None
             process.stdout.readline()
             while areas.sidecar.cnc_turn.waiters == 0:
                 time.sleep(0.0005)
             process.send_signal(signal.SIGINT)
             while not select.select([process.stdout], [], [], 0.5)[0]:
-                process.send_signal(signal.SIGINT)  # the first came between its last look and its sleep
+                process.send_signal(
+                    signal.SIGINT
+                )  # the first came between its last look and its sleep
             assert process.stdout.readline() == "interrupted\n"
 
 
@@ -279,7 +317,9 @@ def test_child_dies_with_its_parent() -> None:
         "import os,subprocess,sys,time\n"
         f"subprocess.Popen([sys.executable, '-P', '-c', {grandchild!r}, str(os.getpid())])\ntime.sleep(60)"
     )
-    with subprocess.Popen([sys.executable, "-P", "-c", child], stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(
+        [sys.executable, "-P", "-c", child], stdout=subprocess.PIPE, text=True
+    ) as process:
         assert process.stdout is not None
         pid = int(process.stdout.readline())
         start = lib.hs_process_start(pid)
@@ -290,7 +330,9 @@ def test_child_dies_with_its_parent() -> None:
     assert lib.hs_die_with_parent(0, 1 if os.getppid() != 1 else 2) == -1
 
 
-def test_technology_units_are_found_fetched_and_acknowledged(areas: Areas) -> None:
+def test_technology_units_are_found_fetched_and_acknowledged(
+    areas: Areas,
+) -> None:
     """Gaps are skipped; fetched first, acknowledged second."""
     units = areas.gpCh[0].techno_unit_late_sync
     units[7].fkt_ctrl_r = 2
@@ -298,7 +340,13 @@ def test_technology_units_are_found_fetched_and_acknowledged(areas: Areas) -> No
     assert lib.hs_techno_next(units[0]._pointer(), len(units), 0) == 7
     assert lib.hs_techno_next(units[0]._pointer(), len(units), 8) == -1
     copy = layout.TECHNO_UNIT_CH()
-    lib.hs_techno_fetch(units[7]._pointer(), ffi.cast("void *", ctypes.addressof(copy)))
-    assert (copy.fkt_ctrl_r, units[7].please_rw, units[7].done_w) == (2, False, False)
+    lib.hs_techno_fetch(
+        units[7]._pointer(), ffi.cast("void *", ctypes.addressof(copy))
+    )
+    assert (copy.fkt_ctrl_r, units[7].please_rw, units[7].done_w) == (
+        2,
+        False,
+        False,
+    )
     lib.hs_techno_done(units[7]._pointer())
     assert units[7].done_w is True

@@ -48,24 +48,44 @@ def test_structure_has_the_size_of_the_reference(name: str, size: int) -> None:
 
 
 @pytest.mark.parametrize("cls", layout.structures(), ids=lambda c: c.__name__)
-def test_every_member_stands_at_a_multiple_of_its_alignment(cls: type[ctypes.Structure]) -> None:
+def test_every_member_stands_at_a_multiple_of_its_alignment(
+    cls: type[ctypes.Structure],
+) -> None:
     """Natural and packed layouts agree."""
     for name, ctype in cls._fields_:  # type: ignore[misc]
         base, _ = layout.element_type(ctype)
         assert getattr(cls, name).offset % ctypes.alignment(base) == 0, name
 
 
-@pytest.mark.parametrize("name", [f.__name__ for f in layout.structures() if f.__name__.startswith("HLI_SIDE_")])
+@pytest.mark.parametrize(
+    "name",
+    [
+        f.__name__
+        for f in layout.structures()
+        if f.__name__.startswith("HLI_SIDE_")
+    ],
+)
 def test_sidecar_parts_fill_whole_cache_lines(name: str) -> None:
     """One writer per cache line."""
     assert ctypes.sizeof(getattr(layout, name)) == 64
 
 
-def test_c_header_compiles_without_warnings_and_its_assertions_hold(tmp_path) -> None:
+def test_c_header_compiles_without_warnings_and_its_assertions_hold(
+    tmp_path,
+) -> None:
     """gcc accepts every offset and size the header asserts."""
     source = tmp_path / "check.c"
     source.write_text(export.c_header() + "int main(void) { return 0; }\n")
-    command = ["gcc", "-std=c11", "-Wall", "-Wextra", "-Werror", "-pedantic", "-fsyntax-only", str(source)]
+    command = [
+        "gcc",
+        "-std=c11",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        "-pedantic",
+        "-fsyntax-only",
+        str(source),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 

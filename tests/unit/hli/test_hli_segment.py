@@ -34,7 +34,14 @@ def name() -> Iterator[str]:
 
 def other_process(name: str, ready: bool = True) -> subprocess.Popen[str]:
     """A process that created the segment and sleeps."""
-    command = [sys.executable, "-P", "-c", textwrap.dedent(CREATE_AND_SLEEP), name, str(int(ready))]
+    command = [
+        sys.executable,
+        "-P",
+        "-c",
+        textwrap.dedent(CREATE_AND_SLEEP),
+        name,
+        str(int(ready)),
+    ]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     assert process.stdout.readline() == "there\n"
@@ -62,12 +69,19 @@ def test_created_segment_is_private_zeroed_and_published(name: str) -> None:
         info = (SHM_DIR / name).stat()
         assert (info.st_mode & 0o777, info.st_size) == (0o600, SEGMENT_SIZE)
         head = segment.root.segment_head
-        assert (head.ready, head.channel_count, head.axis_count, head.owner_pid) == (1, 2, 5, os.getpid())
+        assert (
+            head.ready,
+            head.channel_count,
+            head.axis_count,
+            head.owner_pid,
+        ) == (1, 2, 5, os.getpid())
         assert segment.root.platform.axis_count_r == 5
         assert not any(bytes(segment.root.sidecar))
 
 
-def test_attached_segment_shares_memory_and_closing_it_keeps_the_name(name: str) -> None:
+def test_attached_segment_shares_memory_and_closing_it_keeps_the_name(
+    name: str,
+) -> None:
     """Closing an attachment removes nothing."""
     with hli.create(name) as segment:
         other = hli.attach(name)
@@ -78,10 +92,15 @@ def test_attached_segment_shares_memory_and_closing_it_keeps_the_name(name: str)
         assert (SHM_DIR / name).exists()
 
 
-def test_attaching_process_does_not_remove_the_segment_at_its_exit(name: str) -> None:
+def test_attaching_process_does_not_remove_the_segment_at_its_exit(
+    name: str,
+) -> None:
     """The resource tracker's trap: the attacher's end leaves the name alone."""
     with hli.create(name):
-        subprocess.run([sys.executable, "-P", "-c", f"import hli; hli.attach({name!r})"], check=True)
+        subprocess.run(
+            [sys.executable, "-P", "-c", f"import hli; hli.attach({name!r})"],
+            check=True,
+        )
         assert (SHM_DIR / name).exists()
 
 
@@ -119,12 +138,18 @@ def test_empty_file_is_not_ready(name: str) -> None:
     ("member", "value", "what"),
     [
         ("magic", b"NOTHLICO", "magic"),
-        ("abi_version", (99).to_bytes(4, "little"), "ABI version is 99.*expects 1"),
+        (
+            "abi_version",
+            (99).to_bytes(4, "little"),
+            "ABI version is 99.*expects 1",
+        ),
         ("segment_size", (4096).to_bytes(8, "little"), "size is 4096"),
         ("layout_hash", bytes(32), "layout hash is 0000"),
     ],
 )
-def test_other_layout_is_refused_with_both_values(name: str, member: str, value: bytes, what: str) -> None:
+def test_other_layout_is_refused_with_both_values(
+    name: str, member: str, value: bytes, what: str
+) -> None:
     """HliVersionError names what differs and both values."""
     with hli.create(name):
         patch(name, member, value)
@@ -231,7 +256,9 @@ def test_symbolic_links_are_not_followed(name: str, tmp_path: Path) -> None:
     assert target.exists()
 
 
-@pytest.mark.parametrize("bad", ["", "a/b", "../x", ".hidden", "a b", "x" * 65, "ä", "a\n"])
+@pytest.mark.parametrize(
+    "bad", ["", "a/b", "../x", ".hidden", "a b", "x" * 65, "ä", "a\n"]
+)
 def test_wrong_names_are_refused(bad: str) -> None:
     """ValueError before anything is opened."""
     for function in (hli.create, hli.attach):
@@ -239,7 +266,9 @@ def test_wrong_names_are_refused(bad: str) -> None:
             function(bad)
 
 
-@pytest.mark.parametrize(("channels", "axes"), [(0, 1), (13, 1), (1, 65), (1, -1)])
+@pytest.mark.parametrize(
+    ("channels", "axes"), [(0, 1), (13, 1), (1, 65), (1, -1)]
+)
 def test_wrong_counts_are_refused(name: str, channels: int, axes: int) -> None:
     """ValueError, nothing created."""
     with pytest.raises(ValueError, match="_count"):
@@ -255,7 +284,9 @@ def test_process_identity() -> None:
     assert lib.hs_process_alive(pid, start)
     assert not lib.hs_process_alive(pid, start + 1)
     assert not lib.hs_process_alive(0, 0)
-    child = subprocess.Popen([sys.executable, "-P", "-c", "input()"], stdin=subprocess.PIPE)
+    child = subprocess.Popen(
+        [sys.executable, "-P", "-c", "input()"], stdin=subprocess.PIPE
+    )
     started = lib.hs_process_start(child.pid)
     assert lib.hs_process_alive(child.pid, started)
     child.kill()

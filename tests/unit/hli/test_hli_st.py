@@ -37,7 +37,11 @@ for name in sys.argv[1:]:
     except Exception as error:
         print("REFUSED", error)
 """
-TWINCAT = ("HLI_CHANNEL.TcDUT", "HLI_Global_Variables.TcGVL", "HLI_Global_Constants.TcGVL")
+TWINCAT = (
+    "HLI_CHANNEL.TcDUT",
+    "HLI_Global_Variables.TcGVL",
+    "HLI_Global_Constants.TcGVL",
+)
 
 
 @pytest.fixture(scope="module")
@@ -49,12 +53,19 @@ def blark(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     if importlib.util.find_spec("blark") is None:
         pytest.skip("blark is not installed")
     folder = tmp_path_factory.mktemp("st")
-    files = {"HLI.st": export.st_types(), "bad.st": export.st_types().replace("END_STRUCT", "END_STRUCTURE", 1)}
+    files = {
+        "HLI.st": export.st_types(),
+        "bad.st": export.st_types().replace("END_STRUCT", "END_STRUCTURE", 1),
+    }
     files |= {name: export.twincat_files()[name] for name in TWINCAT}
     for name, text in files.items():
         (folder / name).write_text(text)
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT, *files], cwd=folder, capture_output=True, text=True, check=False
+        [sys.executable, "-c", SCRIPT, *files],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     return dict(part.split("\n", 1) for part in done.stdout.split("=== ")[1:])
@@ -66,31 +77,52 @@ def parsed(blark: dict[str, str]) -> str:
     return blark["HLI.st"]
 
 
-def test_every_structure_is_understood_with_all_its_members(parsed: str) -> None:
+def test_every_structure_is_understood_with_all_its_members(
+    parsed: str,
+) -> None:
     """Names and types in order, as the layout has them."""
-    assert re.search(r"TYPE HLI_EXT_VAR :\s*ARRAY ?\[0\.\.5999\] OF UDINT", parsed)
-    for cls in (c for c in export._st_structures() if c is not layout.HLI_EXT_VAR):
-        block = re.search(rf"^\s*TYPE {cls.__name__} :\n\s*STRUCT\n(.*?)END_STRUCT", parsed, re.DOTALL | re.MULTILINE)
+    assert re.search(
+        r"TYPE HLI_EXT_VAR :\s*ARRAY ?\[0\.\.5999\] OF UDINT", parsed
+    )
+    for cls in (
+        c for c in export._st_structures() if c is not layout.HLI_EXT_VAR
+    ):
+        block = re.search(
+            rf"^\s*TYPE {cls.__name__} :\n\s*STRUCT\n(.*?)END_STRUCT",
+            parsed,
+            re.DOTALL | re.MULTILINE,
+        )
         assert block, cls.__name__
         members = re.findall(r"^\s*(\w+) : (.+);$", block[1], re.MULTILINE)
-        wanted = [export._st_member(name, ctype).removesuffix(";").split(" : ") for name, ctype in cls._fields_]
+        wanted = [
+            export._st_member(name, ctype).removesuffix(";").split(" : ")
+            for name, ctype in cls._fields_
+        ]
         assert [list(m) for m in members] == wanted
 
 
 def test_globals_are_understood(parsed: str) -> None:
     """Pointers with their types."""
-    assert re.search(r"gpCh.*ARRAY ?\[0\.\.11\] OF POINTER TO HLI_CHANNEL", parsed)
+    assert re.search(
+        r"gpCh.*ARRAY ?\[0\.\.11\] OF POINTER TO HLI_CHANNEL", parsed
+    )
     assert re.search(r"gpVEGlobal : POINTER TO HLI_EXT_VAR", parsed)
 
 
 def test_the_oracle_can_fail(blark: dict[str, str]) -> None:
     """A structure that is not closed is refused; nothing else is."""
-    assert {name for name, text in blark.items() if "REFUSED" in text} == {"bad.st"}
+    assert {name for name, text in blark.items() if "REFUSED" in text} == {
+        "bad.st"
+    }
 
 
 def names() -> list[str]:
     found = [cls.__name__ for cls in export._st_structures()]
-    found += [export.ST_RENAMED.get(n, n) for cls in export._st_structures() for n, _ in cls._fields_]
+    found += [
+        export.ST_RENAMED.get(n, n)
+        for cls in export._st_structures()
+        for n, _ in cls._fields_
+    ]
     return [*found, *export._st_constants()]
 
 
@@ -99,7 +131,9 @@ def test_no_name_is_reserved_or_malformed() -> None:
     for name in names():
         assert name.upper() not in RESERVED, name
         assert IDENTIFIER.match(name), name
-    assert len({n.upper() for n in export._st_constants()}) == len(export._st_constants())
+    assert len({n.upper() for n in export._st_constants()}) == len(
+        export._st_constants()
+    )
 
 
 def test_twincat_project_files(blark: dict[str, str]) -> None:

@@ -38,15 +38,22 @@ def test_spellings_of_one_variable(areas: Areas, path: str) -> None:
 
 def test_arrays_axes_platform_and_external_variables(areas: Areas) -> None:
     """Indices by number or constant; V.E areas are arrays by themselves."""
-    areas.symbol("gpCh[0]^.bahn_state.coord_r[HLI_Global_Constants.HLI_CS_AXIS_MAXIDX].act_position_r").value = -7
+    areas.symbol(
+        "gpCh[0]^.bahn_state.coord_r[HLI_Global_Constants.HLI_CS_AXIS_MAXIDX].act_position_r"
+    ).value = -7
     assert areas.gpCh[0].bahn_state.coord_r[31].act_position_r == -7
-    areas.symbol("gpAx[2]^.lr_mc_control.release_feedhold.enable_w").value = True
+    areas.symbol(
+        "gpAx[2]^.lr_mc_control.release_feedhold.enable_w"
+    ).value = True
     assert areas.gpAx[2].lr_mc_control.release_feedhold.enable_w
     areas.symbol("gpVECh[0]^[6]").value = 4
     assert areas.gpVECh[0][6] == 4
     assert areas.symbol("gpPform^.customer_val_r[3]").value == 0
     assert areas.symbol("gNrCh").value == 1
-    assert areas.symbol("GPAX[2]^.head.LOG_ax_n_r").path == "HLI_Global_Variables.gpAx[2]^.head.log_ax_n_r"
+    assert (
+        areas.symbol("GPAX[2]^.head.LOG_ax_n_r").path
+        == "HLI_Global_Variables.gpAx[2]^.head.log_ax_n_r"
+    )
 
 
 @pytest.mark.parametrize(
@@ -63,7 +70,9 @@ def test_arrays_axes_platform_and_external_variables(areas: Areas) -> None:
         ("gpFoo.x", "unknown"),
     ],
 )
-def test_wrong_paths_say_where_they_stop(areas: Areas, path: str, text: str) -> None:
+def test_wrong_paths_say_where_they_stop(
+    areas: Areas, path: str, text: str
+) -> None:
     """SymbolError, a ValueError."""
     with pytest.raises(SymbolError, match=text):
         _ = areas.symbol(path).value

@@ -24,7 +24,10 @@ def test_pointers_of_configured_areas_only(areas: Areas) -> None:
     assert (len(areas.gpCh), len(areas.gpAx), len(areas.gpVECh)) == (12, 64, 12)
     assert areas.gpCh[0] is not None
     assert [area is None for area in areas.gpCh] == [False] + 11 * [True]
-    with pytest.raises(HliNotConfigured, match=r"channel 1 .*: gpCh\[1\] is NULL; the CNC has gpCh\[0..0\]"):
+    with pytest.raises(
+        HliNotConfigured,
+        match=r"channel 1 .*: gpCh\[1\] is NULL; the CNC has gpCh\[0..0\]",
+    ):
         _ = areas.gpCh[1]
     with pytest.raises(IndexError, match=r"gpCh\[12\]: the index runs 0..11"):
         _ = areas.gpCh[12]
@@ -62,8 +65,13 @@ def test_bool_and_string_members_have_python_types(areas: Areas) -> None:
         state.prog_name_r = "x" * 260
 
 
-@pytest.mark.parametrize(("wrong", "right"), [("overide", "override"), ("feedhod", "feedhold"), ("feed", "feedhold")])
-def test_unknown_name_tells_the_nearest(areas: Areas, wrong: str, right: str) -> None:
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [("overide", "override"), ("feedhod", "feedhold"), ("feed", "feedhold")],
+)
+def test_unknown_name_tells_the_nearest(
+    areas: Areas, wrong: str, right: str
+) -> None:
     """For reading and for writing; nothing is created silently."""
     control = areas.gpCh[0].bahn_mc_control
     with pytest.raises(AttributeError, match=rf"{wrong}.*{right}"):
@@ -191,14 +199,21 @@ def test_every_member_of_every_structure_has_its_property(areas: Areas) -> None:
 
     walk(areas.root)
     for cls in seen:
-        assert set(cls._names) >= {n for n, _ in getattr(layout, cls.__name__)._fields_ if not n.startswith("fill_")}
+        assert set(cls._names) >= {
+            n
+            for n, _ in getattr(layout, cls.__name__)._fields_
+            if not n.startswith("fill_")
+        }
     assert len(seen) > 40
 
 
 def test_parts_and_members_cannot_be_deleted(areas: Areas) -> None:
     """A ``del`` would only lose the view."""
     for name in ("bahn_state", "contour_lookahead"):
-        with pytest.raises(AttributeError, match=f"{name}: what lies in the memory cannot be deleted"):
+        with pytest.raises(
+            AttributeError,
+            match=f"{name}: what lies in the memory cannot be deleted",
+        ):
             delattr(areas.gpCh[0], name)
     with pytest.raises(AttributeError, match="cannot be deleted"):
         del areas.gpCh[0].bahn_mc_control.override.command_w

@@ -34,7 +34,12 @@ segment.create(sys.argv[1])
 def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
     """A full shared memory is named when the segment is created, not by a SIGBUS at a later store."""
     name = unique_name()
-    done = subprocess.run([sys.executable, "-P", "-c", SMALL, name], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", SMALL, name],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert "HliError: segment" in done.stderr, done.stderr
     assert "File too large" in done.stderr
     assert not (SHM / name).exists()
@@ -44,7 +49,9 @@ def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
 def test_a_creator_that_dies_leaves_no_name(step: str) -> None:
     """The name comes with the head in one step, so that it can be had again whenever the creator died."""
     name, before = unique_name(), set(os.listdir(SHM))
-    done = subprocess.run([sys.executable, "-P", "-c", KILLED, name, step], check=False)
+    done = subprocess.run(
+        [sys.executable, "-P", "-c", KILLED, name, step], check=False
+    )
     assert done.returncode == -signal.SIGKILL
     assert not {n for n in set(os.listdir(SHM)) - before if n.startswith(name)}
     with hli.create(name) as created:
@@ -67,8 +74,12 @@ def drafts() -> set[str]:
     return {n for n in os.listdir(SHM) if n.startswith(".hli-new-")}
 
 
-@pytest.mark.parametrize("number", [errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT])
-def test_without_unnamed_files_the_segment_comes_by_a_draft(monkeypatch: pytest.MonkeyPatch, number: int) -> None:
+@pytest.mark.parametrize(
+    "number", [errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT]
+)
+def test_without_unnamed_files_the_segment_comes_by_a_draft(
+    monkeypatch: pytest.MonkeyPatch, number: int
+) -> None:
     """Where O_TMPFILE is unknown the segment is written under a name of its own and linked; nothing else differs."""
     plain, name, before = os.open, unique_name(), drafts()
 
@@ -93,10 +104,15 @@ def test_without_unnamed_files_the_segment_comes_by_a_draft(monkeypatch: pytest.
 def test_a_draft_of_a_dead_creator_is_swept(step: str) -> None:
     """A creator that dies over its draft leaves it; sweep() removes it, and those of the living stay."""
     name, before = unique_name(), drafts()
-    head = SHM / f".hli-new-{os.getpid()}-{lib.hs_process_start(os.getpid())}-77"
+    head = (
+        SHM / f".hli-new-{os.getpid()}-{lib.hs_process_start(os.getpid())}-77"
+    )
     head.touch()
     try:
-        done = subprocess.run([sys.executable, "-P", "-c", NO_UNNAMED + KILLED, name, step], check=False)
+        done = subprocess.run(
+            [sys.executable, "-P", "-c", NO_UNNAMED + KILLED, name, step],
+            check=False,
+        )
         assert done.returncode == -signal.SIGKILL
         assert not (SHM / name).exists()
         assert len(drafts() - before) == 2
@@ -140,6 +156,8 @@ def test_segments_do_not_keep_descriptors_or_names() -> None:
         if k == 100:
             rss = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     assert len(os.listdir("/proc/self/fd")) == fds
-    if "libasan" not in Path("/proc/self/maps").read_text():  # it keeps what is freed for a while
+    if (
+        "libasan" not in Path("/proc/self/maps").read_text()
+    ):  # it keeps what is freed for a while
         assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss < rss + 2000
     assert not (SHM / name).exists()

@@ -35,13 +35,22 @@ CASES = {
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_jerk_of_blended_corners_within_microns(name: str, tmp_path: Path) -> None:
+def test_jerk_of_blended_corners_within_microns(
+    name: str, tmp_path: Path
+) -> None:
     """Corners blended within 0.003 mm: sampled at the cycle, the jerk stays within 1.5 % of each axis' own limit."""
     cycle, limits, feed, blocks = CASES[name]
-    cell = f'name = "c"\ncycle_s = {cycle}\n' + "".join(AXIS.format(a, *m) for a, m in zip("XYZ", limits, strict=True))
+    cell = f'name = "c"\ncycle_s = {cycle}\n' + "".join(
+        AXIS.format(a, *m) for a, m in zip("XYZ", limits, strict=True)
+    )
     path = tmp_path / "part.nc"
-    path.write_text("\n".join(["G90 G71", f"F{feed}", *blocks.split("|"), "M30", ""]))
-    result = plan_program(Program(path, parse_config(cell, "c"), "isg", tolerance=0.003), window=120).as_json()
+    path.write_text(
+        "\n".join(["G90 G71", f"F{feed}", *blocks.split("|"), "M30", ""])
+    )
+    result = plan_program(
+        Program(path, parse_config(cell, "c"), "isg", tolerance=0.003),
+        window=120,
+    ).as_json()
     assert result["max_ratio"]["jerk"] <= 1.015
     assert result["path_deviation_mm"] <= 0.003
 
@@ -49,9 +58,16 @@ def test_jerk_of_blended_corners_within_microns(name: str, tmp_path: Path) -> No
 def test_jerk_of_blends_of_a_micrometre(tmp_path: Path) -> None:
     """Corners within 1e-5 mm are crept through: blends of a micrometre take many cycles (jerk before: 1.086)."""
     limits = [(201.8, 2270, 6535), (532.4, 6973, 5709), (151.2, 526.1, 84330)]
-    cell = 'name = "c"\ncycle_s = 0.00025\n' + "".join(AXIS.format(a, *m) for a, m in zip("XYZ", limits, strict=True))
+    cell = 'name = "c"\ncycle_s = 0.00025\n' + "".join(
+        AXIS.format(a, *m) for a, m in zip("XYZ", limits, strict=True)
+    )
     path = tmp_path / "part.nc"
-    path.write_text("G90\nG1 X0.0315 Y0.2735 F3057\nX0.0497 Y0.5481\nX0.0545 Y0.8233\nX0.0459 Y1.0985\nM30\n")
-    result = plan_program(Program(path, parse_config(cell, "c"), "isg", tolerance=1e-5), window=120).as_json()
+    path.write_text(
+        "G90\nG1 X0.0315 Y0.2735 F3057\nX0.0497 Y0.5481\nX0.0545 Y0.8233\nX0.0459 Y1.0985\nM30\n"
+    )
+    result = plan_program(
+        Program(path, parse_config(cell, "c"), "isg", tolerance=1e-5),
+        window=120,
+    ).as_json()
     assert result["max_ratio"]["jerk"] <= 1.015
     assert result["path_deviation_mm"] <= 1e-5

@@ -34,12 +34,18 @@ j_max_mm_s3 = 60000
 """
 
 
-def planned(folder: Path, text: str, tolerance: float, window: int = 30) -> PlanResult:
+def planned(
+    folder: Path, text: str, tolerance: float, window: int = 30
+) -> PlanResult:
     """The program on the machine X Y Z A, with samples."""
     file, cell = folder / "shape.nc", folder / "cell.toml"
     file.write_text(text)
     cell.write_text(CELL)
-    return plan_program(open_program(file, cell, "isg", tolerance=tolerance), window=window, keep_samples=True)
+    return plan_program(
+        open_program(file, cell, "isg", tolerance=tolerance),
+        window=window,
+        keep_samples=True,
+    )
 
 
 def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
@@ -68,7 +74,8 @@ def test_corners_a_few_cycles_apart(seed: int) -> None:
     steps = 0.025 * np.stack([np.cos(angle), np.sin(angle)], 1)
     points = np.round(np.vstack([[0.0, 0.0], np.cumsum(steps, 0)]), 3)
     axes = [
-        f"[axes.{n}]\nv_max_mm_s = 150\na_max_mm_s2 = 3000\nj_max_mm_s3 = {j}" for n, j in (("X", 7e5), ("Y", 12600))
+        f"[axes.{n}]\nv_max_mm_s = 150\na_max_mm_s2 = 3000\nj_max_mm_s3 = {j}"
+        for n, j in (("X", 7e5), ("Y", 12600))
     ]
     cell = parse_config("cycle_s = 0.004\n" + "\n".join(axes))
     pos, _ = drive(line_rows(points, 20.0), cell, window=30)
@@ -76,14 +83,27 @@ def test_corners_a_few_cycles_apart(seed: int) -> None:
     assert np.abs(pos[-1] - points[-1]).max() < 1e-9
 
 
-def test_the_deviation_of_a_steep_helix_is_the_nearest_distance(tmp_path: Path) -> None:
+def test_the_deviation_of_a_steep_helix_is_the_nearest_distance(
+    tmp_path: Path,
+) -> None:
     """What `plan` states is the distance to the nearest place of the contour, not to the place at the same angle."""
-    text = "G0 X0 Y0 Z0\nG1 F3000 X-10\nX0\nG2 X10 Y0 Z40 I5 J0\nG1 X20 Z40\nM30\n"
+    text = (
+        "G0 X0 Y0 Z0\nG1 F3000 X-10\nX0\nG2 X10 Y0 Z40 I5 J0\nG1 X20 Z40\nM30\n"
+    )
     result = planned(tmp_path, text, 0.05)
     angle = np.linspace(np.pi, 0.0, 400_001)
-    helix = np.column_stack([5 + 5 * np.cos(angle), 5 * np.sin(angle), np.linspace(0, 40, 400_001)])
-    lines = np.vstack([np.linspace(a, b, 200_001) for a, b in [((-10, 0, 0), (0, 0, 0)), ((10, 0, 40), (20, 0, 40))]])
+    helix = np.column_stack(
+        [5 + 5 * np.cos(angle), 5 * np.sin(angle), np.linspace(0, 40, 400_001)]
+    )
+    lines = np.vstack(
+        [
+            np.linspace(a, b, 200_001)
+            for a, b in [((-10, 0, 0), (0, 0, 0)), ((10, 0, 40), (20, 0, 40))]
+        ]
+    )
     assert result.samples is not None
-    off, _ = cKDTree(np.vstack([helix, lines])).query(result.samples["pos"][:, :3])
+    off, _ = cKDTree(np.vstack([helix, lines])).query(
+        result.samples["pos"][:, :3]
+    )
     assert result.path_deviation_mm == pytest.approx(off.max(), abs=1e-4)
     assert 0.01 < off.max() <= 0.05

@@ -26,13 +26,18 @@ def clah(cnc: FakeCnc) -> ContourLookahead:
     return ContourLookahead(cnc.ch.contour_lookahead)
 
 
-def test_continuous_call_takes_an_answer_and_places_the_next_request(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_continuous_call_takes_an_answer_and_places_the_next_request(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """One answer per CNC cycle; done for the call that brought it."""
     assert not clah(0.0, 25.0)
     assert clah.busy
     cnc.cycle()
     assert clah(100.0, 25.0)
-    assert (list(clah.blocks["start_position"]), clah.answer_request) == ([0.0, 10.0, 20.0], (0.0, 25.0))
+    assert (list(clah.blocks["start_position"]), clah.answer_request) == (
+        [0.0, 10.0, 20.0],
+        (0.0, 25.0),
+    )
     assert clah.busy
     assert not clah(200.0, 25.0)
     cnc.cycle()
@@ -46,7 +51,9 @@ def test_call_never_waits_for_the_cnc(clah: ContourLookahead) -> None:
     assert not any(clah(0.0, 1.0) for _ in range(1000))
 
 
-def test_execute_places_one_request_per_rising_edge(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_execute_places_one_request_per_rising_edge(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """done stays until execute falls; the inputs of the edge count."""
     clah(10.0, 5.0, execute=True)
     clah(99.0, 99.0, execute=True)
@@ -63,7 +70,9 @@ def test_execute_places_one_request_per_rising_edge(cnc: FakeCnc, clah: ContourL
     assert cnc.requests == [(10.0, 5.0), (20.0, 5.0)]
 
 
-def test_done_lasts_one_call_when_execute_fell_before_the_answer(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_done_lasts_one_call_when_execute_fell_before_the_answer(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """IEC habit: the result is shown at least once."""
     clah(0.0, 5.0, execute=True)
     clah(0.0, 5.0, execute=False)
@@ -78,7 +87,11 @@ def test_request_that_is_not_finite_is_an_error_and_is_not_sent(
 ) -> None:
     """error and error_id, gone with the next good call."""
     clah(bad, 1.0)
-    assert (clah.error, clah.error_id, clah.busy) == (True, ERROR_REQUEST, False)
+    assert (clah.error, clah.error_id, clah.busy) == (
+        True,
+        ERROR_REQUEST,
+        False,
+    )
     cnc.cycle()
     assert cnc.requests == []
     clah(0.0, 1.0)
@@ -98,7 +111,9 @@ def test_answer_is_an_own_copy(cnc: FakeCnc, clah: ContourLookahead) -> None:
     assert list(first["length"]) == [10.0, 10.0]
 
 
-def test_full_tells_that_there_may_be_more(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_full_tells_that_there_may_be_more(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """128 elements: ask again; fewer: the end."""
     clah(0.0, 1e9)
     cnc.cycle()
@@ -109,7 +124,9 @@ def test_full_tells_that_there_may_be_more(cnc: FakeCnc, clah: ContourLookahead)
     assert (len(clah.blocks), clah.full) == (10, False)
 
 
-def test_index_behind_the_end_gives_an_empty_answer(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_index_behind_the_end_gives_an_empty_answer(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """done with no elements."""
     clah(300.0, 0.0)
     cnc.cycle()
@@ -144,7 +161,9 @@ def test_five_blocks_are_served_in_order_of_arrival(cnc: FakeCnc) -> None:
     assert {served.count(i) for i in range(5)} == {10}
 
 
-def test_block_that_is_no_longer_called_does_not_hold_the_unit(cnc: FakeCnc) -> None:
+def test_block_that_is_no_longer_called_does_not_hold_the_unit(
+    cnc: FakeCnc,
+) -> None:
     """Its answer is fetched for it, and kept until it is called again."""
     left, stays = (ContourLookahead(cnc.ch.contour_lookahead) for _ in range(2))
     left(70.0, 5.0)
@@ -156,7 +175,9 @@ def test_block_that_is_no_longer_called_does_not_hold_the_unit(cnc: FakeCnc) -> 
     assert list(left.blocks["start_position"]) == [70.0]
 
 
-def test_request_of_a_foreign_plc_program_is_waited_for(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_request_of_a_foreign_plc_program_is_waited_for(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """While somebody else's request is pending none is placed, and its answer is not taken for ours."""
     unit = cnc.ch.contour_lookahead
     unit.request.length = 1.0
@@ -170,7 +191,9 @@ def test_request_of_a_foreign_plc_program_is_waited_for(cnc: FakeCnc, clah: Cont
     assert list(clah.blocks["start_position"]) == [50.0]
 
 
-def test_read_log_gives_every_entry_once_while_the_log_grows(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_read_log_gives_every_entry_once_while_the_log_grows(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """Mode 1 over pages and over growth."""
     whole, read = cnc.log, []
     for grown in (0, 5, 5, 200, 290, 300, 300, 300, 300, 300, 300):
@@ -180,7 +203,9 @@ def test_read_log_gives_every_entry_once_while_the_log_grows(cnc: FakeCnc, clah:
     assert read == list(whole["block_number"])
 
 
-def test_read_log_begins_again_after_a_clear(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_read_log_begins_again_after_a_clear(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """A request under way when the log was cleared is dropped."""
     whole = cnc.log
     cnc.log = whole[:10]
@@ -200,7 +225,9 @@ def test_read_log_begins_again_after_a_clear(cnc: FakeCnc, clah: ContourLookahea
     assert again == list(whole["block_number"][100:104])
 
 
-def follow_all(cnc: FakeCnc, clah: ContourLookahead, length: float, cycles: int) -> list[int]:
+def follow_all(
+    cnc: FakeCnc, clah: ContourLookahead, length: float, cycles: int
+) -> list[int]:
     """Block numbers that follow() gives over some cycles."""
     numbers: list[int] = []
     for _ in range(cycles):
@@ -209,7 +236,9 @@ def follow_all(cnc: FakeCnc, clah: ContourLookahead, length: float, cycles: int)
     return numbers
 
 
-def test_follow_gives_every_element_once_ahead_of_the_tool(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_follow_gives_every_element_once_ahead_of_the_tool(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """The manual's rule for new elements, with a window that moves on."""
     cnc.speed, cnc.ahead = 7.0, 55.0
     assert follow_all(cnc, clah, 200.0, 500) == list(cnc.path["block_number"])
@@ -229,13 +258,20 @@ def test_follow_never_loses_or_repeats_an_element(
     cnc = FakeCnc(elements(lengths), ahead=ahead)
     try:
         cnc.speed = cnc.end() / steps
-        numbers = follow_all(cnc, ContourLookahead(cnc.ch.contour_lookahead), length, 2 * len(lengths) + steps + 3)
+        numbers = follow_all(
+            cnc,
+            ContourLookahead(cnc.ch.contour_lookahead),
+            length,
+            2 * len(lengths) + steps + 3,
+        )
         assert numbers == list(cnc.path["block_number"])
     finally:
         cnc.remove()
 
 
-def test_follow_asks_only_while_there_is_something_new(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_follow_asks_only_while_there_is_something_new(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """Once all is known the CNC is left alone."""
     follow_all(cnc, clah, 1e9, 10)
     asked = len(cnc.requests)
@@ -243,7 +279,9 @@ def test_follow_asks_only_while_there_is_something_new(cnc: FakeCnc, clah: Conto
     assert len(cnc.requests) == asked
 
 
-def test_follow_begins_again_after_a_distance_reset(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_follow_begins_again_after_a_distance_reset(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """#DISTANCE PROG START CLEAR: the elements behind it come with new distances, each once."""
     first, second = elements([10.0] * 5), elements([20.0] * 40)
     second["block_number"] += 1000
@@ -255,7 +293,9 @@ def test_follow_begins_again_after_a_distance_reset(cnc: FakeCnc, clah: ContourL
     assert clah.resets == 1
 
 
-def test_follow_drops_an_answer_from_before_a_reset(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_follow_drops_an_answer_from_before_a_reset(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """The request was placed in old distances, the answer would be in old or new ones: it is not used."""
     cnc.path, cnc.speed, cnc.ahead = elements([10.0] * 20), 10.0, 30.0
     follow_all(cnc, clah, 15.0, 6)
@@ -264,7 +304,9 @@ def test_follow_drops_an_answer_from_before_a_reset(cnc: FakeCnc, clah: ContourL
     assert follow_all(cnc, clah, 15.0, 140) == list(cnc.path["block_number"])
 
 
-def test_follow_does_not_begin_again_in_backward_motion(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_follow_does_not_begin_again_in_backward_motion(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """The distance falls while backward_active_r is TRUE: no element is repeated."""
     cnc.speed = 50.0
     numbers = follow_all(cnc, clah, 1e9, 10)
@@ -277,7 +319,9 @@ def test_follow_does_not_begin_again_in_backward_motion(cnc: FakeCnc, clah: Cont
     assert numbers == list(cnc.path["block_number"])
 
 
-def test_follow_skips_elements_the_cnc_has_dropped(cnc: FakeCnc, clah: ContourLookahead) -> None:
+def test_follow_skips_elements_the_cnc_has_dropped(
+    cnc: FakeCnc, clah: ContourLookahead
+) -> None:
     """A PLC that comes late starts with the oldest element that is still there."""
     cnc.path = cnc.path[100:]
     numbers = follow_all(cnc, clah, 1.5, 250)
@@ -293,7 +337,9 @@ def test_follow_needs_a_range(clah: ContourLookahead, length: float) -> None:
 
 def test_both_modes_share_one_unit(cnc: FakeCnc) -> None:
     """A reader of the log and a follower of the contour, each complete."""
-    log, contour = (ContourLookahead(cnc.ch.contour_lookahead) for _ in range(2))
+    log, contour = (
+        ContourLookahead(cnc.ch.contour_lookahead) for _ in range(2)
+    )
     cnc.speed, cnc.ahead = 20.0, 200.0
     entries, numbers = [], []
     for _ in range(400):

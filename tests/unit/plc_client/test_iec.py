@@ -2,7 +2,19 @@
 
 import pytest
 
-from plc_client import CTD, CTU, CTUD, F_TRIG, R_TRIG, RS, SR, TOF, TON, TP, clock
+from plc_client import (
+    CTD,
+    CTU,
+    CTUD,
+    F_TRIG,
+    R_TRIG,
+    RS,
+    SR,
+    TOF,
+    TON,
+    TP,
+    clock,
+)
 
 MS = 1_000_000
 
@@ -30,13 +42,25 @@ def run(timer: object, clock_: Clock, inputs: str) -> str:
 @pytest.mark.parametrize(
     ("kind", "inputs", "expected"),
     [
-        (TON, "0111110110", "0000110000"),  # Q after 3 ms of TRUE, a shorter input gives nothing
+        (
+            TON,
+            "0111110110",
+            "0000110000",
+        ),  # Q after 3 ms of TRUE, a shorter input gives nothing
         (TON, "1111011111", "0001000011"),
-        (TOF, "0110000011010000", "0111110011111110"),  # falls 3 ms behind IN, retriggered by the new TRUE
+        (
+            TOF,
+            "0110000011010000",
+            "0111110011111110",
+        ),  # falls 3 ms behind IN, retriggered by the new TRUE
         (TOF, "0000", "0000"),
         (TP, "0100000100", "0111000111"),  # a pulse of 3 ms
         (TP, "0111111100", "0111000000"),  # a long input gives one pulse
-        (TP, "0101010000", "0111011100"),  # edges during the pulse count for nothing
+        (
+            TP,
+            "0101010000",
+            "0111011100",
+        ),  # edges during the pulse count for nothing
     ],
 )
 def test_timer_diagrams(kind: type, inputs: str, expected: str) -> None:
@@ -93,7 +117,14 @@ def test_r_trig_sees_true_in_its_first_call() -> None:
 def test_ctu_counts_edges_until_reset() -> None:
     """Q at CV >= PV, R dominates, the counter stops at its limit."""
     counter = CTU(PV=2)
-    assert [counter(cu) for cu in (True, True, False, True, False, True)] == [False, False, False, True, True, True]
+    assert [counter(cu) for cu in (True, True, False, True, False, True)] == [
+        False,
+        False,
+        False,
+        True,
+        True,
+        True,
+    ]
     assert counter.CV == 3
     assert not counter(True, R=True)
     assert counter.CV == 0
@@ -140,10 +171,22 @@ def test_tp_edge_in_the_scan_that_finds_the_pulse_over() -> None:
     """The pulse ended between two scans, then IN rose: a new pulse, not a lost edge."""
     clock_ = Clock()
     pulse, out = TP(PT=0.010, now_ns=clock_), []
-    for ms, value in ((0, True), (5, False), (12, True), (20, True), (22, True)):
+    for ms, value in (
+        (0, True),
+        (5, False),
+        (12, True),
+        (20, True),
+        (22, True),
+    ):
         clock_.ns = ms * MS
         out.append((pulse(value), pulse.ET))
-    assert out == [(True, 0.0), (True, 0.005), (True, 0.0), (True, 0.008), (False, 0.010)]
+    assert out == [
+        (True, 0.0),
+        (True, 0.005),
+        (True, 0.0),
+        (True, 0.008),
+        (False, 0.010),
+    ]
 
 
 def test_tp_with_pt_zero_gives_no_pulse_and_et_falls_with_in() -> None:
@@ -167,7 +210,14 @@ def test_tof_holds_et_at_pt_until_in_comes_back() -> None:
         clock_.ns = i * MS
         timer(value)
         shown.append((timer.Q, timer.ET))
-    assert shown == [(True, 0.0), (True, 0.0), (True, 0.001), (False, 0.002), (False, 0.002), (True, 0.0)]
+    assert shown == [
+        (True, 0.0),
+        (True, 0.0),
+        (True, 0.001),
+        (False, 0.002),
+        (False, 0.002),
+        (True, 0.0),
+    ]
 
 
 def test_pt_may_change_while_a_timer_runs() -> None:

@@ -23,13 +23,24 @@ def test_feed_control_commands_override_and_feedhold(areas: Areas) -> None:
     """0.1 % in command_w, enable_w and override_valid set."""
     control = areas.gpCh[0].bahn_mc_control
     FeedControl(areas.gpCh[0])(override=72.5, feedhold=True)
-    assert (control.override.command_w, control.override.enable_w) == (725, True)
-    assert (control.override_valid.command_w, control.override_valid.enable_w) == (True, True)
-    assert (control.feedhold.command_w, control.feedhold.enable_w) == (True, True)
+    assert (control.override.command_w, control.override.enable_w) == (
+        725,
+        True,
+    )
+    assert (
+        control.override_valid.command_w,
+        control.override_valid.enable_w,
+    ) == (True, True)
+    assert (control.feedhold.command_w, control.feedhold.enable_w) == (
+        True,
+        True,
+    )
 
 
 @pytest.mark.parametrize("override", [-0.1, 200.1, float("nan")])
-def test_feed_control_refuses_wrong_overrides(areas: Areas, override: float) -> None:
+def test_feed_control_refuses_wrong_overrides(
+    areas: Areas, override: float
+) -> None:
     """ValueError; nothing is enabled."""
     with pytest.raises(ValueError, match="override"):
         FeedControl(areas.gpCh[0])(override=override)
@@ -83,7 +94,9 @@ def test_auto_continue_waits_for_the_axes(areas: Areas) -> None:
 
 def offer(unit: Any, code: int, number: int) -> None:
     """The CNC's side of the two-flag protocol."""
-    payload = {3: layout.HLI_S_PROZESS, 4: layout.HLI_T_PROZESS}.get(code, layout.HLI_M_H_PROZESS)
+    payload = {3: layout.HLI_S_PROZESS, 4: layout.HLI_T_PROZESS}.get(
+        code, layout.HLI_M_H_PROZESS
+    )
     view = overlay(unit.attribut_r.data, payload)
     if code == 3:
         view.rev = number
@@ -112,21 +125,31 @@ def test_all_functions_are_fetched_and_acknowledged(areas: Areas) -> None:
         ("H", 99, "gpCh[0]", True),
     ]
     assert seen == functions
-    for unit in (*ch.techno_unit_std_sync[:2], ch.techno_unit_late_sync[13], ax.techno_unit_std_sync[0]):
+    for unit in (
+        *ch.techno_unit_std_sync[:2],
+        ch.techno_unit_late_sync[13],
+        ax.techno_unit_std_sync[0],
+    ):
         assert (unit.please_rw, unit.done_w) == (False, True)
     assert not ch.techno_unit_late_sync[12].done_w
 
 
-def test_function_is_fetched_before_and_acknowledged_after_its_handler(areas: Areas) -> None:
+def test_function_is_fetched_before_and_acknowledged_after_its_handler(
+    areas: Areas,
+) -> None:
     """The PLC executes between the two flags."""
     unit = areas.gpCh[0].techno_unit_std_sync[0]
     offer(unit, 1, 8)
     flags = []
-    AcknowledgeAll(areas, lambda _: flags.append((unit.please_rw, unit.done_w)))()
+    AcknowledgeAll(
+        areas, lambda _: flags.append((unit.please_rw, unit.done_w))
+    )()
     assert flags == [(False, False)]
 
 
-def test_a_function_nobody_waits_for_is_acknowledged_while_it_is_fetched(areas: Areas) -> None:
+def test_a_function_nobody_waits_for_is_acknowledged_while_it_is_fetched(
+    areas: Areas,
+) -> None:
     """Behind please_rw FALSE the unit of a MOS function may hold the next one, which done_w must not reach."""
     unit = areas.gpCh[0].techno_unit_std_sync[0]
 

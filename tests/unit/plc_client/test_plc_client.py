@@ -50,7 +50,9 @@ def test_plc_registers_and_gives_its_place_back(cnc: FakeCnc) -> None:
         assert plc.alive()
         assert cnc.areas.gpPform.plc_present_w
         assert cnc.ch.head.plc_present_w
-        assert [cnc.areas.gpAx[i].head.plc_present_w for i in range(3)] == [True] * 3
+        assert [cnc.areas.gpAx[i].head.plc_present_w for i in range(3)] == [
+            True
+        ] * 3
     assert cnc.side.plc.attached == 0
     with connect(cnc.name):
         assert cnc.side.plc.generation == 2
@@ -69,7 +71,12 @@ def test_second_living_plc_is_refused(cnc: FakeCnc) -> None:
 def test_place_of_a_dead_plc_is_free(cnc: FakeCnc) -> None:
     """A PLC process that was killed leaves nothing locked."""
     code = f"import os; from plc_client import connect; connect({cnc.name!r}); os.kill(os.getpid(), 9)"
-    assert subprocess.run([sys.executable, "-P", "-c", code], check=False).returncode == -9
+    assert (
+        subprocess.run(
+            [sys.executable, "-P", "-c", code], check=False
+        ).returncode
+        == -9
+    )
     assert cnc.side.plc.attached == 1
     with connect(cnc.name) as plc:
         plc.step(3)
@@ -88,7 +95,10 @@ def test_step_runs_exactly_so_many_cycles(cnc: FakeCnc) -> None:
 
 def test_step_needs_a_plc_in_lockstep(cnc: FakeCnc) -> None:
     """Refused by name for readers and other clocks."""
-    with connect(cnc.name, role="reader") as reader, pytest.raises(hli.HliError, match="reader"):
+    with (
+        connect(cnc.name, role="reader") as reader,
+        pytest.raises(hli.HliError, match="reader"),
+    ):
         reader.step()
     with connect(cnc.name) as plc:
         cnc.side.cnc.clock = layout.HLI_CLOCK_REALTIME
@@ -115,7 +125,9 @@ def test_exchange_in_lockstep_steps_the_cnc(cnc: FakeCnc) -> None:
         assert list(plc.exchange(15.0, 10.0)["start_position"]) == [10.0, 20.0]
 
 
-def test_new_cnc_behind_the_same_memory_is_not_the_one_connected_to(cnc: FakeCnc) -> None:
+def test_new_cnc_behind_the_same_memory_is_not_the_one_connected_to(
+    cnc: FakeCnc,
+) -> None:
     """alive() follows generation, pid and start."""
     with connect(cnc.name) as plc:
         cnc.side.cnc.generation += 1

@@ -67,7 +67,10 @@ def test_feed_hold_stands_and_goes_on(make: Make) -> None:
     cnc.run_to(200)
     assert cnc.distance > here
     fb(False, enable=False)
-    assert (fb.state, hli.gpCh[0].bahn_mc_control.feedhold.enable_w) == (LevelState.RELEASED, False)
+    assert (fb.state, hli.gpCh[0].bahn_mc_control.feedhold.enable_w) == (
+        LevelState.RELEASED,
+        False,
+    )
 
 
 def test_override_acts_and_leaves_the_rapid_one_alone(make: Make) -> None:
@@ -87,7 +90,9 @@ def test_override_acts_and_leaves_the_rapid_one_alone(make: Make) -> None:
 
 
 @pytest.mark.parametrize("percent", [-1.0, 200.1, math.nan])
-def test_override_out_of_range_is_an_error_and_changes_nothing(make: Make, percent: float) -> None:
+def test_override_out_of_range_is_an_error_and_changes_nothing(
+    make: Make, percent: float
+) -> None:
     """error_id 1."""
     _, hli = make(line(1))
     fb = Override(hli.gpCh[0])
@@ -106,7 +111,9 @@ def test_level_unit_tells_a_missing_presence(make: Make) -> None:
     assert (fb.error_id, fb.state) == (2, LevelState.ERROR)
 
 
-def test_release_happens_once_so_that_another_block_can_have_the_unit(make: Make) -> None:
+def test_release_happens_once_so_that_another_block_can_have_the_unit(
+    make: Make,
+) -> None:
     """A block that is not enabled does not write the enable of others away."""
     _, hli = make(line(1))
     idle, user = OptionalStop(hli.gpCh[0]), OptionalStop(hli.gpCh[0])
@@ -219,13 +226,20 @@ def test_inserted_stop_stands_at_its_distance(make: Make) -> None:
     assert hli.gpCh[0].bahn_state.wait_continue_r
 
 
-@pytest.mark.parametrize("inputs", [(math.nan, 1), (0.0, 3), (0.0, 1, 70_000), (0.0, 1, 0, -1)])
-def test_inserted_stop_checks_its_inputs(make: Make, inputs: tuple[Any, ...]) -> None:
+@pytest.mark.parametrize(
+    "inputs", [(math.nan, 1), (0.0, 3), (0.0, 1, 70_000), (0.0, 1, 0, -1)]
+)
+def test_inserted_stop_checks_its_inputs(
+    make: Make, inputs: tuple[Any, ...]
+) -> None:
     """error_id 1, nothing sent."""
     _, hli = make(line(1))
     fb = InsertStop(hli.gpCh[0])
     fb(True, *inputs)
-    assert (fb.error_id, hli.gpCh[0].bahn_mc_control.insert_cmd.command_semaphor_rw) == (1, False)
+    assert (
+        fb.error_id,
+        hli.gpCh[0].bahn_mc_control.insert_cmd.command_semaphor_rw,
+    ) == (1, False)
 
 
 def test_relative_zero_deletes_the_inserted_stop(make: Make) -> None:
@@ -243,7 +257,9 @@ def test_relative_zero_deletes_the_inserted_stop(make: Make) -> None:
 
 def test_skip_levels_count_at_program_start_only(make: Make) -> None:
     """Level 1 and 3 are left out; a level out of range is an error."""
-    cnc, hli = make(line(10, skip=1), line(10), line(10, skip=3), auto_start=True)
+    cnc, hli = make(
+        line(10, skip=1), line(10), line(10, skip=3), auto_start=True
+    )
     fb = SkipLevels(hli.gpCh[0])
     fb((1, 3))
     cnc.cycle()
@@ -278,15 +294,24 @@ def test_rt_loop_and_external_speed_command_their_units(make: Make) -> None:
     RtLoop(hli.gpCh[0])(True)
     ExternalSpeed(hli.gpCh[0])(-5000)
     c = hli.gpCh[0].bahn_mc_control
-    assert (c.rt_loop_enable.command_w, c.rt_loop_enable.enable_w) == (True, True)
-    assert (c.ext_command_speed.command_w, c.ext_command_speed_valid.command_w) == (-5000, True)
+    assert (c.rt_loop_enable.command_w, c.rt_loop_enable.enable_w) == (
+        True,
+        True,
+    )
+    assert (
+        c.ext_command_speed.command_w,
+        c.ext_command_speed_valid.command_w,
+    ) == (-5000, True)
 
 
 def test_function_that_is_never_fetched_stops_the_program(make: Make) -> None:
     """The mock plays the manual's pitfall too: an M function nobody fetches."""
     cnc, hli = make(line(1), m(50, waits=False), line(1))
     cnc.run_to(200)
-    assert (cnc.ended, hli.gpCh[0].bahn_state.wait_techno_acknowledge_r) == (False, True)
+    assert (cnc.ended, hli.gpCh[0].bahn_state.wait_techno_acknowledge_r) == (
+        False,
+        True,
+    )
 
 
 class _Blocks:
@@ -300,7 +325,9 @@ class _Blocks:
     def act(self, what: int, value: float, flag: bool) -> None:
         control = self.ch.bahn_mc_control
         if not self.skip:
-            self.override._settled = self.hold._settled = self.feed._settled = self.direction._settled = None
+            self.override._settled = self.hold._settled = self.feed._settled = (
+                self.direction._settled
+            ) = None
         actions: list[Callable[[], Any]] = [
             lambda: self.override(path=None, rapid=100.0 if flag else None),
             lambda: self.override(path=value),
@@ -319,19 +346,39 @@ class _Blocks:
 
     def seen(self) -> tuple[Any, ...]:
         blocks, o = (self.override, self.hold, self.direction), self.override
-        outputs = [(b.state, b.done, b.busy, b.error, b.error_id) for b in blocks]
-        values = (o.path, o.rapid, o.effective, self.hold.standing, self.feed.override, self.feed.feedhold)
-        return outputs, values, self.direction.backward_active, bytes(self.ch.bahn_mc_control._c)
+        outputs = [
+            (b.state, b.done, b.busy, b.error, b.error_id) for b in blocks
+        ]
+        values = (
+            o.path,
+            o.rapid,
+            o.effective,
+            self.hold.standing,
+            self.feed.override,
+            self.feed.feedhold,
+        )
+        return (
+            outputs,
+            values,
+            self.direction.backward_active,
+            bytes(self.ch.bahn_mc_control._c),
+        )
 
 
 def test_a_call_that_is_done_at_once_is_the_same_call(make: Make) -> None:
     """Blocks that skip what cannot have changed do as blocks that never skip, whoever else writes the units."""
     rng = random.Random(7)
-    quick, thorough = (_Blocks(*make(line(1000)), skip) for skip in (True, False))
+    quick, thorough = (
+        _Blocks(*make(line(1000)), skip) for skip in (True, False)
+    )
     for step in range(3000):
         again = step % 3  # the same twice more: what a skip is for
         if not again:
-            action = (rng.randrange(12), rng.choice((0.0, 50.0, 100.0, 250.0)), rng.random() < 0.5)
+            action = (
+                rng.randrange(12),
+                rng.choice((0.0, 50.0, 100.0, 250.0)),
+                rng.random() < 0.5,
+            )
         for blocks in (quick, thorough):
             blocks.act(*action)
             if again == 1:

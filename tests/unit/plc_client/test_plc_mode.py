@@ -37,7 +37,9 @@ def hli(cnc: MockCnc) -> Iterator[Hli]:
         yield value
 
 
-def until_done(cnc: MockCnc, fb: Any, *inputs: Any, limit: int = 100) -> list[State]:
+def until_done(
+    cnc: MockCnc, fb: Any, *inputs: Any, limit: int = 100
+) -> list[State]:
     """Call the block once a cycle until it is done or failed; the states it showed, without repetitions."""
     seen: list[State] = []
     for _ in range(limit):
@@ -50,11 +52,16 @@ def until_done(cnc: MockCnc, fb: Any, *inputs: Any, limit: int = 100) -> list[St
     raise AssertionError(f"{fb.state} after {limit} cycles")
 
 
-def test_start_stop_resume_abort_reset_walk_the_states(cnc: MockCnc, hli: Hli) -> None:
+def test_start_stop_resume_abort_reset_walk_the_states(
+    cnc: MockCnc, hli: Hli
+) -> None:
     """Each command is done only when state_r shows it; HOLD stands, resume goes on."""
     ch = hli.gpCh[0]
     assert until_done(cnc, SelectProgram(ch), "part.nc")[-1] is State.DONE
-    assert (cnc.mode.state, cnc.mode.parameter) == (ProcessState.READY, "part.nc")
+    assert (cnc.mode.state, cnc.mode.parameter) == (
+        ProcessState.READY,
+        "part.nc",
+    )
     until_done(cnc, StartProgram(ch))
     assert cnc.mode.state is ProcessState.ACTIVE
     cnc.run_to(cnc.cycles + 100)
@@ -71,18 +78,31 @@ def test_start_stop_resume_abort_reset_walk_the_states(cnc: MockCnc, hli: Hli) -
     assert cnc.mode.state is ProcessState.SELECTED
 
 
-def test_selected_to_active_in_one_command_passes_intermediate_states(cnc: MockCnc, hli: Hli) -> None:
+def test_selected_to_active_in_one_command_passes_intermediate_states(
+    cnc: MockCnc, hli: Hli
+) -> None:
     """The interface performs the transitions between by itself; the block waits for the last one."""
     fb = ModeControl(hli.gpCh[0])
     shown = set()
     while not fb(True, Mode.AUTOMATIC, ProcessState.ACTIVE, "part.nc"):
         cnc.cycle()
         shown.add(fb.process_state)
-    assert {ProcessState.PREPARING, ProcessState.READY, ProcessState.STARTING} <= shown
-    assert (fb.process_state, fb.Done, fb.Busy, fb.ErrorID) == (ProcessState.ACTIVE, True, False, 0)
+    assert {
+        ProcessState.PREPARING,
+        ProcessState.READY,
+        ProcessState.STARTING,
+    } <= shown
+    assert (fb.process_state, fb.Done, fb.Busy, fb.ErrorID) == (
+        ProcessState.ACTIVE,
+        True,
+        False,
+        0,
+    )
 
 
-def test_command_waits_for_the_semaphore_and_never_overwrites(cnc: MockCnc, hli: Hli) -> None:
+def test_command_waits_for_the_semaphore_and_never_overwrites(
+    cnc: MockCnc, hli: Hli
+) -> None:
     """A command somebody else left in the unit stays untouched until the CNC takes it."""
     ch = hli.gpCh[0]
     unit = ch.channel_mc_control.mode_and_state
@@ -90,7 +110,10 @@ def test_command_waits_for_the_semaphore_and_never_overwrites(cnc: MockCnc, hli:
     unit.command_semaphor_rw = True
     fb = StartProgram(ch)
     fb(True, "mine.nc")
-    assert (fb.state, unit.command_w.parameter) == (State.WAIT_FREE, "foreign.nc")
+    assert (fb.state, unit.command_w.parameter) == (
+        State.WAIT_FREE,
+        "foreign.nc",
+    )
     unit.enable_w = True
     cnc.cycle()
     fb(True, "mine.nc")
@@ -151,7 +174,9 @@ def test_plc_that_is_not_present_is_told(cnc: MockCnc, hli: Hli) -> None:
     assert fb.error_id == 2
 
 
-def test_command_not_taken_or_not_reached_in_time(cnc: MockCnc, hli: Hli) -> None:
+def test_command_not_taken_or_not_reached_in_time(
+    cnc: MockCnc, hli: Hli
+) -> None:
     """3: the semaphore stays; 4: taken, but the state never comes (HOLD without motion to hold)."""
     fb = StartProgram(hli.gpCh[0], timeout_s=0.02)
     fb(True)
@@ -166,7 +191,9 @@ def test_command_not_taken_or_not_reached_in_time(cnc: MockCnc, hli: Hli) -> Non
     assert hold.error_id == 4
 
 
-def test_done_stays_until_execute_falls_and_a_falling_execute_takes_nothing_back(cnc: MockCnc, hli: Hli) -> None:
+def test_done_stays_until_execute_falls_and_a_falling_execute_takes_nothing_back(
+    cnc: MockCnc, hli: Hli
+) -> None:
     """IEC: outputs are valid as long as execute is TRUE, at least for one call."""
     fb = StartProgram(hli.gpCh[0])
     fb(True)
@@ -185,9 +212,14 @@ def test_mdi_text_goes_in_the_parameter(cnc: MockCnc, hli: Hli) -> None:
     assert (cnc.mode.mode, cnc.mode.parameter) == (Mode.MDI, "G01 X10 F1000")
 
 
-def test_block_that_is_no_longer_called_loses_its_turn(cnc: MockCnc, hli: Hli) -> None:
+def test_block_that_is_no_longer_called_loses_its_turn(
+    cnc: MockCnc, hli: Hli
+) -> None:
     """A start that was given once and forgotten does not lock the others out."""
-    forgotten, stop = StartProgram(hli.gpCh[0], timeout_s=60.0), StopProgram(hli.gpCh[0])
+    forgotten, stop = (
+        StartProgram(hli.gpCh[0], timeout_s=60.0),
+        StopProgram(hli.gpCh[0]),
+    )
     forgotten(True, "part.nc")
     cnc._script = [line(1000)]
     waited = 0

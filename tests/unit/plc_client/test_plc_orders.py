@@ -48,7 +48,12 @@ class Some:
     constant = 5
 
     def setup(self, hli: Any) -> None:
-        self.gain, self.table, self.fixed, self.values = 1.0, [1], (1, 2), np.zeros(3)
+        self.gain, self.table, self.fixed, self.values = (
+            1.0,
+            [1],
+            (1, 2),
+            np.zeros(3),
+        )
         self.deep, self.hli, self.coming = Deep(), hli, None
         self.scans = 0
 
@@ -79,7 +84,9 @@ def ordered(runner: PlcRunner, do: str, *symbols: Any) -> Any:
 
     def client() -> None:
         try:
-            got.append(send(runner.hli.name, {"do": do, "symbols": list(symbols)}))
+            got.append(
+                send(runner.hli.name, {"do": do, "symbols": list(symbols)})
+            )
         except (HliError, ValueError) as error:
             got.append(error)
 
@@ -92,7 +99,12 @@ def ordered(runner: PlcRunner, do: str, *symbols: Any) -> Any:
 
 def test_force_read_unforce_from_outside(plc: PlcRunner) -> None:
     """Forced from the next scan on, listed, let go; spellings of one symbol are one symbol."""
-    answer = ordered(plc, "force", ["some.gain", 2.5], ["gpCh[0].bahn_mc_control.OVERRIDE.command_w", 500])
+    answer = ordered(
+        plc,
+        "force",
+        ["some.gain", 2.5],
+        ["gpCh[0].bahn_mc_control.OVERRIDE.command_w", 500],
+    )
     assert answer == {"forced": {"Some.gain": 2.5, OVERRIDE: 500}}
     plc.task.gain = 7.0
     plc.step()
@@ -100,7 +112,9 @@ def test_force_read_unforce_from_outside(plc: PlcRunner) -> None:
     assert ordered(plc, "read", "Some.gain", "Some.constant", "Some.coming", OVERRIDE)["values"] == {
         "Some.gain": 2.5, "Some.constant": 5, "Some.coming": None, OVERRIDE: 500,
     }  # fmt: skip
-    assert ordered(plc, "unforce", "gpCh[0]^.bahn_mc_control.override.command_w")["forced"] == {"Some.gain": 2.5}
+    assert ordered(
+        plc, "unforce", "gpCh[0]^.bahn_mc_control.override.command_w"
+    )["forced"] == {"Some.gain": 2.5}
     assert ordered(plc, "list")["forced"] == {"Some.gain": 2.5}
     assert ordered(plc, "unforce")["forced"] == {}
     plc.task.gain = 7.0
@@ -111,12 +125,32 @@ def test_force_read_unforce_from_outside(plc: PlcRunner) -> None:
 @pytest.mark.parametrize(
     ("do", "symbols", "text"),
     [
-        ("force", [["Some.scans", 3], ["Some.gain", "fast"]], r"Some.gain is a number, 1\.0 now"),
-        ("force", [["Some.gain", 3.0], ["Some.gian", 3.0]], "Some has no variable 'gian'; did you mean gain"),
-        ("force", [["Some.gain", 3.0], [OVERRIDE, 70_000]], r"override.command_w=70000: .*out of range 0\.\.65535"),
-        ("force", [["Some.gain", 3.0], ["gpCh[7]^.head.channel_nr", 1]], r"gpCh\[7\] is not configured"),
+        (
+            "force",
+            [["Some.scans", 3], ["Some.gain", "fast"]],
+            r"Some.gain is a number, 1\.0 now",
+        ),
+        (
+            "force",
+            [["Some.gain", 3.0], ["Some.gian", 3.0]],
+            "Some has no variable 'gian'; did you mean gain",
+        ),
+        (
+            "force",
+            [["Some.gain", 3.0], [OVERRIDE, 70_000]],
+            r"override.command_w=70000: .*out of range 0\.\.65535",
+        ),
+        (
+            "force",
+            [["Some.gain", 3.0], ["gpCh[7]^.head.channel_nr", 1]],
+            r"gpCh\[7\] is not configured",
+        ),
         ("force", [["Some.gain"]], "unpack"),
-        ("unforce", ["Some.scans"], "'Some.scans' is not forced; forced: nothing"),
+        (
+            "unforce",
+            ["Some.scans"],
+            "'Some.scans' is not forced; forced: nothing",
+        ),
         ("read", ["gpCh[0]^.bahn_state"], "only single values"),
         ("read", ["Some.deep.p"], "Some.deep has no variable 'p'"),
         ("dance", [], "'dance' is unknown"),
@@ -133,7 +167,9 @@ def test_an_impossible_order_changes_nothing_and_is_told(
     assert ordered(plc, "list")["forced"] == {}
 
 
-def test_whoever_connects_cannot_disturb(plc: PlcRunner, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_whoever_connects_cannot_disturb(
+    plc: PlcRunner, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Nonsense, silence and foreign users get no answer; the next order does."""
     monkeypatch.setattr(orders, "_LINE_S", 0.05)
     for rubbish in (b"", b"\n", b"no json\n", b"[1]\n", b'{"do": 3}'):
@@ -150,7 +186,9 @@ def test_whoever_connects_cannot_disturb(plc: PlcRunner, monkeypatch: pytest.Mon
             send(plc.hli.name, {"do": "list"})
 
 
-def test_a_plc_that_does_not_scan_takes_no_order(plc: PlcRunner, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_plc_that_does_not_scan_takes_no_order(
+    plc: PlcRunner, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The order is told to have failed, and is not obeyed when scans go on."""
     monkeypatch.setattr(orders, "ANSWER_S", 0.05)
     with pytest.raises(ValueError, match=r"no scan for 0\.05 s"):
@@ -159,7 +197,9 @@ def test_a_plc_that_does_not_scan_takes_no_order(plc: PlcRunner, monkeypatch: py
     assert plc.task.gain == 1.0
 
 
-def test_nobody_there_and_the_name_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_nobody_there_and_the_name_taken(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """One PLC per name; when it is gone the name is free."""
     monkeypatch.setattr(orders, "_BIND_PAUSE_S", 0.0)
     name = unique_name()
@@ -190,7 +230,9 @@ def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
     with connect(name, role="reader", wait_s=10.0) as reader:
         while reader.plc.scans < 5:
             pass
-    assert cli("force", "T.gain=2.5", "--name", name, "--json").json == {"forced": {"T.gain": 2.5}}
+    assert cli("force", "T.gain=2.5", "--name", name, "--json").json == {
+        "forced": {"T.gain": 2.5}
+    }
     process.send_signal(signal.SIGUSR1)
     assert cli("read", "T.seen", "--name", name).out == "T.seen = 2.5\n"
     end(cnc)
@@ -198,7 +240,9 @@ def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
     with connect(name, role="reader", wait_s=10.0) as reader:
         while reader.plc.scans < 5:
             pass
-    assert send(name, {"do": "read", "symbols": ["T.seen"]})["values"] == {"T.seen": 2.5}
+    assert send(name, {"do": "read", "symbols": ["T.seen"]})["values"] == {
+        "T.seen": 2.5
+    }
     wrong = cli("force", "T.gian=3", "--name", name)
     assert (wrong.status, "did you mean gain?" in wrong.err) == (1, True)
     assert cli("unforce", "--all", "--name", name).out == "nothing is forced\n"
@@ -222,7 +266,9 @@ def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
         ("Some.hli.gpCh[0].bahn_state.dist_prog_strat", "dist_prog_start"),
     ],
 )
-def test_a_variable_that_cannot_be_is_refused(plc: PlcRunner, path: str, text: str) -> None:
+def test_a_variable_that_cannot_be_is_refused(
+    plc: PlcRunner, path: str, text: str
+) -> None:
     """Watching and forcing name what is wrong; nothing is created."""
     with pytest.raises(SymbolError, match=text):
         plc.watch(path)
@@ -231,8 +277,19 @@ def test_a_variable_that_cannot_be_is_refused(plc: PlcRunner, path: str, text: s
     assert not hasattr(plc.task, "gian")
 
 
-@pytest.mark.parametrize("path", ["Some.late", "Some.coming", "Some.deep.seen", "Some.table[4]", "Some.constant"])
-def test_a_variable_that_may_still_come_is_watched(plc: PlcRunner, path: str) -> None:
+@pytest.mark.parametrize(
+    "path",
+    [
+        "Some.late",
+        "Some.coming",
+        "Some.deep.seen",
+        "Some.table[4]",
+        "Some.constant",
+    ],
+)
+def test_a_variable_that_may_still_come_is_watched(
+    plc: PlcRunner, path: str
+) -> None:
     """What a method stores later, what is None now, what a list may grow to."""
     plc.watch(path)
     plc.step(2)
@@ -254,8 +311,16 @@ def test_names_are_checked_after_setup(plc: PlcRunner) -> None:
 # ---------------------------------------------------------------- results
 def test_results_of_numpy_are_plain() -> None:
     """Numbers and arrays of numpy, tuples; what is not finite is None."""
-    value = {"a": np.arange(3), 2: (np.float64(0.5), np.bool_(True)), "n": [float("nan"), float("-inf")], "s": "x"}
-    assert json.dumps(plain(value)) == '{"a": [0, 1, 2], "2": [0.5, true], "n": [null, null], "s": "x"}'
+    value = {
+        "a": np.arange(3),
+        2: (np.float64(0.5), np.bool_(True)),
+        "n": [float("nan"), float("-inf")],
+        "s": "x",
+    }
+    assert (
+        json.dumps(plain(value))
+        == '{"a": [0, 1, 2], "2": [0.5, true], "n": [null, null], "s": "x"}'
+    )
 
 
 @pytest.mark.parametrize(
@@ -267,7 +332,9 @@ def test_results_of_numpy_are_plain() -> None:
         (np.array([object()]), r"result\[0\] is a object"),
     ],
 )
-def test_results_that_json_cannot_hold_name_the_place(value: Any, text: str) -> None:
+def test_results_that_json_cannot_hold_name_the_place(
+    value: Any, text: str
+) -> None:
     """A TypeError with the way to the value."""
     with pytest.raises(TypeError, match=text):
         plain(value)
@@ -276,17 +343,30 @@ def test_results_that_json_cannot_hold_name_the_place(value: Any, text: str) -> 
 @pytest.mark.usefixtures("leftovers")
 def test_a_result_without_json_names_its_task(tmp_path: Path) -> None:
     """Exit 1; the statistics of all tasks are in the report."""
-    name, file, report = unique_name(), tmp_path / "p.py", tmp_path / "report.json"
+    name, file, report = (
+        unique_name(),
+        tmp_path / "p.py",
+        tmp_path / "report.json",
+    )
     file.write_text(
         "from plc_client import task\n"
         "@task()\nclass Good:\n    def cyclic(self): pass\n    def result(self): return 1\n"
         "@task()\nclass Bad:\n    def cyclic(self): pass\n    def result(self): return {'x': {3}}\n"
     )
     cnc = start_cnc(name, lengths=[1e4])
-    process = start_plc(name, "--file", str(file), "--report", str(report), "--once")
-    assert "result() of task Bad gives no JSON value: result['x'] is a set" in process.communicate(timeout=60)[1]
+    process = start_plc(
+        name, "--file", str(file), "--report", str(report), "--once"
+    )
+    assert (
+        "result() of task Bad gives no JSON value: result['x'] is a set"
+        in process.communicate(timeout=60)[1]
+    )
     assert process.returncode == 1
     found = json.loads(report.read_text())
-    assert ("task Bad" in found["error"], found["result"], set(found["tasks"])) == (True, None, {"Good", "Bad"})
+    assert (
+        "task Bad" in found["error"],
+        found["result"],
+        set(found["tasks"]),
+    ) == (True, None, {"Good", "Bad"})
     end(cnc)
     hli.sweep()

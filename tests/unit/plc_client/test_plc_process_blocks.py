@@ -45,7 +45,9 @@ def make() -> Iterator[Any]:
 @pytest.mark.parametrize("lead_s", [0.0, 0.013, 0.040])
 @pytest.mark.parametrize("scan", [1, 4, 10])
 @pytest.mark.parametrize("feed", [33.3, 100.0])
-def test_trigger_is_early_by_the_lead_whatever_the_scan(make: Any, lead_s: float, scan: int, feed: float) -> None:
+def test_trigger_is_early_by_the_lead_whatever_the_scan(
+    make: Any, lead_s: float, scan: int, feed: float
+) -> None:
     """Where a device with this dead time acts: around the place, at most half a scan beside it."""
     cnc, hli = make(line(100), feed_mm_s=feed)
     fb = DistanceTrigger(hli.gpCh[0], scan_s=scan * 0.001)
@@ -58,7 +60,9 @@ def test_trigger_is_early_by_the_lead_whatever_the_scan(make: Any, lead_s: float
     assert (fb.state, fb.done, fb.time_to_go) == (SwitchState.PASSED, True, 0.0)
 
 
-def test_trigger_tells_the_time_to_go_and_falls_when_the_path_runs_back(make: Any) -> None:
+def test_trigger_tells_the_time_to_go_and_falls_when_the_path_runs_back(
+    make: Any,
+) -> None:
     """For outputs with a time stamp; backward motion takes the switch back."""
     cnc, hli = make(line(100))
     fb = DistanceTrigger(hli.gpCh[0])
@@ -77,7 +81,9 @@ def test_trigger_tells_the_time_to_go_and_falls_when_the_path_runs_back(make: An
     assert fb.state is SwitchState.OFF
 
 
-def test_estimate_follows_braking_to_standstill_and_no_further(make: Any) -> None:
+def test_estimate_follows_braking_to_standstill_and_no_further(
+    make: Any,
+) -> None:
     """v = 0.1 m/s, a = -1 m/s2: 5 mm and no way back."""
     cnc, hli = make(line(100))
     path = PathEstimate(hli.gpCh[0])
@@ -94,10 +100,17 @@ def test_cam_switches_on_its_tracks_with_both_leads(make: Any) -> None:
     fb = DistanceCam(hli.gpCh[0])
     on = []
     for _ in range(1000):
-        if fb([(200_000.0, 400_000.0), (600_000.0, 700_000.0)], on_lead_s=0.010, off_lead_s=0.020):
+        if fb(
+            [(200_000.0, 400_000.0), (600_000.0, 700_000.0)],
+            on_lead_s=0.010,
+            off_lead_s=0.020,
+        ):
             on.append((fb.track, cnc.distance))
         cnc.cycle()
-    for track, begin, end in ((0, 190_000.0, 380_000.0), (1, 590_000.0, 680_000.0)):
+    for track, begin, end in (
+        (0, 190_000.0, 380_000.0),
+        (1, 590_000.0, 680_000.0),
+    ):
         places = [d for i, d in on if i == track]
         assert places[0] == pytest.approx(begin, abs=1000.0)
         assert places[-1] == pytest.approx(end, abs=1100.0)
@@ -105,9 +118,22 @@ def test_cam_switches_on_its_tracks_with_both_leads(make: Any) -> None:
 
 def test_functions_that_take_several_scans(make: Any) -> None:
     """M8 stays open until the pump runs; everything else is acknowledged at once; order and payload arrive."""
-    cnc, hli = make(line(1), t(7), s(6_000_000), m(8, value=-345), h(3), line(1), m(9, late=True), line(1))
+    cnc, hli = make(
+        line(1),
+        t(7),
+        s(6_000_000),
+        m(8, value=-345),
+        h(3),
+        line(1),
+        m(9, late=True),
+        line(1),
+    )
     functions = TechnoServer(hli)
-    coolant, tool, spindle = functions.on("M", 8), functions.on("T"), functions.on("S")
+    coolant, tool, spindle = (
+        functions.on("M", 8),
+        functions.on("T"),
+        functions.on("S"),
+    )
     seen, held = [], 0
     for _ in range(120):
         seen += [(f.kind, f.number) for f in functions()]
@@ -126,7 +152,9 @@ def test_functions_that_take_several_scans(make: Any) -> None:
         functions.on("X")
 
 
-def test_watchdog_keeps_the_cnc_content_and_a_silent_plc_is_noticed(make: Any) -> None:
+def test_watchdog_keeps_the_cnc_content_and_a_silent_plc_is_noticed(
+    make: Any,
+) -> None:
     """alive as long as it is called; after a miss 270053, by mc_error too."""
     cnc, hli = make(line(1))
     fb, errors = Watchdog(hli.gpCh[0]), ErrorReader(hli.gpCh[0])
@@ -177,7 +205,11 @@ def test_errors_arrive_one_by_one_and_none_is_lost(make: Any) -> None:
         found += fb()
         cnc.cycle()
     assert [e.error_id for e in found] == [1, 2, 3, 20131]
-    assert (found[-1].block_number, found[-1].program, found[-1].module) == (20, "mock.nc", "MOCK")
+    assert (found[-1].block_number, found[-1].program, found[-1].module) == (
+        20,
+        "mock.nc",
+        "MOCK",
+    )
     assert (fb.count, fb.last) == (4, found[-1])
 
 
@@ -199,7 +231,12 @@ def test_interface_check_passes_and_shows_both_shapes(make: Any) -> None:
     _, hli = make(line(1))
     fb = MCV_HliInterface(hli)
     assert fb()
-    assert (fb.Initialized, fb.Initialised, fb.Error, fb.ErrorID) == (True, True, False, 0)
+    assert (fb.Initialized, fb.Initialised, fb.Error, fb.ErrorID) == (
+        True,
+        True,
+        False,
+        0,
+    )
     assert fb.PlcHli == fb.CncHli == fb.ExpectedHli == fb.ActualHli
 
 
@@ -225,7 +262,17 @@ def break_shape(hli: Any, what: str) -> None:
         hli.gpVECh = (None, *hli.gpVECh[1:])
 
 
-ORDER = ["info", "pform", "version", "pfifc", "chifc", "axifc", "channels", "axes", "extvar"]
+ORDER = [
+    "info",
+    "pform",
+    "version",
+    "pfifc",
+    "chifc",
+    "axifc",
+    "channels",
+    "axes",
+    "extvar",
+]
 NUMBERS = [40019, 40014, 40015, 40022, 40018, 40017, 40021, 40020, 40024]
 
 
@@ -237,7 +284,11 @@ def test_interface_errors_in_their_order(make: Any, first: int) -> None:
         break_shape(hli, what)
     fb = MCV_HliInterface(hli)
     assert not fb()
-    assert (fb.Error, fb.ErrorID, fb.state) == (True, NUMBERS[first], InterfaceState.ERROR)
+    assert (fb.Error, fb.ErrorID, fb.state) == (
+        True,
+        NUMBERS[first],
+        InterfaceState.ERROR,
+    )
     for _ in range(99):
         fb()
         assert fb.error
@@ -253,4 +304,8 @@ def test_arcs_of_the_script_are_what_the_look_ahead_shows(make: Any) -> None:
     row = cnc.path[1]
     assert (row["block_type"], row["block_number"]) == (2, 20)
     assert row["length"] == pytest.approx(314159.265)
-    assert (row["circle_angle"], row["compensated_radius"], row["tangent_variation"]) == (-math.pi / 2, 200_000.0, 0.5)
+    assert (
+        row["circle_angle"],
+        row["compensated_radius"],
+        row["tangent_variation"],
+    ) == (-math.pi / 2, 200_000.0, 0.5)

@@ -52,7 +52,9 @@ class Follow:
         self.entries: list[int] = []
 
     def cyclic(self) -> None:
-        self.seen += [int(b["block_number"]) for b in self.contour.follow(200_000.0)]
+        self.seen += [
+            int(b["block_number"]) for b in self.contour.follow(200_000.0)
+        ]
         self.entries += [int(b["block_type"]) for b in self.log.read_log()]
 
 
@@ -92,11 +94,26 @@ def test_tasks_have_intervals_priorities_and_one_latched_input() -> None:
     with PlcRunner.on_mock([Slow, Fast], [line(10)]) as plc:
         plc.run_to_cycle(21)
         assert (plc["Fast"].n, plc["Slow"].n) == (21, 11)
-        assert plc["Fast"].distance == plc["Slow"].distance == pytest.approx(20_000.0)
+        assert (
+            plc["Fast"].distance
+            == plc["Slow"].distance
+            == pytest.approx(20_000.0)
+        )
         found = plc.statistics()
         assert list(found) == ["Fast", "Slow"]
-        assert set(found["Fast"]) >= {"scans", "min_us", "mean_us", "max_us", "jitter_us", "overruns"}
-        assert (found["Slow"]["scans"], found["Slow"]["overruns"], found["Slow"]["jitter_us"]) == (11, 0, 0.0)
+        assert set(found["Fast"]) >= {
+            "scans",
+            "min_us",
+            "mean_us",
+            "max_us",
+            "jitter_us",
+            "overruns",
+        }
+        assert (
+            found["Slow"]["scans"],
+            found["Slow"]["overruns"],
+            found["Slow"]["jitter_us"],
+        ) == (11, 0, 0.0)
 
 
 def test_inputs_are_latched_while_the_cnc_runs_on() -> None:
@@ -133,7 +150,9 @@ def test_force_holds_inputs_outputs_and_variables() -> None:
     with PlcRunner.on_mock(Fast, [line(100)]) as plc:
         for unit in ("override", "override_valid"):
             plc.symbol(f"gpCh[0]^.bahn_mc_control.{unit}.enable_w").value = True
-        plc.symbol("gpCh[0]^.bahn_mc_control.override_valid.command_w").value = True
+        plc.symbol(
+            "gpCh[0]^.bahn_mc_control.override_valid.command_w"
+        ).value = True
         plc.force(OVERRIDE, 500)
         plc.force(DISTANCE, 123.0)
         plc.force("Fast.gain", 2.0)
@@ -152,7 +171,9 @@ def test_force_holds_inputs_outputs_and_variables() -> None:
             plc.force(OVERRIDE, 70_000)
         with pytest.raises(SymbolError, match="tasks: Fast"):
             plc.force("Nobody.x", 1)
-        with pytest.raises(SymbolError, match=r"'fast\.gain' is not forced; forced: nothing"):
+        with pytest.raises(
+            SymbolError, match=r"'fast\.gain' is not forced; forced: nothing"
+        ):
             plc.unforce("fast.gain")
 
 
@@ -171,15 +192,24 @@ def test_a_variable_that_takes_no_force_is_named(path: str) -> None:
     """A force that cannot be written is an error with symbol and value, not a trace of the runtime."""
     with PlcRunner.on_mock(Forced, [line(10)]) as plc:
         forces = Forces()
-        forces._forced[path] = (plc.symbol(path), 3)  # as the command line does, before setup() has made the variables
+        forces._forced[path] = (
+            plc.symbol(path),
+            3,
+        )  # as the command line does, before setup() has made the variables
         with pytest.raises(SymbolError, match=f"force {re.escape(path)}=3: "):
             forces.apply()
 
 
-@pytest.mark.parametrize("path", ["gpCh[0]^", "gpCh[0]^.bahn_mc_control.override", "gpAx[0]^.lr_state"])
+@pytest.mark.parametrize(
+    "path",
+    ["gpCh[0]^", "gpCh[0]^.bahn_mc_control.override", "gpAx[0]^.lr_state"],
+)
 def test_a_structure_is_no_watch(path: str) -> None:
     """The watch list holds numbers; a structure is refused instead of recorded as nothing."""
-    with PlcRunner.on_mock(Forced, [line(10)]) as plc, pytest.raises(SymbolError, match="name a member"):
+    with (
+        PlcRunner.on_mock(Forced, [line(10)]) as plc,
+        pytest.raises(SymbolError, match="name a member"),
+    ):
         plc.watch(path)
 
 
@@ -199,7 +229,9 @@ def test_plc_restarts_beside_a_cnc_that_runs_on() -> None:
 def test_runaway_task_is_an_error_with_its_line() -> None:
     """The task watchdog ends an endless loop; the text says which task, where and how long."""
     with PlcRunner.on_mock(Endless, [line(10)]) as plc:
-        with pytest.raises(PlcError, match=r"cyclic\(\) of Endless did not return within 0.3 s") as caught:
+        with pytest.raises(
+            PlcError, match=r"cyclic\(\) of Endless did not return within 0.3 s"
+        ) as caught:
             plc.step(10)
         assert "test_plc_runner.py:" in str(caught.value)
         assert plc.task.n == 3
@@ -207,13 +239,24 @@ def test_runaway_task_is_an_error_with_its_line() -> None:
 
 def test_both_look_ahead_modes_run_against_the_mock_unchanged() -> None:
     """Every element and every log entry once, markers included, in order."""
-    script = [line(30), log_on(1), arc(20, math.pi / 2), log_param(5.5), line(10), log_off(2), m(50, waits=False)]
+    script = [
+        line(30),
+        log_on(1),
+        arc(20, math.pi / 2),
+        log_param(5.5),
+        line(10),
+        log_off(2),
+        m(50, waits=False),
+    ]
     with PlcRunner.on_mock(Follow, script) as plc:
         plc.step(50)
         assert plc.task.seen == [10, 30, 50]
         assert plc.task.entries == [3, 2, 4, 1, 5]
         assert plc.cnc is not None
-        assert {length == 0.0 for _, length in plc.cnc.requests} == {True, False}
+        assert {length == 0.0 for _, length in plc.cnc.requests} == {
+            True,
+            False,
+        }
 
 
 def test_mock_knows_no_more_than_its_window() -> None:
@@ -258,7 +301,12 @@ def test_a_task_needs_no_brackets() -> None:
 
     with PlcRunner.on_mock(Plain) as plc:
         plc.step(3)
-        assert plc.statistics()["test_a_task_needs_no_brackets.<locals>.Plain"]["interval_s"] == 0.001
+        assert (
+            plc.statistics()["test_a_task_needs_no_brackets.<locals>.Plain"][
+                "interval_s"
+            ]
+            == 0.001
+        )
 
 
 def test_an_interval_that_is_no_multiple_of_the_cycle_is_told() -> None:

@@ -55,15 +55,28 @@ def write(path: Path, text: str) -> str:
     return str(path)
 
 
-def test_two_processes_in_lockstep_end_cleanly_with_a_report(tmp_path: Path) -> None:
+def test_two_processes_in_lockstep_end_cleanly_with_a_report(
+    tmp_path: Path,
+) -> None:
     """Each task at its interval, at least 10 scans after the program's end, report written, exit 0."""
     name, report = unique_name(), tmp_path / "report.json"
     cnc = start_cnc(name, lengths=[50.0])
-    status, text = run_plc(name, "--file", write(tmp_path / "p.py", COUNTING), "--once", "--report", str(report))
+    status, text = run_plc(
+        name,
+        "--file",
+        write(tmp_path / "p.py", COUNTING),
+        "--once",
+        "--report",
+        str(report),
+    )
     assert (status, text) == (0, "")
     cnc.communicate(timeout=60)
     content = json.loads(report.read_text())
-    assert (content["error"], content["overruns"], content["requests"]) == (None, 0, 0)
+    assert (content["error"], content["overruns"], content["requests"]) == (
+        None,
+        0,
+        0,
+    )
     fast, slow = content["tasks"]["Fast"], content["tasks"]["Slow"]
     assert fast["scans"] >= 50 + 10
     assert abs(fast["scans"] - 2 * slow["scans"]) <= 1
@@ -72,12 +85,21 @@ def test_two_processes_in_lockstep_end_cleanly_with_a_report(tmp_path: Path) -> 
     assert fast["min_us"] <= fast["mean_us"] <= fast["max_us"]
 
 
-@pytest.mark.parametrize("clock", [layout.HLI_CLOCK_FREERUN, layout.HLI_CLOCK_REALTIME])
+@pytest.mark.parametrize(
+    "clock", [layout.HLI_CLOCK_FREERUN, layout.HLI_CLOCK_REALTIME]
+)
 def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     """Freerun and realtime: the CNC does not wait for the PLC, overruns are counted, not fatal."""
     name, report = unique_name(), tmp_path / "report.json"
     cnc = start_cnc(name, lengths=[50.0], clock=clock)
-    status, text = run_plc(name, "--file", write(tmp_path / "p.py", COUNTING), "--once", "--report", str(report))
+    status, text = run_plc(
+        name,
+        "--file",
+        write(tmp_path / "p.py", COUNTING),
+        "--once",
+        "--report",
+        str(report),
+    )
     assert (status, text) == (0, "")
     cnc.communicate(timeout=60)
     assert json.loads(report.read_text())["overruns"] >= 0
@@ -87,16 +109,29 @@ def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     ("body", "line", "text"),
     [
         ("        1 / 0\n", 8, "ZeroDivisionError: division by zero"),
-        ("        self.hli.gpCh[0].bahn_mc_control.overide\n", 8, "did you mean override?"),
+        (
+            "        self.hli.gpCh[0].bahn_mc_control.overide\n",
+            8,
+            "did you mean override?",
+        ),
         ("        raise SystemExit(3)\n", 8, "SystemExit: 3"),
     ],
 )
-def test_error_in_user_code_is_told_with_its_place(tmp_path: Path, body: str, line: int, text: str) -> None:
+def test_error_in_user_code_is_told_with_its_place(
+    tmp_path: Path, body: str, line: int, text: str
+) -> None:
     """FILE:LINE, the user's frames only, exit 1, report with the error."""
     name, report = unique_name(), tmp_path / "report.json"
     (tmp_path / "bad.py").write_text(textwrap.dedent(FAILING) + body)
     cnc = start_cnc(name, lengths=[50.0])
-    status, error = run_plc(name, "--file", str(tmp_path / "bad.py"), "--once", "--report", str(report))
+    status, error = run_plc(
+        name,
+        "--file",
+        str(tmp_path / "bad.py"),
+        "--once",
+        "--report",
+        str(report),
+    )
     end(cnc)
     assert status == 1
     assert error.startswith(f"{tmp_path / 'bad.py'}:{line}: ")
@@ -112,11 +147,19 @@ def test_error_in_user_code_is_told_with_its_place(tmp_path: Path, body: str, li
         ("import nothing_of_this_name\n", "p.py:1: ModuleNotFoundError"),
         ("def f(:\n", "p.py:1: SyntaxError"),
         ("x = 1\n", "no task found"),
-        ("from plc_client import task\n@task()\nclass A: pass\n", "p.py:2: TypeError: task A has no method cyclic"),
-        ("from plc_client import task\n@task(interval=0)\nclass A: pass\n", "interval"),
+        (
+            "from plc_client import task\n@task()\nclass A: pass\n",
+            "p.py:2: TypeError: task A has no method cyclic",
+        ),
+        (
+            "from plc_client import task\n@task(interval=0)\nclass A: pass\n",
+            "interval",
+        ),
     ],
 )
-def test_wrong_files_are_told_with_their_place(tmp_path: Path, code: str, message: str) -> None:
+def test_wrong_files_are_told_with_their_place(
+    tmp_path: Path, code: str, message: str
+) -> None:
     """Errors at import and missing tasks are PlcErrors."""
     (tmp_path / "p.py").write_text(code)
     with pytest.raises(PlcError) as caught:
@@ -126,7 +169,10 @@ def test_wrong_files_are_told_with_their_place(tmp_path: Path, code: str, messag
 
 def test_one_class_can_be_named(tmp_path: Path) -> None:
     """Decorated or not; a wrong name is told."""
-    path = write(tmp_path / "p.py", COUNTING + "\n    class Plain:\n        def cyclic(self): pass\n")
+    path = write(
+        tmp_path / "p.py",
+        COUNTING + "\n    class Plain:\n        def cyclic(self): pass\n",
+    )
     assert [c.__name__ for c in load_tasks(path)] == ["Slow", "Fast"]
     assert [c.__name__ for c in load_tasks(path, "Plain")] == ["Plain"]
     with pytest.raises(PlcError, match="Missing"):
@@ -139,7 +185,9 @@ def test_plc_ends_with_an_error_when_the_cnc_dies(tmp_path: Path) -> None:
     """--once: the death of the CNC is no clean end; the report is written all the same."""
     name, report = unique_name(), tmp_path / "report.json"
     cnc = start_cnc(name, lengths=[1e9])
-    plc = start_plc(name, "--builtin", "acknowledge", "--once", "--report", str(report))
+    plc = start_plc(
+        name, "--builtin", "acknowledge", "--once", "--report", str(report)
+    )
     with connect(name, role="reader") as reader:
         while reader.plc.scans < 20:
             pass
@@ -169,7 +217,9 @@ def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
                 return self.setups
     """
     name, report = unique_name(), tmp_path / "report.json"
-    plc = start_plc(name, "--file", write(tmp_path / "p.py", code), "--report", str(report))
+    plc = start_plc(
+        name, "--file", write(tmp_path / "p.py", code), "--report", str(report)
+    )
     for _ in range(2):
         cnc = start_cnc(name, lengths=[1e9])
         with connect(name, role="reader") as reader:
@@ -183,7 +233,9 @@ def test_plc_attaches_again_to_the_next_cnc(tmp_path: Path) -> None:
     hli.sweep()
 
 
-def test_interrupt_ends_with_130_and_gives_the_place_back(tmp_path: Path) -> None:
+def test_interrupt_ends_with_130_and_gives_the_place_back(
+    tmp_path: Path,
+) -> None:
     """Ctrl-C: no traceback, detached, the CNC runs on."""
     name = unique_name()
     cnc = start_cnc(name, lengths=[1e9])
@@ -203,7 +255,10 @@ def test_interrupt_ends_with_130_and_gives_the_place_back(tmp_path: Path) -> Non
 
 def test_plc_ends_with_its_parent() -> None:
     """--parent: a launcher that is gone already ends the PLC at once."""
-    assert run_plc(unique_name(), "--builtin", "acknowledge", "--parent", "1")[0] == 1
+    assert (
+        run_plc(unique_name(), "--builtin", "acknowledge", "--parent", "1")[0]
+        == 1
+    )
 
 
 class ManualPacer:
@@ -219,7 +274,9 @@ class ManualPacer:
         return self.tick
 
     def wait(self, due: int) -> bool:
-        self.tick = max(due, self.tick + (self.jumps.pop(0) if self.jumps else 1))
+        self.tick = max(
+            due, self.tick + (self.jumps.pop(0) if self.jumps else 1)
+        )
         return True
 
 
@@ -247,7 +304,17 @@ def test_schedule_order_and_overruns() -> None:
         assert scanner.run() is Ending.STOPPED
     cnc.remove()
     # ticks 0, 1, 2, 3, 8 (4 to 7 missed), 9
-    assert order == ["High", "Low", "Low", "High", "Low", "Low", "High", "Low", "Low"]
+    assert order == [
+        "High",
+        "Low",
+        "Low",
+        "High",
+        "Low",
+        "Low",
+        "High",
+        "Low",
+        "Low",
+    ]
     assert [p.overruns for p in programs] == [4, 2]
 
 
@@ -259,9 +326,19 @@ def test_reservoir_is_bounded_and_exact_in_count_and_extremes() -> None:
     for value in range(10_000):
         reservoir.add(value)
     found = reservoir.quantiles()
-    assert (found["n"], found["max"], len(reservoir._kept)) == (10_000, 9_999, 100)
+    assert (found["n"], found["max"], len(reservoir._kept)) == (
+        10_000,
+        9_999,
+        100,
+    )
     assert 2_000 < found["p50"] < 8_000
-    assert Reservoir().quantiles() == {"p50": 0, "p99": 0, "p999": 0, "max": 0, "n": 0}
+    assert Reservoir().quantiles() == {
+        "p50": 0,
+        "p99": 0,
+        "p999": 0,
+        "max": 0,
+        "n": 0,
+    }
 
 
 def test_reservoir_keeps_every_value_equally_often() -> None:
@@ -279,7 +356,9 @@ def test_reservoir_keeps_every_value_equally_often() -> None:
     assert all(abs(n - 600) < 5 * (600 * 0.9) ** 0.5 for n in hits)
 
 
-def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None:
+def test_second_interrupt_ends_a_scan_that_never_returns(
+    tmp_path: Path,
+) -> None:
     """The first one waits for the end of the scan, the second one does not; the report is written."""
     code = """
         from plc_client import task
@@ -291,7 +370,14 @@ def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None
     """
     name, report = unique_name(), tmp_path / "report.json"
     cnc = start_cnc(name, lengths=[1e9])
-    plc = start_plc(name, "--file", write(tmp_path / "p.py", code), "--once", "--report", str(report))
+    plc = start_plc(
+        name,
+        "--file",
+        write(tmp_path / "p.py", code),
+        "--once",
+        "--report",
+        str(report),
+    )
     with connect(name, role="reader") as reader:
         while not reader.gpCh[0].head.plc_present_w:
             pass
@@ -304,10 +390,16 @@ def test_second_interrupt_ends_a_scan_that_never_returns(tmp_path: Path) -> None
     hli.sweep()
 
 
-def test_the_image_waits_for_a_cnc_that_lost_its_core(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_image_waits_for_a_cnc_that_lost_its_core(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """More disturbed copies in a row than are tried at once are no error yet; a CNC that never comes back is one."""
     with MockCnc([line(10)]) as cnc, connect(cnc.name) as pair:
-        inputs, seq, pauses = image.InputImage(pair), cnc.areas.sidecar.channel_seq, []
+        inputs, seq, pauses = (
+            image.InputImage(pair),
+            cnc.areas.sidecar.channel_seq,
+            [],
+        )
 
         def pause(_seconds: float) -> None:
             pauses.append(seq.word)
@@ -317,7 +409,10 @@ def test_the_image_waits_for_a_cnc_that_lost_its_core(monkeypatch: pytest.Monkey
         seq.word += 1  # odd: the CNC is in the middle of a write
         cnc.ch.bahn_state.dist_prog_start = 1234.0
         inputs.latch()
-        assert (len(pauses), pair.gpCh[0].bahn_state.dist_prog_start) == (3, 1234.0)
+        assert (len(pauses), pair.gpCh[0].bahn_state.dist_prog_start) == (
+            3,
+            1234.0,
+        )
         monkeypatch.setattr(image, "_LIMIT_S", 0.0)
         seq.word += 1
         with pytest.raises(HliTimeout, match="no undisturbed copy"):

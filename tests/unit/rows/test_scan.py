@@ -31,7 +31,11 @@ def scan(text, final=True, room=64, m=None):
     ffi.memmove(buffer, data, len(data))
     rows = np.zeros(room, NC_BLOCK)
     result = ffi.new("nc_scan_result *")
-    out = ffi.from_buffer("nc_block[]", rows, require_writable=True) if room else ffi.NULL
+    out = (
+        ffi.from_buffer("nc_block[]", rows, require_writable=True)
+        if room
+        else ffi.NULL
+    )
     stop = lib.nc_scan(m, buffer, len(data), final, out, room, result)
     return stop, rows[: result.rows], result, m
 
@@ -54,7 +58,11 @@ def test_layout_of_row_is_numpy_dtype():
 def test_spellings_of_one_line(line):
     """Blanks, case, `=`, sign, comments and a missing line break do not matter."""
     stop, rows, result, _ = scan(line)
-    assert (stop, len(rows), result.consumed) == (lib.NC_SCAN_MORE, 1, len(line))
+    assert (stop, len(rows), result.consumed) == (
+        lib.NC_SCAN_MORE,
+        1,
+        len(line),
+    )
     assert rows["end"][0][:2].tolist() == [10.0, -20.0]
     assert rows["feed"][0] == 10.0
 
@@ -76,7 +84,17 @@ def test_other_lines_stop_the_scanner_in_front(line):
 
 
 @pytest.mark.parametrize(
-    "text", ["X1", "-.5", "+5.", ".5", "0.1", "123456789012345678", "0.30000000000000004", "1.7976931348623157"]
+    "text",
+    [
+        "X1",
+        "-.5",
+        "+5.",
+        ".5",
+        "0.1",
+        "123456789012345678",
+        "0.30000000000000004",
+        "1.7976931348623157",
+    ],
 )
 def test_numbers_are_correctly_rounded(text):
     """Numbers are what strtod makes of them, in any length."""
@@ -90,7 +108,9 @@ def test_many_random_numbers_are_correctly_rounded():
     """Random decimals of 1 to 30 digits agree with Python's float to the last bit."""
     rng = random.Random(7)
     for _ in range(2000):
-        digits = "".join(rng.choice("0123456789") for _ in range(rng.randint(1, 30)))
+        digits = "".join(
+            rng.choice("0123456789") for _ in range(rng.randint(1, 30))
+        )
         text = digits[: rng.randint(1, 9)] + "." + digits
         m = scan(f"F{text}")[3]
         assert struct.pack("d", m.feed) == struct.pack("d", float(text))
@@ -98,7 +118,9 @@ def test_many_random_numbers_are_correctly_rounded():
 
 def test_lines_and_line_breaks():
     """Empty lines and comments are plain and counted; CRLF, TAB and blanks end nothing but the line."""
-    stop, rows, _, m = scan("\r\n; comment\r\n(comment)\r\n\tG00\tX1 \r\n  \r\nN7 X2\t\r\n")
+    stop, rows, _, m = scan(
+        "\r\n; comment\r\n(comment)\r\n\tG00\tX1 \r\n  \r\nN7 X2\t\r\n"
+    )
     assert stop == lib.NC_SCAN_MORE
     assert rows["line"].tolist() == [4, 6]
     assert rows["count"].tolist() == [4, 6]
@@ -176,7 +198,13 @@ def test_tool_length_acts_at_next_absolute_word():
     m.tool_length = 20.0
     lib.nc_modal_offsets(m)
     _, rows, _, _ = scan("G00 X1\nG91 Z1\nG90 Z5\nG18 Y1\nZ5\n", m=m)
-    assert rows["end"][:, :3].tolist() == [[1, 0, 0], [1, 0, 1], [1, 0, 25], [1, 21, 25], [1, 21, 5]]
+    assert rows["end"][:, :3].tolist() == [
+        [1, 0, 0],
+        [1, 0, 1],
+        [1, 0, 25],
+        [1, 21, 25],
+        [1, 21, 5],
+    ]
 
 
 def test_absolute_centre_carries_the_offset():
@@ -220,7 +248,9 @@ def test_random_bytes_do_no_harm():
             if rng.random() < 0.3
             else b"".join(rng.choices(words, k=rng.randint(0, 40)))
         )
-        stop, rows, result, m = scan(raw, final=rng.random() < 0.5, room=rng.randint(0, 4))
+        stop, rows, result, m = scan(
+            raw, final=rng.random() < 0.5, room=rng.randint(0, 4)
+        )
         assert stop in (0, 1, 2, 3)
         assert result.consumed <= len(raw)
         assert np.isfinite(rows["end"]).all()

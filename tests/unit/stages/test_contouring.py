@@ -23,7 +23,9 @@ def prepared(tmp_path, text, cell_text="", **options):
     """All rows of a program, and the program."""
     (tmp_path / "cell.toml").write_text(cell_text)
     (tmp_path / "a.nc").write_text(text)
-    program = Program(tmp_path / "a.nc", load_config(tmp_path / "cell.toml"), **options)
+    program = Program(
+        tmp_path / "a.nc", load_config(tmp_path / "cell.toml"), **options
+    )
     return joined(list(program.batches())), program
 
 
@@ -33,7 +35,10 @@ def curve_points(batch, axes, n=200):
     coef = coefficients(rows, batch.pool, axes)
     w = np.linspace(0, 1, n)
     return np.stack(
-        [[Polynomial(c)(w * row["angle"]) for c in one] for one, row in zip(coef, rows, strict=True)]
+        [
+            [Polynomial(c)(w * row["angle"]) for c in one]
+            for one, row in zip(coef, rows, strict=True)
+        ]
     ).swapaxes(1, 2)
 
 
@@ -47,15 +52,30 @@ def motions(batch):
 
 def test_a_corner_between_long_lines_uses_the_deviation_exactly(tmp_path):
     """Two polynomials of degree 4 under the first block's number; the corner is PATH_DEV from where they meet."""
-    batch, program = prepared(tmp_path, f"{ON}N10 G01 X10 F1000\nN20 Y10\nN30 X20\nM30\n")
+    batch, program = prepared(
+        tmp_path, f"{ON}N10 G01 X10 F1000\nN20 Y10\nN30 X20\nM30\n"
+    )
     rows = motions(batch)
-    assert rows["type"].tolist() == [LINEAR, POLYNOMIAL, POLYNOMIAL, LINEAR, POLYNOMIAL, POLYNOMIAL, LINEAR]
+    assert rows["type"].tolist() == [
+        LINEAR,
+        POLYNOMIAL,
+        POLYNOMIAL,
+        LINEAR,
+        POLYNOMIAL,
+        POLYNOMIAL,
+        LINEAR,
+    ]
     assert rows["n"].tolist() == [10, 10, 10, 20, 20, 20, 30]
     assert set(rows["degree"][rows["type"] == POLYNOMIAL]) == {4}
     points = curve_points(batch, 3)
-    assert np.hypot(*(points[0, -1, :2] - [10, 0])) == pytest.approx(0.1, abs=2e-5)
+    assert np.hypot(*(points[0, -1, :2] - [10, 0])) == pytest.approx(
+        0.1, abs=2e-5
+    )
     contour = LineString([(0, 0), (10, 0), (10, 10), (20, 10)])
-    assert max(contour.distance(Point(p)) for p in points[..., :2].reshape(-1, 2)) < 0.1
+    assert (
+        max(contour.distance(Point(p)) for p in points[..., :2].reshape(-1, 2))
+        < 0.1
+    )
     assert program.contouring.report.deviation == pytest.approx(0.1, abs=2e-5)
     d = 10 - rows["end"][0, 0]
     assert rows["end"][2, :2] == pytest.approx([10, d])
@@ -72,7 +92,9 @@ def test_ends_continue_direction_and_curvature(tmp_path):
 
     def at(curve, t):
         d1, d2 = (np.array([p.deriv(k)(t) for p in curve[:2]]) for k in (1, 2))
-        return d1 / np.hypot(*d1), (d1[0] * d2[1] - d1[1] * d2[0]) / np.hypot(*d1) ** 3
+        return d1 / np.hypot(*d1), (d1[0] * d2[1] - d1[1] * d2[0]) / np.hypot(
+            *d1
+        ) ** 3
 
     direction, curvature = at(first, 0.0)
     assert direction == pytest.approx([1, 0], abs=1e-12)
@@ -83,7 +105,9 @@ def test_ends_continue_direction_and_curvature(tmp_path):
     assert direction == pytest.approx([begin[1] / 10, -begin[0] / 10], abs=1e-9)
     assert curvature == pytest.approx(-0.1, abs=1e-9)
     for k in range(4):
-        assert [p.deriv(k)(1.0) for p in first] == pytest.approx([p.deriv(k)(0.0) for p in second], abs=1e-10)
+        assert [p.deriv(k)(1.0) for p in first] == pytest.approx(
+            [p.deriv(k)(0.0) for p in second], abs=1e-10
+        )
     assert rows["angle"][3] == pytest.approx(rows["length"][3] / -10)
 
 
@@ -96,7 +120,9 @@ def test_lengths_are_arc_lengths(tmp_path):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_random_polylines_stay_within_the_deviation_and_are_continuous(tmp_path, seed):
+def test_random_polylines_stay_within_the_deviation_and_are_continuous(
+    tmp_path, seed
+):
     """Every point of the path within PATH_DEV of the contour and the other way round; no gaps."""
     rng = np.random.default_rng(seed)
     corners = np.cumsum(rng.normal(0, 3, (40, 2)), axis=0)
@@ -107,10 +133,16 @@ def test_random_polylines_stay_within_the_deviation_and_are_continuous(tmp_path,
     batch, _ = prepared(tmp_path, text + "M30\n")
     contour = LineString([(0, 0), *corners.round(4)])
     path, at = [], np.zeros(2)
-    coef = iter(coefficients(motions(batch)[motions(batch)["type"] == POLYNOMIAL], batch.pool, 3))
+    coef = iter(
+        coefficients(
+            motions(batch)[motions(batch)["type"] == POLYNOMIAL], batch.pool, 3
+        )
+    )
     for row in motions(batch):
         if row["type"] == POLYNOMIAL:
-            points = np.array([Polynomial(c)(np.linspace(0, 1, 40)) for c in next(coef)[:2]]).T
+            points = np.array(
+                [Polynomial(c)(np.linspace(0, 1, 40)) for c in next(coef)[:2]]
+            ).T
         else:
             points = np.array([at, row["end"][:2]])
         assert points[0] == pytest.approx(at, abs=1e-7)
@@ -119,28 +151,53 @@ def test_random_polylines_stay_within_the_deviation_and_are_continuous(tmp_path,
         path += points.tolist()
     assert max(contour.distance(Point(p)) for p in path) <= deviation + 1e-9
     curve = LineString(path)
-    assert max(curve.distance(Point(p)) for p in corners.round(4)) <= deviation + 1e-6
+    assert (
+        max(curve.distance(Point(p)) for p in corners.round(4))
+        <= deviation + 1e-6
+    )
     assert (motions(batch)["type"] == POLYNOMIAL).sum() > 60
 
 
 def test_the_corner_distance_is_at_most_half_of_a_block(tmp_path):
     """A block whose both corners take half of it gives no row; REMAIN_PART keeps the rest."""
     program = "G01 X10 F1000\nY1\nX20\nM30\n"
-    batch, _ = prepared(tmp_path, "#CONTOUR MODE ON [DEV PATH_DEV=5]\n" + program)
-    assert motions(batch)["type"].tolist() == [LINEAR, *[POLYNOMIAL] * 4, LINEAR]
+    batch, _ = prepared(
+        tmp_path, "#CONTOUR MODE ON [DEV PATH_DEV=5]\n" + program
+    )
+    assert motions(batch)["type"].tolist() == [
+        LINEAR,
+        *[POLYNOMIAL] * 4,
+        LINEAR,
+    ]
     assert motions(batch)["end"][2, :2] == pytest.approx([10, 0.5])
-    batch, _ = prepared(tmp_path, "#CONTOUR MODE ON [DEV PATH_DEV=5 REMAIN_PART=20]\n" + program)
-    assert motions(batch)["type"].tolist() == [LINEAR, *[POLYNOMIAL] * 2, LINEAR, *[POLYNOMIAL] * 2, LINEAR]
+    batch, _ = prepared(
+        tmp_path, "#CONTOUR MODE ON [DEV PATH_DEV=5 REMAIN_PART=20]\n" + program
+    )
+    assert motions(batch)["type"].tolist() == [
+        LINEAR,
+        *[POLYNOMIAL] * 2,
+        LINEAR,
+        *[POLYNOMIAL] * 2,
+        LINEAR,
+    ]
     assert motions(batch)["length"][3] == pytest.approx(0.2)
 
 
 def test_distances_of_dist_are_limited_together_if_they_are_equal(tmp_path):
     """Different ones each by itself."""
     program = "G01 X10 F1000\nY1\nM30\n"
-    batch, _ = prepared(tmp_path, "#CONTOUR MODE ON [DIST PRE_DIST=2 POST_DIST=2]\n" + program)
-    assert motions(batch)["end"][[0, 2], :2] == pytest.approx(np.array([[9.5, 0], [10, 0.5]]))
-    batch, _ = prepared(tmp_path, "#CONTOUR MODE ON [DIST PRE_DIST=2 POST_DIST=3]\n" + program)
-    assert motions(batch)["end"][[0, 2], :2] == pytest.approx(np.array([[8.0, 0], [10, 0.5]]))
+    batch, _ = prepared(
+        tmp_path, "#CONTOUR MODE ON [DIST PRE_DIST=2 POST_DIST=2]\n" + program
+    )
+    assert motions(batch)["end"][[0, 2], :2] == pytest.approx(
+        np.array([[9.5, 0], [10, 0.5]])
+    )
+    batch, _ = prepared(
+        tmp_path, "#CONTOUR MODE ON [DIST PRE_DIST=2 POST_DIST=3]\n" + program
+    )
+    assert motions(batch)["end"][[0, 2], :2] == pytest.approx(
+        np.array([[8.0, 0], [10, 0.5]])
+    )
 
 
 def test_interim_point(tmp_path):
@@ -156,7 +213,10 @@ def test_soft_corners_grow_with_the_feed(tmp_path):
     """DIST_SOFT: at low feed a small curve does; PATH_DIST bounds it, -1 does not."""
 
     def distance(keys, feed):
-        batch, _ = prepared(tmp_path, f"#CONTOUR MODE ON [DIST_SOFT {keys}]\nG01 X100 F{feed}\nY100\nM30\n")
+        batch, _ = prepared(
+            tmp_path,
+            f"#CONTOUR MODE ON [DIST_SOFT {keys}]\nG01 X100 F{feed}\nY100\nM30\n",
+        )
         return 100 - motions(batch)["end"][0, 0]
 
     assert distance("PATH_DIST=1", 18000) == pytest.approx(1)
@@ -172,7 +232,12 @@ def test_blocks_too_short_warn_once_and_stay_corners(tmp_path):
     batch, found = prepared(tmp_path, ON + program)
     assert kinds(batch)[:3] == [LINEAR, LINEAR, LINEAR]
     assert sorted(w.code for w in found.reader.warnings) == [120206, 120216]
-    batch, found = prepared(tmp_path, "#CONTOUR MODE ON [DEV PATH_DEV=0.1 RELEVANT_PATH=0.1]\n" + program + "G260\n")
+    batch, found = prepared(
+        tmp_path,
+        "#CONTOUR MODE ON [DEV PATH_DEV=0.1 RELEVANT_PATH=0.1]\n"
+        + program
+        + "G260\n",
+    )
     assert motions(batch)["n"].tolist() == [1, 1, 1, 3, 3, 3, 4]
     assert found.contouring.report.skipped == 1
     assert found.contouring.report.deviation <= 0.1
@@ -180,19 +245,45 @@ def test_blocks_too_short_warn_once_and_stay_corners(tmp_path):
 
 def test_g61_holds_for_its_block(tmp_path):
     """The manual's three ways to say the same give the same rows."""
-    points = [(20, 100), (40, 100), (60, 20), (80, 20), (100, 100), (120, 100), (140, 20)]
+    points = [
+        (20, 100),
+        (40, 100),
+        (60, 20),
+        (80, 20),
+        (100, 100),
+        (120, 100),
+        (140, 20),
+    ]
     blocks = [f"X{x} Y{y}" for x, y in points]
-    modal = "\n".join(["G261 " * (i == 1) + "G260 " * (i == 5) + b for i, b in enumerate(blocks)])
-    alone = "\n".join(["G261\n" * (i == 1) + "G260\n" * (i == 5) + b for i, b in enumerate(blocks)])
-    single = "\n".join(["G61 " * (1 <= i <= 4) + b for i, b in enumerate(blocks)])
-    rows = [motions(prepared(tmp_path, f"G01 F1000\n{t}\nM30\n")[0]) for t in (modal, alone, single)]
+    modal = "\n".join(
+        [
+            "G261 " * (i == 1) + "G260 " * (i == 5) + b
+            for i, b in enumerate(blocks)
+        ]
+    )
+    alone = "\n".join(
+        [
+            "G261\n" * (i == 1) + "G260\n" * (i == 5) + b
+            for i, b in enumerate(blocks)
+        ]
+    )
+    single = "\n".join(
+        ["G61 " * (1 <= i <= 4) + b for i, b in enumerate(blocks)]
+    )
+    rows = [
+        motions(prepared(tmp_path, f"G01 F1000\n{t}\nM30\n")[0])
+        for t in (modal, alone, single)
+    ]
     for other in rows[1:]:
         for name in ("type", "end", "length"):
             assert np.array_equal(rows[0][name], other[name])
     assert (rows[0]["type"] == POLYNOMIAL).sum() == 8
 
 
-@pytest.mark.parametrize(("action", "place"), [("PRE_ACTION", 1), ("INTER_ACTION", 2), ("POST_ACTION", 3)])
+@pytest.mark.parametrize(
+    ("action", "place"),
+    [("PRE_ACTION", 1), ("INTER_ACTION", 2), ("POST_ACTION", 3)],
+)
 def test_functions_stand_where_the_mode_wants_them(tmp_path, action, place):
     """M functions that do not wait; those that wait keep their corner."""
     text = f"#CONTOUR MODE ON [DEV PATH_DEV=0.1 {action}]\nG01 X10 F1000\nM{{}} Y10\nM30\n"
@@ -201,15 +292,29 @@ def test_functions_stand_where_the_mode_wants_them(tmp_path, action, place):
     assert kinds(batch).index(M) == place
     batch, _ = prepared(tmp_path, text.format(81), cell)
     assert kinds(batch)[:3] == [LINEAR, M, LINEAR]
-    batch, _ = prepared(tmp_path, text.format(82).replace("M30", "X0\nM30"), cell)
-    assert kinds(batch).count(POLYNOMIAL) == 2  # only ahead of the block that ends with a wait
-    assert kinds(batch)[:5] == [LINEAR, POLYNOMIAL, POLYNOMIAL, M, LINEAR]  # it belongs to that block
+    batch, _ = prepared(
+        tmp_path, text.format(82).replace("M30", "X0\nM30"), cell
+    )
+    assert (
+        kinds(batch).count(POLYNOMIAL) == 2
+    )  # only ahead of the block that ends with a wait
+    assert kinds(batch)[:5] == [
+        LINEAR,
+        POLYNOMIAL,
+        POLYNOMIAL,
+        M,
+        LINEAR,
+    ]  # it belongs to that block
 
 
-@pytest.mark.parametrize("between", ["#FLUSH", "#FLUSH CONTINUE", "G04 1", "G60 G01 X10.5", "M00"])
+@pytest.mark.parametrize(
+    "between", ["#FLUSH", "#FLUSH CONTINUE", "G04 1", "G60 G01 X10.5", "M00"]
+)
 def test_what_stops_keeps_the_corner(tmp_path, between):
     """The path is where the program says when something takes effect there."""
-    batch, _ = prepared(tmp_path, f"{ON}G01 X10 F1000\n{between}\nG01 Y10\nG260\nM30\n")
+    batch, _ = prepared(
+        tmp_path, f"{ON}G01 X10 F1000\n{between}\nG01 Y10\nG260\nM30\n"
+    )
     assert POLYNOMIAL not in kinds(batch)
 
 
@@ -250,12 +355,14 @@ def test_wrong_settings_are_refused(tmp_path, text, code):
 
 def test_the_look_ahead_sees_shortened_blocks_and_polynomials(tmp_path):
     """The log's entries: type 6 with the number of the block before the corner, lengths add up."""
-    text = (
-        f"{ON}#CONTOUR LOOKAHEAD LOG ON\nN10 G01 X10 F1000\nN20 Y10\nN30 X20\nG260\n#CONTOUR LOOKAHEAD LOG OFF\nM30\n"
-    )
+    text = f"{ON}#CONTOUR LOOKAHEAD LOG ON\nN10 G01 X10 F1000\nN20 Y10\nN30 X20\nG260\n#CONTOUR LOOKAHEAD LOG OFF\nM30\n"
     batch, program = prepared(tmp_path, text)
     lengths = motions(batch)["length"]
-    assert lengths.sum() == pytest.approx(30 - 4 * (10 - motions(batch)["end"][0, 0]) + lengths[[1, 2, 4, 5]].sum())
+    assert lengths.sum() == pytest.approx(
+        30
+        - 4 * (10 - motions(batch)["end"][0, 0])
+        + lengths[[1, 2, 4, 5]].sum()
+    )
     engine = Engine(program.cell)
     try:
         assert engine.push(batch, 0) == len(batch)
@@ -263,9 +370,13 @@ def test_the_look_ahead_sees_shortened_blocks_and_polynomials(tmp_path):
         engine.close()
 
 
-def test_the_planner_drives_rounded_corners_faster_and_inside_the_limits(tmp_path):
+def test_the_planner_drives_rounded_corners_faster_and_inside_the_limits(
+    tmp_path,
+):
     """A zigzag with rounded corners is faster than the exact one, deviation as allowed."""
-    zigzag = "".join(f"G01 X{10 * i} Y{10 * (i % 2)} F12000\n" for i in range(1, 10))
+    zigzag = "".join(
+        f"G01 X{10 * i} Y{10 * (i % 2)} F12000\n" for i in range(1, 10)
+    )
 
     def plan(head):
         (tmp_path / "b.nc").write_text(head + zigzag + "G260\nM30\n")
@@ -281,7 +392,10 @@ def test_the_planner_drives_rounded_corners_faster_and_inside_the_limits(tmp_pat
 def test_empty_batches_and_resync_do_no_harm():
     """The stage as the pipeline uses it."""
     stage = Contouring(
-        np.zeros(3), ContourMachine((0, 1, 2), 3000, 300, {}), lambda file, line: Place(), lambda w: None
+        np.zeros(3),
+        ContourMachine((0, 1, 2), 3000, 300, {}),
+        lambda file, line: Place(),
+        lambda w: None,
     )
     assert len(stage.push(BlockBatch.empty())) == 0
     stage.resync(np.ones(3))

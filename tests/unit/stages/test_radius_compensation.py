@@ -14,7 +14,9 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.port import Wait
 from cnc_core.program import Program
 
-CELL = parse_config("[tools.1]\nradius_mm = 5.0\n[tools.2]\nradius_mm = 3.0\n[tools.3]\nradius_mm = -5.0\n")
+CELL = parse_config(
+    "[tools.1]\nradius_mm = 5.0\n[tools.2]\nradius_mm = 3.0\n[tools.3]\nradius_mm = -5.0\n"
+)
 HEAD = "G00 X0 Y0 D1\nF1200\n"
 
 
@@ -34,7 +36,10 @@ def moves(folder: Path, text: str) -> np.ndarray:
 
 
 def ends(rows: np.ndarray) -> list[tuple[float, float]]:
-    return [(round(float(x), 6) + 0.0, round(float(y), 6) + 0.0) for x, y in rows["end"][:, :2]]
+    return [
+        (round(float(x), 6) + 0.0, round(float(y), 6) + 0.0)
+        for x, y in rows["end"][:, :2]
+    ]
 
 
 def error_of(folder: Path, text: str) -> CncError:
@@ -45,9 +50,15 @@ def error_of(folder: Path, text: str) -> CncError:
 
 @pytest.mark.parametrize(
     ("code", "radius", "length"),
-    [(41, 150000, 235619.449019), (42, 250000, 392699.081699), (40, 200000, 314159.265359)],
+    [
+        (41, 150000, 235619.449019),
+        (42, 250000, 392699.081699),
+        (40, 200000, 314159.265359),
+    ],
 )
-def test_t2_quarter_arc(tmp_path: Path, code: int, radius: float, length: float) -> None:
+def test_t2_quarter_arc(
+    tmp_path: Path, code: int, radius: float, length: float
+) -> None:
     """T2 of the look-ahead specification: radii and length of the compensated quarter arc, in 0.1 um."""
     text = f"G00 X0 Y-20 D1\nN10 G{code} G01 X20 Y-20 F1000\nN20 Y0\nN30 G03 X0 Y20 I-20 J0\nN40 G01 X-20\nG40 X-40\n"
     arc = next(r for r in moves(tmp_path, text) if r["n"] == 30)
@@ -61,10 +72,14 @@ def test_t2_quarter_arc(tmp_path: Path, code: int, radius: float, length: float)
 def test_tangential_joins_make_no_slivers(tmp_path: Path) -> None:
     """Line, arc, line, arc joined tangentially: as many rows as blocks, the arcs keep their angle exactly."""
     contour = "N1 X20\nN2 G03 X30 Y10 I0 J10\nN3 G01 Y20\nN4 G02 X40 Y30 I10 J0\nN5 G01 X60\n"
-    rows = moves(tmp_path, f"G00 X-20 Y0 D1\nF1200\nG41 G01 X0\n{contour}G40 X70\n")
+    rows = moves(
+        tmp_path, f"G00 X-20 Y0 D1\nF1200\nG41 G01 X0\n{contour}G40 X70\n"
+    )
     assert [r["n"] for r in rows] == [0, 0, 1, 2, 3, 4, 5, 0]
     arcs = rows[rows["type"] == CIRCULAR]
-    assert arcs["angle"] == pytest.approx([math.pi / 2, -math.pi / 2], abs=1e-15)
+    assert arcs["angle"] == pytest.approx(
+        [math.pi / 2, -math.pi / 2], abs=1e-15
+    )
     assert arcs["radius"] == pytest.approx([5, 15], abs=1e-12)
 
 
@@ -78,7 +93,9 @@ def test_tangential_joins_make_no_slivers(tmp_path: Path) -> None:
         (239, 25, [(20, 5), (40, 5)]),
     ],
 )
-def test_selection_on_the_left_of_an_outer_corner(tmp_path: Path, mode: int, corner: int, expected: list) -> None:
+def test_selection_on_the_left_of_an_outer_corner(
+    tmp_path: Path, mode: int, corner: int, expected: list
+) -> None:
     """Where the approach ends: direct beside the first contour block, indirect around the corner, perpendicular."""
     text = f"G00 X20 Y-40 D1\nF1200\nG{mode} G{corner}\nN1 G41 G01 X20 Y0\nN2 X40\n"
     if mode == 237:
@@ -89,7 +106,9 @@ def test_selection_on_the_left_of_an_outer_corner(tmp_path: Path, mode: int, cor
 
 
 @pytest.mark.parametrize("mode", [138, 139, 239])
-def test_selection_at_an_inner_corner_ends_beside_the_contour(tmp_path: Path, mode: int) -> None:
+def test_selection_at_an_inner_corner_ends_beside_the_contour(
+    tmp_path: Path, mode: int
+) -> None:
     """Up to 180 degrees direct and indirect selection are the same."""
     text = f"G00 X20 Y40 D1\nF1200\nG{mode} G41 G01 X20 Y0\nX40\n"
     assert ends(moves(tmp_path, text))[1:] == [(20, 5), (40, 5)]
@@ -104,7 +123,9 @@ def test_selection_at_an_inner_corner_ends_beside_the_contour(tmp_path: Path, mo
         (237, 25, [(40, 5), (40, 0), (40, -30)]),
     ],
 )
-def test_deselection_mirrors_selection(tmp_path: Path, mode: int, corner: int, expected: list) -> None:
+def test_deselection_mirrors_selection(
+    tmp_path: Path, mode: int, corner: int, expected: list
+) -> None:
     """G40 behind an outer corner: how the last contour block ends and where the tool goes."""
     text = f"G00 X0 Y40 D1\nF1200\nG{corner}\nG41 G01 X0 Y0\nX40\nG40 G{mode}\nX40 Y-30\n"
     assert ends(moves(tmp_path, text))[2:] == expected
@@ -113,24 +134,41 @@ def test_deselection_mirrors_selection(tmp_path: Path, mode: int, corner: int, e
 def test_g239_leaves_the_tool_beside_the_contour(tmp_path: Path) -> None:
     """An axis stays beside its programmed position until it is programmed; an arc straight after G40 is refused."""
     text = "G00 X0 Y1 D1\nF1200\nG239 G41 G01 X30 Y20\nX120\nG40\n"
-    assert ends(moves(tmp_path, text + "G00 X150\nX200\nY0\n"))[2:] == [(120, 25), (150, 25), (200, 25), (200, 0)]
+    assert ends(moves(tmp_path, text + "G00 X150\nX200\nY0\n"))[2:] == [
+        (120, 25),
+        (150, 25),
+        (200, 25),
+        (200, 0),
+    ]
     error = error_of(tmp_path, text + "G02 X140 I10 J0\n")
     assert (error.code, error.place.line) == (906002, 6)
 
 
-def test_perpendicular_mode_takes_any_block_first_and_last(tmp_path: Path) -> None:
+def test_perpendicular_mode_takes_any_block_first_and_last(
+    tmp_path: Path,
+) -> None:
     """G237: lines perpendicular to an arc, under the numbers of the G41 and G40 blocks, switching rows before them."""
     text = "G00 X10 Y10 D1\nF1200\nG237\nN50 G42\nN55 M8\nN60 G03 X60 Y60 J50\nN65 M9\nN90 G40\nN100 G00 X0\n"
     rows = rows_of(tmp_path, text)
     assert [int(r["n"]) for r in rows] == [0, 55, 50, 60, 65, 90, 100]
-    assert [int(r["type"]) for r in rows] == [LINEAR, M, LINEAR, CIRCULAR, M, LINEAR, LINEAR]
+    assert [int(r["type"]) for r in rows] == [
+        LINEAR,
+        M,
+        LINEAR,
+        CIRCULAR,
+        M,
+        LINEAR,
+        LINEAR,
+    ]
     assert ends(rows)[2:4] == [(10, 5), (65, 60)]
     assert rows[3]["radius"] == pytest.approx(55)
     assert ends(rows)[5:] == [(60, 60), (0, 60)]
 
 
 @pytest.mark.parametrize("code", [41, 42])
-def test_tangential_selection_and_deselection(tmp_path: Path, code: int) -> None:
+def test_tangential_selection_and_deselection(
+    tmp_path: Path, code: int
+) -> None:
     """G05: one arc that ends, or begins, in the direction of the contour."""
     text = f"G00 X-30 Y-20 D1\nF1200\nN1 G05 G{code} G01 X0 Y0\nN2 X50\nN3 G05 G40 X80 Y-30\n"
     rows = moves(tmp_path, text)
@@ -142,16 +180,25 @@ def test_tangential_selection_and_deselection(tmp_path: Path, code: int) -> None
     assert last["center"][0] == pytest.approx(50)
     for row, start in ((first, (-30, -20)), (last, (50, side))):
         assert math.dist(row["center"], start) == pytest.approx(row["radius"])
-        assert math.dist(row["center"], row["end"][:2]) == pytest.approx(row["radius"])
+        assert math.dist(row["center"], row["end"][:2]) == pytest.approx(
+            row["radius"]
+        )
         assert row["programmed_radius"] == 0.0
 
 
 @pytest.mark.parametrize(
     ("second", "lines"),
-    [("N2 Y-40", 0), ("N2 X20 Y-20", 1), ("N2 G02 X20 Y-20 I-20 J0", 1), ("N2 G02 X0 Y20 I-20 J10", 2)],
+    [
+        ("N2 Y-40", 0),
+        ("N2 X20 Y-20", 1),
+        ("N2 G02 X20 Y-20 I-20 J0", 1),
+        ("N2 G02 X0 Y20 I-20 J10", 2),
+    ],
 )
 @pytest.mark.parametrize("corner", [25, 26])
-def test_rows_inserted_behind_a_line(tmp_path: Path, second: str, lines: int, corner: int) -> None:
+def test_rows_inserted_behind_a_line(
+    tmp_path: Path, second: str, lines: int, corner: int
+) -> None:
     """G25 inserts as many lines as the manual's table says, G26 one arc; their number is the block's before them."""
     text = f"G00 X0 Y40 D1\nF1200\nG{corner} G41 G01 X0 Y0\nN1 X40\n{second}\n"
     rows = moves(tmp_path, text)
@@ -168,8 +215,13 @@ def test_rows_inserted_behind_a_line(tmp_path: Path, second: str, lines: int, co
     assert (between["feed"] == 20.0).all()
 
 
-@pytest.mark.parametrize(("second", "lines"), [("N2 G02 X20 Y20 I0 J20", 2), ("N2 G02 X50 Y20 I5 J10", 3)])
-def test_lines_inserted_between_arcs(tmp_path: Path, second: str, lines: int) -> None:
+@pytest.mark.parametrize(
+    ("second", "lines"),
+    [("N2 G02 X20 Y20 I0 J20", 2), ("N2 G02 X50 Y20 I5 J10", 3)],
+)
+def test_lines_inserted_between_arcs(
+    tmp_path: Path, second: str, lines: int
+) -> None:
     """Two arcs: two lines up to 270 degrees, three beyond."""
     first = "N1 G02 X40 Y0 I20 J0"
     text = f"G00 X0 Y-40 D1\nF1200\nG41 G01 X0 Y0\n{first}\n{second}\n"
@@ -185,9 +237,7 @@ def test_inner_corner_is_the_intersection(tmp_path: Path) -> None:
 
 def test_switching_rows_keep_their_order(tmp_path: Path) -> None:
     """M, H, markers and moves of other axes stay between their motions, behind the rows of the corner."""
-    text = (
-        f"{HEAD}G26\nG41 G01 X0 Y10\nN1 Y40\nN2 M8\nN3 H4\nN4 Z-3\nN5 #CONTOUR LOOKAHEAD LOG [PARAM=1]\nN6 X40\nM30\n"
-    )
+    text = f"{HEAD}G26\nG41 G01 X0 Y10\nN1 Y40\nN2 M8\nN3 H4\nN4 Z-3\nN5 #CONTOUR LOOKAHEAD LOG [PARAM=1]\nN6 X40\nM30\n"
     rows = rows_of(tmp_path, text)
     assert [int(n) for n in rows["n"]] == [0, 1, 1, 2, 3, 4, 5, 6, 0]
     assert [int(t) for t in rows["type"][3:5]] == [M, H]
@@ -235,7 +285,9 @@ def test_circle_at_the_change_of_side_becomes_a_line(tmp_path: Path) -> None:
     part = program(tmp_path, text)
     rows = np.concatenate([b.rows for b in part.batches()])
     assert [int(t) for t in rows["type"]] == [LINEAR] * 4
-    assert [(w.code, w.place.line) for w in part.reader.warnings] == [(906005, 5)]
+    assert [(w.code, w.place.line) for w in part.reader.warnings] == [
+        (906005, 5)
+    ]
 
 
 def test_radius_change_takes_effect_along_a_line(tmp_path: Path) -> None:
@@ -247,7 +299,9 @@ def test_radius_change_takes_effect_along_a_line(tmp_path: Path) -> None:
 def test_contour_feed(tmp_path: Path) -> None:
     """G11: the feed of arcs is that of the contour; G10, the initial state, that of the tool centre."""
     text = "G00 X20 Y0 D1\nF1200\nG{g} G237 G41\nG03 X-20 I-20\nG40\n"
-    assert moves(tmp_path, text.format(g=11))["feed"][2] == pytest.approx(20 * 15 / 20)
+    assert moves(tmp_path, text.format(g=11))["feed"][2] == pytest.approx(
+        20 * 15 / 20
+    )
     assert moves(tmp_path, text.format(g=10))["feed"][2] == pytest.approx(20)
 
 
@@ -275,7 +329,9 @@ def test_contour_feed(tmp_path: Path) -> None:
         ("G41 G01 X0 Y10\nY20\nG02 X12 Y20 I6 J0\nG02 X36 Y20 I12 J0\n", 0, 0),
     ],
 )
-def test_errors_have_number_and_line(tmp_path: Path, text: str, code: int, line: int) -> None:
+def test_errors_have_number_and_line(
+    tmp_path: Path, text: str, code: int, line: int
+) -> None:
     """Every refusal names the block; what is allowed passes."""
     if not code:
         assert len(rows_of(tmp_path, HEAD + text))
@@ -288,13 +344,17 @@ def test_errors_have_number_and_line(tmp_path: Path, text: str, code: int, line:
 
 def test_too_many_rows_between_two_motions(tmp_path: Path) -> None:
     """90011 instead of unbounded memory."""
-    error = error_of(tmp_path, f"{HEAD}G41 G01 X0 Y10\nX50\n" + "M8\n" * 1001 + "X60\n")
+    error = error_of(
+        tmp_path, f"{HEAD}G41 G01 X0 Y10\nX50\n" + "M8\n" * 1001 + "X60\n"
+    )
     assert (error.code, error.place.line) == (90011, 1005)
 
 
 def test_rows_ahead_of_an_error_are_handed_out(tmp_path: Path) -> None:
     """The contour up to the refused block is executed, then the error comes, and it stays."""
-    part = program(tmp_path, f"{HEAD}G42 G01 X0 Y10\nY20\nY30\nG02 X6 I3 J0\nG01 X50\n")
+    part = program(
+        tmp_path, f"{HEAD}G42 G01 X0 Y10\nY20\nY30\nG02 X6 I3 J0\nG01 X50\n"
+    )
     first = part.read()
     assert first is not None
     assert not isinstance(first, Wait)
@@ -319,12 +379,17 @@ def test_all_errors_are_collected(tmp_path: Path) -> None:
     arc = "G42 G01 X0 Y10\nY20\nG02 X6 I3 J0\nG40 G01 X50\n"
     part = program(tmp_path, HEAD + arc + "X0 Y0\n" + arc, collect=True)
     assert sum(len(b) for b in part.batches())
-    assert [(e.code, e.place.line) for e in part.errors] == [(90017, 5), (90017, 10)]
+    assert [(e.code, e.place.line) for e in part.errors] == [
+        (90017, 5),
+        (90017, 10),
+    ]
 
 
 def test_flush_behind_deselection(tmp_path: Path) -> None:
     """Behind G40 a flush is allowed: the contour ends beside its last point, the next line leads back."""
-    text = "G00 X0 Y40 D1\nF1200\nG41 G01 X0 Y0\nX40\nG40\n#FLUSH WAIT\nX40 Y-30\n"
+    text = (
+        "G00 X0 Y40 D1\nF1200\nG41 G01 X0 Y0\nX40\nG40\n#FLUSH WAIT\nX40 Y-30\n"
+    )
     part = program(tmp_path, text)
     items = list(iter(part.read, None))
     assert [isinstance(i, Wait) for i in items].count(True) == 1
@@ -341,8 +406,15 @@ def test_program_may_end_under_compensation(tmp_path: Path) -> None:
 
 def test_long_programs_need_bounded_memory(tmp_path: Path) -> None:
     """A hundred thousand compensated blocks: one motion is held back at most, every block comes out once."""
-    steps = [f"X{i * 0.2:.4f} Y{20 * math.cos(i / 50):.4f}" for i in range(100_000)]
-    part = program(tmp_path, "G00 X-1 Y0 D2\nF1200\nG26 G41 G01 X-1 Y20\n" + "\n".join(steps) + "\nG40 X0 Y0\nM30\n")
+    steps = [
+        f"X{i * 0.2:.4f} Y{20 * math.cos(i / 50):.4f}" for i in range(100_000)
+    ]
+    part = program(
+        tmp_path,
+        "G00 X-1 Y0 D2\nF1200\nG26 G41 G01 X-1 Y20\n"
+        + "\n".join(steps)
+        + "\nG40 X0 Y0\nM30\n",
+    )
     held, lines = [], set()
     for batch in part.batches():
         held.append(part.compensation.held)

@@ -30,7 +30,9 @@ from cnc_core import frontend
         ("a.ngc", "G1 X1 (MSG, #CONTOUR)\n", "iso"),
     ],
 )
-def test_signs_of_one_dialect_count_more_than_the_name(tmp_path: Path, name: str, text: str, dialect: str) -> None:
+def test_signs_of_one_dialect_count_more_than_the_name(
+    tmp_path: Path, name: str, text: str, dialect: str
+) -> None:
     """What only one dialect can say decides, comments apart; else the extension."""
     path = tmp_path / name
     path.write_text(text)

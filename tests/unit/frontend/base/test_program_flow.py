@@ -27,7 +27,10 @@ from cnc_core.frontend.port import OfflinePort
 def test_hop_finds_the_lines_that_a_loop_over_lines_finds(tmp_path, chunk):
     """Hopping from hit to hit passes exactly the lines between, whatever the chunks; seeking back reads them again."""
     rng = random.Random(3)
-    lines = ["".join(rng.choice("ab$ ") for _ in range(rng.randint(0, 9))) for _ in range(400)]
+    lines = [
+        "".join(rng.choice("ab$ ") for _ in range(rng.randint(0, 9)))
+        for _ in range(400)
+    ]
     path = tmp_path / "a.txt"
     path.write_bytes("\n".join(lines).encode())
     source, line, hits = Source(path, chunk), 0, []
@@ -39,7 +42,9 @@ def test_hop_finds_the_lines_that_a_loop_over_lines_finds(tmp_path, chunk):
             break
         hits.append((line, text, place))
         line += 1
-    assert [(i, t) for i, t, _ in hits] == [(i, t.rstrip()) for i, t in enumerate(lines) if "$" in t]
+    assert [(i, t) for i, t, _ in hits] == [
+        (i, t.rstrip()) for i, t in enumerate(lines) if "$" in t
+    ]
     assert line == len(lines)
     for _, text, place in rng.sample(hits, 40):
         source.seek(place)
@@ -76,7 +81,10 @@ def test_a_program_read_once_keeps_nothing(tmp_path):
     rows = sum(len(batch) for batch in read_all(reader))
     reader.close()
     assert rows == 40000
-    assert (len(reader.flow.file.blocks), len(reader.flow.file.places)) == (0, 0)
+    assert (len(reader.flow.file.blocks), len(reader.flow.file.places)) == (
+        0,
+        0,
+    )
     assert reader.block_count == 60001
 
 
@@ -87,7 +95,11 @@ def test_kept_blocks_are_bounded(tmp_path, monkeypatch):
     body = "".join(f"$IF P1 > {i}\nX[P1*{i}+1]\n$ENDIF\n" for i in range(20))
     run = Run(f"G00\n$FOR P1=0,30,1\n{body}$ENDFOR\n", tmp_path)
     wanted = [float(p * i + 1) for p in range(31) for i in range(20) if p > i]
-    assert run.x() == [x for x, before in zip(wanted, [0.0, *wanted], strict=False) if x != before]
+    assert run.x() == [
+        x
+        for x, before in zip(wanted, [0.0, *wanted], strict=False)
+        if x != before
+    ]
     assert len(run.reader.flow.file.blocks) <= 7
 
 
@@ -123,7 +135,9 @@ def test_waiting_for_nobody_ends(tmp_path):
 
 def test_motion_resets_the_count_of_idle_blocks(tmp_path):
     """A loop that moves may go on for ever."""
-    run = Run("G01 F100\n$FOR P1=1,2000,1\nX[P1]\nP2=1\n$ENDFOR\n", tmp_path, idle=20)
+    run = Run(
+        "G01 F100\n$FOR P1=1,2000,1\nX[P1]\nP2=1\n$ENDFOR\n", tmp_path, idle=20
+    )
     assert not run.codes
     assert len(run.rows) == 2000
 
@@ -141,16 +155,25 @@ def test_lines_and_counts_of_loops_and_subprograms(tmp_path):
 def test_the_end_of_a_file_is_no_line(tmp_path, ending):
     """With and without a last line break the parser sees the same lines, also where it alone reads them."""
     for options in ({}, {"scan": False}):
-        assert Run("G00 X1\nX2" + ending, tmp_path, **options).reader.block_count == 2
+        assert (
+            Run("G00 X1\nX2" + ending, tmp_path, **options).reader.block_count
+            == 2
+        )
     (tmp_path / "sub.nc").write_text("G93 F2\nG01 X2" + ending)
-    run = Run("F600 G01 X1\nL CYCLE [NAME=sub.nc]\nX3" + ending, tmp_path, idle=100)
+    run = Run(
+        "F600 G01 X1\nL CYCLE [NAME=sub.nc]\nX3" + ending, tmp_path, idle=100
+    )
     assert (run.x(), run.codes) == ([1.0, 2.0, 3.0], [])
 
 
 def test_types():
     """Whole types round halves away from zero and refuse what does not fit; texts are as long as declared."""
     byte = whole_type("UNS08", 8, signed=False)
-    assert [byte.convert(v, "a", 0) for v in (0.4, 0.5, 254.5)] == [0.0, 1.0, 255.0]
+    assert [byte.convert(v, "a", 0) for v in (0.4, 0.5, 254.5)] == [
+        0.0,
+        1.0,
+        255.0,
+    ]
     for value in (-0.5, 255.5, float("nan"), "5"):
         with pytest.raises(CncError):
             byte.convert(value, "a", 0)

@@ -30,11 +30,20 @@ class Shown:
             for batch in program.batches()
             for block in blocks(batch, start, cell.axis_names, cell.main_axes)
         ]
-        self.codes = [(error.code, error.place.line) for error in program.errors]
-        self.warned = [(warning.code, warning.place.line) for warning in program.reader.warnings]
+        self.codes = [
+            (error.code, error.place.line) for error in program.errors
+        ]
+        self.warned = [
+            (warning.code, warning.place.line)
+            for warning in program.reader.warnings
+        ]
 
     def ends(self, axes: str = "XYZ") -> list[list[float]]:
-        return [[block["end"][a] for a in axes] for block in self.blocks if "end" in block]
+        return [
+            [block["end"][a] for a in axes]
+            for block in self.blocks
+            if "end" in block
+        ]
 
 
 def reached(tmp_path, text: str, *points, cell: CellConfig = CELL) -> None:
@@ -168,7 +177,10 @@ def test_wrong_programs_are_refused(tmp_path, text, codes):
 )  # fmt: skip
 def test_refused_on_a_machine_with_kinematics(tmp_path, text, codes):
     """#PTP excludes changes of coordinates, directions and positions have to be in reach."""
-    assert Shown(tmp_path, text, load_config(FIVE_AXIS / "head_table.toml")).codes == codes
+    assert (
+        Shown(tmp_path, text, load_config(FIVE_AXIS / "head_table.toml")).codes
+        == codes
+    )
 
 
 def test_rotation_is_warned_of(tmp_path):
@@ -177,12 +189,19 @@ def test_rotation_is_warned_of(tmp_path):
     text = "#ROTATION ON [ANGLE=90]\nG00 X1\nG18\nX2 Z0 Y0\n#ROTATION ON [ANGLE=9]\nL CYCLE [NAME=c.nc @P1=1]\n"
     shown = Shown(tmp_path, text)
     assert (shown.codes, shown.warned) == ([], [(910110, 3), (910111, 6)])
-    assert np.abs(np.array(shown.ends()[:2]) - [(0, 1, 0), (2, 0, 0)]).max() < 1e-12
+    assert (
+        np.abs(np.array(shown.ends()[:2]) - [(0, 1, 0), (2, 0, 0)]).max()
+        < 1e-12
+    )
 
 
 def test_old_names_of_the_transformation(tmp_path):
     """#RTCP ON is #TRAFO ON, with a warning."""
-    shown = Shown(tmp_path, "#RTCP ON\n#RTCP OFF\n", load_config(FIVE_AXIS / "head_table.toml"))
+    shown = Shown(
+        tmp_path,
+        "#RTCP ON\n#RTCP OFF\n",
+        load_config(FIVE_AXIS / "head_table.toml"),
+    )
     assert shown.codes == []
     assert {code for code, _ in shown.warned} == {907040}
 
@@ -208,7 +227,12 @@ G00 X[P1] Y[P2] Z[P3*10+P4]
 """
     shown = Shown(tmp_path, text)
     assert shown.codes == []
-    assert np.abs(np.array(shown.ends())[[0, 3]] - [(11111, 30, 23), (0, 10, 55)]).max() < 1e-9
+    assert (
+        np.abs(
+            np.array(shown.ends())[[0, 3]] - [(11111, 30, 23), (0, 10, 55)]
+        ).max()
+        < 1e-9
+    )
 
 
 def test_circles_in_planes_parallel_to_axes_stay_circles(tmp_path):
@@ -218,7 +242,10 @@ def test_circles_in_planes_parallel_to_axes_stay_circles(tmp_path):
         "#CS ON [0,0,0,0,0,30]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 J0"
     )
     arcs = [b for b in Shown(tmp_path, text).blocks if b["type"] == "circular"]
-    assert (arcs[0]["plane"], arcs[0]["center"]) == ("ZX", {"Z": 3.0, "X": 11.0})
+    assert (arcs[0]["plane"], arcs[0]["center"]) == (
+        "ZX",
+        {"Z": 3.0, "X": 11.0},
+    )
     assert arcs[0]["angle"] == pytest.approx(-1.5 * np.pi, abs=1e-6)
     assert arcs[1]["plane"] == "XY"
     assert arcs[1]["center"] == pytest.approx({"X": 5 * C30, "Y": 2.5})
@@ -237,16 +264,29 @@ def test_circles_in_tilted_planes_are_exact_quintics(tmp_path):
         pieces = [b for b in shown.blocks if b["line"] == line]
         length = np.hypot(radius * sweep, rise)
         assert {p["type"] for p in pieces} == {"polynomial"}
-        assert sum(p["length"] for p in pieces) == pytest.approx(length, abs=1e-9)
+        assert sum(p["length"] for p in pieces) == pytest.approx(
+            length, abs=1e-9
+        )
         done, first = 0.0, np.arctan2(-centre[1], -centre[0])
         for piece in pieces:
             s = np.linspace(0, piece["s"], 41)
-            found = np.column_stack([np.polynomial.polynomial.polyval(s, piece["coeff"][a]) for a in "XYZ"])
+            found = np.column_stack(
+                [
+                    np.polynomial.polynomial.polyval(s, piece["coeff"][a])
+                    for a in "XYZ"
+                ]
+            )
             angle = first + sweep * (done + s) / length
             exact = np.column_stack(
-                [centre[0] + radius * np.cos(angle), centre[1] + radius * np.sin(angle), rise * (done + s) / length]
+                [
+                    centre[0] + radius * np.cos(angle),
+                    centre[1] + radius * np.sin(angle),
+                    rise * (done + s) / length,
+                ]
             )
-            assert np.abs(turn.inv().apply(found - (5, 6, 7)) - exact).max() < 1e-6
+            assert (
+                np.abs(turn.inv().apply(found - (5, 6, 7)) - exact).max() < 1e-6
+            )
             done += piece["s"]
 
 
@@ -254,18 +294,29 @@ def test_ptp_drives_lines_of_the_axes(tmp_path):
     """The end is the programmed one, the way between is straight for the axes, rapid or at F along them."""
     cell = load_config(FIVE_AXIS / "head_table.toml")
     path = tmp_path / "a.nc"
-    path.write_text("#TRAFO ON\nG00 X0 Y0 Z50\n#PTP ON\nG00 X40 Y10 B60 C90\nG01 B10 F600\n#PTP OFF\nG01 X41 F600\n")
+    path.write_text(
+        "#TRAFO ON\nG00 X0 Y0 Z50\n#PTP ON\nG00 X40 Y10 B60 C90\nG01 B10 F600\n#PTP OFF\nG01 X41 F600\n"
+    )
     program = Program(path, cell, "isg")
     rows = np.concatenate([b.rows for b in program.batches()])
     kin = cell.kinematic_machines[9]
-    lines = rows[(rows["type"] == 1) & (rows["flags"] & PIECE == 0) & np.isin(rows["line"], (4, 5))]
+    lines = rows[
+        (rows["type"] == 1)
+        & (rows["flags"] & PIECE == 0)
+        & np.isin(rows["line"], (4, 5))
+    ]
     assert len(lines) == 2
     tips = kin.forward(lines["end"][:, :5], 0.0).tip
     assert np.abs(tips - (40, 10, 50)).max() < 1e-9
-    assert lines["length"][0] == pytest.approx(np.linalg.norm(lines["end"][0, :3] - rows[1]["end"][:3]))
+    assert lines["length"][0] == pytest.approx(
+        np.linalg.norm(lines["end"][0, :3] - rows[1]["end"][:3])
+    )
     assert lines["feed"].tolist() == [0.0, 10.0]
     last = rows[rows["line"] == 7][-1]
-    assert np.abs(kin.forward(last["end"][:5], 0.0).tip - (41, 10, 50)).max() < 1e-9
+    assert (
+        np.abs(kin.forward(last["end"][:5], 0.0).tip - (41, 10, 50)).max()
+        < 1e-9
+    )
 
 
 def test_trafo_keeps_the_machine_where_it_stands(tmp_path):
@@ -289,7 +340,11 @@ G01 X[P1] Y[P2] Z[P3+P4]
     tip = kin.forward(stood).tip[0]
     moved = kin.driven(np.array([*np.add(tip, (0.5, 0, 0)), 40, 30]), 0.0)[0]
     with_tool = kin.forward(moved, 80.0).tip[0]
-    assert np.allclose(shown.ends()[-1], (tip[0], tip[2], with_tool[2] + moved[2] + 80), atol=1e-9)
+    assert np.allclose(
+        shown.ends()[-1],
+        (tip[0], tip[2], with_tool[2] + moved[2] + 80),
+        atol=1e-9,
+    )
     assert np.allclose(shown.blocks[-1]["start"]["X"], moved[0])
 
 
@@ -320,17 +375,28 @@ def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
     text = "G00 X100 Y20 Z300 B20 C10\n#TLC ON [12]\nG01 X150 Y-30 Z280 F2000\n"
     text += "G01 X120 Z310 B70 C-50\n#TLC OFF\nG01 X0\n"
     path.write_text(text)
-    rows = np.concatenate([b.rows for b in Program(path, cell, "isg").batches()])
+    rows = np.concatenate(
+        [b.rows for b in Program(path, cell, "isg").batches()]
+    )
     driven = rows[(rows["type"] <= 3) & (rows["flags"] & PIECE != 0)]
     kin = cell.kinematic_machines[9]
-    for line, point in ((3, (150, -30, 280, 20, 10)), (4, (120, -30, 310, 70, -50))):
+    for line, point in (
+        (3, (150, -30, 280, 20, 10)),
+        (4, (120, -30, 310, 70, -50)),
+    ):
         end = driven[driven["line"] == line][-1]["end"][:5]
         tip = kin.forward(np.array(point, float), 50.0).tip
         assert np.abs(kin.forward(end, 62.0).tip - tip).max() < 1e-9
-    assert Shown(tmp_path, text, cell).ends()[1:3] == [[150, -30, 280], [120, -30, 310]]
+    assert Shown(tmp_path, text, cell).ends()[1:3] == [
+        [150, -30, 280],
+        [120, -30, 310],
+    ]
     wrong = "#TLC ON [1]\n#TRAFO ON\n#TLC OFF\n#TRAFO ON\n#TLC ON [1]\n"
     assert Shown(tmp_path, wrong, cell).codes == [(20669, 2), (20669, 5)]
-    assert Shown(tmp_path, "#TLC ON [1]\n#TLC ON\n").codes == [(292005, 1), (900010, 2)]
+    assert Shown(tmp_path, "#TLC ON [1]\n#TLC ON\n").codes == [
+        (292005, 1),
+        (900010, 2),
+    ]
 
 
 def test_tool_orientation_without_a_transformation(tmp_path):
@@ -346,37 +412,56 @@ def test_tool_orientation_without_a_transformation(tmp_path):
 
 def test_tools_choose_their_kinematic(tmp_path):
     """P-TOOL-00011: D takes over the tool's kinematic, under another active one it is refused."""
-    text = (FIVE_AXIS / "head_table.toml").read_text() + "[tools.2]\nkin_id = 4\n[kinematics.4]\n"
+    text = (
+        FIVE_AXIS / "head_table.toml"
+    ).read_text() + "[tools.2]\nkin_id = 4\n[kinematics.4]\n"
     cell = parse_config(text + 'type = "head-table"\nrotary = ["C", "B"]\n')
-    assert Shown(tmp_path, "D2\n#TRAFO ON\n#TRAFO OFF\n#KIN ID[9]\n#TRAFO ON\nD2\n", cell).codes == [(20990, 6)]
+    assert Shown(
+        tmp_path, "D2\n#TRAFO ON\n#TRAFO OFF\n#KIN ID[9]\n#TRAFO ON\nD2\n", cell
+    ).codes == [(20990, 6)]
 
 
 def test_a_machine_without_z_turns_in_its_plane(tmp_path):
     """Turns about Z need X and Y alone; others, and shifts along Z, are refused."""
     cell = parse_config("[axes.X]\n[axes.Y]\n[axes.C]\nkind='rotary'\n")
     text = "#CS ON [10,0,0,0,0,90]\nG00 X5 Y0\nG02 X15 I5 F100\n"
-    text += "#CONTOUR MODE [DEV PATH_DEV=0.1]\nG261\nG01 X20\nY10\nX0\n#CS OFF\n"
+    text += (
+        "#CONTOUR MODE [DEV PATH_DEV=0.1]\nG261\nG01 X20\nY10\nX0\n#CS OFF\n"
+    )
     shown = Shown(tmp_path, text, cell)
     assert shown.codes == []
     assert np.allclose(shown.ends("XY")[:2], [(10, 5), (10, 15)])
     arc = shown.blocks[1]
-    assert (arc["plane"], arc["center"]) == ("XY", pytest.approx({"X": 10.0, "Y": 10.0}))
+    assert (arc["plane"], arc["center"]) == (
+        "XY",
+        pytest.approx({"X": 10.0, "Y": 10.0}),
+    )
     curves = [b for b in shown.blocks if b["type"] == "polynomial"]
     assert len(curves) >= 4
     for curve in curves:
-        first = [np.polynomial.polynomial.polyval(0.0, curve["coeff"][a]) for a in "XY"]
+        first = [
+            np.polynomial.polynomial.polyval(0.0, curve["coeff"][a])
+            for a in "XY"
+        ]
         assert np.allclose(first, [curve["start"][a] for a in "XY"], atol=1e-9)
-    assert Shown(tmp_path, "#CS ON [0,0,1]\n#CS ON [0,0,0,90,0,0]\n", cell).codes == [(900016, 1), (900016, 2)]
+    assert Shown(
+        tmp_path, "#CS ON [0,0,1]\n#CS ON [0,0,0,90,0,0]\n", cell
+    ).codes == [(900016, 1), (900016, 2)]
 
 
 def test_scaled_circles(tmp_path):
     """Centre, radius and pitch grow with the words, in the scanner and in the parser; the tool radius does not."""
-    text = "#SCALE ON [X2 Y2 Z2]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 F100\nG03 X20 R5\n"
+    text = (
+        "#SCALE ON [X2 Y2 Z2]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 F100\nG03 X20 R5\n"
+    )
     text += "P1=1 G02 X30 Y0 Z6 R[5*P1]\nG41 D1 G01 X40 Y0\nX50\nG40 X60\n"
     shown = Shown(tmp_path, text)
     assert shown.codes == []
     arcs = [b for b in shown.blocks if b["type"] == "circular"]
-    assert [(b["radius"], b["center"]["X"], b["end"]["X"], b["end"]["Z"]) for b in arcs] == [
+    assert [
+        (b["radius"], b["center"]["X"], b["end"]["X"], b["end"]["Z"])
+        for b in arcs
+    ] == [
         (10, 10, 20, 0),
         (10, 30, 40, 0),
         (10, 50, 60, 12),

@@ -3,7 +3,17 @@
 import numpy as np
 import pytest
 
-from cnc_core.blocks import EXACT_STOP, FLUSH, HAS_VALUE, LINEAR, MARKER, RAPID, STANDSTILL, WAIT, M
+from cnc_core.blocks import (
+    EXACT_STOP,
+    FLUSH,
+    HAS_VALUE,
+    LINEAR,
+    MARKER,
+    RAPID,
+    STANDSTILL,
+    WAIT,
+    M,
+)
 from cnc_core.errors import CncError
 from cnc_core.frontend import create, detect
 from cnc_core.frontend.base.source import Source
@@ -30,7 +40,9 @@ def front_end(tmp_path):
     def make(text, **options):
         path = tmp_path / "program.nc"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        made.append(IsgFrontEnd(path, MACHINE, OfflinePort(MACHINE.start), **options))
+        made.append(
+            IsgFrontEnd(path, MACHINE, OfflinePort(MACHINE.start), **options)
+        )
         return made[-1]
 
     yield make
@@ -40,7 +52,9 @@ def front_end(tmp_path):
 
 def rows_of(reader, rows=100):
     """All rows of a program in one array."""
-    return np.concatenate([b.rows for b in read_all(reader, rows) if not isinstance(b, Wait)])
+    return np.concatenate(
+        [b.rows for b in read_all(reader, rows) if not isinstance(b, Wait)]
+    )
 
 
 def error_of(reader):
@@ -102,7 +116,11 @@ def test_collecting_reports_all_errors(front_end):
 def test_error_in_continuation_names_its_physical_line(front_end):
     """An error behind a line break points at the line the user sees."""
     error = error_of(front_end("G00 X1 \\\n  Y[2 + \\\n  QQ]\n"))
-    assert (error.place.line, error.place.column, error.place.source) == (3, 3, "  QQ]")
+    assert (error.place.line, error.place.column, error.place.source) == (
+        3,
+        3,
+        "  QQ]",
+    )
 
 
 def test_program_lines(front_end):
@@ -123,7 +141,9 @@ def test_program_lines(front_end):
 def test_program_end(front_end, end):
     """Nothing behind the program end is read; the motion of its block is driven first."""
     rows = rows_of(front_end(f"G00 X1 {end}\nX2\n"))
-    assert rows["type"].tolist() == ([LINEAR, M] if end in ("M02", "M30") else [LINEAR])
+    assert rows["type"].tolist() == (
+        [LINEAR, M] if end in ("M02", "M30") else [LINEAR]
+    )
 
 
 def test_functions_and_values(front_end):
@@ -145,7 +165,12 @@ def test_axis_names_of_several_letters(front_end):
 def test_exact_stop(front_end):
     """G60 stops at the end of its block, G360 at every one, G359 ends that; plain lines follow too."""
     rows = rows_of(front_end("G00 G60 X1\nX2\nG360\nX3\nG359 X4\n"))
-    assert (rows["flags"] & EXACT_STOP != 0).tolist() == [True, False, True, False]
+    assert (rows["flags"] & EXACT_STOP != 0).tolist() == [
+        True,
+        False,
+        True,
+        False,
+    ]
 
 
 @pytest.mark.parametrize(

@@ -44,10 +44,16 @@ def test_program_takes_lenient(tmp_path):
         assert len(program.errors) == errors
 
 
-@pytest.mark.parametrize(("mask", "x"), [(0, [1, 2, 3, 4]), (1, [1, 3]), (2, [1, 2, 4]), (0x3FF, [1])])
+@pytest.mark.parametrize(
+    ("mask", "x"),
+    [(0, [1, 2, 3, 4]), (1, [1, 3]), (2, [1, 2, 4]), (0x3FF, [1])],
+)
 def test_skip_levels(tmp_path, mask, x):
     """Blocks of the levels that are on are not executed; / alone is level 1."""
-    assert Run("G00 X1\n/X2\n/2 N20 X3\n/1 X4\n", tmp_path, skip=mask).x() == x[: 2 if mask == 1 else None]
+    assert (
+        Run("G00 X1\n/X2\n/2 N20 X3\n/1 X4\n", tmp_path, skip=mask).x()
+        == x[: 2 if mask == 1 else None]
+    )
 
 
 def test_skipped_statements_open_nothing(tmp_path):
@@ -74,7 +80,9 @@ def test_m19_with_position(tmp_path):
 
 def test_mirroring_swaps_the_compensated_side(tmp_path):
     """With one axis mirrored, G41 works on the other side: the radius of the row is negative."""
-    rows = Run("D1 G21 G00 X0 Y0\nG41 G01 F100 X10\nX20\nG40 X30\n", tmp_path).rows
+    rows = Run(
+        "D1 G21 G00 X0 Y0\nG41 G01 F100 X10\nX20\nG40 X30\n", tmp_path
+    ).rows
     assert rows["value"][rows["type"] == 15].tolist()[0] == -5.0
 
 
@@ -125,7 +133,13 @@ def test_external_places_follow_the_configuration():
         '[external.A]\n[external."S.B"]\nsize = 3\n[external.T]\ntype = "STRING"\ncharacters = 30\n'
         '[external.G]\nscope = "global"\n[external.C]\n'
     )
-    assert {n: v.number for n, v in cell.externals.items()} == {"A": 1, "S.B": 2, "T": 5, "G": 1, "C": 7}
+    assert {n: v.number for n, v in cell.externals.items()} == {
+        "A": 1,
+        "S.B": 2,
+        "T": 5,
+        "G": 1,
+        "C": 7,
+    }
     for wrong in (
         "[external.A]\nblock = 1\n[external.B]\nblock = 1",
         "[external.A]\nsize = 900\n[external.B]\nsize = 101",
@@ -148,16 +162,34 @@ def test_zero_offsets_and_user_codes_of_the_cell(tmp_path):
         '[channel]\nm6_program = "t.nc"\nskip_levels = [1]\ng_programs = { 80 = "u.nc" }\n[zero_offsets.1]\nX = 10.0\n'
     )
     program = Program(tmp_path / "a.nc", cell)
-    ends = [row["end"][:3].tolist() for batch in program.batches() for row in batch.rows if row["type"] == 1]
+    ends = [
+        row["end"][:3].tolist()
+        for batch in program.batches()
+        for row in batch.rows
+        if row["type"] == 1
+    ]
     assert ends == [[3, 0, 0], [3, 0, 4], [11, 0, 4]]
 
 
 # ------------------------------------------------------------------------------------------------ the tables
 def _rows(heading: str) -> list[tuple[str, str]]:
     """(first cell, first word of the second one) of the table below a heading of docs/isg.md."""
-    section = docs_page("isg.md").read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
-    cells = [line.split("|")[1:3] for line in section.splitlines() if line.startswith("|")]
-    return [(a.strip(), re.split(r"\W", b.strip())[0]) for a, b in cells if not a.strip().startswith("---")][1:]
+    section = (
+        docs_page("isg.md")
+        .read_text()
+        .split(f"\n## {heading}\n")[1]
+        .split("\n## ")[0]
+    )
+    cells = [
+        line.split("|")[1:3]
+        for line in section.splitlines()
+        if line.startswith("|")
+    ]
+    return [
+        (a.strip(), re.split(r"\W", b.strip())[0])
+        for a, b in cells
+        if not a.strip().startswith("---")
+    ][1:]
 
 
 def test_every_g_function_stands_in_the_docs_as_it_is_in_the_code():
@@ -168,8 +200,17 @@ def test_every_g_function_stands_in_the_docs_as_it_is_in_the_code():
             for code in range(int(first), int(last or first) + 1):
                 assert code not in found, f"G{code} twice"
                 found[code] = state
-    works = {4, *gcodes.EFFECTS, *gcodes.COMPENSATION, *gcodes.EXECUTED, *gcodes.INITIAL, *gcodes.USER_CODES}
-    wanted = dict.fromkeys(works, "works") | dict.fromkeys(gcodes.STORED, "stored")
+    works = {
+        4,
+        *gcodes.EFFECTS,
+        *gcodes.COMPENSATION,
+        *gcodes.EXECUTED,
+        *gcodes.INITIAL,
+        *gcodes.USER_CODES,
+    }
+    wanted = dict.fromkeys(works, "works") | dict.fromkeys(
+        gcodes.STORED, "stored"
+    )
     wanted |= dict.fromkeys(gcodes.REFUSED, "refused")
     assert found == wanted
     assert not gcodes.STORED & gcodes.REFUSED
@@ -186,17 +227,29 @@ def test_every_command_stands_in_the_docs_as_it_is_in_the_code():
     assert found == command_table.TABLE
 
 
-SEVERAL_LINES = {"VAR", "ENDVAR", "IF", "ELSE", "ENDIF", "COMMENT BEGIN", "COMMENT END"}
+SEVERAL_LINES = {
+    "VAR",
+    "ENDVAR",
+    "IF",
+    "ELSE",
+    "ENDIF",
+    "COMMENT BEGIN",
+    "COMMENT END",
+}
 
 
-@pytest.mark.parametrize("name", sorted(set(command_table.TABLE) - SEVERAL_LINES))
+@pytest.mark.parametrize(
+    "name", sorted(set(command_table.TABLE) - SEVERAL_LINES)
+)
 def test_every_command_does_what_its_table_says(tmp_path, name):
     """Refused commands are refused by name, stored ones say so once, the others are known."""
     run = Run(f"#{name}\n", tmp_path)
     state = command_table.TABLE[name]
     if state == command_table.REFUSED:
         assert run.codes == [900003]
-        assert re.match(r"[A-Z ]+", name)[0].strip() in run.reader.errors[0].text
+        assert (
+            re.match(r"[A-Z ]+", name)[0].strip() in run.reader.errors[0].text
+        )
     elif state == command_table.STORED:
         assert (run.codes, run.warned[-1]) == ([], 907042)
     else:

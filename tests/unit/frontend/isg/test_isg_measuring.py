@@ -14,7 +14,10 @@ CELL = '[axes.X]\n[axes.Y]\n[axes.Z]\n[channel.m_synch]\n50 = "MNE_SNS"\n51 = "M
 def rows_of(folder, text, probe="[probe]\nX = 30.0\n"):
     path = folder / "part.nc"
     path.write_text("G90 F1000\n" + text)
-    batches = [batch.rows.copy() for batch in Program(path, parse_config(CELL + probe), "isg").batches()]
+    batches = [
+        batch.rows.copy()
+        for batch in Program(path, parse_config(CELL + probe), "isg").batches()
+    ]
     return np.concatenate(batches)
 
 
@@ -24,11 +27,16 @@ def test_the_function_stands_where_the_probe_trips(tmp_path):
     assert rows["type"].tolist() == [1, M, 1, 1]
     assert rows["end"][0, :2].tolist() == [30, 15]
     assert rows["end"][2, :2].tolist() == [40, 20]
-    assert rows["length"][0] + rows["length"][2] == pytest.approx(np.hypot(40, 20))
+    assert rows["length"][0] + rows["length"][2] == pytest.approx(
+        np.hypot(40, 20)
+    )
     assert len(set(rows["line"][:3].tolist())) == 1
 
 
-@pytest.mark.parametrize(("text", "probe"), [("G01 X20 M50\n", "[probe]\nX = 30.0\n"), ("G01 X40 M50\n", "")])
+@pytest.mark.parametrize(
+    ("text", "probe"),
+    [("G01 X20 M50\n", "[probe]\nX = 30.0\n"), ("G01 X40 M50\n", "")],
+)
 def test_without_the_event_it_stands_behind_the_motion(tmp_path, text, probe):
     """The motion does not reach the probe, or there is none."""
     assert rows_of(tmp_path, text, probe)["type"].tolist() == [1, M]

@@ -16,7 +16,9 @@ CELL = "[axes.X]\nmin_mm = -200\nmax_mm = 200\n[axes.Y]\n[axes.Z]\n[axes.U]\n[ax
 def program_of(tmp_path, text, **options):
     (tmp_path / "cell.toml").write_text(CELL)
     (tmp_path / "a.nc").write_text(text + "\nM30\n")
-    return Program(tmp_path / "a.nc", load_config(tmp_path / "cell.toml"), **options)
+    return Program(
+        tmp_path / "a.nc", load_config(tmp_path / "cell.toml"), **options
+    )
 
 
 def rows_of(tmp_path, text):
@@ -33,7 +35,10 @@ def feeds(tmp_path, text):
     ("text", "wanted"),
     [
         ("S600 G33 Z-10 K2", [20]),
-        ("S600 G33 Z-10 K-2\nZ-20\nX5 Z-30", [20, 20, 20 * math.hypot(10, 5) / 10]),
+        (
+            "S600 G33 Z-10 K-2\nZ-20\nX5 Z-30",
+            [20, 20, 20 * math.hypot(10, 5) / 10],
+        ),
         ("S600 G33 X10 I1", [10]),
         ("S600 G33 Z-10 K2\nG01 Z0 F600\nZ5", [20, 10, 10]),
         ("F300 S100\nG63 Z-5 F150\nG01 Z0", [2.5, 2.5]),
@@ -49,7 +54,9 @@ def test_feed_is_speed_times_pitch(tmp_path, text, wanted):
 
 def test_plain_lines_of_a_thread_are_not_taken_for_g01(tmp_path):
     """The scanner leaves them to the parser."""
-    assert feeds(tmp_path, "F60 S600 G33 Z-10 K2\nN20 Z-20\nN30 Z-30\nG01 Z0") == pytest.approx([20, 20, 20, 1])
+    assert feeds(
+        tmp_path, "F60 S600 G33 Z-10 K2\nN20 Z-20\nN30 Z-30\nG01 Z0"
+    ) == pytest.approx([20, 20, 20, 1])
 
 
 @pytest.mark.parametrize(
@@ -85,22 +92,29 @@ def test_cutting_speed_follows_the_diameter(tmp_path):
     text = "G00 X50\nG196 S2000\nG96 S100\nG01 X25 F100\nG00 X10\nG01 X1\nG97\nX2\nS500 X3"
     rows = rows_of(tmp_path, text)
     speeds = rows["value"][rows["type"] == S]
-    assert speeds == pytest.approx([1e5 / (math.pi * 100), 1e5 / (math.pi * 50), 2000, 500])
+    assert speeds == pytest.approx(
+        [1e5 / (math.pi * 100), 1e5 / (math.pi * 50), 2000, 500]
+    )
 
 
 def test_feed_per_turn_uses_the_speed_of_the_block(tmp_path):
     """G95 with G96."""
     wanted = 0.1 * 1e5 / (math.pi * 40) / 60
-    assert feeds(tmp_path, "G00 X50\nG96 S100\nG95 F0.1 G01 X20")[1] == pytest.approx(wanted)
+    assert feeds(tmp_path, "G00 X50\nG96 S100\nG95 F0.1 G01 X20")[
+        1
+    ] == pytest.approx(wanted)
 
 
 def test_software_limits_of_the_program(tmp_path):
     """G98, G99 hold from their block on; above the machine's own: warning and the machine's."""
-    program = program_of(tmp_path, "G01 X-150 F1000\nG98 X-100\nX-90\nX-110", collect=True)
+    program = program_of(
+        tmp_path, "G01 X-150 F1000\nG98 X-100\nX-90\nX-110", collect=True
+    )
     list(program.batches())
     assert [(e.code, e.place.line) for e in program.errors] == [(903001, 4)]
     program = program_of(
-        tmp_path, "G99 X500\nP1 = V.A.+SWE.X\nP2 = V.A.+SWE_MDS.X\nG91 G99 X-20\nP3 = V.A.+SWE.X\nG90 X=P3 F1 G01"
+        tmp_path,
+        "G99 X500\nP1 = V.A.+SWE.X\nP2 = V.A.+SWE_MDS.X\nG91 G99 X-20\nP3 = V.A.+SWE.X\nG90 X=P3 F1 G01",
     )
     assert len(list(program.batches())) == 1 or True
     assert [w.code for w in program.reader.warnings] == [21648]

@@ -5,7 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from cnc_core.blocks import COMPENSATION, DWELL, EXACT_STOP, LINEAR, STANDSTILL, M, S, T
+from cnc_core.blocks import (
+    COMPENSATION,
+    DWELL,
+    EXACT_STOP,
+    LINEAR,
+    STANDSTILL,
+    M,
+    S,
+    T,
+)
 from cnc_core.config import CellConfig
 from cnc_core.errors import CncError
 from cnc_core.frontend import create, detect
@@ -33,7 +42,12 @@ def read(tmp_path):
     def run(text, **options):
         path = tmp_path / "program.ngc"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        reader = IsoFrontEnd(path, MACHINE, OfflinePort(MACHINE.start, options.pop("switches", 0)), **options)
+        reader = IsoFrontEnd(
+            path,
+            MACHINE,
+            OfflinePort(MACHINE.start, options.pop("switches", 0)),
+            **options,
+        )
         batches = [batch.rows for batch in read_all(reader, 7)]
         return (np.concatenate(batches) if batches else np.empty(0)), reader
 
@@ -103,7 +117,18 @@ def test_backslash_joins_nothing(read):
 def test_order_of_execution(read):
     """Feed, speed, tool, spindle, coolant, dwell, compensation, motion, stop: whatever the order in the text."""
     rows, _ = read("M1 X9 G1 G41 D1 G4 P2 M8 M3 M6 T1 S500 F60 M10")
-    assert rows["type"].tolist() == [S, T, M, M, M, M, DWELL, COMPENSATION, LINEAR, M]
+    assert rows["type"].tolist() == [
+        S,
+        T,
+        M,
+        M,
+        M,
+        M,
+        DWELL,
+        COMPENSATION,
+        LINEAR,
+        M,
+    ]
     assert rows["code"][rows["type"] == M].tolist() == [6, 3, 8, 10, 1]
     assert rows["feed"][-2] == 1.0
 
@@ -118,7 +143,12 @@ def test_exact_stop(read):
     """G61 and G61.1 stop at every end, G64 ends that."""
     rows, _ = read("G61 G0 X5\nX6\nG64 P0.1 X7\nG61.1\nX8")
     rows = rows[rows["type"] == LINEAR]
-    assert (rows["flags"] & EXACT_STOP > 0).tolist() == [True, True, False, True]
+    assert (rows["flags"] & EXACT_STOP > 0).tolist() == [
+        True,
+        True,
+        False,
+        True,
+    ]
 
 
 def test_inverse_time(read):
@@ -141,7 +171,11 @@ def test_compensation_takes_the_tool(read):
 
 def test_nothing_in_the_way_of_compensation(read):
     """Change of plane, cycles and G28 while it is active are refused."""
-    for line, code in (("G18", 20133), ("F9 G81 X1 Z-5 R4", 906003), ("G28", 906003)):
+    for line, code in (
+        ("G18", 20133),
+        ("F9 G81 X1 Z-5 R4", 906003),
+        ("G28", 906003),
+    ):
         assert error_of(read, f"G41 D1\nG0 X5\n{line}").code == code
 
 
@@ -156,7 +190,12 @@ def test_machine_without_tools(tmp_path):
     path = tmp_path / "p.ngc"
     path.write_text("G0 G43 H4 Z5")
     port = OfflinePort(np.zeros(3))
-    reader = create("iso", path, ProgramMachine(("X", "Y", "Z"), (False,) * 3, (0, 1, 2), np.zeros(3)), port)
+    reader = create(
+        "iso",
+        path,
+        ProgramMachine(("X", "Y", "Z"), (False,) * 3, (0, 1, 2), np.zeros(3)),
+        port,
+    )
     assert next(iter(read_all(reader))).rows["end"][0][2] == 5.0
     assert [w.code for w in reader.warnings] == [908006]
     assert "length of tool 4 is taken as 0" in port.messages[0]
@@ -165,7 +204,13 @@ def test_machine_without_tools(tmp_path):
 def test_home_is_the_start(read):
     """G28 goes by the programmed point to the machine's start, of the named axes or of all."""
     rows, _ = read("G0 X9 Y9 Z9\nG28 Z20\nG28\nX5\n")
-    assert rows["end"][:, :3].tolist() == [[9, 9, 9], [9, 9, 20], [9, 9, 3], [1, 2, 3], [5, 2, 3]]
+    assert rows["end"][:, :3].tolist() == [
+        [9, 9, 9],
+        [9, 9, 20],
+        [9, 9, 3],
+        [1, 2, 3],
+        [5, 2, 3],
+    ]
 
 
 def test_parameters_set_behind_the_line(read):
@@ -176,8 +221,12 @@ def test_parameters_set_behind_the_line(read):
 
 def test_retract_levels(read):
     """G98 goes back to the level before the series of cycles, G99 to R; the series ends with another motion."""
-    rows, _ = read("F60 G0 Z30\nG99 G81 X5 Z-1 R2\nG98 X6\nG80\nG0 Z10\nG81 X7 Z-1 R2\n")
-    ends = {line: rows[rows["line"] == line]["end"][-1][2] for line in (2, 3, 6)}
+    rows, _ = read(
+        "F60 G0 Z30\nG99 G81 X5 Z-1 R2\nG98 X6\nG80\nG0 Z10\nG81 X7 Z-1 R2\n"
+    )
+    ends = {
+        line: rows[rows["line"] == line]["end"][-1][2] for line in (2, 3, 6)
+    }
     assert ends == {2: 2.0, 3: 30.0, 6: 10.0}
 
 
@@ -196,13 +245,19 @@ def test_deep_nesting(read):
 
 def test_extensions(tmp_path):
     """CAM extensions stand for this dialect, .nc does not."""
-    assert {detect(tmp_path / f"a{e}") for e in (".ngc", ".TAP", ".iso", ".gcode", ".cnc")} == {"iso"}
+    assert {
+        detect(tmp_path / f"a{e}")
+        for e in (".ngc", ".TAP", ".iso", ".gcode", ".cnc")
+    } == {"iso"}
     assert detect(tmp_path / "a.nc") == "isg"
 
 
 def test_the_tolerance_of_g64_is_used(tmp_path):
     """G64 P: the path may leave the contour by P, in the unit of the program; G61 and G64 without P end it."""
-    wave = "".join(f"X{0.1 * i:.2f} Y{round(3 * math.sin(i / 20), 3)}\n" for i in range(200))
+    wave = "".join(
+        f"X{0.1 * i:.2f} Y{round(3 * math.sin(i / 20), 3)}\n"
+        for i in range(200)
+    )
     text = f"G21 G90 G64 P0.02\nG1 F3000 X0 Y0\n{wave}G61\nX0 Y0\nG20 G64 P0.001\nG64\nX1\nM2\n"
     path = tmp_path / "part.ngc"
     path.write_text(text)

@@ -22,11 +22,16 @@ STILL = [
 def test_programs_that_go_round_without_motion(tmp_path, text, collect):
     """State and place come again: error 907001 after a few passes, in ``check`` too."""
     if collect:
-        assert [error.code for error in run(tmp_path, text, collect=True).errors] == [907001]
+        assert [
+            error.code for error in run(tmp_path, text, collect=True).errors
+        ] == [907001]
         return
     with pytest.raises(CncError) as caught:
         run(tmp_path, text)
-    assert (caught.value.code, "comes back" in str(caught.value)) == (907001, True)
+    assert (caught.value.code, "comes back" in str(caught.value)) == (
+        907001,
+        True,
+    )
 
 
 def test_a_counting_loop_ends_by_number_of_blocks(tmp_path, monkeypatch):
@@ -39,19 +44,30 @@ def test_a_counting_loop_ends_by_number_of_blocks(tmp_path, monkeypatch):
 
 def test_endless_motion_ends_the_check_with_a_warning(tmp_path):
     """Parts without end are no mistake; what stands behind the jump is compiled, subprograms there are no error."""
-    out = run(tmp_path, "@A\nG1X10\nX0\nGOTO 1\nG1X5 Q\n@S\nG1Y9\nRETURN\n", collect=True)
-    assert [(error.code, error.place.line) for error in out.errors] == [(900001, 5)]
+    out = run(
+        tmp_path,
+        "@A\nG1X10\nX0\nGOTO 1\nG1X5 Q\n@S\nG1Y9\nRETURN\n",
+        collect=True,
+    )
+    assert [(error.code, error.place.line) for error in out.errors] == [
+        (900001, 5)
+    ]
     assert [warning.code for warning in out.reader.warnings] == [909173]
     with pytest.raises(CncError) as caught:
         run(tmp_path, "@A\nG1X10\nX0\nGOTO 1\n")
     assert caught.value.code == 907001
 
 
-def test_a_counted_endless_program_is_not_followed_for_ever(tmp_path, monkeypatch):
+def test_a_counted_endless_program_is_not_followed_for_ever(
+    tmp_path, monkeypatch
+):
     """Every pass differs: after a number of jumps the check gives up with a warning."""
     monkeypatch.setattr(endless, "PASSES_CHECKED", 50)
     out = run(tmp_path, "@A\nG91\nG1X1\nGOTO A\n", collect=True)
-    assert (out.errors, [warning.code for warning in out.reader.warnings]) == ([], [909173])
+    assert (out.errors, [warning.code for warning in out.reader.warnings]) == (
+        [],
+        [909173],
+    )
 
 
 def test_a_counted_endless_program_is_not_planned_for_ever(tmp_path):
@@ -59,10 +75,19 @@ def test_a_counted_endless_program_is_not_planned_for_ever(tmp_path):
     text = "@A\nG91\nG1X1\nLOOP 90\n$A=$A+1\nEND_LOOP\nGOTO A\n"
     with pytest.raises(CncError) as caught:
         run(tmp_path, text, "[isons]\npasses_max = 70\n")
-    assert (caught.value.code, "70 times (isons.passes_max" in str(caught.value)) == (907001, True)
+    assert (
+        caught.value.code,
+        "70 times (isons.passes_max" in str(caught.value),
+    ) == (907001, True)
     long = "@A\nG91\nG1X1\n$N=$N+1\nIF $N<{}\nGOTO A\nEND_IF\n"
-    assert len(run(tmp_path, long.format(70), "[isons]\npasses_max = 70\n").moves) == 70
-    assert len(run(tmp_path, long.format(200), "[isons]\npasses_max = 0\n").moves) == 200
+    assert (
+        len(run(tmp_path, long.format(70), "[isons]\npasses_max = 70\n").moves)
+        == 70
+    )
+    assert (
+        len(run(tmp_path, long.format(200), "[isons]\npasses_max = 0\n").moves)
+        == 200
+    )
 
 
 @pytest.mark.parametrize(
@@ -82,11 +107,18 @@ def test_a_counted_endless_program_is_not_planned_for_ever(tmp_path):
 )
 def test_programs_that_change_something_are_left_alone(tmp_path, text):
     """Variables, position, timers, arrays, the list, origins, generic variables, feed, tables, positioners."""
-    assert run(tmp_path, text, "[isons]\npositioners = 2\n", collect=True).errors == []
+    assert (
+        run(tmp_path, text, "[isons]\npositioners = 2\n", collect=True).errors
+        == []
+    )
 
 
 def test_long_loops_are_followed_to_their_end(tmp_path, monkeypatch):
     """LOOP ends by itself, however often it comes back."""
     monkeypatch.setattr(endless, "PASSES_CHECKED", 50)
     out = run(tmp_path, "LOOP 300\nG1DX1\nEND_LOOP\nG1X5 Q\n", collect=True)
-    assert ([error.code for error in out.errors], out.reader.warnings, len(out.moves)) == ([900001], [], 300)
+    assert (
+        [error.code for error in out.errors],
+        out.reader.warnings,
+        len(out.moves),
+    ) == ([900001], [], 300)

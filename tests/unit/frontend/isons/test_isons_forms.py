@@ -45,14 +45,27 @@ def answered(folder, text, answers):
 
 def test_t09_formats_and_colours():
     """T-09."""
-    assert [printed(form, 103.2569, 0) for form in ("I", "F1", "F4")] == ["103", "103.2", "103.2569"]
-    assert (COLOURS[9], COLOURS[113], COLOURS[137], len(COLOURS)) == ("BLUE", "RED", "WHITE", 141)
+    assert [printed(form, 103.2569, 0) for form in ("I", "F1", "F4")] == [
+        "103",
+        "103.2",
+        "103.2569",
+    ]
+    assert (COLOURS[9], COLOURS[113], COLOURS[137], len(COLOURS)) == (
+        "BLUE",
+        "RED",
+        "WHITE",
+        141,
+    )
 
 
 def test_a_form_writes_its_variables(tmp_path):
     """Inputs write DEST inside MIN and MAX, buttons copy SOURCE, and the form goes on until a button closes it."""
     text = FORM + "$N=0\n@W\n$N=$N+1\nIF $N<3\nGOTO W\nEND_IF\n"
-    reader, port, _ = answered(tmp_path, text, [Answer({"IN1": 50.0}, "B1"), Answer({"IN1": 4.0}), Answer(press="B2")])
+    reader, port, _ = answered(
+        tmp_path,
+        text,
+        [Answer({"IN1": 50.0}, "B1"), Answer({"IN1": 4.0}), Answer(press="B2")],
+    )
     values = reader.store.scope.values
     assert (values["P"], values["D"], values["N"]) == (3, 4, 3)
     assert "label L1: 103.2 (FORECOLOR RED)" in port.messages[0]
@@ -65,17 +78,28 @@ def test_a_form_writes_its_variables(tmp_path):
 
 def test_inputs_are_shown_with_their_decimals(tmp_path):
     """NDECIMAL."""
-    text = "LIB_ADDINPUT I1\n$V=3.14159\nLIB_INPUTSETVALUE I1 $V\n{}LIB_SHOWFORM\n"
+    text = (
+        "LIB_ADDINPUT I1\n$V=3.14159\nLIB_INPUTSETVALUE I1 $V\n{}LIB_SHOWFORM\n"
+    )
     for places, shown in ((None, "3.14159"), (2, "3.14"), (0, "3")):
         line = "" if places is None else f"LIB_INPUTPROP I1 NDECIMAL {places}\n"
         _, port, _ = answered(tmp_path, text.format(line), [Answer()])
-        assert f"input I1: {shown}" in port.messages[0].replace(" (NDECIMAL", "\n(NDECIMAL").splitlines()[1]
+        assert (
+            f"input I1: {shown}"
+            in port.messages[0]
+            .replace(" (NDECIMAL", "\n(NDECIMAL")
+            .splitlines()[1]
+        )
 
 
 def test_messages_answer_in_x13(tmp_path):
     """0 OK, 1 YES, 2 NO; in the order of the script."""
     text = 'LIB_MESSAGE "a\\Nb" "cap" 1 3\n$A=$_X13\nLIB_MESSAGE a,cap,1,0\n$B=$_X13\nLIB_MESSAGE a cap 0 1\n$C=$_X13\n'
-    reader, port, _ = answered(tmp_path, text, [Answer(press="NO"), Answer(press="yes"), Answer(press="OK")])
+    reader, port, _ = answered(
+        tmp_path,
+        text,
+        [Answer(press="NO"), Answer(press="yes"), Answer(press="OK")],
+    )
     assert [reader.store.scope.values[name] for name in "ABC"] == [2, 1, 0]
     assert port.messages[0] == "LIB_MESSAGE cap: a\nb"
 
@@ -115,7 +139,10 @@ def test_an_input_has_no_caption(tmp_path):
         ("LIB_ADDLABEL L1\nLIB_LABELPRINT L1 G $A\n", 909151),
         ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 ALIGN 3\n", 909151),
         ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 DEST 3\n", 909151),
-        ("LIB_ADDINPUT I1\nLIB_INPUTPROP I1 MIN 10\nLIB_INPUTPROP I1 MAX 5\nLIB_SHOWFORM\n", 909151),
+        (
+            "LIB_ADDINPUT I1\nLIB_INPUTPROP I1 MIN 10\nLIB_INPUTPROP I1 MAX 5\nLIB_SHOWFORM\n",
+            909151,
+        ),
         ("LIB_FOO 3\n", 900002),
         ("LIB_ADDFORM X\n", 900002),
     ],
@@ -124,14 +151,20 @@ def test_wrong_dialogs(tmp_path, text, code):
     """Unknown objects and properties, values out of range."""
     with pytest.raises(CncError) as caught:
         run(tmp_path, text)
-    assert (caught.value.code, caught.value.place.line) == (code, text.count("\n"))
+    assert (caught.value.code, caught.value.place.line) == (
+        code,
+        text.count("\n"),
+    )
 
 
 def test_scripts(tmp_path):
     """Buttons by name, or inputs and a button; anything else is refused."""
     path = tmp_path / "a.json"
     path.write_text(json.dumps(["YES", {"set": {"in1": 2}, "press": "B"}]))
-    assert read_answers(path) == [Answer(press="YES"), Answer({"IN1": 2.0}, "B")]
+    assert read_answers(path) == [
+        Answer(press="YES"),
+        Answer({"IN1": 2.0}, "B"),
+    ]
     for value in ('"b"', "NaN", "-Infinity", "true"):
         path.write_text(f'[{{"set": {{"a": {value}}}}}]')
         with pytest.raises(CncError):

@@ -27,11 +27,19 @@ def test_the_same_rows_as_from_isg(tmp_path):
     """Kinds, actions, parameters, N numbers and geometry, row by row."""
     mine = run(tmp_path, "$A=3\n" + ISONS.format("$A*2")).rows
     path = tmp_path / "part.nc"
-    path.write_text("P1=3\n" + ISONS.replace("G60 G63 F3", "F3000").format("P1*2"))
+    path.write_text(
+        "P1=3\n" + ISONS.replace("G60 G63 F3", "F3000").format("P1*2")
+    )
     port = OfflinePort([0.0] * 4)
-    theirs = [row for batch in Program(path, parse_config(CELL), "isg", port).batches() for row in batch.rows]
+    theirs = [
+        row
+        for batch in Program(path, parse_config(CELL), "isg", port).batches()
+        for row in batch.rows
+    ]
     names = ("type", "code", "value", "n", "line", "length", "angle", "radius")
-    assert [[row[name] for name in names] for row in mine] == [[row[name] for name in names] for row in theirs]
+    assert [[row[name] for name in names] for row in mine] == [
+        [row[name] for name in names] for row in theirs
+    ]
     assert [int(row["type"]) for row in mine].count(MARKER) == 4
     assert [int(row["type"]) for row in mine].count(DISTANCE_RESET) == 1
 

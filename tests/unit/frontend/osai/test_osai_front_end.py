@@ -4,7 +4,15 @@ import re
 
 import numpy as np
 import pytest
-from support.osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
+from support.osai_programs import (
+    CELL_5,
+    SETUP_3,
+    SETUP_5,
+    Workshop,
+    changed,
+    curves,
+    value,
+)
 from support.paths import docs_page
 
 from cnc_core.blocks import EXACT_STOP, LINEAR, POLYNOMIAL, RAPID
@@ -37,7 +45,12 @@ def refusal(program):
     with pytest.raises(CncError) as caught:
         list(program.batches())
     place = caught.value.place
-    return caught.value.code, place.line, place.column, place.file.rpartition("/")[2]
+    return (
+        caught.value.code,
+        place.line,
+        place.column,
+        place.file.rpartition("/")[2],
+    )
 
 
 # programs
@@ -45,7 +58,9 @@ def refusal(program):
 
 def test_inline_profile(shop):
     """G61 .. G60 inline: curves through the points, standstill at its end, then the G functions of before."""
-    program = shop.program("G1 X5 F600\nG91\n(HSM,CONFIG1)\nG61\nX5Y0Z0\nX6\nX7Y1\nG60\nX1 Y-1\n")
+    program = shop.program(
+        "G1 X5 F600\nG91\n(HSM,CONFIG1)\nG61\nX5Y0Z0\nX6\nX7Y1\nG60\nX1 Y-1\n"
+    )
     rows = rows_of(program)
     assert rows["type"].tolist() == [LINEAR, POLYNOMIAL, POLYNOMIAL, LINEAR]
     assert rows["flags"][2] & EXACT_STOP
@@ -85,12 +100,18 @@ def test_variables(shop):
 def test_incremental_points(shop):
     """G91 counts from the point before."""
     rows = rows_of(shop.profile("X1Y1Z0F1000\nG91X1\nX1Y2\nG90X0"))
-    assert rows["end"][1:, :2] == pytest.approx(np.array([[2.0, 1.0], [3.0, 3.0], [0.0, 3.0]]))
+    assert rows["end"][1:, :2] == pytest.approx(
+        np.array([[2.0, 1.0], [3.0, 3.0], [0.0, 3.0]])
+    )
 
 
 def test_packed_words_and_numbers(shop):
     """Words need no blanks; N belongs to its line; lines of other words than points make no point."""
-    rows = rows_of(shop.profile("N002 G1 X0Y0Z0F6000\n\n; nothing\nN10X1.5Y-.5\nN002X2.\nF1200\nX3"))
+    rows = rows_of(
+        shop.profile(
+            "N002 G1 X0Y0Z0F6000\n\n; nothing\nN10X1.5Y-.5\nN002X2.\nF1200\nX3"
+        )
+    )
     assert rows["end"][:, 0] == pytest.approx([1.5, 2.0, 3.0])
     assert rows["n"].tolist() == [10, 2, 2]
     assert rows["feed"].tolist() == [100.0, 100.0, 20.0]
@@ -100,7 +121,9 @@ def test_many_lines_at_once(shop):
     """Plain lines read as columns give what the parser gives for the same lines one by one."""
     rng = np.random.default_rng(3)
     lines = [
-        f"X{i / 7:.5f}Y{rng.normal():.5f}" + ("Z1" if i % 5 == 0 else "") + (" F900" if i % 9 == 0 else "")
+        f"X{i / 7:.5f}Y{rng.normal():.5f}"
+        + ("Z1" if i % 5 == 0 else "")
+        + (" F900" if i % 9 == 0 else "")
         for i in range(300)
     ]
     text = "X0Y0Z0F600\n" + "\n".join(lines)
@@ -163,7 +186,10 @@ def test_check_reports_the_same(shop):
     """``check`` goes on behind an error and finds the next one."""
     program = shop.profile("X0Y0Z0F100\nx1\nX1\nX(E1)\nX2", collect=True)
     assert sum(len(b) for b in program.batches()) > 0
-    assert [(e.code, e.place.line) for e in program.errors] == [(909226, 4), (909227, 6)]
+    assert [(e.code, e.place.line) for e in program.errors] == [
+        (909226, 4),
+        (909227, 6),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -196,7 +222,14 @@ def test_refused_outside(shop, text, wanted):
 
 def test_virtualisation_can_be_switched_off(shop):
     """A code without parameters ends the virtualisation; the profile may begin."""
-    assert len(rows_of(shop.program(f"(TCP,1)\n(TCP)\n(HSM,CONFIG1)\nG61\n{CUBE}G60\n"))) == 2
+    assert (
+        len(
+            rows_of(
+                shop.program(f"(TCP,1)\n(TCP)\n(HSM,CONFIG1)\nG61\n{CUBE}G60\n")
+            )
+        )
+        == 2
+    )
 
 
 # setups
@@ -247,7 +280,11 @@ def test_virtualisation_can_be_switched_off(shop):
 def test_refused_setups(shop, lines, wanted):
     """Each bad setup line has its own error, at its place in the setup file."""
     key, text = next(iter(lines.items()))
-    setup = SETUP_3 + "(THR,0.01,0,0,0,0)\n" if key == "THR2" else changed(SETUP_3, **lines)
+    setup = (
+        SETUP_3 + "(THR,0.01,0,0,0,0)\n"
+        if key == "THR2"
+        else changed(SETUP_3, **lines)
+    )
     number, line, column, name = refusal(shop.profile(CUBE, setup))
     assert (number, column, name) == (*wanted, "CONFIG1")
     if text and key != "THR2":
@@ -272,13 +309,18 @@ def test_refused_setups(shop, lines, wanted):
 )
 def test_refused_five_axis_setups(shop, lines, number):
     """MAC and CIN of a machine with rotary axes."""
-    assert refusal(shop.profile(CUBE, changed(SETUP_5, **lines), cell=CELL_5))[0] == number
+    assert (
+        refusal(shop.profile(CUBE, changed(SETUP_5, **lines), cell=CELL_5))[0]
+        == number
+    )
 
 
 def test_seven_axes(shop):
     """A profile has six axes at most."""
     cell = parse_config("".join(f"[axes.{name}]\n" for name in "XYZABCU"))
-    extra = "".join(f"(AXI,{name},{i},OTH,OTH)\n" for i, name in enumerate("ABCU", 4))
+    extra = "".join(
+        f"(AXI,{name},{i},OTH,OTH)\n" for i, name in enumerate("ABCU", 4)
+    )
     assert refusal(shop.profile(CUBE, SETUP_3 + extra, cell=cell))[0] == 909210
 
 
@@ -287,7 +329,9 @@ def test_setup_forms(shop):
     setup = "\n".join(reversed(SETUP_3.splitlines())).replace(
         "(PNT,AXI,AXI,QUI)", "  ( PNT , AXI,AXI , CUB )  ; why\n\n"
     )
-    setup = setup.replace("(JRK,ENA,,,400,150,200)", "(JRK,DIS)").replace("(DIN,X,,,,,,)", "(DIN,X)")
+    setup = setup.replace("(JRK,ENA,,,400,150,200)", "(JRK,DIS)").replace(
+        "(DIN,X,,,,,,)", "(DIN,X)"
+    )
     rows = rows_of(shop.profile(CUBE, setup))
     assert (rows["type"] <= 3).sum() == 2
 
@@ -297,7 +341,14 @@ def test_check_prints_the_setup(shop):
     program = shop.profile(CUBE)
     rows_of(program)
     codes = {line["code"]: line for line in program.reader.setups[0]["codes"]}
-    assert codes["PNT"] == {"code": "PNT", "line": 1, "Type": "AXI", "Param": "AXI", "Poly": "QUI", "Format": "PNT"}
+    assert codes["PNT"] == {
+        "code": "PNT",
+        "line": 1,
+        "Type": "AXI",
+        "Param": "AXI",
+        "Poly": "QUI",
+        "Format": "PNT",
+    }
     assert codes["TOL"]["OriginLen"] == 0.0
     assert program.reader.setups[0]["printed"][0] == "(PNT,AXI,AXI,QUI,PNT)"
 
@@ -311,19 +362,29 @@ def test_names_may_differ_from_the_machine(shop):
 
 def test_scale_and_diameter(shop):
     """Scale acts on linear axes; a diameter axis moves half of what is programmed."""
-    setup = changed(SETUP_3, THR="(THR,0.01,0,2,0,0.05)", AXI_X="(AXI,X,1,ABS,LI1,ENA)")
-    assert rows_of(shop.profile("X0Y0Z0F100\nX3Y1", setup))["end"][0][:2] == pytest.approx([3.0, 2.0])
+    setup = changed(
+        SETUP_3, THR="(THR,0.01,0,2,0,0.05)", AXI_X="(AXI,X,1,ABS,LI1,ENA)"
+    )
+    assert rows_of(shop.profile("X0Y0Z0F100\nX3Y1", setup))["end"][0][
+        :2
+    ] == pytest.approx([3.0, 2.0])
 
 
 # polynomials
 
-GROUP = "<*,{s},{n},3000,{t}\n<X,{x},1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0\n"
+GROUP = (
+    "<*,{s},{n},3000,{t}\n<X,{x},1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0\n"
+)
 
 
 @pytest.mark.parametrize(
     ("body", "wanted"),
     [
-        (GROUP.format(s=1, n=1, t=0, x=0) + GROUP.format(s=1, n=2, t=0, x=1.1), (909233, 7)),
+        (
+            GROUP.format(s=1, n=1, t=0, x=0)
+            + GROUP.format(s=1, n=2, t=0, x=1.1),
+            (909233, 7),
+        ),
         ("<*,1,1,3000,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0,0\n", (909231, 3)),
         ("<*,1,1,3000,0\n<X,0,1,0,0,0\n", (909230, 4)),
         ("<*,0,1,3000,0\n", (909232, 3)),
@@ -346,7 +407,9 @@ def test_refused_polynomials(shop, body, wanted):
 
 def test_gap_is_a_warning_where_the_dialect_is_lenient(shop):
     """Not strict: the gap is told, and closed by the machine's own corner rule."""
-    body = GROUP.format(s=1, n=1, t=0, x=0) + GROUP.format(s=1, n=2, t=0, x=1.000002)
+    body = GROUP.format(s=1, n=1, t=0, x=0) + GROUP.format(
+        s=1, n=2, t=0, x=1.000002
+    )
     program = shop.profile(body, POL, lenient=True)
     assert len(rows_of(program)) >= 2
     assert 909233 in [w.code for w in program.reader.warnings]
@@ -357,7 +420,12 @@ def test_polynomials_exactly(shop):
     body = "<*,4.0e+001,3,3000,1\n<X,-3.8e+002,0,-4.4e-016,1.8e-017,-5e-019,1.3e-021\n<Y,1,0,0,0,0,0\n<Z,2e2,-1,0,0,0,0"
     ((coef, span, row),) = curves(shop.profile(body, POL))
     assert coef[0].tolist() == [-380.0, 0.0, -4.4e-16, 1.8e-17, -5e-19, 1.3e-21]
-    assert (span, row["n"], row["degree"], row["feed"]) == (40.0, 3, 5, pytest.approx(50.0))
+    assert (span, row["n"], row["degree"], row["feed"]) == (
+        40.0,
+        3,
+        5,
+        pytest.approx(50.0),
+    )
     assert row["flags"] & EXACT_STOP
 
 
@@ -366,8 +434,18 @@ def test_degree_of_g61(shop, degree):
     """G61 P says how many coefficients a line has."""
     line = ",".join(["0", "1", *["0"] * (degree - 1)])
     body = f"<*,1,1,3000,0\n<X,{line}\n<Y,{line}\n<Z,{line}\n"
-    assert curves(shop.profile(body, POL, head=f"G61 P{degree}"))[0][2]["degree"] == degree
-    assert refusal(shop.profile(body.replace("<Y,0,", "<Y,0,0,"), POL, head=f"G61 P{degree}"))[0] == 909230
+    assert (
+        curves(shop.profile(body, POL, head=f"G61 P{degree}"))[0][2]["degree"]
+        == degree
+    )
+    assert (
+        refusal(
+            shop.profile(
+                body.replace("<Y,0,", "<Y,0,0,"), POL, head=f"G61 P{degree}"
+            )
+        )[0]
+        == 909230
+    )
 
 
 # B-splines
@@ -390,17 +468,27 @@ def test_the_manuals_b_spline(shop):
     spans = curves(shop.profile(SPLINE, BSP, head="G61 P3"))
     assert [span for _, span, _ in spans] == [2.5] * 4
     assert spans[0][0][0] == pytest.approx([0, 0.84, 0.408, -0.12], abs=1e-12)
-    assert spans[0][0][1] == pytest.approx([0, 2.76, -1.032, 0.0890666667], abs=1e-9)
+    assert spans[0][0][1] == pytest.approx(
+        [0, 2.76, -1.032, 0.0890666667], abs=1e-9
+    )
     table = [(0, 0, 0, 0.84, 2.76), (1.25, 1.453125, 2.011458333, 1.2975, 0.5975),
              (2.5, 2.775, 1.841666667, 0.63, -0.73),
              (5, 3.316666667, -0.816666667, 0.62, -0.82), (7.5, 5.933333333, -0.825, 0.68, 0.81),
              (8.75, 6.516666667, 0.478125, 0.62, 1.1025), (10, 8.4, 1.5, 2.76, 0.36)]  # fmt: skip
     for s, x, y, dx, dy in table:
         k = min(int(s / 2.5), 3)
-        assert value(spans[k][0], s - 2.5 * k)[:2] == pytest.approx([x, y], abs=1e-8)
-        assert value(spans[k][0], s - 2.5 * k, 1)[:2] == pytest.approx([dx, dy], abs=1e-8)
-    assert sum(float(row["length"]) for _, _, row in spans) == pytest.approx(13.305466948, abs=1e-8)
-    assert sum(span / float(row["feed"]) for _, span, row in spans) == pytest.approx(0.2)  # ds/dt = F
+        assert value(spans[k][0], s - 2.5 * k)[:2] == pytest.approx(
+            [x, y], abs=1e-8
+        )
+        assert value(spans[k][0], s - 2.5 * k, 1)[:2] == pytest.approx(
+            [dx, dy], abs=1e-8
+        )
+    assert sum(float(row["length"]) for _, _, row in spans) == pytest.approx(
+        13.305466948, abs=1e-8
+    )
+    assert sum(
+        span / float(row["feed"]) for _, span, row in spans
+    ) == pytest.approx(0.2)  # ds/dt = F
 
 
 @pytest.mark.parametrize(
@@ -421,21 +509,37 @@ def test_the_manuals_b_spline(shop):
 )  # fmt: skip
 def test_refused_b_splines(shop, old, new, number):
     """Knot count, clamping, order, words; 10 knots in the manual's example are refused."""
-    assert refusal(shop.profile(SPLINE.replace(old, new, 1), BSP, head="G61 P3"))[0] == number
+    assert (
+        refusal(shop.profile(SPLINE.replace(old, new, 1), BSP, head="G61 P3"))[
+            0
+        ]
+        == number
+    )
 
 
 def test_too_few_control_points(shop):
     """A spline of degree d needs d + 1 control points."""
     assert refusal(shop.profile(SPLINE, BSP, head="G61 P5"))[0] == 909240
-    assert refusal(shop.profile("X0Y0Z0K0F100\nX1K0\nK0\nK1\nK1\nK1", BSP, head="G61 P3"))[0] == 909243
+    assert (
+        refusal(
+            shop.profile(
+                "X0Y0Z0K0F100\nX1K0\nK0\nK1\nK1\nK1", BSP, head="G61 P3"
+            )
+        )[0]
+        == 909243
+    )
 
 
 def test_two_b_splines(shop):
     """G66 stops between splines, the second begins with its own knots where the first one ends."""
     second = SPLINE.replace("X0 Y0 Z0", "X8.4 Y1.5 Z0")
     rows = rows_of(shop.profile(f"{SPLINE}\nG66\n{second}", BSP, head="G61 P3"))
-    assert (rows["flags"] & EXACT_STOP > 0).tolist() == [False] * 3 + [True] + [False] * 3 + [True]
-    assert refusal(shop.profile(f"{SPLINE}\nG66\n{SPLINE}", BSP, head="G61 P3"))[:2] == (909244, 15)
+    assert (rows["flags"] & EXACT_STOP > 0).tolist() == [False] * 3 + [True] + [
+        False
+    ] * 3 + [True]
+    assert refusal(
+        shop.profile(f"{SPLINE}\nG66\n{SPLINE}", BSP, head="G61 P3")
+    )[:2] == (909244, 15)
 
 
 # the tables of docs/osai.md
@@ -443,22 +547,36 @@ def test_two_b_splines(shop):
 
 def table(heading):
     """Cells of the rows of the table below a heading."""
-    section = docs_page("osai.md").read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
-    lines = [re.split(r"(?<!\\)\|", line) for line in section.splitlines() if line.startswith("|")]
+    section = (
+        docs_page("osai.md")
+        .read_text()
+        .split(f"\n## {heading}\n")[1]
+        .split("\n## ")[0]
+    )
+    lines = [
+        re.split(r"(?<!\\)\|", line)
+        for line in section.splitlines()
+        if line.startswith("|")
+    ]
     return [[cell.strip() for cell in line[1:-1]] for line in lines][2:]
 
 
 def test_every_setup_code_stands_in_the_docs():
     """Codes and their fields, in the order of the code."""
     found = {row[0]: tuple(row[1].split()) for row in table("Setup codes")}
-    assert found == {code: tuple(field.name for field in fields) for code, fields in CODES.items()}
+    assert found == {
+        code: tuple(field.name for field in fields)
+        for code, fields in CODES.items()
+    }
 
 
 def test_every_g_function_stands_in_the_docs(shop):
     """What the page says works is taken or belongs to profiles; the others are refused by name."""
     works, refused = set(), set()
     for row in table("G functions"):
-        (works if row[1].startswith("works") else refused).update(map(int, row[0].split()))
+        (works if row[1].startswith("works") else refused).update(
+            map(int, row[0].split())
+        )
     assert works == SUPPORTED_G | set(TRANSITIONS)
     assert refused == set(ARCS)
     for code in (*refused, 4, 9, 17, 40, 94, 95, 99):
@@ -468,7 +586,18 @@ def test_every_g_function_stands_in_the_docs(shop):
 def test_every_word_stands_in_the_docs():
     """Versors, knots, polynomials, points: the words of specification 3."""
     words = " ".join(row[0] for row in table("Words of a profile"))
-    for word in ("G61", "G60", "`i j k`", "`m n o`", "`p q d`", "`F`", "`N`", "`K`", "<*", "M, S, T"):
+    for word in (
+        "G61",
+        "G60",
+        "`i j k`",
+        "`m n o`",
+        "`p q d`",
+        "`F`",
+        "`N`",
+        "`K`",
+        "<*",
+        "M, S, T",
+    ):
         assert word in words
     codes = " ".join(row[0] for row in table("The main program"))
     for code in ("HSM", "CLS", *VIRTUALISATIONS):
@@ -477,7 +606,9 @@ def test_every_word_stands_in_the_docs():
 
 def test_motion_behind_a_profile_goes_on_from_there(shop):
     """Behind G60 the axes that are not programmed stay where the profile has left them, tool length included."""
-    cell = parse_config("[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm=5.0\nlength_mm=100.0\n")
+    cell = parse_config(
+        "[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm=5.0\nlength_mm=100.0\n"
+    )
     setup = changed(SETUP_3, PNT="(PNT,CLP,CLP,QUI)")
     text = "T1 M6\nG1 X10Y10Z10F3000\n(HSM,CONFIG1)\nG61\nX10Y10Z10\nX20\nX30Y20Z10\nG60\nG1 X0\nZ5\n"
     rows = rows_of(shop.program(text, setup, cell=cell))
@@ -490,7 +621,9 @@ def test_not_in_manual_data(shop):
     """G61 in MDI is refused; the motions of MDI are not."""
     port = OfflinePort(np.zeros(3))
     port.manual_data = True
-    program = shop.program(f"G1 X5 F100\n(HSM,CONFIG1)\nG61\n{CUBE}G60\n", port=port)
+    program = shop.program(
+        f"G1 X5 F100\n(HSM,CONFIG1)\nG61\n{CUBE}G60\n", port=port
+    )
     assert refusal(program)[:3] == (909219, 3, 1)
 
 
@@ -515,24 +648,43 @@ def test_one_mistake_is_one_error(shop, text):
 
 def test_one_mistake_in_a_polynomial_or_spline(shop):
     """A wrong coefficient, a missing line, a wrong knot: one error each; the rest of the profile is read."""
-    good = ["<*,5,1,600,0", "<X,0,1,0,0,0,0", "<Y,0,0,0,0,0,0", "<Z,0,0,0,0,0,0"]
+    good = [
+        "<*,5,1,600,0",
+        "<X,0,1,0,0,0,0",
+        "<Y,0,0,0,0,0,0",
+        "<Z,0,0,0,0,0,0",
+    ]
     setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
-    for wrong in (["<X,0,1,0", *good[2:]], ["<X,0,q,0,0,0,0", *good[2:]], good[2:]):
-        body = "\n".join([good[0], *wrong, "<*,5,2,600,0", "<X,5,1,0,0,0,0", *good[2:]])
-        program = shop.program(f"(HSM,CONFIG1)\nG61\n{body}\nG60\n", setup, collect=True)
+    for wrong in (
+        ["<X,0,1,0", *good[2:]],
+        ["<X,0,q,0,0,0,0", *good[2:]],
+        good[2:],
+    ):
+        body = "\n".join(
+            [good[0], *wrong, "<*,5,2,600,0", "<X,5,1,0,0,0,0", *good[2:]]
+        )
+        program = shop.program(
+            f"(HSM,CONFIG1)\nG61\n{body}\nG60\n", setup, collect=True
+        )
         rows_of(program)
         assert len(program.errors) == 1
     setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")
     body = "X0Y0Z0K0F600\nX1K0\nX2K0\nX3K-1\nX4K5\nK5\nK5\nK5"
-    program = shop.program(f"(HSM,CONFIG1)\nG61 P3\n{body}\nG60\n", setup, collect=True)
+    program = shop.program(
+        f"(HSM,CONFIG1)\nG61 P3\n{body}\nG60\n", setup, collect=True
+    )
     rows_of(program)
     assert [e.code for e in program.errors] == [909242]
 
 
-ROTARY = parse_config("[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.C]\nkind = 'rotary'\n")
+ROTARY = parse_config(
+    "[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.C]\nkind = 'rotary'\n"
+)
 
 
-@pytest.mark.parametrize(("pitch", "ends"), [("360", [0, 350, 370, 390]), ("", [0, 350, 10, 30])])
+@pytest.mark.parametrize(
+    ("pitch", "ends"), [("360", [0, 350, 370, 390]), ("", [0, 350, 10, 30])]
+)
 def test_rollover(shop, pitch, ends):
     """AXP Pitch: a programmed position is the equivalent nearest to the one before; without it the position itself."""
     setup = SETUP_3 + f"(AXI,C,4,OTH,OTH)\n(AXP,C,0,{pitch},,)\n"
@@ -545,26 +697,48 @@ def test_rollover(shop, pitch, ends):
 
 def test_pitch_of_the_chain(shop):
     """A rotary axis of the chain comes round every 360 degrees."""
-    assert refusal(shop.profile(CUBE, changed(SETUP_5, AXP_A="(AXP,A,0,100,,)"), cell=CELL_5))[0] == 909205
+    assert (
+        refusal(
+            shop.profile(
+                CUBE, changed(SETUP_5, AXP_A="(AXP,A,0,100,,)"), cell=CELL_5
+            )
+        )[0]
+        == 909205
+    )
 
 
 @pytest.mark.parametrize("form", ["POL", "BSP"])
 def test_versors_that_vanish(shop, form):
     """A tool direction of length zero somewhere on a polynomial or spline is refused with its line."""
-    setup = changed(SETUP_5, PNT=f"(PNT,CLP,CLP,QUI,{form})", TOL="(TOL,100,0,0,-90,)")
+    setup = changed(
+        SETUP_5, PNT=f"(PNT,CLP,CLP,QUI,{form})", TOL="(TOL,100,0,0,-90,)"
+    )
     rest = "\n".join(f"<{name},0,0,0,0,0,0" for name in "YZij")
     body = f"<*,10,1,600,0\n<X,0,1,0,0,0,0\n{rest}\n<k,1,-0.1,0,0,0,0"
     if form == "BSP":
-        points = [f"X{x}Y0Z0i0j0k{k}K0" + "F600" * (not x) for x, k in ((0, 1), (1, 0), (2, 0), (3, 0))]
+        points = [
+            f"X{x}Y0Z0i0j0k{k}K0" + "F600" * (not x)
+            for x, k in ((0, 1), (1, 0), (2, 0), (3, 0))
+        ]
         body = "\n".join([*points, "K5\nK5\nK5\nK5"])
-    found = refusal(shop.profile(body, setup, cell=CELL_5, head="G61" if form == "POL" else "G61 P3"))
+    found = refusal(
+        shop.profile(
+            body, setup, cell=CELL_5, head="G61" if form == "POL" else "G61 P3"
+        )
+    )
     assert found[0] == 909250
 
 
 @pytest.mark.parametrize("kind", ["CLP", "AXI"])
 def test_edges_of_rotary_positions(shop, kind):
     """EDG VAngle looks at the tool direction, programmed as ijk or as rotary positions."""
-    setup = changed(SETUP_5, PNT=f"(PNT,{kind},{kind},QUI)", EDG="(EDG,30,5,G66,1)", CRV=None, TOL="(TOL,100,0,0,-90,)")
+    setup = changed(
+        SETUP_5,
+        PNT=f"(PNT,{kind},{kind},QUI)",
+        EDG="(EDG,30,5,G66,1)",
+        CRV=None,
+        TOL="(TOL,100,0,0,-90,)",
+    )
     body = "X0Y0Z0A0B0F1000\nX5B1\nX10B2\nX15B20\nX20B21\nX25B22"
     rows = rows_of(shop.profile(body, setup, cell=CELL_5))
     rows = rows[rows["type"] == 3]
@@ -576,10 +750,20 @@ def test_setup_fields_of_unset_variables_warn(tmp_path):
     """A variable that nobody assigned is 0 with a warning at its field; one that the program assigned is no matter."""
     shop = Workshop(tmp_path)
     setup = changed(SETUP_3, THR="(THR,E1,0.0001,E2,0.001,0.05)")
-    program = shop.program("(HSM,CONFIG1)\nE2=1\nG61\nX0Y0Z0F100\nX1\nG60\n", setup)
+    program = shop.program(
+        "(HSM,CONFIG1)\nE2=1\nG61\nX0Y0Z0F100\nX1\nG60\n", setup
+    )
     list(program.batches())
-    line = next(i for i, text in enumerate(setup.splitlines(), 1) if text.startswith("(THR"))
-    found = [(w.code, w.place.line, w.place.column) for w in program.reader.warnings if w.code == 909102]
+    line = next(
+        i
+        for i, text in enumerate(setup.splitlines(), 1)
+        if text.startswith("(THR")
+    )
+    found = [
+        (w.code, w.place.line, w.place.column)
+        for w in program.reader.warnings
+        if w.code == 909102
+    ]
     assert found == [(909102, line, 6)]
     shop.close()
 
@@ -592,5 +776,9 @@ def test_one_virtualisation_ends_alone(tmp_path):
         with pytest.raises(CncError) as caught:
             list(shop.program(text + body, SETUP_3).batches())
         assert caught.value.code == 909223
-    list(shop.program("(UPR,1)\n(TCP,1)\n(TCP)\n(UPR)\n" + body, SETUP_3).batches())
+    list(
+        shop.program(
+            "(UPR,1)\n(TCP,1)\n(TCP)\n(UPR)\n" + body, SETUP_3
+        ).batches()
+    )
     shop.close()

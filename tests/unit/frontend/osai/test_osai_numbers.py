@@ -27,7 +27,9 @@ def shop(tmp_path):
 def run(shop, body, setup, head="G61"):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        return plan_program(shop.profile(body, setup, head=head, programmed=False))
+        return plan_program(
+            shop.profile(body, setup, head=head, programmed=False)
+        )
 
 
 @pytest.mark.parametrize(
@@ -49,18 +51,42 @@ def test_words_of_points(shop, body, number, line, column):
     with pytest.raises(CncError) as caught:
         run(shop, body, changed(SETUP_3))
     place = caught.value.place
-    assert (caught.value.code, place.line, place.column) == (number, line, column)
+    assert (caught.value.code, place.line, place.column) == (
+        number,
+        line,
+        column,
+    )
     assert len(caught.value.text) < 200
 
 
 @pytest.mark.parametrize(
     ("body", "number", "line"),
     [
-        (f"<*,{HUGE},1,100,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0", 900012, 3),
-        ("<*,1e-300,1,100,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0", 909232, 3),
-        ("<*,1e8,1,100,0\n<X,0,1,0,0,0,1e29\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0", 900012, 3),
-        ("<*,10,1,1e20,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0", 900012, 3),
-        (f"<*,10,1,100,0\n<X,0,{HUGE},0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0", 900012, 4),
+        (
+            f"<*,{HUGE},1,100,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0",
+            900012,
+            3,
+        ),
+        (
+            "<*,1e-300,1,100,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0",
+            909232,
+            3,
+        ),
+        (
+            "<*,1e8,1,100,0\n<X,0,1,0,0,0,1e29\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0",
+            900012,
+            3,
+        ),
+        (
+            "<*,10,1,1e20,0\n<X,0,1,0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0",
+            900012,
+            3,
+        ),
+        (
+            f"<*,10,1,100,0\n<X,0,{HUGE},0,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0",
+            900012,
+            4,
+        ),
     ],
 )
 def test_polynomials(shop, body, number, line):
@@ -82,7 +108,10 @@ def test_knots(shop):
 def test_points_that_nearly_coincide(shop):
     """A move of less than a picometre is none, whatever NullMov says."""
     setup = changed(SETUP_3, THR="(THR,0.01,0.0001,0,0,0.05)", CRV=None)
-    far, near = (run(shop, f"X0Y0Z0F3000\nX10\n{more}X20", setup) for more in ("", f"X10Y{TINY}\nX10Y0\n"))
+    far, near = (
+        run(shop, f"X0Y0Z0F3000\nX10\n{more}X20", setup)
+        for more in ("", f"X10Y{TINY}\nX10Y0\n")
+    )
     assert near.motion_time_s == pytest.approx(far.motion_time_s)
 
 
@@ -114,8 +143,17 @@ def test_assignments(shop):
 def test_nothing_leaks_to_the_terminal(tmp_path):
     """The command prints the error and no warning."""
     (tmp_path / "SETUP").write_text(changed(SETUP_3))
-    (tmp_path / "a.osai").write_text(f"(HSM,SETUP)\nG61\nX0Y0Z0F3000\nX{HUGE}\nX5\nG60\n")
-    command = [sys.executable, "-P", "-m", "cnc_core.cli", "plan", str(tmp_path / "a.osai")]
+    (tmp_path / "a.osai").write_text(
+        f"(HSM,SETUP)\nG61\nX0Y0Z0F3000\nX{HUGE}\nX5\nG60\n"
+    )
+    command = [
+        sys.executable,
+        "-P",
+        "-m",
+        "cnc_core.cli",
+        "plan",
+        str(tmp_path / "a.osai"),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 1
     assert "a.osai:4:1: 900012:" in done.stderr
