@@ -1,9 +1,12 @@
-"""cffi modules (API mode): ``cnc_core._engine`` (planner, interpolator, scanner) and ``hli._sync`` (memory ordering).
+"""cffi modules (API mode): ``cnc_core._engine`` (planner, interpolator,
+scanner) and ``hli._sync`` (memory ordering).
 
-The C declarations cffi needs are read from the headers, between ``/* cdef begin */`` and ``/* cdef end */``; the
-header of the shared-memory layout is generated from ``hli/layout.py`` before anything is compiled.  The environment
-variable HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the sanitizers;
-HLI_COSIM_INTERLEAVE=1 with the places at which ``tests/unit/test_interleaving.py`` switches between planner and GEO.
+The C declarations cffi needs are read from the headers, between ``/* cdef begin
+*/`` and ``/* cdef end */``; the header of the shared-memory layout is generated
+from ``hli/layout.py`` before anything is compiled.  The environment variable
+HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the
+sanitizers; HLI_COSIM_INTERLEAVE=1 with the places at which
+``tests/unit/test_interleaving.py`` switches between planner and GEO.
 """
 
 from __future__ import annotations
@@ -25,12 +28,22 @@ CDEF = re.compile(r"/\* cdef begin \*/(.*?)/\* cdef end \*/", re.S)
 
 def cdef_of(*headers: str) -> str:
     """The declarations of the named headers, for ``FFI.cdef``."""
-    return "\n".join(part for name in headers for part in CDEF.findall((HERE / name).read_text()))
+    return "\n".join(
+        part
+        for name in headers
+        for part in CDEF.findall((HERE / name).read_text())
+    )
 
 
 def write_layout_header() -> None:
-    """Generate c_ext/hli/hli_layout.h; imports hli.layout and hli.export without the (not yet built) hli package."""
-    saved = {name: mod for name, mod in sys.modules.items() if name == "hli" or name.startswith("hli.")}
+    """Generate c_ext/hli/hli_layout.h; imports hli.layout and hli.export
+    without the (not yet built) hli package.
+    """
+    saved = {
+        name: mod
+        for name, mod in sys.modules.items()
+        if name == "hli" or name.startswith("hli.")
+    }
     for name in saved:
         del sys.modules[name]
     package = types.ModuleType("hli")
@@ -42,7 +55,9 @@ def write_layout_header() -> None:
         layout.verify()
         text = export.c_header()
     finally:
-        for name in [n for n in sys.modules if n == "hli" or n.startswith("hli.")]:
+        for name in [
+            n for n in sys.modules if n == "hli" or n.startswith("hli.")
+        ]:
             del sys.modules[name]
         sys.modules.update(saved)
     path = HERE / "hli" / "hli_layout.h"
@@ -51,8 +66,20 @@ def write_layout_header() -> None:
 
 
 def compile_args() -> tuple[list[str], list[str]]:
-    """(compiler, linker) arguments. No -ffast-math and no contraction: distances must add up the same everywhere."""
-    args = ["-std=gnu11", "-O3", "-fvisibility=hidden", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off"]
+    """(compiler, linker) arguments.
+
+    No -ffast-math and no contraction: distances must add up the same
+    everywhere.
+    """
+    args = [
+        "-std=gnu11",
+        "-O3",
+        "-fvisibility=hidden",
+        "-Wall",
+        "-Wextra",
+        "-fno-fast-math",
+        "-ffp-contract=off",
+    ]
     args += ["-Wno-psabi", "-pthread"]
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
@@ -61,9 +88,15 @@ def compile_args() -> tuple[list[str], list[str]]:
         args.append("-DENGINE_INTERLEAVE")
     sanitize = os.environ.get("HLI_COSIM_SANITIZE")
     if sanitize:
-        args += [f"-fsanitize={sanitize}", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]
+        args += [
+            f"-fsanitize={sanitize}",
+            "-g",
+            "-fno-omit-frame-pointer",
+            "-fno-sanitize-recover=all",
+        ]
         if "thread" in sanitize:
-            args.append("-Wno-tsan")  # it says that fences are not modelled: docs/reliability.md
+            # it says that fences are not modelled: docs/reliability.md
+            args.append("-Wno-tsan")
         link.append(f"-fsanitize={sanitize}")
     return args, link
 
@@ -102,7 +135,9 @@ ENGINE_HEADERS = [
 
 
 def engine_sources() -> list[str]:
-    """Every C file below c_ext but the one that only measures; hli/sync.c too: the engine waits with its functions."""
+    """Every C file below c_ext but the one that only measures; hli/sync.c too:
+    the engine waits with its functions.
+    """
     found = {str(path.relative_to(HERE)) for path in HERE.rglob("*.c")}
     return sorted(found - {"hli/bench.c", "_engine.c", "_sync.c"})
 

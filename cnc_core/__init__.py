@@ -6,7 +6,9 @@ __all__ = ["Cell", "CncError", "RunResult", "start_plc"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the public names when they are asked for: processes that need less start faster."""
+    """Import the public names when they are asked for: processes that need less
+    start faster.
+    """
     if name in ("Cell", "RunResult"):
         from . import cell  # noqa: PLC0415
 

@@ -1,9 +1,12 @@
-"""The narrow waist: canonical rows of a prepared program, one numpy structured array.
+"""The narrow waist: canonical rows of a prepared program, one numpy structured
+array.
 
-``NC_BLOCK`` is the C struct ``nc_block`` (``c_ext/rows/nc_block.h``); ``cnc_core.engine`` checks the two against each other,
-offset by offset, when the extension is imported.  No per-block Python object exists on the hot path: front ends append
-rows, stages map batches to batches, the engine takes the array's pointer.  ``Block`` is a thin view of one row for
-tests, dumps and messages.
+``NC_BLOCK`` is the C struct ``nc_block`` (``c_ext/rows/nc_block.h``);
+``cnc_core.engine`` checks the two against each other, offset by offset, when
+the extension is imported.  No per-block Python object exists on the hot path:
+front ends append rows, stages map batches to batches, the engine takes the
+array's pointer.  ``Block`` is a thin view of one row for tests, dumps and
+messages.
 """
 
 from __future__ import annotations
@@ -20,7 +23,15 @@ from .profile_columns import ProfileChunk
 NC_AXES = 9
 
 LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
-MARKER, DISTANCE_RESET, FLUSH, RT_LOOP_BEGIN, RT_LOOP_END, EVENT, COMPENSATION = 9, 10, 11, 12, 13, 14, 15
+(
+    MARKER,
+    DISTANCE_RESET,
+    FLUSH,
+    RT_LOOP_BEGIN,
+    RT_LOOP_END,
+    EVENT,
+    COMPENSATION,
+) = 9, 10, 11, 12, 13, 14, 15
 SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
 COORDINATES, CORNER = 20, 21
 PATH_MODE, FILTER = 22, 23
@@ -53,22 +64,44 @@ TYPE_NAMES: dict[int, str] = {
     FILTER: "filter",
     EXTENSION: "extension",
 }
-SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)  # no blocks: what stages and engine are told
-RAPID, EXACT_STOP, STANDSTILL, HAS_PARAM, WAIT, HAS_VALUE, CONTOUR_FEED, MODULO = 1, 2, 4, 8, 16, 32, 64, 128
-PATH_FEED = 16384  # motion: the feed counts along its length, whatever the path mode says
-LENGTH_ONLY = 2048  # coordinates: the axes are programmed, a length is corrected along the tool
-BY_LENGTH, PTP = 4096, 8192  # polynomial over the path length; coordinates: lines of the machine axes
-BY_PARAMETER = 1024  # polynomial: the feed is that of its parameter; its pieces: so is their path
+# no blocks: what stages and engine are told
+SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)
+(
+    RAPID,
+    EXACT_STOP,
+    STANDSTILL,
+    HAS_PARAM,
+    WAIT,
+    HAS_VALUE,
+    CONTOUR_FEED,
+    MODULO,
+) = 1, 2, 4, 8, 16, 32, 64, 128
+# motion: the feed counts along its length, whatever the path mode says
+PATH_FEED = 16384
+# coordinates: the axes are programmed, a length is corrected along the tool
+LENGTH_ONLY = 2048
+# polynomial over the path length; coordinates: lines of the machine axes
+BY_LENGTH, PTP = 4096, 8192
+# polynomial: the feed is that of its parameter; its pieces: so is their path
+BY_PARAMETER = 1024
 OF_TIP = 2048  # piece with BY_PARAMETER: covers a path of the tool tip
 TANGENTS = 255  # degree of an element that names its tangents in the pool
-ELEMENT, PIECE = 256, 512  # motion that only the PLC sees; motion that is only executed
+ELEMENT, PIECE = (
+    256,
+    512,
+)  # motion that only the PLC sees; motion that is only executed
 EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
 NO_OVERRIDE = 32768
 EVENT_COMMAND, EVENT_OVERRIDE = 5, 6
 EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
 MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
 CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
-MARKER_NAMES = {MARKER_ON: "on", MARKER_PARAM: "param", MARKER_OFF: "off", MARKER_CLEAR: "clear"}
+MARKER_NAMES = {
+    MARKER_ON: "on",
+    MARKER_PARAM: "param",
+    MARKER_OFF: "off",
+    MARKER_CLEAR: "clear",
+}
 PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}
 
 NC_BLOCK = np.dtype(
@@ -102,11 +135,14 @@ assert NC_BLOCK.itemsize == 176
 
 @dataclass
 class BlockBatch:
-    """Rows in program order and the pool their polynomial coefficients stand in.
+    """Rows in program order and the pool their polynomial coefficients stand
+    in.
 
-    ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row owns ``axes * (degree + 1)`` values from
-    ``row["pool"]`` on, axis after axis, ascending powers of the parameter 0..``row["angle"]``.
-    ``profile``: columns of a profile that come behind the rows; the stage for profiles makes rows of them.
+    ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row
+    owns ``axes * (degree + 1)`` values from ``row["pool"]`` on, axis after
+    axis, ascending powers of the parameter 0..``row["angle"]``. ``profile``:
+    columns of a profile that come behind the rows; the stage for profiles makes
+    rows of them.
     """
 
     rows: npt.NDArray[Any]
@@ -136,13 +172,19 @@ def number_of_blocks(batch: BlockBatch) -> int:
 
 
 def number_pushed(batch: BlockBatch) -> int:
-    """Blocks of a batch on its way to the engine: pieces of a block that is driven in several are none."""
-    pieces = (batch.rows["flags"] & PIECE != 0) & (batch.rows["type"] <= POLYNOMIAL)
+    """Blocks of a batch on its way to the engine: pieces of a block that is
+    driven in several are none.
+    """
+    pieces = (batch.rows["flags"] & PIECE != 0) & (
+        batch.rows["type"] <= POLYNOMIAL
+    )
     return number_of_blocks(batch) - int(pieces.sum())
 
 
 def motion_planes(plane: int) -> tuple[int, int, int]:
-    """Places of (first, second, third) axis of a plane among the three main axes: G17 XYZ, G18 ZXY, G19 YZX."""
+    """Places of (first, second, third) axis of a plane among the three main
+    axes: G17 XYZ, G18 ZXY, G19 YZX.
+    """
     return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
 
 
@@ -157,7 +199,13 @@ class Block:
         main: Sequence[int],
         pool: npt.NDArray[np.float64] | None = None,
     ) -> None:
-        self.row, self.start, self.axes, self.main, self.pool = row, start, axes, main, pool
+        self.row, self.start, self.axes, self.main, self.pool = (
+            row,
+            start,
+            axes,
+            main,
+            pool,
+        )
 
     def _named(self, values: npt.NDArray[np.float64]) -> dict[str, float]:
         return {name: float(values[i]) for i, name in enumerate(self.axes)}
@@ -175,10 +223,15 @@ class Block:
 
     def _circular(self) -> dict[str, Any]:
         row, plane = self.row, int(self.row["plane"])
-        first, second, _ = (self.axes[self.main[i]] for i in motion_planes(plane))
+        first, second, _ = (
+            self.axes[self.main[i]] for i in motion_planes(plane)
+        )
         return self._motion() | {
             "plane": PLANE_NAMES[plane],
-            "center": {first: float(row["center"][0]), second: float(row["center"][1])},
+            "center": {
+                first: float(row["center"][0]),
+                second: float(row["center"][1]),
+            },
             "radius": float(row["radius"]),
             "programmed_radius": float(row["programmed_radius"]),
             "angle": float(row["angle"]),
@@ -187,7 +240,10 @@ class Block:
     def _polynomial(self) -> dict[str, Any]:
         order, first = int(self.row["degree"]) + 1, int(self.row["pool"])
         pool = np.empty(0) if self.pool is None else self.pool
-        coef = {a: pool[first + i * order : first + (i + 1) * order].tolist() for i, a in enumerate(self.axes)}
+        coef = {
+            a: pool[first + i * order : first + (i + 1) * order].tolist()
+            for i, a in enumerate(self.axes)
+        }
         return self._motion() | {"s": float(self.row["angle"]), "coeff": coef}
 
     def as_json(self) -> dict[str, Any]:
@@ -209,20 +265,38 @@ class Block:
             out["seconds"] = float(row["value"])
         elif kind == MARKER:
             out["action"] = MARKER_NAMES[int(row["code"])]
-            out["param"] = float(row["value"]) if row["flags"] & HAS_PARAM else None
+            out["param"] = (
+                float(row["value"]) if row["flags"] & HAS_PARAM else None
+            )
         elif kind == S:
             out["value"] = float(row["value"])
         elif kind == EVENT and row["code"] == EVENT_COMMAND:
             out["code"] = out["value"] = int(row["value"])
         elif kind in (M, H, T, EVENT):
             out["code"] = int(row["code"])
-            out["value"] = float(row["value"]) if row["flags"] & HAS_VALUE else None
-        elif kind in (CONTOUR, SMOOTHING, DYNAMICS, SPLINE, CORNER, SOFT_LIMITS):
+            out["value"] = (
+                float(row["value"]) if row["flags"] & HAS_VALUE else None
+            )
+        elif kind in (
+            CONTOUR,
+            SMOOTHING,
+            DYNAMICS,
+            SPLINE,
+            CORNER,
+            SOFT_LIMITS,
+        ):
             out["code"], out["value"] = int(row["code"]), float(row["value"])
             if kind == CONTOUR:
-                out["on"], out["distances"] = bool(row["plane"]), row["center"].tolist()
+                out["on"], out["distances"] = (
+                    bool(row["plane"]),
+                    row["center"].tolist(),
+                )
             if kind in (DYNAMICS, SOFT_LIMITS):
-                count = len(self.axes) if kind == SOFT_LIMITS else max(6, len(self.axes))
+                count = (
+                    len(self.axes)
+                    if kind == SOFT_LIMITS
+                    else max(6, len(self.axes))
+                )
                 out["limits"] = [float(v) for v in row["end"][:count]]
         elif kind == FLUSH:
             out["wait"] = bool(row["flags"] & WAIT)
@@ -230,9 +304,14 @@ class Block:
 
 
 def blocks(
-    batch: BlockBatch, start: npt.NDArray[np.float64], axes: Sequence[str], main: Sequence[int]
+    batch: BlockBatch,
+    start: npt.NDArray[np.float64],
+    axes: Sequence[str],
+    main: Sequence[int],
 ) -> Iterator[Block]:
-    """One ``Block`` a row that is executed; ``start`` (axes,), the position before the batch, is advanced in place."""
+    """One ``Block`` a row that is executed; ``start`` (axes,), the position
+    before the batch, is advanced in place.
+    """
     batch = whole_polynomials(batch, len(axes), main)
     for row in batch.rows:
         if row["type"] == COORDINATES:
@@ -245,15 +324,25 @@ def blocks(
             start[:] = row["end"][: len(start)]
 
 
-def whole_polynomials(batch: BlockBatch, axes: int, main: Sequence[int]) -> BlockBatch:
-    """Parts of one programmed polynomial (``code`` tells which) as the polynomial that they are parts of.
+def whole_polynomials(
+    batch: BlockBatch, axes: int, main: Sequence[int]
+) -> BlockBatch:
+    """Parts of one programmed polynomial (``code`` tells which) as the
+    polynomial that they are parts of.
 
-    The main axes are exact: the first part has their coefficients.  The others, which follow from directions, are
-    the polynomial of degree 5 that meets their values and two derivatives at both ends.
+    The main axes are exact: the first part has their coefficients.  The others,
+    which follow from directions, are the polynomial of degree 5 that meets
+    their values and two derivatives at both ends.
     """
     rows = batch.rows
-    part = (rows["type"] == POLYNOMIAL) & (rows["flags"] & (BY_PARAMETER | PIECE) == BY_PARAMETER) & (rows["code"] > 0)
-    again = np.append(False, part[1:] & part[:-1] & (rows["code"][1:] == rows["code"][:-1]))
+    part = (
+        (rows["type"] == POLYNOMIAL)
+        & (rows["flags"] & (BY_PARAMETER | PIECE) == BY_PARAMETER)
+        & (rows["code"] > 0)
+    )
+    again = np.append(
+        False, part[1:] & part[:-1] & (rows["code"][1:] == rows["code"][:-1])
+    )
     if not again.any():
         return batch
     out, pool = rows.copy(), [batch.pool]
@@ -264,7 +353,11 @@ def whole_polynomials(batch: BlockBatch, axes: int, main: Sequence[int]) -> Bloc
             last += 1
         span = float(rows["angle"][first : last + 1].sum())
         coef = _whole(rows, batch.pool, (int(first), last), span, axes, main)
-        out["angle"][first], out["degree"][first], out["pool"][first] = span, coef.shape[1] - 1, size
+        out["angle"][first], out["degree"][first], out["pool"][first] = (
+            span,
+            coef.shape[1] - 1,
+            size,
+        )
         out["length"][first] = rows["length"][first : last + 1].sum()
         out["end"][first] = rows["end"][last]
         pool.append(coef.ravel())
@@ -273,9 +366,16 @@ def whole_polynomials(batch: BlockBatch, axes: int, main: Sequence[int]) -> Bloc
 
 
 def _whole(
-    rows: Any, pool: npt.NDArray[np.float64], ends: tuple[int, int], span: float, axes: int, main: Sequence[int]
+    rows: Any,
+    pool: npt.NDArray[np.float64],
+    ends: tuple[int, int],
+    span: float,
+    axes: int,
+    main: Sequence[int],
 ) -> npt.NDArray[np.float64]:
-    """(axes, 6) coefficients over 0..``span`` of the parts from ``ends[0]`` to ``ends[1]``."""
+    """(axes, 6) coefficients over 0..``span`` of the parts from ``ends[0]`` to
+    ``ends[1]``.
+    """
     parts = []
     for k in ends:
         order = int(rows["degree"][k]) + 1
@@ -283,10 +383,17 @@ def _whole(
         parts.append(np.zeros((axes, 6)))
         parts[-1][:, :order] = pool[at : at + axes * order].reshape(axes, order)
     states = []
-    for coef, s in zip(parts, (0.0, float(rows["angle"][ends[1]])), strict=True):
+    for coef, s in zip(
+        parts, (0.0, float(rows["angle"][ends[1]])), strict=True
+    ):
         powers = s ** np.arange(6)
-        d1, d2 = coef[:, 1:] * np.arange(1, 6), coef[:, 2:] * np.arange(2, 6) * np.arange(1, 5)
-        states.append((coef @ powers, d1 @ powers[:5] * span, d2 @ powers[:4] * span**2))
+        d1, d2 = (
+            coef[:, 1:] * np.arange(1, 6),
+            coef[:, 2:] * np.arange(2, 6) * np.arange(1, 5),
+        )
+        states.append(
+            (coef @ powers, d1 @ powers[:5] * span, d2 @ powers[:4] * span**2)
+        )
     (p0, v0, a0), (p1, v1, a1) = states
     moved = p1 - p0
     out = np.stack([

@@ -1,6 +1,8 @@
-"""What lies between programmed and axis positions: a frame over the three main axes, and a kinematic transformation.
+"""What lies between programmed and axis positions: a frame over the three main
+axes, and a kinematic transformation.
 
-A front end tells the stages with one ``COORDINATES`` row whenever it changes; its layout: ``c_ext/rows/nc_block.h``.
+A front end tells the stages with one ``COORDINATES`` row whenever it changes;
+its layout: ``c_ext/rows/nc_block.h``.
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ def to_quaternion(r: FloatArray) -> FloatArray:
         [r[0, 2] - r[2, 0], r[0, 1] + r[1, 0], squares[2], r[1, 2] + r[2, 1]],
         [r[1, 0] - r[0, 1], r[0, 2] + r[2, 0], r[1, 2] + r[2, 1], squares[3]],
     ])  # fmt: skip
-    best = outer[int(np.argmax(squares))]  # four times one component times the quaternion
+    # four times one component times the quaternion
+    best = outer[int(np.argmax(squares))]
     return np.asarray(best / np.linalg.norm(best))
 
 
@@ -56,7 +59,10 @@ class Frame:
 
     def __matmul__(self, inner: Frame) -> Frame:
         """This frame with ``inner`` in it."""
-        return Frame(_clean(self.rotation @ inner.rotation), self.origin + self.rotation @ inner.origin)
+        return Frame(
+            _clean(self.rotation @ inner.rotation),
+            self.origin + self.rotation @ inner.origin,
+        )
 
     def outer(self, p: FloatArray) -> FloatArray:
         """(.., 3) points of the frame in the coordinates around it."""
@@ -79,10 +85,12 @@ class Frame:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """``kinematics``: number of the transformation, None: the axes are driven as they are.  ``length``: tool, mm.
+    """``kinematics``: number of the transformation, None: the axes are driven
+    as they are.  ``length``: tool, mm.
 
-    ``ptp``: blocks are straight lines of the axes to the programmed end.  ``length_only``: the axes are programmed, and
-    shifted by ``length`` along the tool.
+    ``ptp``: blocks are straight lines of the axes to the programmed end.
+    ``length_only``: the axes are programmed, and shifted by ``length`` along
+    the tool.
     """
 
     frame: Frame = field(default_factory=Frame)
@@ -92,20 +100,33 @@ class Coordinates:
     length_only: bool = False
 
     def fill(self, row: Any, position: FloatArray) -> None:
-        """Write into a row (1,); ``position`` (axes,) in the new programmed coordinates."""
+        """Write into a row (1,); ``position`` (axes,) in the new programmed
+        coordinates.
+        """
         quaternion = to_quaternion(self.frame.rotation)
         row["end"][0, : len(position)] = position
-        row["center"], row["radius"], row["programmed_radius"] = quaternion[:2], quaternion[2], quaternion[3]
+        row["center"], row["radius"], row["programmed_radius"] = (
+            quaternion[:2],
+            quaternion[2],
+            quaternion[3],
+        )
         row["angle"], row["value"], row["length_min"] = self.frame.origin
         row["code"] = 0 if self.kinematics is None else self.kinematics + 1
         row["feed"] = self.length
-        row["flags"] = (PTP if self.ptp else 0) | (LENGTH_ONLY if self.length_only else 0)
+        row["flags"] = (PTP if self.ptp else 0) | (
+            LENGTH_ONLY if self.length_only else 0
+        )
 
     @classmethod
     def of(cls, row: Any) -> Coordinates:
         """What a row says."""
-        quaternion = np.array([*row["center"], row["radius"], row["programmed_radius"]], dtype=np.float64)
-        origin = np.array([row["angle"], row["value"], row["length_min"]], dtype=np.float64)
+        quaternion = np.array(
+            [*row["center"], row["radius"], row["programmed_radius"]],
+            dtype=np.float64,
+        )
+        origin = np.array(
+            [row["angle"], row["value"], row["length_min"]], dtype=np.float64
+        )
         code = int(row["code"])
         return cls(
             Frame(from_quaternion(quaternion), origin),

@@ -1,8 +1,11 @@
-"""The waist's columns for profiles: curves given by points, polynomials or B-splines, before geometry.
+"""The waist's columns for profiles: curves given by points, polynomials or
+B-splines, before geometry.
 
-A profile is one block of the program (G61..G60 of a 10-Series program).  Its front end hands out ``ProfileChunk``
-columns, no row and no object per point; the stage ``cnc_core.geometry.profiles`` turns them into rows.  Nothing here
-knows a dialect: a ``ProfileSpec`` says in plain terms what the profile consists of and how it is to be machined.
+A profile is one block of the program (G61..G60 of a 10-Series program).  Its
+front end hands out ``ProfileChunk`` columns, no row and no object per point;
+the stage ``cnc_core.geometry.profiles`` turns them into rows.  Nothing here
+knows a dialect: a ``ProfileSpec`` says in plain terms what the profile consists
+of and how it is to be machined.
 """
 
 from __future__ import annotations
@@ -19,14 +22,17 @@ IntArray = npt.NDArray[np.int64]
 # What happens at the end of a point's curve, or at the end of a polynomial.
 SMOOTH, TANGENT, BLEND, STOP, PASS = 0, 62, 63, 66, 67
 POINTS, POLYNOMIALS, CONTROL_POINTS = "points", "polynomials", "control points"
-VERSORS = ("ijk", "mno", "pqd")  # tool direction, surface normal, radius application direction
+# tool direction, surface normal, radius application direction
+VERSORS = ("ijk", "mno", "pqd")
 
 PointType = Literal["CCP", "CLP", "AXI"]
 
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Limits of one axis, mm/s, mm/s2, mm/s3 (degrees for rotary axes); None: the machine's own."""
+    """Limits of one axis, mm/s, mm/s2, mm/s3 (degrees for rotary axes); None:
+    the machine's own.
+    """
 
     velocity: float | None = None
     acceleration: float | None = None
@@ -35,7 +41,11 @@ class Dynamics:
 
 @dataclass(frozen=True)
 class ProfileAxis:
-    """One axis of a profile.  ``channel``: index of the channel axis.  ``factor``: driven mm per programmed unit."""
+    """One axis of a profile.
+
+    ``channel``: index of the channel axis.  ``factor``: driven mm per
+    programmed unit.
+    """
 
     name: str
     channel: int
@@ -66,7 +76,11 @@ class ProfileAxis:
 
 @dataclass(frozen=True)
 class ToolShape:
-    """Lengths in mm.  ``edge_radius`` 0: cylindrical, the radius: ball, between: toroidal.  ``contact_deg``: angle."""
+    """Lengths in mm.
+
+    ``edge_radius`` 0: cylindrical, the radius: ball, between: toroidal.
+    ``contact_deg``: angle.
+    """
 
     length: float = 0.0
     radius: float = 0.0
@@ -74,12 +88,15 @@ class ToolShape:
     contact_deg: float = -90.0
     origin_length: float = 0.0
     direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    centre: bool = False  # location points are the centre of the edge radius, not the tip
+    # location points are the centre of the edge radius, not the tip
+    centre: bool = False
 
 
 @dataclass(frozen=True)
 class Marks:
-    """Automatic edges and changes of curvature; an angle or length of 0 switches its test off."""
+    """Automatic edges and changes of curvature; an angle or length of 0
+    switches its test off.
+    """
 
     edge_deg: float = 0.0
     versor_deg: float = 0.0
@@ -104,7 +121,9 @@ class Smoothness:
 
 @dataclass(frozen=True)
 class ChainStep:
-    """Step from the frame before to the frame of ``name``: offset mm, then rotations about X, Y, Z in degrees."""
+    """Step from the frame before to the frame of ``name``: offset mm, then
+    rotations about X, Y, Z in degrees.
+    """
 
     name: str
     offset: tuple[float, float, float]
@@ -113,7 +132,9 @@ class ChainStep:
 
 @dataclass(frozen=True)
 class Chain:
-    """Kinematic chain: type and bed by their names (specification 9.3), and its steps by name, ``t`` and ``w`` too."""
+    """Kinematic chain: type and bed by their names (specification 9.3), and its
+    steps by name, ``t`` and ``w`` too.
+    """
 
     kind: str
     bed: str
@@ -124,9 +145,11 @@ class Chain:
 class ProfileSpec:
     """Everything that holds from a profile's beginning to its end.
 
-    ``start``: (channel axes,) position when it begins.  ``versors``: groups that are columns of the chunks.
-    ``degree``: of the curves made from points (3 or 5), or of the programmed polynomials and B-splines (3 to 5).
-    ``tolerance``, ``versor_tolerance``, ``null_move``, ``chord``: mm (versors: dimensionless).
+    ``start``: (channel axes,) position when it begins.  ``versors``: groups
+    that are columns of the chunks. ``degree``: of the curves made from points
+    (3 or 5), or of the programmed polynomials and B-splines (3 to 5).
+    ``tolerance``, ``versor_tolerance``, ``null_move``, ``chord``: mm (versors:
+    dimensionless).
     """
 
     kind: str
@@ -146,7 +169,8 @@ class ProfileSpec:
     marks: Marks = Marks()
     smoothness: Smoothness = Smoothness()
     chain: Chain | None = None
-    feed_by_length: bool = False  # polynomials and B-splines: feed along the arc, not in their parameter
+    # polynomials and B-splines: feed along the arc, not in their parameter
+    feed_by_length: bool = False
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -162,7 +186,9 @@ class ProfileSpec:
     @property
     def tangential(self) -> int | None:
         """Column of the tangential axis."""
-        return next((i for i, axis in enumerate(self.axes) if axis.tangential), None)
+        return next(
+            (i for i, axis in enumerate(self.axes) if axis.tangential), None
+        )
 
     @property
     def five_axes(self) -> bool:
@@ -178,12 +204,15 @@ class ProfileSpec:
 
 @dataclass
 class ProfileChunk:
-    """A stretch of a profile.  ``feed`` mm/s; ``after``: transition behind each point or polynomial.
+    """A stretch of a profile.
 
-    ``values``: (n, columns) of points and control points.  ``rapid``: the point is reached in a straight line.
-    Polynomials: ``coef`` (n, columns, degree + 1) ascending over 0..``span`` (n,).
-    Control points: one chunk is one whole B-spline, ``knots`` (n + degree + 1,).
-    ``last``: the profile ends with this chunk.
+    ``feed`` mm/s; ``after``: transition behind each point or polynomial.
+
+    ``values``: (n, columns) of points and control points.  ``rapid``: the point
+    is reached in a straight line. Polynomials: ``coef`` (n, columns, degree +
+    1) ascending over 0..``span`` (n,). Control points: one chunk is one whole
+    B-spline, ``knots`` (n + degree + 1,). ``last``: the profile ends with this
+    chunk.
     """
 
     spec: ProfileSpec
@@ -192,7 +221,9 @@ class ProfileChunk:
     feed: FloatArray
     after: IntArray
     values: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
-    rapid: npt.NDArray[np.bool_] = field(default_factory=lambda: np.empty(0, np.bool_))
+    rapid: npt.NDArray[np.bool_] = field(
+        default_factory=lambda: np.empty(0, np.bool_)
+    )
     coef: FloatArray = field(default_factory=lambda: np.empty((0, 0, 0)))
     span: FloatArray = field(default_factory=lambda: np.empty(0))
     knots: FloatArray = field(default_factory=lambda: np.empty(0))

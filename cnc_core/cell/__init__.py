@@ -1,6 +1,8 @@
-"""The cell: a CNC process and a PLC process side by side, started, supervised and ended together.
+"""The cell: a CNC process and a PLC process side by side, started, supervised
+and ended together.
 
->>> with Cell("cell.toml") as cell:                                            # doctest: +SKIP
+>>> with Cell("cell.toml") as cell:                                            #
+doctest: +SKIP
 ...     result = cell.run("part.nc", plc=OverrideFromContour)
 """
 
@@ -42,7 +44,8 @@ POLL_S = 0.005
 GRACE_S = 3.5  # after one side ended: how long the other may take to notice
 PLC_CHOICES = "a file, a class of a file, or builtin:NAME (start_plc runs any class in this process)"
 NO_PLC = "none"
-STALL_S = 0.5  # without a PLC: how long the program may stand at a stop that nobody will leave
+# without a PLC: how long the program may stand at a stop that nobody will leave
+STALL_S = 0.5
 
 
 @dataclass
@@ -52,7 +55,9 @@ class RunResult:
     cycles: int = 0
     sim_time_s: float = 0.0
     wall_time_s: float = 0.0
-    requests: dict[str, int] = field(default_factory=lambda: {"mode1": 0, "mode2": 0})
+    requests: dict[str, int] = field(
+        default_factory=lambda: {"mode1": 0, "mode2": 0}
+    )
     handshake_us: dict[str, float | None] = field(default_factory=dict)
     overruns: int = 0
     end: str = "aborted"
@@ -69,7 +74,9 @@ class RunResult:
 
     @property
     def realtime_factor(self) -> float:
-        return self.sim_time_s / self.wall_time_s if self.wall_time_s > 0 else 0.0
+        return (
+            self.sim_time_s / self.wall_time_s if self.wall_time_s > 0 else 0.0
+        )
 
     def as_json(self) -> dict[str, Any]:
         return {
@@ -100,7 +107,9 @@ class PlcChoice:
 
     @classmethod
     def of(cls, plc: Any, args: dict[str, Any] | None = None) -> PlcChoice:
-        """From None (acknowledge everything), ``builtin:NAME``, a file, or a task class of an importable file."""
+        """From None (acknowledge everything), ``builtin:NAME``, a file, or a
+        task class of an importable file.
+        """
         if plc is None:
             plc = "builtin:acknowledge"
         if plc == NO_PLC:
@@ -109,57 +118,101 @@ class PlcChoice:
             return cls._of_class(plc)
         text = str(plc)
         if text.startswith("builtin:"):
-            return cls(("--builtin", text.removeprefix("builtin:"), "--args", json.dumps(args or {})))
+            return cls(
+                (
+                    "--builtin",
+                    text.removeprefix("builtin:"),
+                    "--args",
+                    json.dumps(args or {}),
+                )
+            )
         if not isinstance(plc, (str, Path)):
             raise CncError(902001, f"PLC {plc!r}: {PLC_CHOICES}")
         if not Path(text).is_file():
             raise CncError(901001, "PLC program not found", Place(text))
         return cls(("--file", str(Path(text).resolve())))
 
-    def online(self, watch: Sequence[str] | str, force: dict[str, Any]) -> PlcChoice:
+    def online(
+        self, watch: Sequence[str] | str, force: dict[str, Any]
+    ) -> PlcChoice:
         """The same PLC with a watch list (or one symbol) and forced symbols."""
         watch = [watch] if isinstance(watch, str) else watch
         for path, value in force.items():
             if not isinstance(value, (numbers.Real, str)):
-                raise CncError(902001, f"force {path}={value!r}: a number, a BOOL or a text is needed")
+                raise CncError(
+                    902001,
+                    f"force {path}={value!r}: a number, a BOOL or a text is needed",
+                )
         if not self.arguments and (watch or force):
-            raise CncError(902001, f"watch list and forced symbols need a PLC, not {NO_PLC!r}")
+            raise CncError(
+                902001,
+                f"watch list and forced symbols need a PLC, not {NO_PLC!r}",
+            )
         more = [part for path in watch for part in ("--watch", path)]
-        more += [part for path, value in force.items() for part in ("--force", f"{path}={value}")]
+        more += [
+            part
+            for path, value in force.items()
+            for part in ("--force", f"{path}={value}")
+        ]
         return PlcChoice((*self.arguments, *more))
 
     @classmethod
     def _of_class(cls, plc: type) -> PlcChoice:
         if "<locals>" in plc.__qualname__:
             raise CncError(
-                902001, f"PLC class {plc.__qualname__} is local to a function; the PLC process needs {PLC_CHOICES}"
+                902001,
+                f"PLC class {plc.__qualname__} is local to a function; the PLC process needs {PLC_CHOICES}",
             )
         try:
             file = inspect.getfile(plc)
         except (TypeError, OSError):
             raise CncError(
-                902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}"
+                902001,
+                f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}",
             ) from None
         if not Path(file).is_file():
-            raise CncError(902001, f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}")
-        return cls(("--file", str(Path(file).resolve()), "--class", plc.__qualname__))
+            raise CncError(
+                902001,
+                f"PLC class {plc.__name__} has no source file; the PLC process needs {PLC_CHOICES}",
+            )
+        return cls(
+            ("--file", str(Path(file).resolve()), "--class", plc.__qualname__)
+        )
 
 
 class _Child:
     """One process with its report and what it says on standard error."""
 
     def __init__(
-        self, title: str, module: str, arguments: Sequence[str], folder: Path, terminal: bool = False
+        self,
+        title: str,
+        module: str,
+        arguments: Sequence[str],
+        folder: Path,
+        terminal: bool = False,
     ) -> None:
         self.title = title
         self.report_file = folder / f"{title}.json"
         self.log_file = folder / f"{title}.log"
-        command = [sys.executable, "-P", "-m", module, *arguments, "--parent", str(os.getpid())]
+        command = [
+            sys.executable,
+            "-P",
+            "-m",
+            module,
+            *arguments,
+            "--parent",
+            str(os.getpid()),
+        ]
         environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
-        with self.log_file.open("wb") as log:  # what user code prints goes to our standard error, as it comes
+        # what user code prints goes to our standard error, as it comes
+        with self.log_file.open("wb") as log:
             stdin = None if terminal else subprocess.DEVNULL
             self.process = subprocess.Popen(
-                command, stdin=stdin, stdout=sys.__stderr__, stderr=log, env=environment
+                command,
+                stdin=stdin,
+                stdout=sys.__stderr__,
+                stderr=log,
+                env=environment,
             )
 
     @property
@@ -205,12 +258,20 @@ class _Job:
 
 
 class Cell:
-    """A machine from a configuration file (None: the built-in one, X Y Z) that runs programs beside a PLC."""
+    """A machine from a configuration file (None: the built-in one, X Y Z) that
+    runs programs beside a PLC.
+    """
 
     def __init__(
-        self, config: str | Path | None = None, *, clock: str = "lockstep", service: str | None = None
+        self,
+        config: str | Path | None = None,
+        *,
+        clock: str = "lockstep",
+        service: str | None = None,
     ) -> None:
-        self.config_path = Path(config).resolve() if config is not None else None
+        self.config_path = (
+            Path(config).resolve() if config is not None else None
+        )
         self.config: CellConfig = load_config(self.config_path)
         self.clock, self.service = clock, service
         self._job: _Job | None = None
@@ -219,7 +280,10 @@ class Cell:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         self.close()
 
@@ -253,15 +317,20 @@ class Cell:
     ) -> RunResult:
         """Run the program to its end.
 
-        ``plc``: a file, a task class, ``builtin:NAME``, None (acknowledges everything), or ``"none"``: no PLC process
-        at all, in virtual time; functions count as acknowledged, a stop that waits for "continue" ends the run with an
-        error.  ``out``: folder for files the program writes, by default ``hli-cosim-out``.  ``lenient``: as for
-        ``Program``.  ``autostart=False``: the program stands ready, the PLC starts it by ``mode_and_state``.
-        ``watch``: symbols of the HLI or of a task, recorded at every scan (``result.plc["watch"]``); ``force``:
-        symbols held at a value.  ``answers``: file with answers to the program's dialogs (``operator_answers``).
-        ``start_line`` with ``start_pass``, ``start_marker``: where the program is taken up (``Restart``).
+        ``plc``: a file, a task class, ``builtin:NAME``, None (acknowledges
+        everything), or ``"none"``: no PLC process at all, in virtual time;
+        functions count as acknowledged, a stop that waits for "continue" ends
+        the run with an error.  ``out``: folder for files the program writes, by
+        default ``hli-cosim-out``.  ``lenient``: as for ``Program``.
+        ``autostart=False``: the program stands ready, the PLC starts it by
+        ``mode_and_state``. ``watch``: symbols of the HLI or of a task, recorded
+        at every scan (``result.plc["watch"]``); ``force``: symbols held at a
+        value.  ``answers``: file with answers to the program's dialogs
+        (``operator_answers``). ``start_line`` with ``start_pass``,
+        ``start_marker``: where the program is taken up (``Restart``).
 
-        CncError if something is wrong before the start (files, names); what goes wrong later is in the result.
+        CncError if something is wrong before the start (files, names); what
+        goes wrong later is in the result.
         """
         refuse_cell_start()
         program, target = Path(program), Path(record) if record else None
@@ -279,28 +348,54 @@ class Cell:
         _sweep_folders()
         folder = Path(out) if out else OUT_FOLDER
         before = _files(folder)
-        options = {"dialect": dialect, "hold_start": hold_start, "lenient": lenient, "out": folder}
+        options = {
+            "dialect": dialect,
+            "hold_start": hold_start,
+            "lenient": lenient,
+            "out": folder,
+        }
         self._job = self._start(
-            program, choice, clock, bool(target), options | {"autostart": autostart, "answers": script,
-            "start_line": start_line, "start_pass": start_pass, "start_marker": start_marker},
+            program,
+            choice,
+            clock,
+            bool(target),
+            options
+            | {
+                "autostart": autostart,
+                "answers": script,
+                "start_line": start_line,
+                "start_pass": start_pass,
+                "start_marker": start_marker,
+            },
         )
         try:
             _supervise(self._job)
         except BaseException:
             _stop(self._job)
             if target:
-                recorder.finish(self._job.folder / "samples.f64", target, self.config)
+                recorder.finish(
+                    self._job.folder / "samples.f64", target, self.config
+                )
             raise
         else:
             _stop(self._job)
             result = self._collect(self._job, target)
-            result.files = [name for name, stamp in _files(folder).items() if before.get(name) != stamp]
+            result.files = [
+                name
+                for name, stamp in _files(folder).items()
+                if before.get(name) != stamp
+            ]
             return result
         finally:
             self.close()
 
     def _start(
-        self, program: Path, choice: PlcChoice, clock: str, record: bool, options: dict[str, Any]
+        self,
+        program: Path,
+        choice: PlcChoice,
+        clock: str,
+        record: bool,
+        options: dict[str, Any],
     ) -> _Job:
         folder = _scratch_folder()
         name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
@@ -309,7 +404,8 @@ class Cell:
             program,
             name,
             config=self.config_path,
-            clock="freerun" if alone and clock == "lockstep" else clock,  # the same cycles, and nobody to wait for
+            # the same cycles, and nobody to wait for
+            clock="freerun" if alone and clock == "lockstep" else clock,
             wait_plc=not alone,
             service=self.service,
             report=folder / "cnc.json",
@@ -319,14 +415,32 @@ class Cell:
             **options,
         )
         started = time.monotonic()
-        cnc = _Child("cnc", "cnc_core.process", [chosen.as_json()], folder, chosen.terminal)
-        arguments = ["--name", name, *choice.arguments, "--report", str(folder / "plc.json"), "--once"]
+        cnc = _Child(
+            "cnc",
+            "cnc_core.process",
+            [chosen.as_json()],
+            folder,
+            chosen.terminal,
+        )
+        arguments = [
+            "--name",
+            name,
+            *choice.arguments,
+            "--report",
+            str(folder / "plc.json"),
+            "--once",
+        ]
         plc = None if alone else _Child("plc", "plc_client", arguments, folder)
         return _Job(cnc, plc, folder, name, started)
 
     def _collect(self, job: _Job, target: Path | None) -> RunResult:
-        cnc, plc = job.cnc.report(), job.plc.report() if job.plc is not None else {}
-        result = RunResult(wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[])
+        cnc, plc = (
+            job.cnc.report(),
+            job.plc.report() if job.plc is not None else {},
+        )
+        result = RunResult(
+            wall_time_s=time.monotonic() - job.started, plc=plc, warnings=[]
+        )
         for key in (
             "cycles",
             "sim_time_s",
@@ -343,15 +457,23 @@ class Cell:
             if key in cnc:
                 setattr(result, key, cnc[key])
         result.warnings = [*result.warnings, *plc.get("warnings", [])]
-        result.overruns = int(cnc.get("overruns", 0)) + int(plc.get("overruns", 0))
+        result.overruns = int(cnc.get("overruns", 0)) + int(
+            plc.get("overruns", 0)
+        )
         result.handshake_us = _handshake_us(plc)
         _judge(result, job, cnc)
         if target:
             try:
-                result.recorded = recorder.finish(job.folder / "samples.f64", target, self.config)
+                result.recorded = recorder.finish(
+                    job.folder / "samples.f64", target, self.config
+                )
             except OSError as error:
                 result.end = "error"
-                result.errors.append(CncError(901004, f"recording {target}: {error.strerror}").as_json())
+                result.errors.append(
+                    CncError(
+                        901004, f"recording {target}: {error.strerror}"
+                    ).as_json()
+                )
         return result
 
 
@@ -362,9 +484,13 @@ def _clock(name: str) -> str:
 
 
 def _scratch_folder() -> Path:
-    """A folder named after this process and its start, so that the next start knows when nobody needs it."""
+    """A folder named after this process and its start, so that the next start
+    knows when nobody needs it.
+    """
     me = os.getpid()
-    return Path(tempfile.mkdtemp(prefix=f"{SCRATCH}{me}-{sync.hs_process_start(me)}-"))
+    return Path(
+        tempfile.mkdtemp(prefix=f"{SCRATCH}{me}-{sync.hs_process_start(me)}-")
+    )
 
 
 def _sweep_folders() -> None:
@@ -372,10 +498,18 @@ def _sweep_folders() -> None:
     for path in Path(tempfile.gettempdir()).glob(f"{SCRATCH}*"):
         match = re.fullmatch(rf"{SCRATCH}(\d+)-(\d+)-.+", path.name)
         try:
-            ours = path.lstat().st_uid == os.getuid() and path.is_dir() and not path.is_symlink()
+            ours = (
+                path.lstat().st_uid == os.getuid()
+                and path.is_dir()
+                and not path.is_symlink()
+            )
         except OSError:
             continue
-        if match and ours and not sync.hs_process_alive(int(match[1]), int(match[2])):
+        if (
+            match
+            and ours
+            and not sync.hs_process_alive(int(match[1]), int(match[2]))
+        ):
             shutil.rmtree(path, ignore_errors=True)
 
 
@@ -383,7 +517,11 @@ def _files(folder: Path | None) -> dict[str, int]:
     """Files below the folder with their time of change; none without a folder."""
     if folder is None or not folder.is_dir():
         return {}
-    return {str(p.relative_to(folder)): p.stat().st_mtime_ns for p in sorted(folder.rglob("*")) if p.is_file()}
+    return {
+        str(p.relative_to(folder)): p.stat().st_mtime_ns
+        for p in sorted(folder.rglob("*"))
+        if p.is_file()
+    }
 
 
 def _supervise(job: _Job) -> None:
@@ -396,7 +534,8 @@ def _supervise(job: _Job) -> None:
         time.sleep(POLL_S)
         if job.cnc.ended or job.plc.ended:
             alone_since = alone_since or time.monotonic()
-            # a PLC that ended well (status 0) leaves the CNC to finish; anything else ends the run
+            # a PLC that ended well (status 0) leaves the CNC to finish;
+            # anything else ends the run
             if time.monotonic() - alone_since > GRACE_S:
                 return
 
@@ -411,7 +550,11 @@ def _supervise_alone(job: _Job) -> None:
             view = view or segment.attach(job.name)
         except HliError:
             continue
-        since = (since or time.monotonic()) if view.root.channel[0].bahn_state.wait_continue_r else 0.0
+        since = (
+            (since or time.monotonic())
+            if view.root.channel[0].bahn_state.wait_continue_r
+            else 0.0
+        )
         if since and time.monotonic() - since > STALL_S:
             job.stalled = True
             break
@@ -430,7 +573,10 @@ def _stop(job: _Job) -> None:
 
 def _handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:
     ns = plc.get("handshake_ns") or {}
-    return {k: ns[k] / 1000.0 if ns.get(k) is not None and ns.get("n") else None for k in ("p50", "p99", "p999", "max")}
+    return {
+        k: ns[k] / 1000.0 if ns.get(k) is not None and ns.get("n") else None
+        for k in ("p50", "p99", "p999", "max")
+    }
 
 
 def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
@@ -445,10 +591,14 @@ def _judge(result: RunResult, job: _Job, cnc: dict[str, Any]) -> None:
         elif result.errors and cnc.get("source"):
             result.error_text = cnc["source"]
         return
-    plc_failed = job.plc.process.poll() != 0 and (not result.plc or bool(result.plc.get("error")))
+    plc_failed = job.plc.process.poll() != 0 and (
+        not result.plc or bool(result.plc.get("error"))
+    )
     if cnc.get("source") and result.errors:
         result.error_text = cnc["source"]
-    plc_error = result.plc.get("error") or (job.plc.said() if plc_failed else "")
+    plc_error = result.plc.get("error") or (
+        job.plc.said() if plc_failed else ""
+    )
     if plc_failed and plc_error and "died" not in plc_error:
         result.end = "error"
         result.errors.append(_plc_error(plc_error))
@@ -467,8 +617,16 @@ def _died(who: str, child: _Child) -> dict[str, Any]:
 
 
 def _plc_error(text: str) -> dict[str, Any]:
-    """An error of the PLC program: ``FILE:LINE: Type: text`` with the user's frames below."""
+    """An error of the PLC program: ``FILE:LINE: Type: text`` with the user's
+    frames below.
+    """
     first, *frames = text.splitlines()
     match = re.match(r"(.+?):(\d+): (.*)", first)
-    place = Place(match[1], int(match[2]), 1, frames[-1].strip() if frames else "") if match else Place()
-    return CncError(905003, f"PLC program: {match[3] if match else first}", place).as_json()
+    place = (
+        Place(match[1], int(match[2]), 1, frames[-1].strip() if frames else "")
+        if match
+        else Place()
+    )
+    return CncError(
+        905003, f"PLC program: {match[3] if match else first}", place
+    ).as_json()

@@ -1,6 +1,8 @@
-"""A CNC process alone, in lockstep, for a PLC that lives in the caller's process (tests, notebooks).
+"""A CNC process alone, in lockstep, for a PLC that lives in the caller's
+process (tests, notebooks).
 
->>> with start_plc("part.nc", MyPlc) as plc:                                # doctest: +SKIP
+>>> with start_plc("part.nc", MyPlc) as plc:                                #
+doctest: +SKIP
 ...     plc.run_to_distance(100_000.0)
 """
 
@@ -32,7 +34,12 @@ class _Machine:
     """The CNC process with its folder and segment."""
 
     def __init__(
-        self, program: Path, config: Path | None, dialect: str | None, service: str | None, autostart: bool
+        self,
+        program: Path,
+        config: Path | None,
+        dialect: str | None,
+        service: str | None,
+        autostart: bool,
     ) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         self.name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
@@ -40,10 +47,14 @@ class _Machine:
             program, self.name, config=config, dialect=dialect, service=service,
             report=self.folder / "cnc.json", once=True, autostart=autostart,
         )  # fmt: skip
-        self.child = _Child("cnc", "cnc_core.process", [options.as_json()], self.folder)
+        self.child = _Child(
+            "cnc", "cnc_core.process", [options.as_json()], self.folder
+        )
 
     def connect(self) -> Hli:
-        """As soon as its segment is there; CncError with what it said if it ended before."""
+        """As soon as its segment is there; CncError with what it said if it
+        ended before.
+        """
         end = time.monotonic() + _START_S
         while True:
             try:
@@ -51,7 +62,10 @@ class _Machine:
             except (HliNotFound, HliNotReady):
                 if self.child.ended or time.monotonic() > end:
                     said = self.child.said().splitlines()
-                    raise CncError(905001, said[-1] if said else "the CNC process did not start") from None
+                    raise CncError(
+                        905001,
+                        said[-1] if said else "the CNC process did not start",
+                    ) from None
                 time.sleep(_RETRY_S)
 
     def end(self) -> dict[str, Any]:
@@ -74,17 +88,25 @@ def start_plc(
     service: str | None = None,
     autostart: bool = True,
 ) -> PlcRunner:
-    """A ``PlcRunner`` beside the real CNC in a process of its own, in lockstep: nothing runs until ``step()``.
+    """A ``PlcRunner`` beside the real CNC in a process of its own, in lockstep:
+    nothing runs until ``step()``.
 
-    ``tasks``: task classes (they may be local to a function) or files.  ``close()`` ends the CNC; its report is then
-    in ``cnc_report``.  ``autostart`` FALSE: the program stands ready, the PLC starts it.
-    CncError: no such file, the CNC did not start.
+    ``tasks``: task classes (they may be local to a function) or files.
+    ``close()`` ends the CNC; its report is then in ``cnc_report``.
+    ``autostart`` FALSE: the program stands ready, the PLC starts it. CncError:
+    no such file, the CNC did not start.
     """
     refuse_cell_start()
     program = Path(program).resolve()
     if not program.is_file():
         raise CncError(901001, "file not found", Place(str(program)))
-    machine = _Machine(program, Path(config).resolve() if config is not None else None, dialect, service, autostart)
+    machine = _Machine(
+        program,
+        Path(config).resolve() if config is not None else None,
+        dialect,
+        service,
+        autostart,
+    )
     try:
         hli = machine.connect()
         try:

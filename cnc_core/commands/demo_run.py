@@ -20,7 +20,9 @@ PASS_S = 9.0  # about what one pass of the part takes
 
 @dataclass
 class DemoResult:
-    """What the demo shows: the run, the PLC's own account, the raw handshake reference, the files written."""
+    """What the demo shows: the run, the PLC's own account, the raw handshake
+    reference, the files written.
+    """
 
     run: RunResult
     plc: dict[str, Any]
@@ -31,12 +33,22 @@ class DemoResult:
         out = self.run.as_json()
         out["plc"] = {k: v for k, v in self.run.plc.items() if k != "result"}
         keys = ("elements_followed", "log_entries", "lowest_override")
-        return out | {"raw_us": self.raw_us, "out": str(self.folder)} | {k: self.plc.get(k) for k in keys}
+        return (
+            out
+            | {"raw_us": self.raw_us, "out": str(self.folder)}
+            | {k: self.plc.get(k) for k in keys}
+        )
 
 
 def demo_program(passes: int) -> str:
-    """A part with long lines, large and small arcs and sharp corners, marked for mode 1, driven ``passes`` times."""
-    head = ["%demo", "( bundled part of hli-cosim: lines, large and small radii, sharp corners )", "N10 G17 G90 G71"]
+    """A part with long lines, large and small arcs and sharp corners, marked
+    for mode 1, driven ``passes`` times.
+    """
+    head = [
+        "%demo",
+        "( bundled part of hli-cosim: lines, large and small radii, sharp corners )",
+        "N10 G17 G90 G71",
+    ]
     head += [
         "N20 G00 X0 Y0 Z5",
         "N30 T1 D1",
@@ -54,13 +66,28 @@ def demo_program(passes: int) -> str:
 
 def _one_pass(i: int) -> list[str]:
     z = -0.5 * (i + 1)
-    out = [f"G01 Z{z:.2f} F2000", "G01 X60 Y0 F6000", "G03 X70 Y10 I0 J10", "G01 X70 Y40"]
+    out = [
+        f"G01 Z{z:.2f} F2000",
+        "G01 X60 Y0 F6000",
+        "G03 X70 Y10 I0 J10",
+        "G01 X70 Y40",
+    ]
     out += [
         "G03 X66 Y44 I-4 J0",
         "G01 X50 Y44",
-        f"#CONTOUR LOOKAHEAD LOG [PARAM={i + 10}]" if i == 0 else "( next pass )",
+        f"#CONTOUR LOOKAHEAD LOG [PARAM={i + 10}]"
+        if i == 0
+        else "( next pass )",
     ]
-    out += ["G02 X48 Y46 I0 J2", "G01 X48 Y58", "G03 X28 Y58 I-10 J0", "G01 X28 Y40", "X20 Y30", "X10 Y44", "X0 Y30"]
+    out += [
+        "G02 X48 Y46 I0 J2",
+        "G01 X48 Y58",
+        "G03 X28 Y58 I-10 J0",
+        "G01 X28 Y40",
+        "X20 Y30",
+        "X10 Y44",
+        "X0 Y30",
+    ]
     for k in range(1, 41):  # a wave of short blocks
         y = 30.0 - 30.0 * k / 40
         out.append(f"X{6.0 * math.sin(2.0 * math.pi * k / 20):.4f} Y{y:.4f}")
@@ -68,7 +95,9 @@ def _one_pass(i: int) -> list[str]:
 
 
 def run_demo(seconds: float, folder: Path) -> DemoResult:
-    """Run both processes on the bundled part for about ``seconds`` of machine time; writes demo.nc, .npz and .png."""
+    """Run both processes on the bundled part for about ``seconds`` of machine
+    time; writes demo.nc, .npz and .png.
+    """
     folder.mkdir(parents=True, exist_ok=True)
     program = folder / "demo.nc"
     program.write_text(demo_program(max(1, round(seconds / PASS_S))))
@@ -79,4 +108,6 @@ def run_demo(seconds: float, folder: Path) -> DemoResult:
     if plc and run.recorded:
         with np.load(recording) as columns:
             demo_picture(folder / "demo.png", dict(columns), plc)
-    return DemoResult(run, plc, quantiles_us(raw.measure_raw(N_BLOCKS, 0.5).ns), folder)
+    return DemoResult(
+        run, plc, quantiles_us(raw.measure_raw(N_BLOCKS, 0.5).ns), folder
+    )

@@ -1,4 +1,5 @@
-"""Python's handle on the jerk-limited planner of ``c_ext/jerk_*.c``: for tests, benchmarks and pictures.
+"""Python's handle on the jerk-limited planner of ``c_ext/jerk_*.c``: for tests,
+benchmarks and pictures.
 
 The engine calls the C functions itself; nothing here is on its way.
 """
@@ -55,7 +56,10 @@ LAW = np.dtype(
         ("last", "u4"),
     ]
 )
-if ffi.sizeof("jerk_interval") != INTERVAL.itemsize or ffi.sizeof("jerk_law") != LAW.itemsize:
+if (
+    ffi.sizeof("jerk_interval") != INTERVAL.itemsize
+    or ffi.sizeof("jerk_law") != LAW.itemsize
+):
     raise ImportError("jerk_interval or jerk_law differ from their numpy types")
 
 
@@ -69,12 +73,23 @@ class Limits:
 
 
 def intervals_from_knots(
-    s: FloatArray, d1: FloatArray, d2: FloatArray, d3: FloatArray, feed: float | FloatArray
+    s: FloatArray,
+    d1: FloatArray,
+    d2: FloatArray,
+    d3: FloatArray,
+    feed: float | FloatArray,
 ) -> npt.NDArray[Any]:
-    """Intervals of a path that is smooth over its knots: s (n+1,) mm, derivatives (n+1, axes), feed mm/s."""
+    """Intervals of a path that is smooth over its knots: s (n+1,) mm,
+    derivatives (n+1, axes), feed mm/s.
+    """
     n, axes = len(s) - 1, d1.shape[1]
     out = np.zeros(n, INTERVAL)
-    out["length"], out["offset"], out["tag"], out["blocks"] = np.diff(s), s[:-1], np.arange(n), 1
+    out["length"], out["offset"], out["tag"], out["blocks"] = (
+        np.diff(s),
+        s[:-1],
+        np.arange(n),
+        1,
+    )
     out["feed"] = feed
     for name, d in (("d1", d1), ("d2", d2), ("d3", d3)):
         out[name][:, 0, :axes], out[name][:, 1, :axes] = d[:-1], d[1:]
@@ -84,14 +99,18 @@ def intervals_from_knots(
 def _config(limits: Limits, window: int, knots: int, cycle_s: float) -> Any:
     config = ffi.new("jerk_config *")
     config.axes, config.cycle_s = len(limits.v), cycle_s
-    for i, (v, a, j) in enumerate(zip(limits.v, limits.a, limits.j, strict=True)):
+    for i, (v, a, j) in enumerate(
+        zip(limits.v, limits.a, limits.j, strict=True)
+    ):
         config.v_max[i], config.a_max[i], config.j_max[i] = v, a, j
     config.window_blocks, config.window_knots = window, knots
     return config
 
 
 class JerkPlanner:
-    """One planner; ``window`` is its look-ahead in blocks, ``knots`` in intervals of its own grid."""
+    """One planner; ``window`` is its look-ahead in blocks, ``knots`` in
+    intervals of its own grid.
+    """
 
     def __init__(
         self,
@@ -108,7 +127,10 @@ class JerkPlanner:
         config.spacing_mm, config.refresh = spacing_mm, refresh
         handle = lib.jerk_new(config, capacity)
         if handle == ffi.NULL:
-            raise CncError(0, "jerk planner: limits must be positive and finite, the window at least 8 knots")
+            raise CncError(
+                0,
+                "jerk planner: limits must be positive and finite, the window at least 8 knots",
+            )
         self._handle = ffi.gc(handle, lib.jerk_free)
         self._laws = np.zeros(8192, LAW)
 
@@ -117,7 +139,13 @@ class JerkPlanner:
         if not len(intervals):
             return 0
         rows = np.ascontiguousarray(intervals)
-        taken = int(lib.jerk_push(self._handle, ffi.from_buffer("jerk_interval[]", rows), len(rows)))
+        taken = int(
+            lib.jerk_push(
+                self._handle,
+                ffi.from_buffer("jerk_interval[]", rows),
+                len(rows),
+            )
+        )
         if taken < 0:
             raise ValueError(f"interval refused: {taken}")
         return taken
@@ -134,19 +162,36 @@ class JerkPlanner:
         """Feed hold: stop in the shortest legal distance, stand until released."""
         lib.jerk_hold(self._handle, hold)
 
-    def take(self, seconds: float = float("inf"), most: int = 8192) -> npt.NDArray[Any]:
+    def take(
+        self, seconds: float = float("inf"), most: int = 8192
+    ) -> npt.NDArray[Any]:
         """The next laws, at least ``seconds`` of them if there are that many."""
         most = min(most, len(self._laws))
-        n = int(lib.jerk_take(self._handle, ffi.from_buffer("jerk_law[]", self._laws), most, min(seconds, 1e300)))
+        n = int(
+            lib.jerk_take(
+                self._handle,
+                ffi.from_buffer("jerk_law[]", self._laws),
+                most,
+                min(seconds, 1e300),
+            )
+        )
         return self._laws[:n].copy()
 
     def tail(self) -> npt.NDArray[Any]:
         """The stored stopping tail behind what was taken."""
-        n = int(lib.jerk_tail(self._handle, ffi.from_buffer("jerk_law[]", self._laws), len(self._laws)))
+        n = int(
+            lib.jerk_tail(
+                self._handle,
+                ffi.from_buffer("jerk_law[]", self._laws),
+                len(self._laws),
+            )
+        )
         return self._laws[:n].copy()
 
     def take_back(self, seconds: float) -> float:
-        """The last ``seconds`` that were taken, or a little less, are the plan's again; 0: not so much is kept."""
+        """The last ``seconds`` that were taken, or a little less, are the
+        plan's again; 0: not so much is kept.
+        """
         return float(lib.jerk_take_back(self._handle, seconds))
 
     def tail_driven(self) -> None:
@@ -168,7 +213,10 @@ class JerkPlanner:
         """Counters of solves, refusals, holds; the worst solve in CPU seconds."""
         out = ffi.new("jerk_stats *")
         lib.jerk_get_stats(self._handle, out)
-        return {name: getattr(out, name) for name, _ in ffi.typeof("jerk_stats").fields}
+        return {
+            name: getattr(out, name)
+            for name, _ in ffi.typeof("jerk_stats").fields
+        }
 
 
 def run(planner: JerkPlanner, intervals: npt.NDArray[Any]) -> npt.NDArray[Any]:
@@ -193,7 +241,12 @@ def sample(laws: npt.NDArray[Any], dt: float) -> FloatArray:
     phase = ffi.new("double *", 0.0)
     rows = np.ascontiguousarray(laws)
     n = lib.jerk_sample(
-        ffi.from_buffer("jerk_law[]", rows), len(rows), dt, phase, ffi.from_buffer("jerk_state[]", out), len(out)
+        ffi.from_buffer("jerk_law[]", rows),
+        len(rows),
+        dt,
+        phase,
+        ffi.from_buffer("jerk_state[]", out),
+        len(out),
     )
     return out[:n]
 
@@ -201,11 +254,21 @@ def sample(laws: npt.NDArray[Any], dt: float) -> FloatArray:
 class Topp2:
     """The acceleration-limited sibling: same intervals in, same laws out."""
 
-    def __init__(self, limits: Limits, *, window: int = 120, knots: int | None = None, capacity: int = 4096) -> None:
+    def __init__(
+        self,
+        limits: Limits,
+        *,
+        window: int = 120,
+        knots: int | None = None,
+        capacity: int = 4096,
+    ) -> None:
         config = _config(limits, window, knots or window, 0.001)
         handle = lib.topp2_new(config, capacity)
         if handle == ffi.NULL:
-            raise CncError(0, "acceleration-limited planner: limits must be positive and finite")
+            raise CncError(
+                0,
+                "acceleration-limited planner: limits must be positive and finite",
+            )
         self._handle = ffi.gc(handle, lib.topp2_free)
         self._laws = np.zeros(8192, LAW)
 
@@ -214,7 +277,13 @@ class Topp2:
         if not len(intervals):
             return 0
         rows = np.ascontiguousarray(intervals)
-        taken = int(lib.topp2_push(self._handle, ffi.from_buffer("jerk_interval[]", rows), len(rows)))
+        taken = int(
+            lib.topp2_push(
+                self._handle,
+                ffi.from_buffer("jerk_interval[]", rows),
+                len(rows),
+            )
+        )
         if taken < 0:
             raise ValueError(f"interval refused: {taken}")
         return taken
@@ -227,10 +296,19 @@ class Topp2:
         """Brake with all that is allowed, stand until released."""
         lib.topp2_hold(self._handle, hold)
 
-    def take(self, seconds: float = float("inf"), most: int = 8192) -> npt.NDArray[Any]:
+    def take(
+        self, seconds: float = float("inf"), most: int = 8192
+    ) -> npt.NDArray[Any]:
         """The next laws, at least ``seconds`` of them if there are that many."""
         most = min(most, len(self._laws))
-        n = int(lib.topp2_take(self._handle, ffi.from_buffer("jerk_law[]", self._laws), most, min(seconds, 1e300)))
+        n = int(
+            lib.topp2_take(
+                self._handle,
+                ffi.from_buffer("jerk_law[]", self._laws),
+                most,
+                min(seconds, 1e300),
+            )
+        )
         return self._laws[:n].copy()
 
     @property

@@ -1,7 +1,8 @@
-"""Who answers the dialogs of a program: a script of answers, or an operator at the terminal.
+"""Who answers the dialogs of a program: a script of answers, or an operator at
+the terminal.
 
-A script is a JSON list, one entry a dialog in the order in which they come: the name of a button (``"YES"``), or
-``{"set": {"INPUT": 5.0}, "press": "BUTTON"}``.
+A script is a JSON list, one entry a dialog in the order in which they come: the
+name of a button (``"YES"``), or ``{"set": {"INPUT": 5.0}, "press": "BUTTON"}``.
 """
 
 from __future__ import annotations
@@ -32,7 +33,9 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """Inputs that the operator has set, then the button pressed; ``given``: somebody has answered."""
+    """Inputs that the operator has set, then the button pressed; ``given``:
+    somebody has answered.
+    """
 
     values: dict[str, float] = field(default_factory=dict)
     press: str = ""
@@ -40,7 +43,10 @@ class Answer:
 
 
 class Operator:
-    """Answers from ``script``, behind it from the terminal if ``terminal``.  ``interrupted``: the run is to end."""
+    """Answers from ``script``, behind it from the terminal if ``terminal``.
+
+    ``interrupted``: the run is to end.
+    """
 
     def __init__(
         self,
@@ -48,7 +54,11 @@ class Operator:
         terminal: bool = False,
         interrupted: Callable[[], bool] = lambda: False,
     ) -> None:
-        self._script, self._terminal, self.interrupted = list(script), terminal, interrupted
+        self._script, self._terminal, self.interrupted = (
+            list(script),
+            terminal,
+            interrupted,
+        )
 
     @property
     def waiting(self) -> bool:
@@ -61,7 +71,9 @@ class Operator:
         return self._at_terminal(question) if self._terminal else None
 
     def _at_terminal(self, question: Question) -> Answer | None:
-        """One line a time: ``NAME=VALUE`` fills an input, a button's name presses it."""
+        """One line a time: ``NAME=VALUE`` fills an input, a button's name
+        presses it.
+        """
         values: dict[str, float] = {}
         sys.stdout.write(f"\n{question.title}\n{question.text}\n")
         while True:
@@ -76,7 +88,9 @@ class Operator:
                 if number is not None:
                     values[name.upper()] = number
                     continue
-            elif name.upper() in question.buttons or (not name and not question.buttons):
+            elif name.upper() in question.buttons or (
+                not name and not question.buttons
+            ):
                 return Answer(values, name.upper())
             sys.stdout.write("not understood\n")
 
@@ -97,7 +111,10 @@ def _number(text: str) -> float | None:
 
 
 def _prompt(question: Question) -> str:
-    inputs = "".join(f"{name}=.. (now {value:g})  " for name, value in question.inputs.items())
+    inputs = "".join(
+        f"{name}=.. (now {value:g})  "
+        for name, value in question.inputs.items()
+    )
     return f"{inputs}{' | '.join(question.buttons) or 'Enter'}? "
 
 
@@ -106,9 +123,13 @@ def read_answers(path: Path) -> list[Answer]:
     try:
         entries = json.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise CncError(901002, f"answers: {error.strerror}", Place(str(path))) from None
+        raise CncError(
+            901002, f"answers: {error.strerror}", Place(str(path))
+        ) from None
     except ValueError as error:
-        raise CncError(902001, f"answers: not JSON: {error}", Place(str(path))) from None
+        raise CncError(
+            902001, f"answers: not JSON: {error}", Place(str(path))
+        ) from None
     if not isinstance(entries, list):
         raise CncError(902001, "answers: a list is expected", Place(str(path)))
     return [_answer(entry, path) for entry in entries]
@@ -120,9 +141,14 @@ def _answer(entry: Any, path: Path) -> Answer:
     if isinstance(entry, dict) and set(entry) <= {"set", "press"}:
         values, press = entry.get("set", {}), entry.get("press", "")
         numbers = isinstance(values, dict) and all(
-            isinstance(v, int | float) and not isinstance(v, bool) and isfinite(v) for v in values.values()
+            isinstance(v, int | float)
+            and not isinstance(v, bool)
+            and isfinite(v)
+            for v in values.values()
         )
         if numbers and isinstance(press, str):
-            return Answer({name.upper(): float(v) for name, v in values.items()}, press)
+            return Answer(
+                {name.upper(): float(v) for name, v in values.items()}, press
+            )
     text = f'answers: {entry!r} is neither a button nor {{"set": {{"NAME": 1.0}}, "press": "BUTTON"}}'
     raise CncError(902001, text, Place(str(path)))

@@ -1,7 +1,8 @@
-"""What the front end may ask the running channel, and how it says that it has to wait for it.
+"""What the front end may ask the running channel, and how it says that it has
+to wait for it.
 
-Values that come from the machine or the PLC pass through one ``ChannelPort``; it latches them at a stated cycle, so a
-lockstep run is the same every time.
+Values that come from the machine or the PLC pass through one ``ChannelPort``;
+it latches them at a stated cycle, so a lockstep run is the same every time.
 """
 
 from __future__ import annotations
@@ -19,24 +20,33 @@ ExternalValue = float | str
 
 
 class Wait(Enum):
-    """Why ``FrontEnd.read`` stopped before the end: resume by calling it again when this has come true."""
+    """Why ``FrontEnd.read`` stopped before the end: resume by calling it again
+    when this has come true.
+    """
 
     DRAINED = "drained"  # every row handed out so far has been executed
     PLC = "plc"  # the PLC has answered
     OPERATOR = "operator"  # the operator has answered
     PROBE = "probe"  # the measuring event has happened
     CYCLE = "cycle"  # the machine and the PLC have had another cycle
-    STOPPED = "stopped"  # the axes have been stopped where they were, what was handed out is left out
+    # the axes have been stopped where they were, what was handed out is left
+    # out
+    STOPPED = "stopped"
 
 
 class ChannelPort(Protocol):
-    """The channel as the front end sees it.  ``manual_data``: the program was typed in (MDI), it is no file."""
+    """The channel as the front end sees it.
+
+    ``manual_data``: the program was typed in (MDI), it is no file.
+    """
 
     manual_data: bool
 
     @property
     def answers(self) -> bool:
-        """Waits are answered by a machine that moves; a program may wait as long as it likes."""
+        """Waits are answered by a machine that moves; a program may wait as
+        long as it likes.
+        """
         ...
 
     @property
@@ -49,7 +59,9 @@ class ChannelPort(Protocol):
         ...
 
     def position(self) -> npt.NDArray[np.float64]:
-        """Command position of all channel axes, mm or degrees, latched when the last wait came true."""
+        """Command position of all channel axes, mm or degrees, latched when the
+        last wait came true.
+        """
         ...
 
     def message(self, text: str) -> None:
@@ -69,19 +81,25 @@ class ChannelPort(Protocol):
         ...
 
     def skip_levels(self) -> int:
-        """Bit mask of the block skip levels that are switched on, latched at program start."""
+        """Bit mask of the block skip levels that are switched on, latched at
+        program start.
+        """
         ...
 
     def read_external(self, variable: External, element: int) -> ExternalValue:
         """An element of a variable that the PLC shares, as it is now."""
         ...
 
-    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+    def write_external(
+        self, variable: External, element: int, value: ExternalValue
+    ) -> None:
         """Write it at once."""
         ...
 
     def append_file(self, name: str, text: str) -> None:
-        """Add text to a file in the folder of the run; ``name`` is relative and stays inside."""
+        """Add text to a file in the folder of the run; ``name`` is relative and
+        stays inside.
+        """
         ...
 
     def write_file(self, name: str, text: str) -> None:
@@ -94,13 +112,18 @@ class ChannelPort(Protocol):
 
 
 class OfflinePort:
-    """A channel that does not move: waits are true at once, messages and texts are kept, nothing is written."""
+    """A channel that does not move: waits are true at once, messages and texts
+    are kept, nothing is written.
+    """
 
     answers = False
     manual_data = False
 
     def __init__(
-        self, position: npt.NDArray[np.float64], skip_levels: int = 0, operator: Operator | None = None
+        self,
+        position: npt.NDArray[np.float64],
+        skip_levels: int = 0,
+        operator: Operator | None = None,
     ) -> None:
         self.operator = operator or Operator()
         self._position = np.array(position, dtype=np.float64)
@@ -108,13 +131,16 @@ class OfflinePort:
         self._external: dict[tuple[str, str, int], ExternalValue] = {}
         self.messages: list[str] = []
         self.retained: dict[str, Any] = {}
-        self.texts: dict[str, str] = {}  # what a run would have written, by file name
+        self.texts: dict[
+            str, str
+        ] = {}  # what a run would have written, by file name
 
     def position(self) -> npt.NDArray[np.float64]:
         return self._position.copy()
 
     def live_position(self) -> npt.NDArray[np.float64]:
         return self._position.copy()
+
     def moved(self, position: npt.NDArray[np.float64]) -> None:
         """The rows handed out so far end at ``position``."""
         self._position = np.array(position, dtype=np.float64)
@@ -124,7 +150,11 @@ class OfflinePort:
 
     def ask(self, question: Question) -> Answer | None:
         """From the script while it lasts; behind it a dialog counts as acknowledged."""
-        return self.operator.ask(question) if self.operator.waiting else Answer(given=False)
+        return (
+            self.operator.ask(question)
+            if self.operator.waiting
+            else Answer(given=False)
+        )
 
     def now_s(self) -> float:
         return 0.0
@@ -137,9 +167,13 @@ class OfflinePort:
 
     def read_external(self, variable: External, element: int) -> ExternalValue:
         initial: ExternalValue = "" if variable.type == "STRING" else 0.0
-        return self._external.get((variable.scope, variable.name, element), initial)
+        return self._external.get(
+            (variable.scope, variable.name, element), initial
+        )
 
-    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+    def write_external(
+        self, variable: External, element: int, value: ExternalValue
+    ) -> None:
         self._external[variable.scope, variable.name, element] = value
 
     def append_file(self, name: str, text: str) -> None:

@@ -1,8 +1,11 @@
-"""Penalised least squares with quintic B-splines, in time that grows with the number of control points alone.
+"""Penalised least squares with quintic B-splines, in time that grows with the
+number of control points alone.
 
-A quintic B-spline couples neighbours up to five apart, so the normal equations are block tridiagonal in blocks of five.
-The penalty is the integral of the squared second derivative, weighted where it acts (P-splines; Eilers and Marx 1996,
-with the derivative of B-splines in place of differences, so that knots may stand anywhere).
+A quintic B-spline couples neighbours up to five apart, so the normal equations
+are block tridiagonal in blocks of five. The penalty is the integral of the
+squared second derivative, weighted where it acts (P-splines; Eilers and Marx
+1996, with the derivative of B-splines in place of differences, so that knots
+may stand anywhere).
 """
 
 from __future__ import annotations
@@ -19,11 +22,17 @@ TINY = 1e-13
 
 def knot_vector(breaks: FloatArray) -> FloatArray:
     """Clamped knots over the breaks of the polynomials."""
-    return np.concatenate([np.full(DEGREE, breaks[0]), breaks, np.full(DEGREE, breaks[-1])])
+    return np.concatenate(
+        [np.full(DEGREE, breaks[0]), breaks, np.full(DEGREE, breaks[-1])]
+    )
 
 
-def local_basis(u: FloatArray, knots: FloatArray) -> tuple[IntArray, FloatArray]:
-    """(n,) number of the first basis function that is not 0 at u, and (n, 6) values from it on (de Boor)."""
+def local_basis(
+    u: FloatArray, knots: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """(n,) number of the first basis function that is not 0 at u, and (n, 6)
+    values from it on (de Boor).
+    """
     count = len(knots) - DEGREE - 1
     k = np.clip(np.searchsorted(knots, u, side="right") - 1, DEGREE, count - 1)
     local = np.zeros((len(u), DEGREE + 1))
@@ -40,7 +49,9 @@ def local_basis(u: FloatArray, knots: FloatArray) -> tuple[IntArray, FloatArray]
 
 
 def derivative_rows(knots: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(count - 2, 3) rows that make the second derivative's control points, and (count - 2,) what each stands for."""
+    """(count - 2, 3) rows that make the second derivative's control points, and
+    (count - 2,) what each stands for.
+    """
     count = len(knots) - DEGREE - 1
     rows = np.zeros((count, ORDER + 1))
     rows[:, 0] = 1.0
@@ -52,7 +63,9 @@ def derivative_rows(knots: FloatArray) -> tuple[FloatArray, FloatArray]:
         new -= rows[:-1]
         rows = new * (p / np.maximum(width, 1e-300))[:, None]
     n = count - ORDER
-    share = (knots[DEGREE + 1 : DEGREE + 1 + n] - knots[ORDER : ORDER + n]) / (DEGREE - ORDER + 1)
+    share = (knots[DEGREE + 1 : DEGREE + 1 + n] - knots[ORDER : ORDER + n]) / (
+        DEGREE - ORDER + 1
+    )
     return rows, share
 
 
@@ -63,15 +76,25 @@ class Normal:
         self.count = count
         self.band = np.zeros((DEGREE + 1, count))
 
-    def add(self, first: IntArray, rows: FloatArray, weight: FloatArray) -> None:
+    def add(
+        self, first: IntArray, rows: FloatArray, weight: FloatArray
+    ) -> None:
         width = rows.shape[1]
         for a in range(width):
             for b in range(a, width):
-                part = np.bincount(first + a, weight * rows[:, a] * rows[:, b], minlength=self.count)
+                part = np.bincount(
+                    first + a,
+                    weight * rows[:, a] * rows[:, b],
+                    minlength=self.count,
+                )
                 self.band[b - a] += part[: self.count]
 
-    def solved(self, right: FloatArray, begin: FloatArray, finish: FloatArray) -> FloatArray:
-        """(count, columns) control points; the first and (backwards) the last ones are given."""
+    def solved(
+        self, right: FloatArray, begin: FloatArray, finish: FloatArray
+    ) -> FloatArray:
+        """(count, columns) control points; the first and (backwards) the last
+        ones are given.
+        """
         control = np.zeros((self.count, right.shape[1]))
         control[: len(begin)] = begin
         if len(finish):
@@ -80,7 +103,9 @@ class Normal:
         if low >= high:
             return control
         rest = right - self._times(control)
-        control[low:high] = _blocks_solved(self.band[:, low:high], rest[low:high])
+        control[low:high] = _blocks_solved(
+            self.band[:, low:high], rest[low:high]
+        )
         return control
 
     def _times(self, x: FloatArray) -> FloatArray:
@@ -103,7 +128,10 @@ def _blocks_solved(band: FloatArray, right: FloatArray) -> FloatArray:
     for d in range(1, DEGREE + 1):
         full[d, max(n - d, 0) :] = 0.0
     full[0, :n] += TINY * (1.0 + band[0].max())
-    middle, upper = np.zeros((blocks, DEGREE, DEGREE)), np.zeros((blocks, DEGREE, DEGREE))
+    middle, upper = (
+        np.zeros((blocks, DEGREE, DEGREE)),
+        np.zeros((blocks, DEGREE, DEGREE)),
+    )
     at = np.arange(size).reshape(blocks, DEGREE)
     for i in range(DEGREE):
         for j in range(i, DEGREE):

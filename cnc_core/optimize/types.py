@@ -13,11 +13,14 @@ IntArray = npt.NDArray[np.int64]
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Of the linear axes, other axes and versors, and how the optimizer shares and uses them (SMT, SMS).
+    """Of the linear axes, other axes and versors, and how the optimizer shares
+    and uses them (SMT, SMS).
 
-    ``linear``, ``other``, ``versor``: bands.  ``split``: share of the polyline.  ``reach``: mm from an edge at which a
-    joining piece may begin, at 90 degrees.  ``condition``: 1 through the end points, 2 with their direction, 3 with
-    their curvature.  ``longest``: of a polynomial, 0: any.  ``group``: points fitted together.
+    ``linear``, ``other``, ``versor``: bands.  ``split``: share of the polyline.
+    ``reach``: mm from an edge at which a joining piece may begin, at 90
+    degrees.  ``condition``: 1 through the end points, 2 with their direction, 3
+    with their curvature.  ``longest``: of a polynomial, 0: any.  ``group``:
+    points fitted together.
     """
 
     linear: float
@@ -38,8 +41,9 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class Pace:
-    """What limits the speed along a path: feed, mm/s, and acceleration and jerk of the weakest linear axis, mm/s2 and
-    mm/s3 (0: none)."""
+    """What limits the speed along a path: feed, mm/s, and acceleration and jerk
+    of the weakest linear axis, mm/s2 and mm/s3 (0: none).
+    """
 
     feed: float = 100.0
     acceleration: float = 3000.0
@@ -48,10 +52,12 @@ class Pace:
 
 @dataclass
 class Fit:
-    """Polynomials (n, columns, 6) over ``span`` and which points (from, to) each covers; transitions at their ends.
+    """Polynomials (n, columns, 6) over ``span`` and which points (from, to)
+    each covers; transitions at their ends.
 
-    ``kind`` of the edge at the end: linear or versor (``Tolerances``).  ``feed``: mm/s, in place of the points'.
-    ``points`` (m, columns) of the input and ``at`` (m,) their parameter from the first polynomial on.
+    ``kind`` of the edge at the end: linear or versor (``Tolerances``).
+    ``feed``: mm/s, in place of the points'. ``points`` (m, columns) of the
+    input and ``at`` (m,) their parameter from the first polynomial on.
     """
 
     coef: FloatArray
@@ -66,9 +72,11 @@ class Fit:
 
 @dataclass
 class FitReport:
-    """Largest deviation, mm: ``deviation`` of a point from the curve, ``band`` of the curve from the input's path.
+    """Largest deviation, mm: ``deviation`` of a point from the curve, ``band``
+    of the curve from the input's path.
 
-    The rest counts what was done on the way.  ``kept``: groups whose curve goes through every point of the input.
+    The rest counts what was done on the way.  ``kept``: groups whose curve goes
+    through every point of the input.
     """
 
     deviation: float = 0.0

@@ -1,4 +1,6 @@
-"""``plan``: drive a whole program through the engine, without a PLC, and measure what comes out."""
+"""``plan``: drive a whole program through the engine, without a PLC, and
+measure what comes out.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +23,9 @@ RECORD_ROWS = 16384
 
 @dataclass
 class PlanResult:
-    """Figures of one planned program (the contract's plan object), and the samples if they were asked for."""
+    """Figures of one planned program (the contract's plan object), and the
+    samples if they were asked for.
+    """
 
     blocks: int = 0
     motion_time_s: float = 0.0
@@ -41,23 +45,44 @@ class PlanResult:
             "blocks": self.blocks,
             "motion_time_s": self.motion_time_s,
             "plan_cpu_s": self.plan_cpu_s,
-            "blocks_per_s": self.blocks / self.plan_cpu_s if self.plan_cpu_s > 0 else 0.0,
+            "blocks_per_s": self.blocks / self.plan_cpu_s
+            if self.plan_cpu_s > 0
+            else 0.0,
             "cycle_s": self.cycle_s,
             "max_ratio": self.max_ratio,
             "path_deviation_mm": self.path_deviation_mm,
             "lookahead": self.lookahead,
-            "planner": "jerk-limited" if self.jerk_limited else "acceleration-limited",
+            "planner": "jerk-limited"
+            if self.jerk_limited
+            else "acceleration-limited",
             "filters": self.filters,
             "filtered": self.filtered,
         }
 
 
 class Feeder:
-    """Pushes a program's rows into an engine; what the ring does not take waits for the next call."""
+    """Pushes a program's rows into an engine; what the ring does not take waits
+    for the next call.
+    """
 
-    def __init__(self, program: Program, engine: Engine, seen: Callable[[BlockBatch], None]) -> None:
-        self.program, self.source, self.engine, self.seen = program, program.batches(), engine, seen
-        self.batch, self.first, self.rows, self.done = BlockBatch.empty(), 0, 0, False
+    def __init__(
+        self,
+        program: Program,
+        engine: Engine,
+        seen: Callable[[BlockBatch], None],
+    ) -> None:
+        self.program, self.source, self.engine, self.seen = (
+            program,
+            program.batches(),
+            engine,
+            seen,
+        )
+        self.batch, self.first, self.rows, self.done = (
+            BlockBatch.empty(),
+            0,
+            0,
+            False,
+        )
 
     def fill(self) -> None:
         """Push until the ring is full or the program ends."""
@@ -88,14 +113,17 @@ def plan_program(
 ) -> PlanResult:
     """Plan and interpolate to the end; CncError if the program is wrong.
 
-    ``live``: after so many cycles each the function is called with the engine (override steps, feed holds).
+    ``live``: after so many cycles each the function is called with the engine
+    (override steps, feed holds).
     """
     cycles, change = live or (RECORD_ROWS, None)
     cell = program.cell
     jerk = jerk and bool(cell.axis_values("j_max_mm_s3").any())
     engine = Engine(cell, window=window, record_rows=RECORD_ROWS, jerk=jerk)
     check, kept = TrajectoryCheck(cell), []
-    feeder = Feeder(program, engine, lambda batch: check.table.add(batch.rows, batch.pool))
+    feeder = Feeder(
+        program, engine, lambda batch: check.table.add(batch.rows, batch.pool)
+    )
     try:
         while True:
             event = engine.run(cycles)
@@ -115,14 +143,26 @@ def plan_program(
                 change(engine)
         check.finish()
         carried = program.frames.deviation
-        if program.kinematics.used:  # the samples are compared with what is in axis coordinates alone
-            carried = max(carried, program.smoothing.report.deviation)  # of a frame: circles that were not smoothed
+        # the samples are compared with what is in axis coordinates alone
+        if program.kinematics.used:
+            # of a frame: circles that were not smoothed
+            carried = max(carried, program.smoothing.report.deviation)
         carried += program.kinematics.deviation
         out = _result(
-            cell, engine, feeder, check, window or cell.channel.window, jerk, kept if keep_samples else None, carried
+            cell,
+            engine,
+            feeder,
+            check,
+            window or cell.channel.window,
+            jerk,
+            kept if keep_samples else None,
+            carried,
         )
         out.filters = [asdict(report) for report in program.filter_reports]
-        out.filtered = {"deviation_mm": program.filtered.deviation_mm, "cut_mm": program.filtered.cut_mm}
+        out.filtered = {
+            "deviation_mm": program.filtered.deviation_mm,
+            "cut_mm": program.filtered.cut_mm,
+        }
         return out
     finally:
         engine.close()
@@ -148,7 +188,9 @@ def _result(
         plan_cpu_s=float(state.plan_cpu_s),
         cycle_s=cell.cycle_s,
         max_ratio=ratio,
-        path_deviation_mm=max(check.deviation, carried, feeder.program.contouring.report.deviation),
+        path_deviation_mm=max(
+            check.deviation, carried, feeder.program.contouring.report.deviation
+        ),
         lookahead=window,
         infeasible=int(state.infeasible),
         jerk_limited=jerk,
@@ -167,7 +209,9 @@ def _arrays(cell: CellConfig, kept: list[Samples]) -> dict[str, Any]:
         "axes": np.array(cell.axis_names),
         "s": np.concatenate([zero, *[s.path for s in kept]]),
         "v": np.concatenate([zero, *[s.speed for s in kept]]),
-        "block": np.concatenate([zero, *[s.element.astype(np.float64) for s in kept]]),
+        "block": np.concatenate(
+            [zero, *[s.element.astype(np.float64) for s in kept]]
+        ),
     }
 
 

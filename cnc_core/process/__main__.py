@@ -1,7 +1,9 @@
-"""The CNC process: owns the segment and the engine, prepares blocks, runs the clock.
+"""The CNC process: owns the segment and the engine, prepares blocks, runs the
+clock.
 
-Started by the launcher (``--once``: one program, then the end) or by ``hli-cosim cnc`` (stays, serves whichever PLC
-comes).  Everything a PLC can see is published by the engine's cycle; this module only moves things along.
+Started by the launcher (``--once``: one program, then the end) or by
+``hli-cosim cnc`` (stays, serves whichever PLC comes).  Everything a PLC can see
+is published by the engine's cycle; this module only moves things along.
 """
 
 from __future__ import annotations
@@ -43,17 +45,24 @@ CLOCKS = {
     "freerun": layout.HLI_CLOCK_FREERUN,
     "realtime": layout.HLI_CLOCK_REALTIME,
 }
-SERVICES = {"cyclic": layout.HLI_SERVICE_CYCLIC, "immediate": layout.HLI_SERVICE_IMMEDIATE}
+SERVICES = {
+    "cyclic": layout.HLI_SERVICE_CYCLIC,
+    "immediate": layout.HLI_SERVICE_IMMEDIATE,
+}
 RECORD_ROWS = 16384
-SLICE_S = 0.1  # how long one wait may last before signals and the PLC's life are looked at
+# how long one wait may last before signals and the PLC's life are looked at
+SLICE_S = 0.1
 CHUNK_CYCLES = 20_000  # cycles between two looks in virtual time
-LINGER_S = 30.0  # longest wait, in wall time, for a PLC to finish behind the program's end
+# longest wait, in wall time, for a PLC to finish behind the program's end
+LINGER_S = 30.0
 FIRST_SCAN_S = 5.0  # longest wait for the first scan of a PLC that has attached
 SKIP_LEVELS = 0x3FF  # program_block_ignore: bit n - 1 is level n
 NO_FUNCTIONS = 0x2000  # execution_mode: no output of M, H and T functions
 KEPT_TEXTS = 1000
 PATH_OPTIONS = ("file", "config", "report", "record", "out", "answers")
-IDLE_CYCLES = 1  # cycles served at a time while nothing moves and the clock is free
+IDLE_CYCLES = (
+    1  # cycles served at a time while nothing moves and the clock is free
+)
 
 
 @dataclass(frozen=True)
@@ -84,20 +93,34 @@ class CncOptions:
 
     def as_json(self) -> str:
         """The options as the process takes them on its command line."""
-        return json.dumps({k: str(v) if isinstance(v, Path) else v for k, v in asdict(self).items()})
+        return json.dumps(
+            {
+                k: str(v) if isinstance(v, Path) else v
+                for k, v in asdict(self).items()
+            }
+        )
 
 
 def keep(texts: list[str], text: str) -> None:
-    """Add a text that a PLC can cause at its scan rate: no more than KEPT_TEXTS are kept."""
+    """Add a text that a PLC can cause at its scan rate: no more than KEPT_TEXTS
+    are kept.
+    """
     if len(texts) < KEPT_TEXTS:
         texts.append(text)
     elif len(texts) == KEPT_TEXTS:
         texts.append("further messages are not kept")
 
 
-def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program: str) -> None:
-    """Constant members of the areas: versions, sizes, numbers, names, the sidecar's identity."""
-    for version in (root.platform.nc_config.hli_version_r, root.platform.nc_config.nc_kernel_version_r):
+def fill_identity(
+    root: Any, cell: CellConfig, clock: str, service: str, program: str
+) -> None:
+    """Constant members of the areas: versions, sizes, numbers, names, the
+    sidecar's identity.
+    """
+    for version in (
+        root.platform.nc_config.hli_version_r,
+        root.platform.nc_config.nc_kernel_version_r,
+    ):
         version.zeichen = KERNEL_VERSION
     channel = root.channel[0]
     channel.head.version_r.zeichen = KERNEL_VERSION
@@ -126,7 +149,10 @@ def fill_identity(root: Any, cell: CellConfig, clock: str, service: str, program
 
 
 class CncProcess:
-    """One CNC with one program. ``run`` returns when the program's work is done or a signal came."""
+    """One CNC with one program.
+
+    ``run`` returns when the program's work is done or a signal came.
+    """
 
     def __init__(self, options: CncOptions) -> None:
         self.options = options
@@ -135,7 +161,8 @@ class CncProcess:
         self.stop_signal = 0
         self.end = "aborted"
         self.ended_at = 0.0
-        self.driving_since = 0.0  # wall time of the first cycle and, at the end, what the cycles took
+        # wall time of the first cycle and, at the end, what the cycles took
+        self.driving_since = 0.0
         self.wall_time_s = 0.0
         self.started_with_plc = False
         self.warnings = list(self.cell.warnings())
@@ -147,7 +174,9 @@ class CncProcess:
         self._restarted = False
         self._retained: dict[str, Any] = {}
         script = read_answers(options.answers) if options.answers else []
-        self._operator = Operator(script, terminal=options.terminal and sys.stdin.isatty())
+        self._operator = Operator(
+            script, terminal=options.terminal and sys.stdin.isatty()
+        )
         self.watchdog: CncError | None = None
         segment.sweep()
         axes = len(self.cell.axes) + len(self.cell.spindles)
@@ -161,7 +190,9 @@ class CncProcess:
     def _set_up(self, options: CncOptions) -> None:
         """Engine, recorder and preparation behind the segment."""
         root = self.segment.root
-        fill_identity(root, self.cell, options.clock, self.service, options.file.name)
+        fill_identity(
+            root, self.cell, options.clock, self.service, options.file.name
+        )
         self.side = root.sidecar
         self.channel = root.channel[0]
         self.engine = Engine(
@@ -176,11 +207,26 @@ class CncProcess:
         self.engine.hold_start(True)
         self.engine.stay(not options.once)
         self.engine.stand_by()
-        folder = options.report.parent if options.report else Path(tempfile.gettempdir())
+        folder = (
+            options.report.parent
+            if options.report
+            else Path(tempfile.gettempdir())
+        )
         scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
         self._scratch = scratch
-        after = READY if self.cell.channel.state_after_program == "READY" else SELECTED
-        self.modes = ModeControl(self.engine, self, options.file.resolve().parent, scratch, after, self._report_error)
+        after = (
+            READY
+            if self.cell.channel.state_after_program == "READY"
+            else SELECTED
+        )
+        self.modes = ModeControl(
+            self.engine,
+            self,
+            options.file.resolve().parent,
+            scratch,
+            after,
+            self._report_error,
+        )
         self.modes.select(options.file)
 
     # ---------------------------------------------------------------- life
@@ -190,7 +236,9 @@ class CncProcess:
             self.preparation.port.interrupted = True
 
     def run(self) -> None:
-        """Publish, wait for the PLC, drive the program, stay for the PLC's last scans."""
+        """Publish, wait for the PLC, drive the program, stay for the PLC's last
+        scans.
+        """
         try:
             if self.service == "immediate":
                 self.engine.serve_start()
@@ -218,10 +266,14 @@ class CncProcess:
     # ---------------------------------------------------------------- the PLC's life
     def plc_alive(self) -> bool:
         plc = self.side.plc
-        return bool(plc.attached) and bool(sync.hs_process_alive(plc.pid, plc.start))
+        return bool(plc.attached) and bool(
+            sync.hs_process_alive(plc.pid, plc.start)
+        )
 
     def _look_at_plc(self) -> None:
-        """A PLC that died is taken off the segment, so that the next one finds it free."""
+        """A PLC that died is taken off the segment, so that the next one finds
+        it free.
+        """
         if not self.side.plc.attached or self.plc_alive():
             return
         with self.segment.locked():  # the next PLC may be registering
@@ -231,7 +283,11 @@ class CncProcess:
 
     def _plc_lost(self) -> bool:
         """Whether a run that depends on its PLC has lost it."""
-        return self.options.once and self.started_with_plc and not self.side.plc.attached
+        return (
+            self.options.once
+            and self.started_with_plc
+            and not self.side.plc.attached
+        )
 
     # ---------------------------------------------------------------- driving
     def _drive(self) -> None:
@@ -254,12 +310,20 @@ class CncProcess:
             pass
 
     def _first_scan(self) -> bool:
-        """Until the PLC has scanned once, so that what it commands before the start counts; False if it was lost.
+        """Until the PLC has scanned once, so that what it commands before the
+        start counts; False if it was lost.
 
-        A client that asks or steps by hand does not scan (``scans_due`` 0, or it releases a cycle).
+        A client that asks or steps by hand does not scan (``scans_due`` 0, or
+        it releases a cycle).
         """
         plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
-        while not self.stop_signal and plc.attached and plc.scans_due and not plc.scans and time.monotonic() < until:
+        while (
+            not self.stop_signal
+            and plc.attached
+            and plc.scans_due
+            and not plc.scans
+            and time.monotonic() < until
+        ):
             if self._released():
                 break
             self._look_at_plc()
@@ -267,7 +331,11 @@ class CncProcess:
         if self.options.clock == "realtime":
             return not self._plc_lost()
         cycle = int(self.engine.state.cycle)
-        while not self.stop_signal and int(self.engine.state.cycle) == cycle and not self._plc_lost():
+        while (
+            not self.stop_signal
+            and int(self.engine.state.cycle) == cycle
+            and not self._plc_lost()
+        ):
             self._handle(self.engine.run(1, int(SLICE_S * 1e9)))
             self._look_at_plc()
             if not self.side.plc.attached:
@@ -276,7 +344,9 @@ class CncProcess:
 
     def _released(self) -> bool:
         """Whether the PLC has let a cycle begin (lockstep)."""
-        ahead = (self.side.plc_turn.word - int(self.engine.state.cycle)) & 0xFFFFFFFF
+        ahead = (
+            self.side.plc_turn.word - int(self.engine.state.cycle)
+        ) & 0xFFFFFFFF
         return self.options.clock == "lockstep" and 0 < ahead < 1 << 31
 
     # ---------------------------------------------------------------- programs
@@ -289,11 +359,16 @@ class CncProcess:
         self.end, self.ended_at = "aborted", 0.0
         self.engine.set_error(0)
         self.engine.set_program_name(path.name)
-        self.engine.suppress_functions(bool(self._execution_mode() & NO_FUNCTIONS))
+        self.engine.suppress_functions(
+            bool(self._execution_mode() & NO_FUNCTIONS)
+        )
         sizes = self.cell.external_bytes(self._dialect(path))
         port = LivePort(
             self.cell.axis_values("start_mm"),
-            {scope: self.engine.external(area, sizes[scope]) for area, scope in enumerate(("channel", "global"))},
+            {
+                scope: self.engine.external(area, sizes[scope])
+                for area, scope in enumerate(("channel", "global"))
+            },
             self.options.out or OUT_FOLDER,
             self._skip_levels() | self.cell.skip_mask,
             self.engine.write_external,
@@ -301,25 +376,42 @@ class CncProcess:
             self._operator,
         )
         if self._dialect(path) == "isons":
-            self.engine.show_commands((self.cell.isons.io_block - 1 + EVENT_PLACE) * BLOCK_BYTES, EVENT_SLOTS)
+            self.engine.show_commands(
+                (self.cell.isons.io_block - 1 + EVENT_PLACE) * BLOCK_BYTES,
+                EVENT_SLOTS,
+            )
         port.manual_data = path == self._scratch
         self.preparation = Preparation(
             path, self.cell, self.options.dialect, self.engine, port, lenient=self.options.lenient,
             restart=self._take_restart(), held=self.modes.held,
         )  # fmt: skip
         self.preparation.pump()
-        self.engine.set_phase(layout.HLI_PHASE_READY if self.options.hold_start else layout.HLI_PHASE_RUNNING)
+        self.engine.set_phase(
+            layout.HLI_PHASE_READY
+            if self.options.hold_start
+            else layout.HLI_PHASE_RUNNING
+        )
         if self.options.clock == "realtime" and not self.options.hold_start:
             self.engine.start()
 
     def _take_restart(self) -> Restart | None:
-        """Where the first program is taken up; those behind it begin at their beginning."""
+        """Where the first program is taken up; those behind it begin at their
+        beginning.
+        """
         options, first = self.options, not self._restarted
         self._restarted = True
-        return Restart.of(options.start_line, options.start_pass, options.start_marker) if first else None
+        return (
+            Restart.of(
+                options.start_line, options.start_pass, options.start_marker
+            )
+            if first
+            else None
+        )
 
     def _dialect(self, path: Path) -> str:
-        """Dialect of a program; what is wrong with its file is told where it is read."""
+        """Dialect of a program; what is wrong with its file is told where it is
+        read.
+        """
         try:
             return self.options.dialect or frontend.detect(path)
         except CncError:
@@ -343,8 +435,14 @@ class CncProcess:
         self.engine.abort()
 
     def _enabled(self, unit: Any) -> int:
-        """Command of a level unit that is evaluated at program start; 0 if the PLC does not enable it."""
-        return int(unit.command_w) if self.channel.head.plc_present_w and unit.enable_w else 0
+        """Command of a level unit that is evaluated at program start; 0 if the
+        PLC does not enable it.
+        """
+        return (
+            int(unit.command_w)
+            if self.channel.head.plc_present_w and unit.enable_w
+            else 0
+        )
 
     def _skip_levels(self) -> int:
         unit = self.channel.decoder_mc_control.program_block_ignore
@@ -356,27 +454,39 @@ class CncProcess:
         unit = self.channel.decoder_mc_control.execution_mode
         mode = self._enabled(unit)
         if mode & ~NO_FUNCTIONS:
-            self._report_error(CncError(905021, f"execution_mode {mode:#x} is not supported"))
+            self._report_error(
+                CncError(905021, f"execution_mode {mode:#x} is not supported")
+            )
             mode = 0
         unit.state_r = mode
         return mode
 
     def _report_error(self, error: CncError) -> None:
-        """An error that belongs to no program: told to the PLC and in the report, it ends nothing."""
+        """An error that belongs to no program: told to the PLC and in the
+        report, it ends nothing.
+        """
         self.engine.post_error(error)
         keep(self.warnings, str(error))
         if not self.options.once:
             print(error, file=sys.stderr, flush=True)
 
     def _collect_program(self) -> None:
-        """Take over what the last program has said, ahead of the next one or of the end."""
+        """Take over what the last program has said, ahead of the next one or of
+        the end.
+        """
         preparation, self.preparation = self.preparation, None
         if preparation is None:
             return
         preparation.take_commands()
         self.blocks += preparation.blocks
-        warned = [str(warning) for warning in preparation.program.reader.warnings] if preparation.program else []
-        self.messages += [text for text in preparation.port.messages if text not in warned]
+        warned = (
+            [str(warning) for warning in preparation.program.reader.warnings]
+            if preparation.program
+            else []
+        )
+        self.messages += [
+            text for text in preparation.port.messages if text not in warned
+        ]
         for text in warned:
             keep(self.warnings, text)
         self.warnings += self.log_warnings()
@@ -386,7 +496,9 @@ class CncProcess:
             self.errors += [preparation.error, *preparation.error.also]
 
     def _wait_for_plc(self) -> bool:
-        """Until a PLC has attached (at once if none is awaited); False if a signal came first."""
+        """Until a PLC has attached (at once if none is awaited); False if a
+        signal came first.
+        """
         while self.options.wait_plc and not self.side.plc.attached:
             if self.stop_signal:
                 return False
@@ -394,14 +506,20 @@ class CncProcess:
         return not self.stop_signal
 
     def _serve_held(self) -> None:
-        """Cycles with motion held, until the PLC is finished (command ``lookahead --at start``)."""
+        """Cycles with motion held, until the PLC is finished (command
+        ``lookahead --at start``).
+        """
         while not self.stop_signal and not self.side.plc.finished:
             event = self.engine.run(1, int(SLICE_S * 1e9))
             self._handle(event)
             self._look_at_plc()
             if self._plc_lost():
                 return
-        self.end = "error" if self.preparation and self.preparation.error else "completed"
+        self.end = (
+            "error"
+            if self.preparation and self.preparation.error
+            else "completed"
+        )
 
     def _once_round(self) -> bool:
         """Run a stretch, handle its event; False when the work is done."""
@@ -414,9 +532,18 @@ class CncProcess:
             if event is Event.PLC_WAIT and not self.side.plc.attached:
                 time.sleep(0.002)
         self._handle(event)
-        if self.ended_at and not self.options.once and self.options.clock != "realtime":
-            time.sleep(self.cell.cycle_s)  # nothing moves any more: serve, but leave the processor to others
-        return not (event is Event.FAULT or self._plc_lost() or self._work_is_done(event))
+        if (
+            self.ended_at
+            and not self.options.once
+            and self.options.clock != "realtime"
+        ):
+            # nothing moves any more: serve, but leave the processor to others
+            time.sleep(self.cell.cycle_s)
+        return not (
+            event is Event.FAULT
+            or self._plc_lost()
+            or self._work_is_done(event)
+        )
 
     def _stretch(self) -> int:
         return IDLE_CYCLES if self.ended_at else CHUNK_CYCLES
@@ -448,10 +575,15 @@ class CncProcess:
     def _plc_error(self) -> None:
         record = self.engine.take_plc_error()
         if record:
-            keep(self.messages, f"PLC error {record[0]}, reaction class {record[1]}")
+            keep(
+                self.messages,
+                f"PLC error {record[0]}, reaction class {record[1]}",
+            )
 
     def _watchdog(self) -> None:
-        """The PLC has not shown that it lives: the program ends with an error; a restart is required."""
+        """The PLC has not shown that it lives: the program ends with an error;
+        a restart is required.
+        """
         self.watchdog = CncError(270053)
         if self.modes.running:
             self.modes.abort()
@@ -464,7 +596,13 @@ class CncProcess:
             self.errors.append(error)
         elif error:
             self.engine.post_error(error)
-        self.end = "error" if error else "aborted" if self.modes.aborted else "completed"
+        self.end = (
+            "error"
+            if error
+            else "aborted"
+            if self.modes.aborted
+            else "completed"
+        )
         self.engine.set_error(error.code if error else 0)
         if error and not self.options.once:
             print(error, file=sys.stderr, flush=True)
@@ -490,7 +628,9 @@ class CncProcess:
         """Warnings that only show when the log is written, one each per program."""
         state, texts = self.engine.state, []
         if state.techno_unseen:
-            texts.append(f"{state.techno_unseen} technology functions counted as acknowledged: plc_present_w is FALSE")
+            texts.append(
+                f"{state.techno_unseen} technology functions counted as acknowledged: plc_present_w is FALSE"
+            )
         if state.log_disabled:
             texts.append(
                 "contour look-ahead: nothing is logged"
@@ -502,11 +642,17 @@ class CncProcess:
                 f" contour_lookahead_log_max is {self.cell.channel.contour_lookahead_log_max}"
             )
         if state.log_ignored_areas:
-            texts.append("contour look-ahead: a further marked area is ignored, LOG CLEAR frees the log")
+            texts.append(
+                "contour look-ahead: a further marked area is ignored, LOG CLEAR frees the log"
+            )
         if state.log_stray_params:
-            texts.append("contour look-ahead: LOG PARAM outside a marked area has no effect")
+            texts.append(
+                "contour look-ahead: LOG PARAM outside a marked area has no effect"
+            )
         if state.log_on_closed:
-            texts.append("contour look-ahead: LOG ON inside a marked area closes it (meant as LOG OFF?)")
+            texts.append(
+                "contour look-ahead: LOG ON inside a marked area closes it (meant as LOG OFF?)"
+            )
         return texts
 
     def report(self) -> dict[str, Any]:
@@ -537,7 +683,8 @@ class CncProcess:
             "source": source,
             "dialect": self.dialect,
             "fault": int(state.fault),
-            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0,
+            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            / 1024.0,
         }
 
 
@@ -549,7 +696,9 @@ def write_json(path: Path, value: Any) -> None:
 
 
 def run_cnc(options: CncOptions) -> int:
-    """Run one CNC process to its end; 0, 1 (program error or fault), 130 (interrupted)."""
+    """Run one CNC process to its end; 0, 1 (program error or fault), 130
+    (interrupted).
+    """
     if options.core >= 0:
         os.sched_setaffinity(0, {options.core})
     if not options.file.is_file():
@@ -571,10 +720,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("options", type=json.loads)
     parser.add_argument("--parent", type=int)
     args = parser.parse_args(argv)
-    if args.parent is not None and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
+    if (
+        args.parent is not None
+        and sync.hs_die_with_parent(signal.SIGTERM, args.parent) != 0
+    ):
         return 1
     given: dict[str, Any] = {
-        k: Path(v) if k in PATH_OPTIONS and v else v for k, v in args.options.items()
+        k: Path(v) if k in PATH_OPTIONS and v else v
+        for k, v in args.options.items()
     }
     try:
         return run_cnc(CncOptions(**given))

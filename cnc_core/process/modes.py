@@ -1,7 +1,9 @@
-"""Operation modes and their states (hli_reference 5.4): what a mode command means for programs.
+"""Operation modes and their states (hli_reference 5.4): what a mode command
+means for programs.
 
-The engine takes the command, stops and resumes the path alone; the rest is carried out here.  Intermediate
-transitions are made by themselves: SELECTED to ACTIVE is one command.
+The engine takes the command, stops and resumes the path alone; the rest is
+carried out here.  Intermediate transitions are made by themselves: SELECTED to
+ACTIVE is one command.
 """
 
 from __future__ import annotations
@@ -26,7 +28,10 @@ ACTIVE, HOLD, ERROR = (
     layout.HLI_IMCM_PROCESS_HOLD,
     layout.HLI_IMCM_PROCESS_ERROR,
 )
-ABORTING, RESET = layout.HLI_IMCM_PROCESS_ABORTING, layout.HLI_IMCM_PROCESS_RESETTING
+ABORTING, RESET = (
+    layout.HLI_IMCM_PROCESS_ABORTING,
+    layout.HLI_IMCM_PROCESS_RESETTING,
+)
 AUTOMATIC, MDI, MANUAL, REFERENCE = (
     layout.HLI_IMCM_AUTOMATIC_MODE,
     layout.HLI_IMCM_MDI_MODE,
@@ -51,7 +56,8 @@ class Channel(Protocol):
 class ModeControl:
     """Mode and state of one channel.
 
-    ``folder``: where programs are looked for.  ``scratch``: file that MDI text is written to.  ``report`` gets errors.
+    ``folder``: where programs are looked for.  ``scratch``: file that MDI text
+    is written to.  ``report`` gets errors.
     """
 
     def __init__(
@@ -64,11 +70,17 @@ class ModeControl:
         report: Callable[[CncError], None],
     ) -> None:
         self._engine, self._channel, self._report = engine, channel, report
-        self._folder, self._scratch, self._state_after = folder, scratch, state_after
+        self._folder, self._scratch, self._state_after = (
+            folder,
+            scratch,
+            state_after,
+        )
         self.mode, self.program = AUTOMATIC, None  # type: int, Path | None
         self._then: ModeCommand | None = None
         self.aborted = False
-        self.running = False  # a program is active, held, or on its way to its end
+        self.running = (
+            False  # a program is active, held, or on its way to its end
+        )
         self._set(SELECTED)
 
     def select(self, program: Path) -> None:
@@ -87,11 +99,17 @@ class ModeControl:
         """Carry out a command; what cannot be done is reported and changes nothing."""
         if not self.running:
             self._carry_out(command)
-        elif command.to_mode == self.mode and command.to_state == ACTIVE and command.state == HOLD:
+        elif (
+            command.to_mode == self.mode
+            and command.to_state == ACTIVE
+            and command.state == HOLD
+        ):
             self._channel.resume_program()
         elif command.to_mode == self.mode and command.to_state == ACTIVE:
             self._engine.set_mode(self.mode, command.state)  # it is active
-        elif self._then is not None or (command.to_state == HOLD and not self._hold(command)):
+        elif self._then is not None or (
+            command.to_state == HOLD and not self._hold(command)
+        ):
             self._refuse(command)
         elif command.to_state == HOLD:
             pass
@@ -100,7 +118,11 @@ class ModeControl:
             self.abort()
 
     def _hold(self, command: ModeCommand) -> bool:
-        return command.to_mode == self.mode and command.state == ACTIVE and self._channel.hold_program()
+        return (
+            command.to_mode == self.mode
+            and command.state == ACTIVE
+            and self._channel.hold_program()
+        )
 
     def held(self, stands: bool) -> None:
         """The channel has come to its pause, or goes on behind it."""
@@ -113,11 +135,19 @@ class ModeControl:
         self._channel.abort_program()
 
     def program_ended(self, error: CncError | None) -> None:
-        """The program's end has been reached: on its own, by an error or by an abort."""
+        """The program's end has been reached: on its own, by an error or by an
+        abort.
+        """
         self.running = False
         if self._state_after == SELECTED:
             self.program = None
-        self._set(ERROR if error else self._state_after if self.program or self._state_after == SELECTED else SELECTED)
+        self._set(
+            ERROR
+            if error
+            else self._state_after
+            if self.program or self._state_after == SELECTED
+            else SELECTED
+        )
         command, self._then = self._then, None
         if command is not None:
             self._carry_out(command)
@@ -158,13 +188,17 @@ class ModeControl:
         if self.mode == MDI and parameter:
             self._scratch.write_text(parameter + "\n", "latin-1")
             return self._scratch
-        name = parameter or (REFERENCE_PROGRAM if self.mode == REFERENCE else "")
+        name = parameter or (
+            REFERENCE_PROGRAM if self.mode == REFERENCE else ""
+        )
         if not name:
             if self.program is None:
                 raise CncError(905020)
             return self.program
         for path in (self._folder / name, Path(name)):
-            if os.path.isfile(path):  # False, where Path.is_file raises: a name too long for the file system
+            # False, where Path.is_file raises: a name too long for the file
+            # system
+            if os.path.isfile(path):
                 return path
         raise CncError(901001, f"mode command: program {name} not found")
 
@@ -179,4 +213,9 @@ class ModeControl:
 
     def _refuse(self, command: ModeCommand) -> None:
         self._engine.set_mode(self.mode, command.state)
-        self._report(CncError(270061, f"{ERRORS[270061]}: {command.to_state} from {command.state}"))
+        self._report(
+            CncError(
+                270061,
+                f"{ERRORS[270061]}: {command.to_state} from {command.state}",
+            )
+        )

@@ -1,4 +1,6 @@
-"""Pausing with macros: rows that were pushed and not driven are cut where the path stands and pushed again."""
+"""Pausing with macros: rows that were pushed and not driven are cut where the
+path stands and pushed again.
+"""
 
 from __future__ import annotations
 
@@ -23,21 +25,33 @@ FloatArray = npt.NDArray[np.float64]
 
 
 class PushedRows:
-    """Batches as they were pushed, with the number of their first row, as long as they may not be driven."""
+    """Batches as they were pushed, with the number of their first row, as long
+    as they may not be driven.
+    """
 
     def __init__(self) -> None:
         self._batches: deque[tuple[int, BlockBatch]] = deque()
         self._uncovered = Uncovered()  # by what has been dropped
 
     def add(self, first: int, batch: BlockBatch, done: int) -> None:
-        """``first``: number of its first row.  ``done``: rows below it have been executed."""
-        while self._batches and self._batches[0][0] + len(self._batches[0][1]) <= done:
+        """``first``: number of its first row.
+
+        ``done``: rows below it have been executed.
+        """
+        while (
+            self._batches
+            and self._batches[0][0] + len(self._batches[0][1]) <= done
+        ):
             rows = self._batches.popleft()[1].rows
             self._uncovered.take(rows[rows["type"] <= POLYNOMIAL])
         self._batches.append((first, batch))
 
-    def rest(self, row: int, driven: float, whole: float, place: FloatArray) -> BlockBatch:
-        """Rows from number ``row`` on; of that one ``driven`` mm of ``whole`` have been driven, up to ``place``."""
+    def rest(
+        self, row: int, driven: float, whole: float, place: FloatArray
+    ) -> BlockBatch:
+        """Rows from number ``row`` on; of that one ``driven`` mm of ``whole``
+        have been driven, up to ``place``.
+        """
         parts = []
         for first, batch in self._batches:
             cut = max(0, row - first)
@@ -50,8 +64,12 @@ class PushedRows:
         self._batches.clear()
         return joined([part for part in parts if len(part)])
 
-    def _cut(self, batch: BlockBatch, driven: float, whole: float, place: FloatArray) -> BlockBatch:
-        """The rest of the first row, behind the elements that it and what comes still have to cover."""
+    def _cut(
+        self, batch: BlockBatch, driven: float, whole: float, place: FloatArray
+    ) -> BlockBatch:
+        """The rest of the first row, behind the elements that it and what comes
+        still have to cover.
+        """
         row = batch.rows[:1]
         if driven > SAME_MM and row["type"][0] <= POLYNOMIAL:
             share = max(0.0, 1.0 - driven / whole)
@@ -64,11 +82,17 @@ class PushedRows:
                 row["angle"] *= share
             for name in ("length", "length_min"):
                 batch.rows[name][0] *= share
-        return BlockBatch(np.concatenate([self._uncovered.rows(), batch.rows]), batch.pool)
+        return BlockBatch(
+            np.concatenate([self._uncovered.rows(), batch.rows]), batch.pool
+        )
 
 
-def _polynomial_rest(batch: BlockBatch, share: float, place: FloatArray) -> BlockBatch:
-    """The first row, a polynomial, from near ``share`` of its length on; it begins at ``place`` (axes,)."""
+def _polynomial_rest(
+    batch: BlockBatch, share: float, place: FloatArray
+) -> BlockBatch:
+    """The first row, a polynomial, from near ``share`` of its length on; it
+    begins at ``place`` (axes,).
+    """
     row, axes = batch.rows[:1], len(place)
     coef = coefficients(row, batch.pool, axes)[0]
     whole = float(row["angle"][0])
@@ -80,21 +104,37 @@ def _polynomial_rest(batch: BlockBatch, share: float, place: FloatArray) -> Bloc
             shifted[:, k] += comb(j, k) * at ** (j - k) * coef[:, j]
     shifted[:, 0] = place
     rows = batch.rows.copy()
-    rows["pool"][0], rows["degree"][0], rows["angle"][0] = len(batch.pool), order - 1, whole - at
+    rows["pool"][0], rows["degree"][0], rows["angle"][0] = (
+        len(batch.pool),
+        order - 1,
+        whole - at,
+    )
     return BlockBatch(rows, np.concatenate([batch.pool, shifted.ravel()]))
 
 
-def _parameter_at(coef: FloatArray, whole: float, share: float, place: FloatArray) -> float:
+def _parameter_at(
+    coef: FloatArray, whole: float, share: float, place: FloatArray
+) -> float:
     """Parameter of the point next to ``place``, near ``share`` of the length."""
     u = np.linspace(0.0, whole, 129)
-    points = np.einsum("ak,ku->ua", coef, u ** np.arange(coef.shape[1])[:, None])
-    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+    points = np.einsum(
+        "ak,ku->ua", coef, u ** np.arange(coef.shape[1])[:, None]
+    )
+    length = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
+    )
     at = float(np.interp(share * length[-1], length, u))
     first = coef[:, 1:] * np.arange(1, coef.shape[1])
     for _ in range(8):
         miss = coef @ at ** np.arange(coef.shape[1]) - place
         slope = first @ at ** np.arange(first.shape[1])
-        at = min(max(at - float(miss @ slope) / max(float(slope @ slope), 1e-300), 0.0), whole * (1.0 - 1e-9))
+        at = min(
+            max(
+                at - float(miss @ slope) / max(float(slope @ slope), 1e-300),
+                0.0,
+            ),
+            whole * (1.0 - 1e-9),
+        )
     return at
 
 
@@ -122,28 +162,47 @@ class Host(Protocol):
 
 
 class Pause:
-    """Pausing with macros: halt, M_PAUSE, stand; M_GOPAUSE, the way back at VRIPOSO, then what was left of the path.
+    """Pausing with macros: halt, M_PAUSE, stand; M_GOPAUSE, the way back at
+    VRIPOSO, then what was left of the path.
 
-    ``held``: the path stands paused.  ``stands``, ``goes_on``: called when it does so, and when the program goes on.
+    ``held``: the path stands paused.  ``stands``, ``goes_on``: called when it
+    does so, and when the program goes on.
     """
 
-    def __init__(self, host: Host, stands: Callable[[], None], goes_on: Callable[[], None]) -> None:
+    def __init__(
+        self,
+        host: Host,
+        stands: Callable[[], None],
+        goes_on: Callable[[], None],
+    ) -> None:
         self._host, self._stands, self._goes_on = host, stands, goes_on
         self.rows = PushedRows()
         self.held = False
-        self._step: Callable[[], None] | None = None  # what comes when everything pushed has been driven
-        self._behind_macro: Callable[[], None] | None = None  # while a macro is read
+        # what comes when everything pushed has been driven
+        self._step: Callable[[], None] | None = None
+        self._behind_macro: Callable[[], None] | None = (
+            None  # while a macro is read
+        )
         self._saved: tuple[Program | None, bool, bool] = (None, False, False)
         self._rest, self._place = BlockBatch.empty(), np.zeros(0)
 
     @property
     def active(self) -> bool:
-        """The program of the host is not the one that was started, or the path is being halted."""
-        return self._step is not None or self._behind_macro is not None or self.held
+        """The program of the host is not the one that was started, or the path
+        is being halted.
+        """
+        return (
+            self._step is not None
+            or self._behind_macro is not None
+            or self.held
+        )
 
     def begin(self, reader: Any) -> bool:
         """HOLD: True if macros take part, False if the path only stands."""
-        macros = [reader.pause_macro("M_PAUSE"), reader.pause_macro("M_GOPAUSE")]
+        macros = [
+            reader.pause_macro("M_PAUSE"),
+            reader.pause_macro("M_GOPAUSE"),
+        ]
         first = macros[0] if reader.pause_mode in (0, 1) else None
         last = macros[1] if reader.pause_mode in (0, 2) else None
         host = self._host
@@ -176,8 +235,15 @@ class Pause:
         host, state = self._host, self._host.engine.state
         host.engine.resync()
         self._place = host.position()
-        pushed = self.rows.rest(int(state.halt_row), float(state.halt_s), float(state.halt_whole), self._place)
-        unpushed = BlockBatch(self._unpushed.rows[self._from :], self._unpushed.pool)
+        pushed = self.rows.rest(
+            int(state.halt_row),
+            float(state.halt_s),
+            float(state.halt_whole),
+            self._place,
+        )
+        unpushed = BlockBatch(
+            self._unpushed.rows[self._from :], self._unpushed.pool
+        )
         self._rest = joined([part for part in (pushed, unpushed) if len(part)])
         self._run(macro, self._hold)
 
@@ -206,10 +272,16 @@ class Pause:
         host = self._host
         host.engine.resync()
         program, waiting, done = self._saved
-        like = self._rest.rows[0] if len(self._rest) else np.zeros(1, NC_BLOCK)[0]
-        back = way_to(self._place, host.position(), self._reader.return_speed(), like)
+        like = (
+            self._rest.rows[0] if len(self._rest) else np.zeros(1, NC_BLOCK)[0]
+        )
+        back = way_to(
+            self._place, host.position(), self._reader.return_speed(), like
+        )
         host.program, host.waiting, host.done = program, False, False
-        host.give_rows(joined([part for part in (back, self._rest) if len(part)]))
+        host.give_rows(
+            joined([part for part in (back, self._rest) if len(part)])
+        )
         self.behind = "drain" if waiting else "end" if done else ""
         host.engine.macro_runs(False)
         self._goes_on()
@@ -217,7 +289,9 @@ class Pause:
     behind = ""  # what the program was waiting for when it was paused
 
     def pushed_all(self) -> bool:
-        """The rows given back are pushed: True if the program then waits or ends, as it did."""
+        """The rows given back are pushed: True if the program then waits or
+        ends, as it did.
+        """
         behind, self.behind = self.behind, ""
         if behind == "drain":
             self._host.waiting = True

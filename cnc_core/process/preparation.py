@@ -1,4 +1,6 @@
-"""The running channel's preparation (SDA): from the front end into the engine, as far as back-pressure allows."""
+"""The running channel's preparation (SDA): from the front end into the engine,
+as far as back-pressure allows.
+"""
 
 from __future__ import annotations
 
@@ -24,12 +26,14 @@ OUT_FOLDER = Path("hli-cosim-out")
 
 
 class LivePort:
-    """The running channel as the front end sees it; positions and time are those at the last drain.
+    """The running channel as the front end sees it; positions and time are
+    those at the last drain.
 
-    ``areas``: writable buffers of the external variables, "channel" and "global", as they were latched.
-    ``put_out``: where a write (area, byte, data) goes besides.
-    ``folder``: where files go that the program writes; it is made with the first.
-    ``operator``: who answers dialogs.  ``retained``: what dialects keep from program to program.
+    ``areas``: writable buffers of the external variables, "channel" and
+    "global", as they were latched. ``put_out``: where a write (area, byte,
+    data) goes besides. ``folder``: where files go that the program writes; it
+    is made with the first. ``operator``: who answers dialogs.  ``retained``:
+    what dialects keep from program to program.
     """
 
     answers = True
@@ -51,9 +55,14 @@ class LivePort:
         self.retained = {} if retained is None else retained
         self.interrupted = False
         self.latched_s = 0.0
-        self.live: Callable[[], tuple[npt.NDArray[np.float64], float]] = self._latched
+        self.live: Callable[[], tuple[npt.NDArray[np.float64], float]] = (
+            self._latched
+        )
         self.levels = skip_levels
-        self._areas = areas or {"channel": bytearray(external.AREA_BYTES), "global": bytearray(external.AREA_BYTES)}
+        self._areas = areas or {
+            "channel": bytearray(external.AREA_BYTES),
+            "global": bytearray(external.AREA_BYTES),
+        }
         self._folder = folder
         self.latched = start.copy()
         self.messages: list[str] = []
@@ -85,12 +94,19 @@ class LivePort:
     def read_external(self, variable: External, element: int) -> ExternalValue:
         return external.read(self._areas[variable.scope], variable, element)
 
-    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+    def write_external(
+        self, variable: External, element: int, value: ExternalValue
+    ) -> None:
         area = self._areas[variable.scope]
         external.write(area, variable, element, value)
         if self._put_out:
             begin = external.place(variable, element)
-            data = bytes(area[begin : begin + variable.blocks_per_element * external.BLOCK_BYTES])
+            data = bytes(
+                area[
+                    begin : begin
+                    + variable.blocks_per_element * external.BLOCK_BYTES
+                ]
+            )
             self._put_out(0 if variable.scope == "channel" else 1, begin, data)
 
     def append_file(self, name: str, text: str) -> None:
@@ -114,7 +130,10 @@ class LivePort:
 
 
 class Preparation:
-    """Pumps one program into one engine. ``error``: why it ended early; the rows ahead of the error are executed."""
+    """Pumps one program into one engine.
+
+    ``error``: why it ended early; the rows ahead of the error are executed.
+    """
 
     def __init__(
         self,
@@ -136,14 +155,22 @@ class Preparation:
         self.engine = engine
         self.error: CncError | None = None
         self.blocks = 0
-        self.waiting = self.done = self._halted = self._stopping = self._stopped = False
+        self.waiting = self.done = self._halted = self._stopping = (
+            self._stopped
+        ) = False
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
         self._cell = cell
         self.pause = Pause(self, lambda: held(True), lambda: held(False))
         try:
             self.program: Program | None = Program(
-                path, cell, dialect, self.port, lenient=lenient, start=position, restart=restart
+                path,
+                cell,
+                dialect,
+                self.port,
+                lenient=lenient,
+                start=position,
+                restart=restart,
             )
         except CncError as error:
             self.program = None
@@ -155,7 +182,10 @@ class Preparation:
             self.engine.expect_cycle()
             return
         try:
-            while not (self.done or self.waiting or self.port.interrupted) and self._step():
+            while (
+                not (self.done or self.waiting or self.port.interrupted)
+                and self._step()
+            ):
                 pass
         except CncError as error:
             self._end(error)
@@ -183,7 +213,9 @@ class Preparation:
     def _live(self) -> tuple[npt.NDArray[np.float64], float]:
         """Position and time as they are now."""
         state = self.engine.state
-        return np.array(list(state.position)[: self.engine.axes]), int(state.cycle) * self._cycle_s
+        return np.array(list(state.position)[: self.engine.axes]), int(
+            state.cycle
+        ) * self._cycle_s
 
     def _step(self) -> bool:
         """One piece of work; False when the ring is full."""
@@ -214,25 +246,36 @@ class Preparation:
                 self.port.message(text)
             self._end(None)
         else:
-            raise CncError(900003, f"the program waits for the {item.value}, which this cell does not answer")
+            raise CncError(
+                900003,
+                f"the program waits for the {item.value}, which this cell does not answer",
+            )
         return True
 
     @property
     def _pausable(self) -> bool:
         """The dialect has macros for a pause."""
-        return self.program is not None and hasattr(self.program.reader, "pauses") and not self.pause.active
+        return (
+            self.program is not None
+            and hasattr(self.program.reader, "pauses")
+            and not self.pause.active
+        )
 
     def _push(self) -> bool:
         if self._first == 0 and self._pausable:
             state = self.engine.state
-            self.pause.rows.add(int(state.rows_taken), self._batch, int(state.row_done))
+            self.pause.rows.add(
+                int(state.rows_taken), self._batch, int(state.row_done)
+            )
         self._first += self.engine.push(self._batch, self._first)
         return self._first >= len(self._batch)
 
     # pausing
 
     def hold(self) -> bool:
-        """HOLD, where the cell has asked for it; False if the program does not allow it (PAUSE_MODE 4)."""
+        """HOLD, where the cell has asked for it; False if the program does not
+        allow it (PAUSE_MODE 4).
+        """
         reader: Any = self.program.reader if self.program else None
         if reader is None or reader.pause_mode == 4:
             return False
@@ -249,7 +292,9 @@ class Preparation:
             self.engine.hold(False)
 
     def retraced(self) -> None:
-        """The path is driven forward again: what the program has for that is executed beside it and moves nothing."""
+        """The path is driven forward again: what the program has for that is
+        executed beside it and moves nothing.
+        """
         reader: Any = self.program.reader if self.program else None
         path = getattr(reader, "retrace_macro", None)
         if path is None or self.pause.active:
@@ -261,7 +306,9 @@ class Preparation:
         )  # fmt: skip
         try:
             while (item := macro.read()) is not None:
-                if item is Wait.CYCLE or (isinstance(item, BlockBatch) and len(item)):
+                if item is Wait.CYCLE or (
+                    isinstance(item, BlockBatch) and len(item)
+                ):
                     raise CncError(909174, place=Place(str(path)))
         except CncError as error:
             self._end(error)
@@ -289,12 +336,23 @@ class Preparation:
         """Commands that the path has passed become messages."""
         names = self.program.cell.axis_names if self.program else ()
         for command in self.engine.take_commands():
-            place = " ".join(f"{name}{value:.4f}" for name, value in zip(names, command.position, strict=False))
-            self.port.message(f"event {command.value:g} at {place}, {command.cycle * self._cycle_s:.6f} s")
+            place = " ".join(
+                f"{name}{value:.4f}"
+                for name, value in zip(names, command.position, strict=False)
+            )
+            self.port.message(
+                f"event {command.value:g} at {place}, {command.cycle * self._cycle_s:.6f} s"
+            )
 
     def stop(self) -> bool:
-        """Brake, leave out the rest, execute what the program has for a stop; False if it has nothing."""
-        if self.program is None or self._stopping or not getattr(self.program.reader, "has_stop", False):
+        """Brake, leave out the rest, execute what the program has for a stop;
+        False if it has nothing.
+        """
+        if (
+            self.program is None
+            or self._stopping
+            or not getattr(self.program.reader, "has_stop", False)
+        ):
             return False
         self._stopping, self._batch, self._first = True, BlockBatch.empty(), 0
         self.waiting, self.done = True, False
@@ -302,7 +360,9 @@ class Preparation:
         return True
 
     def close(self) -> None:
-        """Nothing more is read; the rows pushed so far are executed or have been left out."""
+        """Nothing more is read; the rows pushed so far are executed or have
+        been left out.
+        """
         self.done = True
 
     def _end(self, error: CncError | None) -> None:

@@ -31,7 +31,12 @@ from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
 from ..geometry.shapes.polynomial import joined
 from ..geometry.stages.axis_limits import AxisLimits
-from ..geometry.stages.contouring import AHEAD, BEHIND, Contouring, ContourMachine
+from ..geometry.stages.contouring import (
+    AHEAD,
+    BEHIND,
+    Contouring,
+    ContourMachine,
+)
 from ..geometry.stages.corner import Corners
 from ..geometry.stages.deviation import Driven, Tap
 from ..geometry.stages.frames import Frames
@@ -47,12 +52,21 @@ from ..geometry.stages.stage import DropZeroLength, Pipeline, RefusedRow, Stage
 from .restart import Passed, Restart, SearchingPort, way_to
 
 BATCH_ROWS = 4096
-FILTERS: tuple[type[RunFilter], ...] = (Noise, SplineFilter, FineNoise, ShortSegments, LowPass, FeedControl)
+FILTERS: tuple[type[RunFilter], ...] = (
+    Noise,
+    SplineFilter,
+    FineNoise,
+    ShortSegments,
+    LowPass,
+    FeedControl,
+)
 
 
 def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
     rotary = [axis.kind == "rotary" for axis in cell.axes.values()]
-    linear = [axis for axis in cell.axes.values() if axis.kind == "linear"] or list(cell.axes.values())
+    linear = [
+        axis for axis in cell.axes.values() if axis.kind == "linear"
+    ] or list(cell.axes.values())
     return SmoothingMachine(
         main=cell.main_axes,
         rotary=sum(1 << i for i, is_rotary in enumerate(rotary) if is_rotary),
@@ -64,12 +78,25 @@ def _smoothing_machine(cell: CellConfig) -> SmoothingMachine:
 def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
     """Functions for which the channel stands, and where."""
     behind = SYNCH["MVS_SNS"] | SYNCH["MNS_SNS"]
-    ahead = SYNCH["MVS_SVS"] | SYNCH["MVS_SLM"] | SYNCH["MEP_SVS"] | SYNCH["MET_SVS"]
-    names: dict[tuple[str, int], str] = {("M", number): name for number, name in cell.m_functions.items()}
-    names |= {("H", int(number)): name for number, name in cell.channel.h_synch.items()}
+    ahead = (
+        SYNCH["MVS_SVS"]
+        | SYNCH["MVS_SLM"]
+        | SYNCH["MEP_SVS"]
+        | SYNCH["MET_SVS"]
+    )
+    names: dict[tuple[str, int], str] = {
+        ("M", number): name for number, name in cell.m_functions.items()
+    }
+    names |= {
+        ("H", int(number)): name
+        for number, name in cell.channel.h_synch.items()
+    }
     names[("T", 0)] = cell.channel.tool_synch
     for spindle in list(cell.spindles.values())[:1]:
-        names |= {("M", number) if number else ("S", 0): name for number, name in spindle.functions.items()}
+        names |= {
+            ("M", number) if number else ("S", 0): name
+            for number, name in spindle.functions.items()
+        }
     found = {}
     for key, name in names.items():
         value = synch_value(name)
@@ -80,12 +107,16 @@ def _waits(cell: CellConfig) -> dict[tuple[str, int], int]:
 
 def _contour_machine(cell: CellConfig) -> ContourMachine:
     smoothing = _smoothing_machine(cell)
-    return ContourMachine(cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell))
+    return ContourMachine(
+        cell.main_axes, smoothing.accel, smoothing.feed, _waits(cell)
+    )
 
 
 @dataclass
 class Approach:
-    """On the way to the place of a restart: a macro, the place, the path from there on."""
+    """On the way to the place of a restart: a macro, the place, the path from
+    there on.
+    """
 
     macro: Program
     place: npt.NDArray[np.float64]
@@ -119,7 +150,11 @@ def source_place(path: Path, line: int) -> Place:
 def _whole_blocks(refused: RefusedRow) -> BlockBatch:
     """The rows ahead of a refused one, without those of its own block."""
     rows, keep = refused.ahead.rows, len(refused.ahead.rows)
-    name, wanted = ("count", refused.count) if refused.count else ("line", refused.error.place.line)
+    name, wanted = (
+        ("count", refused.count)
+        if refused.count
+        else ("line", refused.error.place.line)
+    )
     while keep and rows[name][keep - 1] == wanted:
         keep -= 1
     return BlockBatch(rows[:keep], refused.ahead.pool)
@@ -129,13 +164,15 @@ class Program:
     """Rows of one program file, after all stages.
 
     ``start``: (axes,) where the axes stand, if not at the cell's ``start_mm``.
-    ``collect``: go on behind errors and keep them in ``errors`` (the command ``check``).  ``lenient``: what a dialect
-    calls so; for ISG unknown # commands and undefined M functions are warnings.
-    ``programmed``: rows as they are ahead of the kinematics, which is followed for its errors only.
-    ``answers``: file with answers to the program's dialogs, if no ``port`` is given.
-    ``reader``: makes the front end, in place of that of the dialect.
-    ``restart``: where to take the program up; everything before is executed without motion (``isons``).
-    ``tolerance``: mm by which the path may leave the contour where the program says nothing about it.
+    ``collect``: go on behind errors and keep them in ``errors`` (the command
+    ``check``).  ``lenient``: what a dialect calls so; for ISG unknown #
+    commands and undefined M functions are warnings. ``programmed``: rows as
+    they are ahead of the kinematics, which is followed for its errors only.
+    ``answers``: file with answers to the program's dialogs, if no ``port`` is
+    given. ``reader``: makes the front end, in place of that of the dialect.
+    ``restart``: where to take the program up; everything before is executed
+    without motion (``isons``). ``tolerance``: mm by which the path may leave
+    the contour where the program says nothing about it.
     """
 
     def __init__(
@@ -162,33 +199,70 @@ class Program:
         self._start, self._restart = machine.start, restart
         if restart is not None:
             if self.dialect != "isons":
-                raise CncError(900003, f"restart is not supported in the dialect {self.dialect}", Place(str(path)))
+                raise CncError(
+                    900003,
+                    f"restart is not supported in the dialect {self.dialect}",
+                    Place(str(path)),
+                )
             self.port = self._searching = SearchingPort(self.port)
-        self.reader: FrontEnd = reader(machine) if reader else frontend.create(
-            self.dialect, self.path, machine, self.port, collect=collect, lenient=lenient
+        self.reader: FrontEnd = (
+            reader(machine)
+            if reader
+            else frontend.create(
+                self.dialect,
+                self.path,
+                machine,
+                self.port,
+                collect=collect,
+                lenient=lenient,
+            )
         )
         self._own_errors: list[CncError] = []
         self._next: Wait | CncError | None = None
-        self._passed: Passed | None = None  # of a restart: rows ahead of the place are left out
-        self._approach: Approach | None = None  # of a restart: a macro on the way to the place
-        self._again = BlockBatch.empty()  # functions that a restart puts out again
+        # of a restart: rows ahead of the place are left out
+        self._passed: Passed | None = None
+        # of a restart: a macro on the way to the place
+        self._approach: Approach | None = None
+        self._again = (
+            BlockBatch.empty()
+        )  # functions that a restart puts out again
         contour = self._contour_stages(machine, tolerance, programmed)
         self.frames = Frames(Pipeline(contour), machine.start, machine.main)
         axes = self._axis_stages(machine, programmed)
-        self.pipeline = Pipeline([self.profiles, self.frames, ProgrammedView(axes) if programmed else axes])
+        self.pipeline = Pipeline(
+            [
+                self.profiles,
+                self.frames,
+                ProgrammedView(axes) if programmed else axes,
+            ]
+        )
 
-    def _contour_stages(self, machine: ProgramMachine, tolerance: float, programmed: bool) -> list[Stage]:
+    def _contour_stages(
+        self, machine: ProgramMachine, tolerance: float, programmed: bool
+    ) -> list[Stage]:
         """Stages of the path of the tip, in programmed coordinates."""
         cell, start, main = self.cell, machine.start, machine.main
         self.compensation = RadiusCompensation(
-            start, main, self._place, self._warn, self._collect_once if self.collect else None
+            start,
+            main,
+            self._place,
+            self._warn,
+            self._collect_once if self.collect else None,
         )
         carried = CARRY_TOLERANCE if cell.kinematic_machines else 0.0
-        self.smoothing = Smoothing(start, _smoothing_machine(cell), tolerance, described=programmed, carried=carried)
+        self.smoothing = Smoothing(
+            start,
+            _smoothing_machine(cell),
+            tolerance,
+            described=programmed,
+            carried=carried,
+        )
         self.filters = [kind(start, main) for kind in FILTERS]
         self._taps = [Tap(start, main, stage.code) for stage in self.filters]
         self.filtered = Tap(start, main)  # deviations of all filters together
-        self.contouring = Contouring(start, _contour_machine(cell), self._place, self._warn)
+        self.contouring = Contouring(
+            start, _contour_machine(cell), self._place, self._warn
+        )
         return [
             Corners(start, main, self._place),
             self.compensation,
@@ -196,7 +270,11 @@ class Program:
             Orbit(start, main, self._place),
             Spline(start, main, self._place),
             self.filtered,
-            *(stage for pair in zip(self._taps, self.filters, strict=True) for stage in pair),
+            *(
+                stage
+                for pair in zip(self._taps, self.filters, strict=True)
+                for stage in pair
+            ),
             DropZeroLength(),
             PathMode(start, main),
             self.contouring,
@@ -205,7 +283,9 @@ class Program:
         ]
 
     def _axis_stages(self, machine: ProgramMachine, programmed: bool) -> Stage:
-        """Profiles, which come first, and the stages from the path of the tip to that of the axes."""
+        """Profiles, which come first, and the stages from the path of the tip
+        to that of the axes.
+        """
         cell, smoothing = self.cell, self.smoothing
         machines = dict(cell.kinematic_machines)  # profiles add their own
         self.profiles = Profiles(
@@ -213,30 +293,61 @@ class Program:
             self._place,
             machines,
             (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
-            AxisDynamics(*(cell.axis_values(name) for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3"))),
+            AxisDynamics(
+                *(
+                    cell.axis_values(name)
+                    for name in ("v_max_mm_s", "a_max_mm_s2", "j_max_mm_s3")
+                )
+            ),
             cell.cycle_s,
             described=programmed,
         )
         self.kinematics = KinematicsStage(
-            machines, machine.start, machine.main, self._place, lambda: smoothing.carried or CARRY_TOLERANCE
+            machines,
+            machine.start,
+            machine.main,
+            self._place,
+            lambda: smoothing.carried or CARRY_TOLERANCE,
         )
         self.limits = AxisLimits(cell, self._place)
         parameter = ParameterFeed(len(machine.axes), machine.main)
-        return Pipeline([self.kinematics, parameter, ProfileFilter(self.profiles.filters), self.limits])
+        return Pipeline(
+            [
+                self.kinematics,
+                parameter,
+                ProfileFilter(self.profiles.filters),
+                self.limits,
+            ]
+        )
 
     @property
     def filter_reports(self) -> list[FilterReport]:
-        """Of the filters that have been used; deviations of what is driven from what came into each."""
-        used = [pair for pair in zip(self._taps, self.filters, strict=True) if pair[1].report.blocks_in]
-        return [replace(stage.report, deviation_mm=tap.deviation_mm, cut_mm=tap.cut_mm) for tap, stage in used]
+        """Of the filters that have been used; deviations of what is driven from
+        what came into each.
+        """
+        used = [
+            pair
+            for pair in zip(self._taps, self.filters, strict=True)
+            if pair[1].report.blocks_in
+        ]
+        return [
+            replace(
+                stage.report, deviation_mm=tap.deviation_mm, cut_mm=tap.cut_mm
+            )
+            for tap, stage in used
+        ]
 
     @property
     def filter_texts(self) -> list[str]:
-        """What the filters have done, for the operator; of several together a line behind their own."""
+        """What the filters have done, for the operator; of several together a
+        line behind their own.
+        """
         reports, whole = self.filter_reports, self.filtered
         texts = [str(report) for report in reports]
         if len(reports) > 1:
-            texts.append(f"filters: deviation {whole.deviation_mm:.6f} mm, cut off {whole.cut_mm:.6f} mm")
+            texts.append(
+                f"filters: deviation {whole.deviation_mm:.6f} mm, cut off {whole.cut_mm:.6f} mm"
+            )
         return texts
 
     @property
@@ -244,7 +355,10 @@ class Program:
         """All errors found so far, in order of their lines."""
         order = {str(path): i for i, path in enumerate(self.reader.files)}
         found = [*self.reader.errors, *self._own_errors]
-        return sorted(found, key=lambda e: (order.get(e.place.file, len(order)), e.place.line))
+        return sorted(
+            found,
+            key=lambda e: (order.get(e.place.file, len(order)), e.place.line),
+        )
 
     def read(self, rows: int = BATCH_ROWS) -> BlockBatch | Wait | None:
         """The next final rows, a wait, or None at the end.
@@ -254,7 +368,11 @@ class Program:
         if self._approach is not None:
             return self._approaching(self._approach, rows)
         item = self._read(rows)
-        return item if self._passed is None or isinstance(item, Wait) else self._behind_place(item)
+        return (
+            item
+            if self._passed is None or isinstance(item, Wait)
+            else self._behind_place(item)
+        )
 
     def _read(self, rows: int) -> BlockBatch | Wait | None:
         if self._next is not None:
@@ -285,12 +403,18 @@ class Program:
 
     def _search(self, restart: Restart, reader: Any) -> None:
         search = reader.search
-        search.search(restart.line, restart.passes, restart.marker, restart.value)
+        search.search(
+            restart.line, restart.passes, restart.marker, restart.value
+        )
         passed = Passed(self._start)
         while not search.found:
             item = reader.read(BATCH_ROWS)
             if item is None:
-                raise CncError(909170, f"{ERRORS[909170]}: {restart}", Place(str(self.path)))
+                raise CncError(
+                    909170,
+                    f"{ERRORS[909170]}: {restart}",
+                    Place(str(self.path)),
+                )
             if isinstance(item, BlockBatch):
                 search.note(item)
                 passed.rest(self.pipeline.push(item))
@@ -304,15 +428,23 @@ class Program:
         self._searching.found()
         search.take_up(self._start)
 
-    def _go_on_in_path(self, reader: Any, passed: Passed, restart: Restart) -> None:
-        """The path behind the place depends on blocks before it: the stages keep what they hold."""
+    def _go_on_in_path(
+        self, reader: Any, passed: Passed, restart: Restart
+    ) -> None:
+        """The path behind the place depends on blocks before it: the stages
+        keep what they hold.
+        """
         passed.count = reader.block_count
         self._passed = passed
         self._searching.found()
         self._again = reader.search.go_on()
 
-    def _behind_place(self, item: BlockBatch | None) -> BlockBatch | Wait | None:
-        """Rows behind the place of a restart; the first ones behind functions and the way there."""
+    def _behind_place(
+        self, item: BlockBatch | None
+    ) -> BlockBatch | Wait | None:
+        """Rows behind the place of a restart; the first ones behind functions
+        and the way there.
+        """
         passed = self._passed
         assert passed is not None
         rest = BlockBatch.empty() if item is None else passed.rest(item)
@@ -331,28 +463,49 @@ class Program:
         self._approach = Approach(before, passed.place, rest)
         return self._again if len(self._again) else self.read()
 
-    def _approaching(self, approach: Approach, rows: int) -> BlockBatch | Wait | None:
-        """Rows of the macro, then from its end to the place, then what was found there."""
+    def _approaching(
+        self, approach: Approach, rows: int
+    ) -> BlockBatch | Wait | None:
+        """Rows of the macro, then from its end to the place, then what was
+        found there.
+        """
         item = approach.macro.read(rows)
         if item is not None:
             return item
         self._approach = None
-        begin = self._from(approach.macro.limits.last, approach.place, approach.rest, BlockBatch.empty())
+        begin = self._from(
+            approach.macro.limits.last,
+            approach.place,
+            approach.rest,
+            BlockBatch.empty(),
+        )
         return begin if len(begin) else self.read(rows)
 
     def _from(
-        self, here: npt.NDArray[np.float64], place: npt.NDArray[np.float64], rest: BlockBatch, ahead: BlockBatch
+        self,
+        here: npt.NDArray[np.float64],
+        place: npt.NDArray[np.float64],
+        rest: BlockBatch,
+        ahead: BlockBatch,
     ) -> BlockBatch:
         """``ahead``, the way from ``here`` to the place, the rest of the path."""
         like = rest.rows[0] if len(rest) else np.zeros(1, NC_BLOCK)[0]
         speed = self.reader.return_speed()  # type: ignore[attr-defined]
-        return joined([part for part in (ahead, way_to(place, here, speed, like), rest) if len(part)])
+        return joined(
+            [
+                part
+                for part in (ahead, way_to(place, here, speed, like), rest)
+                if len(part)
+            ]
+        )
 
     def _wait(self, item: Wait) -> BlockBatch | Wait | None:
         """A wait, behind what the stages hold as far as it asks for that."""
         if item is Wait.STOPPED and self.port.answers:
             self.pipeline.drain()  # it will not be driven
-        elif item in (Wait.DRAINED, Wait.STOPPED) or (item is Wait.CYCLE and not self._compensated):
+        elif item in (Wait.DRAINED, Wait.STOPPED) or (
+            item is Wait.CYCLE and not self._compensated
+        ):
             return self._behind_held(item)
         return item
 
@@ -368,19 +521,25 @@ class Program:
         self.port.message(str(warning))
 
     def _deferred(self) -> Wait:
-        """What stands behind the rows handed out last. An error stays: nothing comes behind it."""
+        """What stands behind the rows handed out last.
+
+        An error stays: nothing comes behind it.
+        """
         item = self._next
         if isinstance(item, CncError):
             raise item
         assert item is not None
         self._next = None
-        moved = getattr(self.port, "moved", None)  # of a channel without a machine, a search around it or not
+        # of a channel without a machine, a search around it or not
+        moved = getattr(self.port, "moved", None)
         if moved is not None:
             moved(self.limits.last)
         return item
 
     def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
-        """The axes have been stopped at ``position``: what the program has for that comes next, then its end."""
+        """The axes have been stopped at ``position``: what the program has for
+        that comes next, then its end.
+        """
         self._next = None
         self.pipeline.drain()
         self.pipeline.resync(position)
@@ -390,7 +549,9 @@ class Program:
         """The path goes on from ``position`` (axes,)."""
         self.pipeline.resync(position)
 
-    def _behind_held(self, item: Wait | CncError | None) -> BlockBatch | Wait | None:
+    def _behind_held(
+        self, item: Wait | CncError | None
+    ) -> BlockBatch | Wait | None:
         """What the stages hold comes first, then ``item``."""
         self._next = item
         held = self._staged(self.pipeline.drain, BlockBatch.empty())
@@ -398,8 +559,12 @@ class Program:
             return held
         return None if self._next is None else self._deferred()
 
-    def _staged(self, step: Callable[[], BlockBatch], unstaged: BlockBatch) -> BlockBatch:
-        """The rows of one step; if a stage refuses one, those ahead of it, and the error comes next."""
+    def _staged(
+        self, step: Callable[[], BlockBatch], unstaged: BlockBatch
+    ) -> BlockBatch:
+        """The rows of one step; if a stage refuses one, those ahead of it, and
+        the error comes next.
+        """
         try:
             return step()
         except RefusedRow as refused:
@@ -412,11 +577,16 @@ class Program:
     def _collect_once(self, error: CncError) -> None:
         """Of a line that comes again, only the first error of a kind."""
         key = (error.code, error.place.file, error.place.line)
-        if all((e.code, e.place.file, e.place.line) != key for e in self._own_errors):
+        if all(
+            (e.code, e.place.file, e.place.line) != key
+            for e in self._own_errors
+        ):
             self._own_errors.append(error)
 
     def batches(self) -> Iterator[BlockBatch]:
-        """All rows of a program that nobody drives: stops, M functions and waits are acknowledged at once."""
+        """All rows of a program that nobody drives: stops, M functions and
+        waits are acknowledged at once.
+        """
         while (item := self.read()) is not None:
             if isinstance(item, BlockBatch):
                 yield item

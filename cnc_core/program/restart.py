@@ -1,4 +1,6 @@
-"""Where a program is to be taken up again, and the port while that place is searched for."""
+"""Where a program is to be taken up again, and the port while that place is
+searched for.
+"""
 
 from __future__ import annotations
 
@@ -32,8 +34,10 @@ MARKER = re.compile(r"\$?(\w+)\s*=\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)")
 
 @dataclass(frozen=True)
 class Restart:
-    """In front of ``line`` of the main file when it is reached for the ``passes``-th time, or behind the block that
-    gives the variable ``marker`` its ``value``."""
+    """In front of ``line`` of the main file when it is reached for the
+    ``passes``-th time, or behind the block that gives the variable ``marker``
+    its ``value``.
+    """
 
     line: int = 0
     passes: int = 1
@@ -41,7 +45,9 @@ class Restart:
     value: float = 0.0
 
     @classmethod
-    def of(cls, line: int | None, passes: int, marker: str | None) -> Restart | None:
+    def of(
+        cls, line: int | None, passes: int, marker: str | None
+    ) -> Restart | None:
         """From the options of a command; None if none of them is given."""
         if line is not None and marker is not None:
             raise CncError(902001, "restart: a line or a marker, not both")
@@ -53,15 +59,22 @@ class Restart:
             return None
         found = MARKER.fullmatch(marker.strip())
         if not found:
-            raise CncError(902001, f"restart: NAME=VALUE is expected, not {marker!r}")
+            raise CncError(
+                902001, f"restart: NAME=VALUE is expected, not {marker!r}"
+            )
         return cls(marker=found[1].upper(), value=float(found[2]))
 
     def __str__(self) -> str:
-        return f"line {self.line}, pass {self.passes}" if self.line else f"${self.marker} = {self.value:g}"
+        return (
+            f"line {self.line}, pass {self.passes}"
+            if self.line
+            else f"${self.marker} = {self.value:g}"
+        )
 
 
 class SearchingPort:
-    """A port whose machine does not move while ``searching``: waits are true at once, outputs wait for the end.
+    """A port whose machine does not move while ``searching``: waits are true at
+    once, outputs wait for the end.
 
     Everything else is the port's own.
     """
@@ -83,26 +96,41 @@ class SearchingPort:
         return self._port.read_external(variable, element)
 
     def ask(self, question: Question) -> Answer | None:
-        """While the place is searched for, a dialog that nobody answers counts as acknowledged."""
+        """While the place is searched for, a dialog that nobody answers counts
+        as acknowledged.
+        """
         answer = self._port.ask(question)
-        return Answer(given=False) if answer is None and self.searching else answer
+        return (
+            Answer(given=False) if answer is None and self.searching else answer
+        )
 
-    def write_external(self, variable: External, element: int, value: ExternalValue) -> None:
+    def write_external(
+        self, variable: External, element: int, value: ExternalValue
+    ) -> None:
         if self.searching:
             self._written[variable, element] = value
         else:
             self._port.write_external(variable, element, value)
 
     def found(self) -> None:
-        """The place has been found: what the program has written until there is put out."""
+        """The place has been found: what the program has written until there is
+        put out.
+        """
         self.searching = False
         written, self._written = self._written, {}
         for (variable, element), value in written.items():
             self._port.write_external(variable, element, value)
 
 
-def way_to(place: npt.NDArray[np.float64], here: npt.NDArray[np.float64], speed: float, like: Any) -> BlockBatch:
-    """A straight way back at ``speed`` mm/s (0: rapid), told as the row ``like``; empty if the axes stand there."""
+def way_to(
+    place: npt.NDArray[np.float64],
+    here: npt.NDArray[np.float64],
+    speed: float,
+    like: Any,
+) -> BlockBatch:
+    """A straight way back at ``speed`` mm/s (0: rapid), told as the row
+    ``like``; empty if the axes stand there.
+    """
     delta = place - here
     length = float(np.linalg.norm(delta))
     if length < SAME_MM:
@@ -112,12 +140,17 @@ def way_to(place: npt.NDArray[np.float64], here: npt.NDArray[np.float64], speed:
         row[name] = like[name]
     row["type"], row["end"][0, : len(place)] = LINEAR, place
     row["length"] = row["length_min"] = length
-    row["feed"], row["flags"] = speed, EXACT_STOP | PATH_FEED | (0 if speed > 0.0 else RAPID)
+    row["feed"], row["flags"] = (
+        speed,
+        EXACT_STOP | PATH_FEED | (0 if speed > 0.0 else RAPID),
+    )
     return BlockBatch(row)
 
 
 class Uncovered:
-    """Elements that the pieces so far do not cover to their ends, as rows of what is left of them."""
+    """Elements that the pieces so far do not cover to their ends, as rows of
+    what is left of them.
+    """
 
     def __init__(self) -> None:
         self._elements: deque[npt.NDArray[Any]] = deque()
@@ -160,7 +193,8 @@ class Uncovered:
 
 
 class Passed:
-    """Rows of the stretch that is searched are left out; what begins behind ``count`` goes on from where they end.
+    """Rows of the stretch that is searched are left out; what begins behind
+    ``count`` goes on from where they end.
 
     ``place``: (axes,) end of what has been left out.
     """
@@ -171,12 +205,19 @@ class Passed:
 
     def rest(self, batch: BlockBatch) -> BlockBatch:
         """What stands behind the place; empty while nothing does."""
-        behind = np.flatnonzero(batch.rows["count"] > self.count) if self.count >= 0 else np.empty(0, np.int64)
+        behind = (
+            np.flatnonzero(batch.rows["count"] > self.count)
+            if self.count >= 0
+            else np.empty(0, np.int64)
+        )
         first = int(behind[0]) if len(behind) else len(batch)
         self._leave_out(batch.rows[:first])
         if not len(behind):
             return BlockBatch.empty()
-        return BlockBatch(np.concatenate([self._uncovered.rows(), batch.rows[first:]]), batch.pool)
+        return BlockBatch(
+            np.concatenate([self._uncovered.rows(), batch.rows[first:]]),
+            batch.pool,
+        )
 
     def _leave_out(self, rows: npt.NDArray[Any]) -> None:
         moving = rows[rows["type"] <= POLYNOMIAL]

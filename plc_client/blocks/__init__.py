@@ -1,4 +1,6 @@
-"""Function blocks on the HLI, one or more for every control unit; docs/plc.md draws their states."""
+"""Function blocks on the HLI, one or more for every control unit; docs/plc.md
+draws their states.
+"""
 
 from .base import ExecuteBlock, FunctionBlock, State
 from .commands import (

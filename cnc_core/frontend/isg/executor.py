@@ -50,23 +50,32 @@ DWELL_WORDS = frozenset({"N", "S", "G motion"})
 
 
 class Executor:
-    """State of the channel beyond the modal state of the motions: spindle, tool, offsets, feed mode.
+    """State of the channel beyond the modal state of the motions: spindle,
+    tool, offsets, feed mode.
 
-    Behind ``execute``: ``program_end`` and ``level_end`` say what the block ends, ``calls`` what it calls.
+    Behind ``execute``: ``program_end`` and ``level_end`` say what the block
+    ends, ``calls`` what it calls.
     """
 
     def __init__(self, context: Context) -> None:
         self._context = context
-        self._machine, self._modal, self._offsets = context.machine, context.modal, context.offsets
+        self._machine, self._modal, self._offsets = (
+            context.machine,
+            context.modal,
+            context.offsets,
+        )
         self.feeds: Feeds = Feeds(context.machine, context.modal)
         self.turning = Turning(context.machine, context.modal)
         self.turning.diameter = self._diameter
-        self.dynamics = Dynamics(context.modal, len(context.machine.axes), context.warn)
+        self.dynamics = Dynamics(
+            context.modal, len(context.machine.axes), context.warn
+        )
         self.contouring = Contouring(context.modal, context.offsets)
         self.smooth = Smooth(context.modal)
         self.splines = Splines(context.modal)
         self.corner_words = CornerWords(context.modal)
-        self.soft_limits: tuple[Any, Any] | None = None  # lowest, highest, (axes,); None: the machine's
+        # lowest, highest, (axes,); None: the machine's
+        self.soft_limits: tuple[Any, Any] | None = None
         self._due_limits: list[Row] = []
         self.corner_param = False  # #CORNER PARAM has been given
         self.tool: int = 0
@@ -82,7 +91,11 @@ class Executor:
         """Rows of one block."""
         words = block.evaluate()
         spaces = self._context.spaces
-        due = self._coordinates(words) if spaces.due or spaces.watches_plane else []
+        due = (
+            self._coordinates(words)
+            if spaces.due or spaces.watches_plane
+            else []
+        )
         if block.simple and self.plain and not self.compensation.choice.active:
             return due + self._plain_motion(words) if block.words else due
         self.program_end = self.level_end = False
@@ -94,16 +107,22 @@ class Executor:
         before = due + self._switch_rows(words)
         before += self._coordinate_rows(words.motion.n)
         plane = words.motion.plane or self._modal.plane
-        before += self.compensation.update(words.codes, self._radius(plane), plane, words.motion.n)
+        before += self.compensation.update(
+            words.codes, self._radius(plane), plane, words.motion.n
+        )
         words, corner = self._corner_row(words)
         ahead, behind = self._contour_rows(words)
         for name in ("G150", "G151"):
             if name in words.codes:
-                ahead += self.switch_spline(name == "G151", words.motion.n, words.codes[name])
+                ahead += self.switch_spline(
+                    name == "G151", words.motion.n, words.codes[name]
+                )
         if self.splines.active and self.compensation.choice.active:
             raise refused_with_compensation(0)
         start = self._modal.position
-        before, driven = place_functions(before, self._motion(words), start, self._machine)
+        before, driven = place_functions(
+            before, self._motion(words), start, self._machine
+        )
         motion = ahead + driven + behind + corner
         self.compensation.settle()
         if "G61" in words.codes:
@@ -130,31 +149,49 @@ class Executor:
         axis = self._machine.main[0]
         if axis < 0:
             return 0.0
-        return 2.0 * abs(float(self._modal.position[axis] - self._modal.offset_in_force[axis]))
+        return 2.0 * abs(
+            float(
+                self._modal.position[axis] - self._modal.offset_in_force[axis]
+            )
+        )
 
     def _turning_words(self, words: Words) -> Words:
         functions = {f.number for f in words.functions["M"]}
         for name in ("G33", "G96"):
             if name in words.codes and self.smooth.hsc is not None:
-                raise fail(120433, f"{ERRORS[120433]}: {name}", words.codes[name])
-        motion = self.turning.take(words.codes, words.motion, functions, self.feeds.mode, words.spindle)
+                raise fail(
+                    120433, f"{ERRORS[120433]}: {name}", words.codes[name]
+                )
+        motion = self.turning.take(
+            words.codes, words.motion, functions, self.feeds.mode, words.spindle
+        )
         return replace(words, motion=motion)
 
     def stored_without_effect(self, name: str, offset: int) -> None:
         """Say once that something is only kept."""
         if name not in self._mentioned:
             self._mentioned.add(name)
-            self._context.warn(907042, f"{name} is stored, it has no effect on the motion", offset)
+            self._context.warn(
+                907042,
+                f"{name} is stored, it has no effect on the motion",
+                offset,
+            )
 
     def _corner_row(self, words: Words) -> tuple[Words, list[Row]]:
-        """G301, G302: their I is no centre word, and nothing else of the block moves."""
+        """G301, G302: their I is no centre word, and nothing else of the block
+        moves.
+        """
         code = next((c for c in gcodes.CORNERS if f"G{c}" in words.codes), 0)
         if not code:
             return words, []
         offset, motion = words.codes[f"G{code}"], words.motion
         if motion.axis or set(motion.centre) - {"I"} or motion.r is not None:
-            raise fail(900010, f"G{code} stands in a block of its own, with I", offset)
-        rows = self.corner_words.g(code, motion.centre.get("I"), motion.n, offset)
+            raise fail(
+                900010, f"G{code} stands in a block of its own, with I", offset
+            )
+        rows = self.corner_words.g(
+            code, motion.centre.get("I"), motion.n, offset
+        )
         return replace(words, motion=replace(motion, centre={})), rows
 
     def switch_spline(self, on: bool, n: int, offset: int) -> list[Row]:
@@ -172,7 +209,11 @@ class Executor:
         """#HSC does not go together with G261, G95, G96."""
         active = [f"G{self.feeds.mode}"] if self.feeds.mode == 95 else []
         if self.contouring.active or active:
-            raise fail(120433, f"{ERRORS[120433]}: {(active or ['G261'])[0]} is active", offset)
+            raise fail(
+                120433,
+                f"{ERRORS[120433]}: {(active or ['G261'])[0]} is active",
+                offset,
+            )
 
     def not_compensated(self, name: str, offset: int) -> None:
         if self.compensation.choice.active:
@@ -181,25 +222,38 @@ class Executor:
     def change_tool(self, radius: bool, value_mm: float) -> None:
         """V.G.WZ_AKT.R and .L."""
         self.tool_data = (
-            replace(self.tool_data, radius_mm=value_mm) if radius else replace(self.tool_data, length_mm=value_mm)
+            replace(self.tool_data, radius_mm=value_mm)
+            if radius
+            else replace(self.tool_data, length_mm=value_mm)
         )
         self._offsets.set_tool_length(self.tool_data.length_mm)
 
     def rotation_in_cycle(self, offset: int) -> None:
         """Cycles expect coordinate systems that are made with #CS."""
         levels = self._context.store.arguments
-        if self._context.spaces.rotation is not None and levels[-1] is not levels[0]:
+        if (
+            self._context.spaces.rotation is not None
+            and levels[-1] is not levels[0]
+        ):
             self._context.warn(910111, ERRORS[910111], offset)
 
     def _coordinates(self, words: Words) -> list[Row]:
-        """What the assignments of the block, or a new plane, change in the coordinates."""
+        """What the assignments of the block, or a new plane, change in the
+        coordinates.
+        """
         spaces, plane = self._context.spaces, words.motion.plane
-        if spaces.watches_plane and plane is not None and plane != self._modal.plane:
+        if (
+            spaces.watches_plane
+            and plane is not None
+            and plane != self._modal.plane
+        ):
             if self.compensation.choice.active:
                 raise fail(20133, ERRORS[20133], words.motion.offset or 0)
             self._modal.apply(MotionWords(plane=plane))
             if spaces.rotation is not None:
-                self._context.warn(910110, ERRORS[910110], words.motion.offset or 0)
+                self._context.warn(
+                    910110, ERRORS[910110], words.motion.offset or 0
+                )
                 spaces.set_rotation(None)
             spaces.touch()
         return self._coordinate_rows(words.motion.n) if spaces.due else []
@@ -224,11 +278,19 @@ class Executor:
         if words.motion.block_stop and not words.motion.moves:
             raise fail(20003, ERRORS[20003], words.codes["G60"])
         if words.data and words.data not in self._machine.tools:
-            raise fail(900014, f"D{words.data}: the machine has no tool {words.data}", words.offsets["D"])
+            raise fail(
+                900014,
+                f"D{words.data}: the machine has no tool {words.data}",
+                words.offsets["D"],
+            )
 
     def _check_m(self, function: Function) -> None:
         number = function.number
-        if number in AT_END or number in self._machine.m_functions or (number == 6 and self._m6()):
+        if (
+            number in AT_END
+            or number in self._machine.m_functions
+            or (number == 6 and self._m6())
+        ):
             return
         text = (
             f"M{number} is not defined: give its synchronisation in the cell configuration "
@@ -242,7 +304,9 @@ class Executor:
         return self._context.programs.get("M6", self._machine.m6_program)
 
     def _radius(self, plane: int) -> float:
-        """Of the tool; negative swaps the side, as mirroring one axis of the plane does."""
+        """Of the tool; negative swaps the side, as mirroring one axis of the
+        plane does.
+        """
         sign = 1.0
         for place in motion_planes(plane)[:2]:
             axis = self._machine.main[place]
@@ -252,7 +316,9 @@ class Executor:
     # functions that move nothing
 
     def _non_motions(self, words: Words) -> Words:
-        """Offsets, mirroring, diameter, feed modes; the words that are left for the motion."""
+        """Offsets, mirroring, diameter, feed modes; the words that are left for
+        the motion.
+        """
         codes = words.codes
         if not codes:
             return self._feed_word(words)
@@ -271,13 +337,17 @@ class Executor:
 
     def _select_first(self, words: Words) -> None:
         """G90, G91, G70, G71 count for everything in their block."""
-        self._modal.apply(MotionWords(absolute=words.motion.absolute, inch=words.motion.inch))
+        self._modal.apply(
+            MotionWords(absolute=words.motion.absolute, inch=words.motion.inch)
+        )
 
     def _modes(self, words: Words) -> None:
         for mode in gcodes.FEED_MODES:
             if f"G{mode}" in words.codes:
                 if mode == 95 and self.smooth.hsc is not None:
-                    raise fail(120433, f"{ERRORS[120433]}: G95", words.codes["G95"])
+                    raise fail(
+                        120433, f"{ERRORS[120433]}: G95", words.codes["G95"]
+                    )
                 self.feeds.choose(mode)
         if "G51" in words.codes or "G52" in words.codes:
             self._offsets.diameter = "G51" in words.codes
@@ -302,7 +372,10 @@ class Executor:
                 self._offsets.set_mirror(x, y)
 
     def _signs(self) -> tuple[float, float]:
-        signs = [1.0 if axis < 0 else float(self._offsets.mirror[axis]) for axis in self._machine.main[:2]]
+        signs = [
+            1.0 if axis < 0 else float(self._offsets.mirror[axis])
+            for axis in self._machine.main[:2]
+        ]
         return signs[0], signs[1]
 
     def _zero_offset(self, number: int, offset: int) -> None:
@@ -336,27 +409,48 @@ class Executor:
         return replace(words, motion=replace(words.motion, axis={}))
 
     def _rotate(self, words: Words, offset: int) -> Words:
-        """G68 R30 X10 Y5: contour rotation about a point of the plane, the present one where no word names it."""
+        """G68 R30 X10 Y5: contour rotation about a point of the plane, the
+        present one where no word names it.
+        """
         self.not_compensated("G68", offset)
         modal, axes = self._modal, words.motion.axis
         plane = words.motion.plane or modal.plane
-        first, second, third = (self._machine.main[place] for place in motion_planes(plane))
+        first, second, third = (
+            self._machine.main[place] for place in motion_planes(plane)
+        )
         if third in axes:
             raise fail(22156, ERRORS[22156], offset)
         if set(axes) - {first, second} or min(first, second) < 0:
-            raise fail(900010, "G68: only words of the plane's axes name the centre", offset)
+            raise fail(
+                900010,
+                "G68: only words of the plane's axes name the centre",
+                offset,
+            )
         self._context.spaces.set_rotation(None)
         self._context.spaces.touch()
-        present = self._context.spaces.position_in(self._context.spaces.wanted(), self._context.spaces.axes())
+        present = self._context.spaces.position_in(
+            self._context.spaces.wanted(), self._context.spaces.axes()
+        )
         total = self._offsets.selected_total()
-        centre = [axes[a] * modal.unit_mm if a in axes else float(present[a] - total[a]) for a in (first, second)]
-        rotation = Rotation(plane, words.motion.r or 0.0, (centre[0], centre[1]))
+        centre = [
+            axes[a] * modal.unit_mm
+            if a in axes
+            else float(present[a] - total[a])
+            for a in (first, second)
+        ]
+        rotation = Rotation(
+            plane, words.motion.r or 0.0, (centre[0], centre[1])
+        )
         self._context.spaces.set_rotation(rotation)
         self.rotation_in_cycle(offset)
         return replace(words, motion=replace(words.motion, axis={}, r=None))
 
-    def _soft_limits(self, code: int, axes: dict[int, float], offset: int) -> None:
-        """G98, G99: lowest and highest position of axes, machine coordinates, within the machine's own range."""
+    def _soft_limits(
+        self, code: int, axes: dict[int, float], offset: int
+    ) -> None:
+        """G98, G99: lowest and highest position of axes, machine coordinates,
+        within the machine's own range.
+        """
         if not axes:
             raise fail(900004, f"G{code} without axis words", offset)
         side = code - 98
@@ -366,13 +460,23 @@ class Executor:
             self.soft_limits = machine[0].copy(), machine[1].copy()
         for axis, word in axes.items():
             own = float(machine[side][axis])
-            value = word * self._offsets.scale(axis) + (0.0 if self._modal.absolute else own)
+            value = word * self._offsets.scale(axis) + (
+                0.0 if self._modal.absolute else own
+            )
             if (own - value) * (1, -1)[side] > 0:
-                self._context.warn(21648, f"G{code} {self._offsets.names[axis]}{word:g}: {ERRORS[21648]}", offset)
+                self._context.warn(
+                    21648,
+                    f"G{code} {self._offsets.names[axis]}{word:g}: {ERRORS[21648]}",
+                    offset,
+                )
                 value = own
             self.soft_limits[side][axis] = value
             if self.soft_limits[0][axis] >= self.soft_limits[1][axis]:
-                raise fail(21649, f"G{code} {self._offsets.names[axis]}{word:g}: {ERRORS[21649]}", offset)
+                raise fail(
+                    21649,
+                    f"G{code} {self._offsets.names[axis]}{word:g}: {ERRORS[21649]}",
+                    offset,
+                )
         row = self._modal.row(SOFT_LIMITS, 0, code=code)
         row["end"] = np.nan
         row["end"][0][: len(self._offsets.names)] = self.soft_limits[side]
@@ -385,8 +489,15 @@ class Executor:
         self._offsets.check_number(number, offset)
         for axis, value in words.motion.axis.items():
             if value not in (0.0, 1.0):
-                raise fail(900012, f"G160 {self._offsets.names[axis]}{value:g}: 0 or 1 is expected", offset)
-        self._offsets.exclude(number, {axis: value == 1.0 for axis, value in words.motion.axis.items()})
+                raise fail(
+                    900012,
+                    f"G160 {self._offsets.names[axis]}{value:g}: 0 or 1 is expected",
+                    offset,
+                )
+        self._offsets.exclude(
+            number,
+            {axis: value == 1.0 for axis, value in words.motion.axis.items()},
+        )
 
     def _mirror_axes(self, axes: dict[int, float], offset: int) -> None:
         if any(value not in (1.0, -1.0) for value in axes.values()):
@@ -404,7 +515,9 @@ class Executor:
                 self.dynamics.weigh(code, every, words.codes[f"G{code}"])
 
     def _contour_rows(self, words: Words) -> tuple[list[Row], list[Row]]:
-        """What G61, G260, G261 and G360 say to the stage: ahead of the motion, and behind it."""
+        """What G61, G260, G261 and G360 say to the stage: ahead of the motion,
+        and behind it.
+        """
         codes, n = words.codes, words.motion.n
         for name in ("G61", "G261"):
             if name in codes:
@@ -438,7 +551,9 @@ class Executor:
         """Limits, S, T, D and the M and H functions that stand before the motion."""
         n = words.motion.n
         rows = self.dynamics.rows(n)
-        speed = self.turning.speed(words.codes, words.spindle, words.offsets.get("S", 0))
+        speed = self.turning.speed(
+            words.codes, words.spindle, words.offsets.get("S", 0)
+        )
         if speed is not None:
             rows.append(self._modal.row(S, n, value=speed))
         if words.tool is not None:
@@ -450,12 +565,18 @@ class Executor:
         self._due_limits = []
         if "G74" in words.codes:
             rows.append(self._modal.row(FLUSH, n, flags=STANDSTILL))
-            self.stored_without_effect("G74 (the axes are referenced)", words.codes["G74"])
+            self.stored_without_effect(
+                "G74 (the axes are referenced)", words.codes["G74"]
+            )
         for function in words.functions["M"]:
             if function.number == 6 and self._m6():
                 continue
             if function.number == 19 and words.position is not None:
-                rows.append(self._modal.row(M, n, code=19, value=words.position, flags=HAS_VALUE))
+                rows.append(
+                    self._modal.row(
+                        M, n, code=19, value=words.position, flags=HAS_VALUE
+                    )
+                )
             elif function.number not in AT_END:
                 rows.append(self._function(M, function, n))
         return rows + [self._function(H, f, n) for f in words.functions["H"]]
@@ -466,20 +587,34 @@ class Executor:
         self._context.spaces.tool_kinematic(self.tool_data.kin_id, 0)
         self._offsets.set_tool_length(self.tool_data.length_mm)
 
-    def _function(self, kind: int, function: Function, n: int, flags: int = 0) -> Row:
+    def _function(
+        self, kind: int, function: Function, n: int, flags: int = 0
+    ) -> Row:
         if function.value is None:
             return self._modal.row(kind, n, code=function.number, flags=flags)
-        return self._modal.row(kind, n, code=function.number, value=function.value, flags=flags | HAS_VALUE)
+        return self._modal.row(
+            kind,
+            n,
+            code=function.number,
+            value=function.value,
+            flags=flags | HAS_VALUE,
+        )
 
     def _motion(self, words: Words) -> list[Row]:
         start = None if self.plain else self._modal.position
         error, row = self._applied(words.motion)
         offset = words.motion.offset
         if error:
-            raise fail(error, ERRORS[error], offset if offset is not None else words.offsets.get("F", 0))
+            raise fail(
+                error,
+                ERRORS[error],
+                offset if offset is not None else words.offsets.get("F", 0),
+            )
         if row is None:
             return []
-        made = [row] if start is None else self._with_feed(row, start, offset or 0)
+        made = (
+            [row] if start is None else self._with_feed(row, start, offset or 0)
+        )
         if "G166" in words.codes and not row["flags"][0] & RAPID:
             row["flags"] |= NO_OVERRIDE
             row["feed"] /= self.feeds.factor
@@ -500,11 +635,22 @@ class Executor:
         changed = not row["flags"][0] & RAPID and self.turning.follow()
         self.feeds.apply(row, start, self.spindle_rev_min, offset)
         self.turning.apply(row, start, offset)
-        return [self._modal.row(S, int(row["n"][0]), value=self.spindle_rev_min), row] if changed else [row]
+        return (
+            [
+                self._modal.row(
+                    S, int(row["n"][0]), value=self.spindle_rev_min
+                ),
+                row,
+            ]
+            if changed
+            else [row]
+        )
 
     def _end_rows(self, words: Words) -> list[Row]:
         """M00 and M01, then the program end."""
-        functions = sorted(words.functions["M"], key=lambda f: f.number in PROGRAM_ENDS)
+        functions = sorted(
+            words.functions["M"], key=lambda f: f.number in PROGRAM_ENDS
+        )
         ends = [f for f in functions if f.number in STOPS + PROGRAM_ENDS]
         return [self._function(M, f, words.motion.n, STANDSTILL) for f in ends]
 
@@ -513,7 +659,11 @@ class Executor:
     def _calls(self, words: Words) -> None:
         """Subprograms that are executed at the end of the block."""
         self.calls = [] if words.call is None else [words.call]
-        if words.call is not None and words.call.arguments is not None and set(words.offsets) - {"N", "L"}:
+        if (
+            words.call is not None
+            and words.call.arguments is not None
+            and set(words.offsets) - {"N", "L"}
+        ):
             raise fail(907108, ERRORS[907108], words.call.offset)
         for function in words.functions["M"]:
             if function.number == 6 and self._m6():
@@ -522,16 +672,31 @@ class Executor:
             code = int(name[1:])
             if code not in gcodes.USER_CODES:
                 continue
-            program = self._context.programs.get(name, self._machine.g_programs.get(code, ""))
+            program = self._context.programs.get(
+                name, self._machine.g_programs.get(code, "")
+            )
             if not program:
-                raise fail(20131, f"unknown G function G{code:02d}: no subprogram is assigned to it", offset)
+                raise fail(
+                    20131,
+                    f"unknown G function G{code:02d}: no subprogram is assigned to it",
+                    offset,
+                )
             arguments = positional(words.arguments) if words.arguments else None
             self.calls.append(Call(program, False, offset, arguments))
-        cycles = [call for call in self.calls if call.arguments is not None and find(call.name) is None]
-        if cycles and self._context.spaces.rotation is not None:  # built-in ones warn themselves
+        cycles = [
+            call
+            for call in self.calls
+            if call.arguments is not None and find(call.name) is None
+        ]
+        # built-in ones warn themselves
+        if cycles and self._context.spaces.rotation is not None:
             self._context.warn(910111, ERRORS[910111], cycles[0].offset)
         if len(self.calls) > 1:
-            raise fail(900011, "more than one subprogram call in a block", self.calls[1].offset)
+            raise fail(
+                900011,
+                "more than one subprogram call in a block",
+                self.calls[1].offset,
+            )
 
     # dwell
 
@@ -539,24 +704,40 @@ class Executor:
         self._check_alone(words)
         seconds = self._dwell_seconds(words)
         if not 0 <= seconds <= DWELL_MAX_S:
-            raise fail(20752, f"G04: {seconds:g} s out of range 0..{DWELL_MAX_S:g} s", words.codes["G4"])
+            raise fail(
+                20752,
+                f"G04: {seconds:g} s out of range 0..{DWELL_MAX_S:g} s",
+                words.codes["G4"],
+            )
         return self._modal.row(DWELL, words.motion.n, value=seconds)
 
     def _check_alone(self, words: Words) -> None:
         names = {self._machine.axes[i].upper() for i in words.motion.axis}
         for name, offset in words.offsets.items():
             if name not in DWELL_WORDS and name not in names:
-                raise fail(900018, f"{ERRORS[900018]}: {name.removeprefix('G ')}", offset)
+                raise fail(
+                    900018,
+                    f"{ERRORS[900018]}: {name.removeprefix('G ')}",
+                    offset,
+                )
 
     def _dwell_seconds(self, words: Words) -> float:
         axes, offset = words.motion.axis, words.codes["G4"]
-        given = [v for v in (words.dwell, *axes.values(), words.spindle) if v is not None]
+        given = [
+            v
+            for v in (words.dwell, *axes.values(), words.spindle)
+            if v is not None
+        ]
         if words.dwell is not None and axes:
             raise fail(20013, ERRORS[20013], offset)
         if any(axis != self._machine.main[0] for axis in axes):
             raise fail(20014, ERRORS[20014], offset)
         if len(given) != 1:
-            raise fail(900004, "G04 takes one time or a number of spindle turns", offset)
+            raise fail(
+                900004,
+                "G04 takes one time or a number of spindle turns",
+                offset,
+            )
         if words.spindle is None:
             return given[0]
         if self.spindle_rev_min <= 0:

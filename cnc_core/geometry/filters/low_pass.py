@@ -1,7 +1,9 @@
-"""Low-pass filter of the vertices, per axis: y += level * (x - y), beginning at the start of the run; its end is exact.
+"""Low-pass filter of the vertices, per axis: y += level * (x - y), beginning at
+the start of the run; its end is exact.
 
-FILTER row: ``end`` the level per axis, 0 to 1 (0: the axis is not filtered); ``length`` mm, longer segments end the run
-(0: as far as the feed of the row gets in ``value`` s).
+FILTER row: ``end`` the level per axis, 0 to 1 (0: the axis is not filtered);
+``length`` mm, longer segments end the run (0: as far as the feed of the row
+gets in ``value`` s).
 """
 
 from __future__ import annotations
@@ -27,7 +29,11 @@ class LowPass(RunFilter):
         self._held: Rows = EMPTY
         self._state = start.copy()  # y
         self._end = start.copy()  # of the row given out last
-        self._before, self._after, self._judged = [start.copy()], [start.copy()], 0
+        self._before, self._after, self._judged = (
+            [start.copy()],
+            [start.copy()],
+            0,
+        )
 
     def settings(self, row: Any) -> None:
         level = np.array(row["end"][: self.count])
@@ -35,9 +41,17 @@ class LowPass(RunFilter):
         self.length, self.seconds = float(row["length"]), float(row["value"])
 
     def extend(self, rows: Rows, start: FloatArray) -> Rows:
-        longest = rows["feed"] * self.seconds if self.length == 0.0 else np.full(len(rows), self.length)
+        longest = (
+            rows["feed"] * self.seconds
+            if self.length == 0.0
+            else np.full(len(rows), self.length)
+        )
         short = rows["length"] <= longest + 1e-12
-        out, begin, starts = [], 0, np.vstack([start, rows["end"][:-1, : self.count]])
+        out, begin, starts = (
+            [],
+            0,
+            np.vstack([start, rows["end"][:-1, : self.count]]),
+        )
         for i in [*np.flatnonzero(~short), len(rows)]:
             if i > begin:
                 out.append(self._filtered(rows[begin:i], starts[begin]))
@@ -51,21 +65,32 @@ class LowPass(RunFilter):
         if not len(held):
             return held
         out = self.with_lengths(held, self._end)
-        self._note(held["end"][0, : self.count].copy(), held["end"][0, : self.count].copy())
+        self._note(
+            held["end"][0, : self.count].copy(),
+            held["end"][0, : self.count].copy(),
+        )
         self._compare()
         return out
 
     def _filtered(self, rows: Rows, start: FloatArray) -> Rows:
         if not len(self._held):
             self._state, self._end = start.copy(), start.copy()
-            self._before, self._after, self._judged = [start.copy()], [start.copy()], 0
+            self._before, self._after, self._judged = (
+                [start.copy()],
+                [start.copy()],
+                0,
+            )
         rows = np.concatenate([self._held, rows])
         rows, self._held = rows[:-1].copy(), rows[-1:].copy()
         first = self._end
         vertices = rows["end"][:, : self.count].copy()
         made = vertices.copy()
         for axis in np.flatnonzero(self.level < 1.0):
-            made[:, axis] = _low_passed(vertices[:, axis].tolist(), float(self._state[axis]), float(self.level[axis]))
+            made[:, axis] = _low_passed(
+                vertices[:, axis].tolist(),
+                float(self._state[axis]),
+                float(self.level[axis]),
+            )
         rows["end"][:, : self.count] = made
         if len(rows):
             self._state, self._end = made[-1].copy(), made[-1].copy()
@@ -81,9 +106,14 @@ class LowPass(RunFilter):
 
     def _compare(self, ahead: int = 0) -> None:
         """Deviation of the stretch noted so far; its last third begins the next one."""
-        self.deviates(np.array(self._before), np.array(self._after), ahead, self._judged)
+        self.deviates(
+            np.array(self._before), np.array(self._after), ahead, self._judged
+        )
         self._judged = NOTED // 3
-        self._before, self._after = self._before[-NOTED // 3 :], self._after[-NOTED // 3 :]
+        self._before, self._after = (
+            self._before[-NOTED // 3 :],
+            self._after[-NOTED // 3 :],
+        )
 
 
 def _low_passed(values: list[float], state: float, level: float) -> list[float]:

@@ -1,10 +1,13 @@
 """Filters of runs of straight feed motions: what they have in common.
 
-A ``FILTER`` row (``code``: which filter) switches and sets one from there on: ``flags`` ``HAS_VALUE`` on; ``degree``,
-``fill_1``, ``plane``: channel indices of the plane's two axes and of the depth axis (255: none); ``center``: first
-number 1 + the index of a tangential axis, which follows (0: none); the meaning of ``value``, ``length``, ``radius``,
-``angle``, ``length_min`` and ``end`` stands in the filter's module.  A run ends with anything but a straight feed
-motion of these axes along the programmed path.  FILTER rows pass on to ``PathMode``, which takes them out.
+A ``FILTER`` row (``code``: which filter) switches and sets one from there on:
+``flags`` ``HAS_VALUE`` on; ``degree``, ``fill_1``, ``plane``: channel indices
+of the plane's two axes and of the depth axis (255: none); ``center``: first
+number 1 + the index of a tangential axis, which follows (0: none); the meaning
+of ``value``, ``length``, ``radius``, ``angle``, ``length_min`` and ``end``
+stands in the filter's module.  A run ends with anything but a straight feed
+motion of these axes along the programmed path.  FILTER rows pass on to
+``PathMode``, which takes them out.
 
 Memory is bounded by a filter's reach, whatever the length of the run.
 """
@@ -43,11 +46,13 @@ CLOSE_MM = 1e-6  # of a largest distance
 
 @dataclass
 class FilterReport:
-    """What a filter has done so far: rows that entered it, rows that came out of it.
+    """What a filter has done so far: rows that entered it, rows that came out
+    of it.
 
-    ``segments_deviation_mm``: how far the segments that come out leave the path that came in; ``segments_cut_mm``: how
-    far what came in lies beside them (corners that are cut off).  ``deviation_mm``, ``cut_mm``: the same of the path
-    that is driven in the end, behind all filters (``driven.py``).
+    ``segments_deviation_mm``: how far the segments that come out leave the path
+    that came in; ``segments_cut_mm``: how far what came in lies beside them
+    (corners that are cut off).  ``deviation_mm``, ``cut_mm``: the same of the
+    path that is driven in the end, behind all filters (``driven.py``).
     """
 
     name: str
@@ -66,7 +71,9 @@ class FilterReport:
 
 
 def lengths_of(delta: FloatArray, main: tuple[int, int, int]) -> FloatArray:
-    """(n,) row lengths of straight motions: over the main axes, over all where those rest."""
+    """(n,) row lengths of straight motions: over the main axes, over all where
+    those rest.
+    """
     present = [axis for axis in main if axis >= 0]
     length = np.asarray(np.sqrt((delta[:, present] ** 2).sum(axis=1)))
     whole = np.sqrt((delta**2).sum(axis=1))
@@ -74,9 +81,13 @@ def lengths_of(delta: FloatArray, main: tuple[int, int, int]) -> FloatArray:
 
 
 def turns_of(delta: FloatArray, axes: tuple[int, int]) -> FloatArray:
-    """(n - 1,) signed turns in a plane between consecutive ways (n, axes), rad; 0 where one of them is no way there."""
+    """(n - 1,) signed turns in a plane between consecutive ways (n, axes), rad;
+    0 where one of them is no way there.
+    """
     a, b = delta[:-1][:, list(axes)], delta[1:][:, list(axes)]
-    turn = np.arctan2(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1))
+    turn = np.arctan2(
+        a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
+    )
     moves = (np.hypot(*a.T) > SAME_MM) & (np.hypot(*b.T) > SAME_MM)
     return np.where(moves, turn, 0.0)
 
@@ -84,17 +95,36 @@ def turns_of(delta: FloatArray, axes: tuple[int, int]) -> FloatArray:
 def distances(points: FloatArray, line: FloatArray) -> FloatArray:
     """(n,) of points (n, k) to a polyline (m, k)."""
     out = np.empty(len(points))
-    if lib.nc_distances(_doubles(points), len(points), _doubles(line), *line.shape, _doubles(out)) < 0:
+    if (
+        lib.nc_distances(
+            _doubles(points),
+            len(points),
+            _doubles(line),
+            *line.shape,
+            _doubles(out),
+        )
+        < 0
+    ):
         raise MemoryError("distances")
     return out
 
 
 def farthest(mine: FloatArray, other: FloatArray, known: float = 0.0) -> float:
-    """Largest distance of any point of the polyline ``mine`` from ``other``, to ``CLOSE_MM``.
+    """Largest distance of any point of the polyline ``mine`` from ``other``, to
+    ``CLOSE_MM``.
 
     ``known``: smaller values are of no interest.
     """
-    most = float(lib.nc_farthest(_doubles(mine), len(mine), _doubles(other), *other.shape, known, CLOSE_MM))
+    most = float(
+        lib.nc_farthest(
+            _doubles(mine),
+            len(mine),
+            _doubles(other),
+            *other.shape,
+            known,
+            CLOSE_MM,
+        )
+    )
     if most < 0.0:
         raise MemoryError("farthest")
     return most
@@ -102,11 +132,16 @@ def farthest(mine: FloatArray, other: FloatArray, known: float = 0.0) -> float:
 
 def _doubles(array: FloatArray) -> Any:
     """For C; the array lives as long as the pointer."""
-    return ffi.from_buffer("double[]", np.ascontiguousarray(array, dtype=np.float64))
+    return ffi.from_buffer(
+        "double[]", np.ascontiguousarray(array, dtype=np.float64)
+    )
 
 
 class RunFilter(ABC):
-    """A stage over runs of straight feed motions.  ``start``: (axes,); ``main``: channel index of X, Y, Z."""
+    """A stage over runs of straight feed motions.
+
+    ``start``: (axes,); ``main``: channel index of X, Y, Z.
+    """
 
     code = 0
     name = ""
@@ -167,12 +202,19 @@ class RunFilter(ABC):
 
     def _set(self, row: Any) -> None:
         self.on = bool(row["flags"] & HAS_VALUE)
-        self.axes, self.depth = (int(row["degree"]), int(row["fill_1"])), int(row["plane"])
-        self.tangential = int(row["center"][0]) - 1 if row["center"][0] > 0 else NO_AXIS
+        self.axes, self.depth = (
+            (int(row["degree"]), int(row["fill_1"])),
+            int(row["plane"]),
+        )
+        self.tangential = (
+            int(row["center"][0]) - 1 if row["center"][0] > 0 else NO_AXIS
+        )
         self.settings(row)
 
     def _follow(self, rows: Rows) -> None:
-        moving = np.flatnonzero((rows["type"] <= POLYNOMIAL) & ((rows["flags"] & ELEMENT) == 0))
+        moving = np.flatnonzero(
+            (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & ELEMENT) == 0)
+        )
         if len(moving):
             self._last = rows["end"][moving[-1], : self.count].copy()
 
@@ -196,16 +238,22 @@ class RunFilter(ABC):
         return np.concatenate(out)
 
     def _usable(self, rows: Rows) -> tuple[npt.NDArray[np.bool_], FloatArray]:
-        """(n,) straight feed motions of the filter's axes; (n, axes) where rows begin."""
+        """(n,) straight feed motions of the filter's axes; (n, axes) where rows
+        begin.
+        """
         moving = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & ELEMENT) == 0)
         places = np.where(moving, np.arange(len(rows)), -1)
         before = np.concatenate([[-1], np.maximum.accumulate(places)[:-1]])
         ends = rows["end"][:, : self.count]
-        start = np.where((before >= 0)[:, None], ends[np.maximum(before, 0)], self._last)
+        start = np.where(
+            (before >= 0)[:, None], ends[np.maximum(before, 0)], self._last
+        )
         mine = (*self.axes, self.depth, self.tangential)
         others = [i for i in range(self.count) if i not in mine]
         rests = (np.abs(ends - start)[:, others] < SAME_MM).all(axis=1)
-        plain = (rows["type"] == LINEAR) & ((rows["flags"] & (RAPID | ELEMENT | PIECE | PATH_FEED)) == 0)
+        plain = (rows["type"] == LINEAR) & (
+            (rows["flags"] & (RAPID | ELEMENT | PIECE | PATH_FEED)) == 0
+        )
         return plain & rests, start
 
     # for the filters
@@ -218,24 +266,43 @@ class RunFilter(ABC):
     def with_lengths(self, rows: Rows, start: FloatArray) -> Rows:
         """Lengths anew, of rows one behind the other."""
         ends = rows["end"][:, : self.count]
-        length = lengths_of(np.diff(np.vstack([start, ends]), axis=0), self.main)
+        length = lengths_of(
+            np.diff(np.vstack([start, ends]), axis=0), self.main
+        )
         rows["length"] = rows["length_min"] = length
         return rows
 
-    def deviates(self, before: FloatArray, after: FloatArray, ahead: int = 0, behind: int = 0) -> None:
+    def deviates(
+        self,
+        before: FloatArray,
+        after: FloatArray,
+        ahead: int = 0,
+        behind: int = 0,
+    ) -> None:
         """Note how far two polylines with common ends lie apart.
 
-        ``ahead``: so many vertices at the end of ``before`` are not judged, ``after`` has not got there yet; nor are
-        the first ``behind`` of ``after``.
+        ``ahead``: so many vertices at the end of ``before`` are not judged,
+        ``after`` has not got there yet; nor are the first ``behind`` of
+        ``after``.
         """
-        report, before, after = self.report, before[:, self.used], after[:, self.used]
-        report.segments_deviation_mm = farthest(after[behind:], before, report.segments_deviation_mm)
-        report.segments_cut_mm = farthest(before[: len(before) - ahead], after, report.segments_cut_mm)
+        report, before, after = (
+            self.report,
+            before[:, self.used],
+            after[:, self.used],
+        )
+        report.segments_deviation_mm = farthest(
+            after[behind:], before, report.segments_deviation_mm
+        )
+        report.segments_cut_mm = farthest(
+            before[: len(before) - ahead], after, report.segments_cut_mm
+        )
 
     def note(self, deviation_mm: float, cut_mm: float) -> None:
         """A deviation, and what was cut off."""
         report = self.report
-        report.segments_deviation_mm = max(report.segments_deviation_mm, deviation_mm)
+        report.segments_deviation_mm = max(
+            report.segments_deviation_mm, deviation_mm
+        )
         report.segments_cut_mm = max(report.segments_cut_mm, cut_mm)
 
 

@@ -1,7 +1,8 @@
-"""Short segments are left out: a vertex nearer than ``length`` mm (FILTER row) to the vertex kept last goes.
+"""Short segments are left out: a vertex nearer than ``length`` mm (FILTER row)
+to the vertex kept last goes.
 
-``length`` 0: as far as the feed of the row gets in ``value`` s.  The end of a run stays.  The override has no effect on
-what is driven here.
+``length`` 0: as far as the feed of the row gets in ``value`` s.  The end of a
+run stays.  The override has no effect on what is driven here.
 """
 
 from __future__ import annotations
@@ -50,11 +51,17 @@ class ShortSegments(RunFilter):
 
     def _kept_of(self, rows: Rows) -> Rows:
         before, used = self._kept, self.used
-        limits = rows["feed"] * self.seconds if self.length == 0.0 else np.full(len(rows), self.length)
+        limits = (
+            rows["feed"] * self.seconds
+            if self.length == 0.0
+            else np.full(len(rows), self.length)
+        )
         keep = np.zeros(len(rows), dtype=bool)
         ends = rows["end"][:, : self.count].copy()
         place = self._kept[used].tolist()
-        for i, (end, limit) in enumerate(zip(ends[:, used].tolist(), limits.tolist(), strict=True)):
+        for i, (end, limit) in enumerate(
+            zip(ends[:, used].tolist(), limits.tolist(), strict=True)
+        ):
             keep[i] = math.dist(end, place) >= limit
             if keep[i]:
                 place = end
@@ -64,7 +71,12 @@ class ShortSegments(RunFilter):
         return self.with_lengths(rows[keep], before)
 
     def _note(self, end: FloatArray) -> None:
-        """A vertex stays: how far those left out before it lie beside the new segment."""
+        """A vertex stays: how far those left out before it lie beside the new
+        segment.
+        """
         if self._left:
-            self.deviates(np.vstack([self._kept, *self._left, end]), np.vstack([self._kept, end]))
+            self.deviates(
+                np.vstack([self._kept, *self._left, end]),
+                np.vstack([self._kept, end]),
+            )
         self._kept, self._left = end, []

@@ -1,4 +1,6 @@
-"""Vectors with their first two derivatives by a curve's parameter: scalars (n, 3), vectors (n, 3, k) of n points."""
+"""Vectors with their first two derivatives by a curve's parameter: scalars (n,
+3), vectors (n, 3, k) of n points.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,9 @@ FloatArray = npt.NDArray[np.float64]
 
 
 def of_columns(coef: FloatArray, u: FloatArray, first: int = 0) -> FloatArray:
-    """(n, 3, columns) of polynomials (n, columns, order) at u (n,), beginning with derivative ``first``."""
+    """(n, 3, columns) of polynomials (n, columns, order) at u (n,), beginning
+    with derivative ``first``.
+    """
     out = np.zeros((len(coef), 3, coef.shape[1]))
     for _ in range(first):
         coef = coef[:, :, 1:] * np.arange(1, coef.shape[2])
@@ -32,12 +36,20 @@ def times(a: FloatArray, b: FloatArray) -> FloatArray:
 
 
 def dot(a: FloatArray, b: FloatArray) -> FloatArray:
-    return np.asarray(sum(times(a[:, :, i], b[:, :, i]) for i in range(a.shape[2])))
+    return np.asarray(
+        sum(times(a[:, :, i], b[:, :, i]) for i in range(a.shape[2]))
+    )
 
 
 def cross(a: FloatArray, b: FloatArray) -> FloatArray:
     parts = [(1, 2), (2, 0), (0, 1)]
-    return np.stack([times(a[:, :, i], b[:, :, k]) - times(a[:, :, k], b[:, :, i]) for i, k in parts], axis=2)
+    return np.stack(
+        [
+            times(a[:, :, i], b[:, :, k]) - times(a[:, :, k], b[:, :, i])
+            for i, k in parts
+        ],
+        axis=2,
+    )
 
 
 def power(a: FloatArray, exponent: float) -> FloatArray:
@@ -45,7 +57,9 @@ def power(a: FloatArray, exponent: float) -> FloatArray:
     v, d, c = a[:, 0], a[:, 1], a[:, 2]
     first = exponent * v ** (exponent - 1.0)
     second = exponent * (exponent - 1.0) * v ** (exponent - 2.0)
-    return np.stack([v**exponent, first * d, first * c + second * d * d], axis=1)
+    return np.stack(
+        [v**exponent, first * d, first * c + second * d * d], axis=1
+    )
 
 
 def unit(a: FloatArray) -> FloatArray:

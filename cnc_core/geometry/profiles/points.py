@@ -1,4 +1,6 @@
-"""Points of a profile made ready for curves: null moves dropped, versors normalised, edges and curvature marked."""
+"""Points of a profile made ready for curves: null moves dropped, versors
+normalised, edges and curvature marked.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +9,20 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks.profile_columns import PASS, SMOOTH, STOP, Marks, ProfileChunk, ProfileSpec
+from cnc_core.blocks.profile_columns import (
+    PASS,
+    SMOOTH,
+    STOP,
+    Marks,
+    ProfileChunk,
+    ProfileSpec,
+)
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
 STILL = 1e-9  # mm: whatever NullMov says, nothing moves
-REVERSAL = np.radians(170.0)  # a curve cannot turn like this: such a point is an edge whatever EDG says
+# a curve cannot turn like this: such a point is an edge whatever EDG says
+REVERSAL = np.radians(170.0)
 
 
 @dataclass
@@ -29,20 +39,41 @@ class Points:
     @classmethod
     def none(cls, columns: int) -> Points:
         whole = np.empty(0, np.int64)
-        return cls(np.empty((0, columns)), np.empty(0), whole, np.empty(0, np.bool_), whole, whole)
+        return cls(
+            np.empty((0, columns)),
+            np.empty(0),
+            whole,
+            np.empty(0, np.bool_),
+            whole,
+            whole,
+        )
 
     @classmethod
     def of(cls, chunk: ProfileChunk) -> Points:
-        return cls(chunk.values, chunk.feed, chunk.after, chunk.rapid, chunk.line, chunk.number)
+        return cls(
+            chunk.values,
+            chunk.feed,
+            chunk.after,
+            chunk.rapid,
+            chunk.line,
+            chunk.number,
+        )
 
     def __len__(self) -> int:
         return len(self.values)
 
-    def __getitem__(self, which: slice | npt.NDArray[np.bool_] | IntArray) -> Points:
+    def __getitem__(
+        self, which: slice | npt.NDArray[np.bool_] | IntArray
+    ) -> Points:
         return Points(*(getattr(self, name)[which] for name in NAMES))
 
     def __add__(self, more: Points) -> Points:
-        return Points(*(np.concatenate([getattr(self, n), getattr(more, n)]) for n in NAMES))
+        return Points(
+            *(
+                np.concatenate([getattr(self, n), getattr(more, n)])
+                for n in NAMES
+            )
+        )
 
 
 NAMES = ("values", "feed", "after", "rapid", "line", "number")
@@ -50,7 +81,9 @@ NAMES = ("values", "feed", "after", "rapid", "line", "number")
 
 @dataclass
 class PointFilter:
-    """Drops points that do not move; keeps the last point back, because a code behind a dropped one belongs to it."""
+    """Drops points that do not move; keeps the last point back, because a code
+    behind a dropped one belongs to it.
+    """
 
     spec: ProfileSpec
     dropped: int = 0
@@ -62,7 +95,8 @@ class PointFilter:
         held = self._held if self._held is not None else points[:0]
         whole = held + points
         keep = self._moving(whole)
-        for i in np.flatnonzero(~keep & (whole.after != SMOOTH)):  # the transition belongs to the point that stays
+        # the transition belongs to the point that stays
+        for i in np.flatnonzero(~keep & (whole.after != SMOOTH)):
             whole.after[np.flatnonzero(keep[:i])[-1]] = whole.after[i]
         self.dropped += int((~keep).sum())
         whole = whole[keep]
@@ -73,17 +107,29 @@ class PointFilter:
         return whole[:-1]
 
     def _rolled(self, points: Points) -> Points:
-        """Positions of rollover axes (AXP Pitch), each the equivalent that is nearest to the one before."""
+        """Positions of rollover axes (AXP Pitch), each the equivalent that is
+        nearest to the one before.
+        """
         axes = enumerate(self.spec.axes)
-        rolling = [(i, axis) for i, axis in axes if axis.pitch and not (axis.linear or axis.tangential)]
+        rolling = [
+            (i, axis)
+            for i, axis in axes
+            if axis.pitch and not (axis.linear or axis.tangential)
+        ]
         if not rolling or not len(points):
             return points
         points = points[:]
         points.values = points.values.copy()
         for i, axis in rolling:
-            last = float(self.spec.start[axis.channel]) if self._last is None else float(self._last[i])
+            last = (
+                float(self.spec.start[axis.channel])
+                if self._last is None
+                else float(self._last[i])
+            )
             column = np.concatenate([[last], points.values[:, i]])
-            points.values[:, i] = np.unwrap(column, period=axis.pitch or 360.0)[1:]
+            points.values[:, i] = np.unwrap(column, period=axis.pitch or 360.0)[
+                1:
+            ]
         return points
 
     def _normalised(self, points: Points) -> Points:
@@ -100,9 +146,15 @@ class PointFilter:
         points.values, points.after = points.values.copy(), points.after.copy()
         for i, axis in enumerate(self.spec.axes):
             if axis.null_move > 0.0 and len(points):
-                last = self._last[i] if self._last is not None else points.values[0, i]
+                last = (
+                    self._last[i]
+                    if self._last is not None
+                    else points.values[0, i]
+                )
                 for k, value in enumerate(points.values[:, i]):
-                    last = value if abs(value - last) >= axis.null_move else last
+                    last = (
+                        value if abs(value - last) >= axis.null_move else last
+                    )
                     points.values[k, i] = last
         if len(points):
             self._last = points.values[-1].copy()
@@ -120,31 +172,47 @@ class PointFilter:
         elif near.any():
             last = 0
             for i in range(1, len(points)):
-                keep[i] = not self._near(points.values[i : i + 1], points.values[last : last + 1], limit)[0]
+                keep[i] = not self._near(
+                    points.values[i : i + 1],
+                    points.values[last : last + 1],
+                    limit,
+                )[0]
                 last = i if keep[i] else last
         return keep
 
-    def _near(self, a: FloatArray, b: FloatArray, limit: float) -> npt.NDArray[np.bool_]:
-        """Which points are null moves: nothing moves, or less than ``limit`` and nothing else than the linear axes."""
+    def _near(
+        self, a: FloatArray, b: FloatArray, limit: float
+    ) -> npt.NDArray[np.bool_]:
+        """Which points are null moves: nothing moves, or less than ``limit``
+        and nothing else than the linear axes.
+        """
         moved = np.abs(a - b)
         linear = list(self.spec.linear)
         others = [i for i in range(moved.shape[1]) if i not in linear]
         far = np.linalg.norm(moved[:, linear], axis=1)
         still = far < max(limit, STILL)
         if others:
-            still &= moved[:, others].max(axis=1) <= min(max(limit, STILL), 1e-3)
+            still &= moved[:, others].max(axis=1) <= min(
+                max(limit, STILL), 1e-3
+            )
         return np.asarray(still)
 
 
 def turn_angles(v: FloatArray) -> FloatArray:
-    """(n - 1,) rad between vectors (n, 3) one behind the other; 0 beside a vector of length 0."""
+    """(n - 1,) rad between vectors (n, 3) one behind the other; 0 beside a
+    vector of length 0.
+    """
     a, b = v[:-1], v[1:]
     cross = np.linalg.norm(np.cross(a, b), axis=1)
     return np.asarray(np.arctan2(cross, (a * b).sum(axis=1)))
 
 
-def automatic_codes(xyz: FloatArray, versor: FloatArray | None, marks: Marks) -> IntArray:
-    """(n - 2,) transition that each inner point of (n, 3) gets by itself; EDG is tested before CRV."""
+def automatic_codes(
+    xyz: FloatArray, versor: FloatArray | None, marks: Marks
+) -> IntArray:
+    """(n - 2,) transition that each inner point of (n, 3) gets by itself; EDG
+    is tested before CRV.
+    """
     v = np.diff(xyz, axis=0)
     length = np.linalg.norm(v, axis=1)
     first, second = length[:-1], length[1:]
@@ -152,7 +220,9 @@ def automatic_codes(xyz: FloatArray, versor: FloatArray | None, marks: Marks) ->
     if marks.ratio > 0.0:
         sparser = (second >= marks.long_mm) & (second > marks.ratio * first)
         denser = (first >= marks.long_mm) & (first > marks.ratio * second)
-        out[(sparser | denser) & (first > 0.0) & (second > 0.0)] = marks.ratio_code
+        out[(sparser | denser) & (first > 0.0) & (second > 0.0)] = (
+            marks.ratio_code
+        )
     turn = turn_angles(v)
     edge = np.zeros(len(out), np.bool_)
     if marks.edge_deg > 0.0:

@@ -1,4 +1,6 @@
-"""Polynomials of channel axes as rows of the waist: coefficients, length, feed, flags."""
+"""Polynomials of channel axes as rows of the waist: coefficients, length, feed,
+flags.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import EXACT_STOP, LINEAR, NC_BLOCK, POLYNOMIAL, RAPID, BlockBatch
+from cnc_core.blocks import (
+    EXACT_STOP,
+    LINEAR,
+    NC_BLOCK,
+    POLYNOMIAL,
+    RAPID,
+    BlockBatch,
+)
 
 FloatArray = npt.NDArray[np.float64]
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
@@ -17,11 +26,15 @@ SAME = 1e-9  # mm or degrees by which evaluation may round
 
 
 def lengths(coef: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
-    """(n,) path length of polynomials (n, axes, order): over the main axes, or all others where those rest."""
+    """(n,) path length of polynomials (n, axes, order): over the main axes, or
+    all others where those rest.
+    """
     if not len(span):
         return np.empty(0)
     order = np.arange(coef.shape[2])
-    moving = (np.abs(coef[:, :, 1:]) * span[:, None, None] ** order[1:]).sum(axis=2) > STANDS
+    moving = (np.abs(coef[:, :, 1:]) * span[:, None, None] ** order[1:]).sum(
+        axis=2
+    ) > STANDS
     metric = np.zeros_like(moving)
     metric[:, main] = moving[:, main]
     others = ~metric.any(axis=1)
@@ -58,28 +71,42 @@ def rows_of(
     main: list[int],
     **fields: Any,
 ) -> BlockBatch:
-    """Rows (n,) of polynomials (n, axes, 6); ``fields``: line, n, count, file, and feed, mm/s along their path."""
+    """Rows (n,) of polynomials (n, axes, 6); ``fields``: line, n, count, file,
+    and feed, mm/s along their path.
+    """
     n, axes, order = coef.shape
     rows = np.zeros(n, NC_BLOCK)
     rows["type"], rows["degree"], rows["angle"] = POLYNOMIAL, degree, span
-    rows["end"][:, :axes] = np.einsum("nak,nk->na", coef, span[:, None] ** np.arange(order))
+    rows["end"][:, :axes] = np.einsum(
+        "nak,nk->na", coef, span[:, None] ** np.arange(order)
+    )
     begins = coef[1:, :, 0]  # exact points, where evaluation rounds
     ends = rows["end"][:-1, :axes]
-    rows["end"][:-1, :axes] = np.where(np.abs(ends - begins) < SAME, begins, ends)
+    rows["end"][:-1, :axes] = np.where(
+        np.abs(ends - begins) < SAME, begins, ends
+    )
     rows["length"] = rows["length_min"] = lengths(coef, span, main)
     size = axes * (degree + 1)
     rows["pool"] = np.concatenate([[0], np.cumsum(size)[:-1]]) if n else 0
     pool = np.empty(int(size.sum()))
     for d in np.unique(degree):
         which = np.flatnonzero(degree == d)
-        at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(axes * (int(d) + 1))
+        at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
+            axes * (int(d) + 1)
+        )
         pool[at] = coef[which, :, : int(d) + 1].reshape(len(which), -1)
     for name, value in fields.items():
         rows[name] = value
     return BlockBatch(rows, pool)
 
 
-def line_row(start: FloatArray, end: FloatArray, main: list[int], rapid: bool, **fields: Any) -> npt.NDArray[Any]:
+def line_row(
+    start: FloatArray,
+    end: FloatArray,
+    main: list[int],
+    rapid: bool,
+    **fields: Any,
+) -> npt.NDArray[Any]:
     """(1,) a straight line that ends at standstill."""
     row = np.zeros(1, NC_BLOCK)
     moved = end - start

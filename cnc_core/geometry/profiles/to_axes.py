@@ -1,8 +1,11 @@
-"""From the columns of a profile to channel axes: exactly where nothing is computed, else by quintics in a tolerance.
+"""From the columns of a profile to channel axes: exactly where nothing is
+computed, else by quintics in a tolerance.
 
-What a profile programs becomes channel axes by compensation, versors, a tangential axis (``profile_tool``).  The
-result is no polynomial; quintics that meet its values and two derivatives take its place, halved until they miss it by
-no more than the tolerance.  Where two of them meet and the exact curves do too, they share their derivatives (C2).
+What a profile programs becomes channel axes by compensation, versors, a
+tangential axis (``profile_tool``).  The result is no polynomial; quintics that
+meet its values and two derivatives take its place, halved until they miss it by
+no more than the tolerance.  Where two of them meet and the exact curves do too,
+they share their derivatives (C2).
 """
 
 from __future__ import annotations
@@ -30,7 +33,9 @@ TOGETHER = 1e-6  # relative difference of first derivatives that are the same
 
 
 class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
-    """``reason``: "direction" not reached, "rough" (not smooth), "versor" without length.  ``interval``: where."""
+    """``reason``: "direction" not reached, "rough" (not smooth), "versor"
+    without length.  ``interval``: where.
+    """
 
     def __init__(self, reason: str, interval: int) -> None:
         super().__init__(reason)
@@ -39,7 +44,9 @@ class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
 
 @dataclass
 class Carried:
-    """Polynomials (n, channel axes, 6) over ``span``; each is the part ``u0``..``u1`` of interval ``index``."""
+    """Polynomials (n, channel axes, 6) over ``span``; each is the part
+    ``u0``..``u1`` of interval ``index``.
+    """
 
     coef: FloatArray
     span: FloatArray
@@ -49,25 +56,60 @@ class Carried:
 
 
 class Carry:
-    """State along one profile.  ``start``: (channel axes,) in programmed coordinates."""
+    """State along one profile.
 
-    def __init__(self, spec: ProfileSpec, kinematics: Kinematics | None, start: FloatArray) -> None:
+    ``start``: (channel axes,) in programmed coordinates.
+    """
+
+    def __init__(
+        self,
+        spec: ProfileSpec,
+        kinematics: Kinematics | None,
+        start: FloatArray,
+    ) -> None:
         self.spec, self.start = spec, start
         self.versors = Versors(spec, kinematics)
         tip = spec.point != "AXI"
-        self.programmed = tip and "ijk" in spec.versors  # rotary axes follow from ijk
-        self.rotaries = Rotaries(kinematics, start) if self.programmed and kinematics is not None else None
+        self.programmed = (
+            tip and "ijk" in spec.versors
+        )  # rotary axes follow from ijk
+        self.rotaries = (
+            Rotaries(kinematics, start)
+            if self.programmed and kinematics is not None
+            else None
+        )
         column = spec.tangential
-        self._following = None if column is None or (self.programmed and spec.axes[column].kinematic) else column
-        self.exact = spec.point != "CCP" and self._following is None and self.rotaries is None
-        self._angle = 0.0 if self._following is None else float(start[spec.axes[self._following].channel])
+        self._following = (
+            None
+            if column is None
+            or (self.programmed and spec.axes[column].kinematic)
+            else column
+        )
+        self.exact = (
+            spec.point != "CCP"
+            and self._following is None
+            and self.rotaries is None
+        )
+        self._angle = (
+            0.0
+            if self._following is None
+            else float(start[spec.axes[self._following].channel])
+        )
         self._shift = np.zeros(len(start))
         if tip and not spec.five_axes:
-            for i, component in zip(spec.linear, spec.tool.direction, strict=True):
+            for i, component in zip(
+                spec.linear, spec.tool.direction, strict=True
+            ):
                 self._shift[spec.axes[i].channel] = spec.tool.length * component
         turning = [spec.axes[i].rotary for i in range(len(spec.axes))]
-        self._limits = np.full(len(start), min(max(0.1 * spec.chord, FINEST_MM), COARSEST_MM))
-        angle = min(max(np.degrees(spec.versor_tolerance), 1e-4), 0.1) if spec.versor_tolerance else ANGLE_DEG
+        self._limits = np.full(
+            len(start), min(max(0.1 * spec.chord, FINEST_MM), COARSEST_MM)
+        )
+        angle = (
+            min(max(np.degrees(spec.versor_tolerance), 1e-4), 0.1)
+            if spec.versor_tolerance
+            else ANGLE_DEG
+        )
         for axis, rotary in zip(spec.axes, turning, strict=True):
             if rotary:
                 self._limits[axis.channel] = angle
@@ -77,7 +119,11 @@ class Carry:
         n = len(intervals)
         if self.exact:
             return Carried(
-                self.copied(intervals.coef), intervals.span, np.arange(n), np.zeros(n), intervals.span.copy()
+                self.copied(intervals.coef),
+                intervals.span,
+                np.arange(n),
+                np.zeros(n),
+                intervals.span.copy(),
             )
         index, u0, u1 = np.arange(n), np.zeros(n), intervals.span.copy()
         state = self._state()
@@ -91,9 +137,15 @@ class Carry:
             times = np.where(bad, 2, 1)
             middle = 0.5 * (u0 + u1)
             first = np.cumsum(times) - times
-            index, u0, u1 = np.repeat(index, times), np.repeat(u0, times), np.repeat(u1, times)
+            index, u0, u1 = (
+                np.repeat(index, times),
+                np.repeat(u0, times),
+                np.repeat(u1, times),
+            )
             u1[first[bad]], u0[first[bad] + 1] = middle[bad], middle[bad]
-        raise NotCarried("rough", int(index[np.flatnonzero(np.repeat(bad, times))[0]]))
+        raise NotCarried(
+            "rough", int(index[np.flatnonzero(np.repeat(bad, times))[0]])
+        )
 
     # exact
 
@@ -120,9 +172,15 @@ class Carry:
         self._angle = state[3]  # type: ignore[assignment]
 
     def _evaluated(
-        self, intervals: Intervals, index: IntArray, u0: FloatArray, u1: FloatArray
+        self,
+        intervals: Intervals,
+        index: IntArray,
+        u0: FloatArray,
+        u1: FloatArray,
     ) -> tuple[FloatArray, FloatArray]:
-        """(n, 5, axes) values at the samples and (n, 2, 3, axes) jets at both ends of the parts."""
+        """(n, 5, axes) values at the samples and (n, 2, 3, axes) jets at both
+        ends of the parts.
+        """
         u = (u0[:, None] + (u1 - u0)[:, None] * SAMPLES).ravel()
         at = np.repeat(index, len(SAMPLES))
         forward = np.tile(SAMPLES < 1.0, len(index))
@@ -131,9 +189,15 @@ class Carry:
         return shaped[:, :, 0], shaped[:, [0, -1]]
 
     def carried(
-        self, coef: FloatArray, u: FloatArray, forward: npt.NDArray[np.bool_], at: IntArray | None = None
+        self,
+        coef: FloatArray,
+        u: FloatArray,
+        forward: npt.NDArray[np.bool_],
+        at: IntArray | None = None,
     ) -> FloatArray:
-        """(m, 3, channel axes) jets of polynomials (m, columns, order) at u (m,), in the order of the path."""
+        """(m, 3, channel axes) jets of polynomials (m, columns, order) at u
+        (m,), in the order of the path.
+        """
         spec = self.spec
         out = jets.still(self.start, len(u))
         columns = jets.of_columns(coef[:, : len(spec.axes)], u)
@@ -144,24 +208,32 @@ class Carry:
         try:
             d = self.versors.direction(coef, u, out)
         except NoVersor as reason:
-            raise NotCarried("versor", int(at[reason.at]) if at is not None else 0) from None
+            raise NotCarried(
+                "versor", int(at[reason.at]) if at is not None else 0
+            ) from None
         if self.rotaries is not None:
             try:
                 angles = self.rotaries.angles(d, forward)
             except ValueError as error:
-                raise NotCarried("direction", int(at[error.args[0]]) if at is not None else 0) from None
+                raise NotCarried(
+                    "direction", int(at[error.args[0]]) if at is not None else 0
+                ) from None
             out[:, :, self.rotaries._axes] = angles
         try:
             tip = self.versors.tip(coef, u, d, forward)
         except NoVersor as reason:
-            raise NotCarried("versor", int(at[reason.at]) if at is not None else 0) from None
+            raise NotCarried(
+                "versor", int(at[reason.at]) if at is not None else 0
+            ) from None
         for k, i in enumerate(spec.linear):
             out[:, :, spec.axes[i].channel] = tip[:, :, k]
         out[:, 0] += self._shift
         return out
 
     def _follow(self, out: FloatArray, coef: FloatArray, u: FloatArray) -> None:
-        """The tangential axis, whole turns added so that it never turns by more than half of one at once."""
+        """The tangential axis, whole turns added so that it never turns by more
+        than half of one at once.
+        """
         assert self._following is not None
         angle = self.versors.following(coef, u, self._following)
         steps = np.diff(np.concatenate([[self._angle], angle[:, 0]]))
@@ -170,50 +242,75 @@ class Carry:
         out[:, :, self.spec.axes[self._following].channel] = angle
 
     def _joined(
-        self, intervals: Intervals, index: IntArray, u0: FloatArray, u1: FloatArray, ends: FloatArray
+        self,
+        intervals: Intervals,
+        index: IntArray,
+        u0: FloatArray,
+        u1: FloatArray,
+        ends: FloatArray,
     ) -> FloatArray:
         """Quintics; neighbours whose curves go on share value and derivatives."""
         a, b = ends[:-1, 1], ends[1:, 0]
         near = np.abs(a[:, 0] - b[:, 0]).max(axis=1) < 1e-7
         slope = np.abs(a[:, 1] - b[:, 1]).max(axis=1)
         same = near & (slope <= TOGETHER * (np.abs(a[:, 1]).max(axis=1) + 1e-9))
-        same &= (index[1:] == index[:-1]) | (intervals.after[index[:-1]] == SMOOTH)
+        same &= (index[1:] == index[:-1]) | (
+            intervals.after[index[:-1]] == SMOOTH
+        )
         middle = 0.5 * (a[same] + b[same])
         ends[:-1, 1][same], ends[1:, 0][same] = middle, middle
         keep = near & ~same
         ends[:-1, 1][keep, 0] = b[keep, 0]
         h = u1 - u0
-        coef = spline.quintic(ends[:, 0, 0], ends[:, 1, 0], ends[:, 0, 1:], ends[:, 1, 1:], h)
+        coef = spline.quintic(
+            ends[:, 0, 0], ends[:, 1, 0], ends[:, 0, 1:], ends[:, 1, 1:], h
+        )
         straight = intervals.rapid[index]
         coef[straight, :, 2:] = 0.0
-        coef[straight, :, 1] = (ends[straight, 1, 0] - ends[straight, 0, 0]) / h[straight, None]
+        coef[straight, :, 1] = (
+            ends[straight, 1, 0] - ends[straight, 0, 0]
+        ) / h[straight, None]
         return coef
 
-    def _missed(self, coef: FloatArray, span: FloatArray, values: FloatArray) -> npt.NDArray[np.bool_]:
+    def _missed(
+        self, coef: FloatArray, span: FloatArray, values: FloatArray
+    ) -> npt.NDArray[np.bool_]:
         out = np.zeros(len(span), np.bool_)
         for k, share in enumerate(SAMPLES[1:-1], 1):
-            at = np.einsum("nak,nk->na", coef, (share * span)[:, None] ** np.arange(6))
+            at = np.einsum(
+                "nak,nk->na", coef, (share * span)[:, None] ** np.arange(6)
+            )
             out |= (np.abs(at - values[:, k]) > self._limits).any(axis=1)
         return out
 
     # feed
 
-    def reference_lengths(self, intervals: Intervals, made: Carried) -> FloatArray | None:
-        """(n,) lengths of the curve that the feed refers to; None: of the driven tip itself."""
+    def reference_lengths(
+        self, intervals: Intervals, made: Carried
+    ) -> FloatArray | None:
+        """(n,) lengths of the curve that the feed refers to; None: of the
+        driven tip itself.
+        """
         spec = self.spec
         contact = spec.point == "CCP" and spec.feed_on == "CCP"
-        through = spec.point == "AXI" and spec.feed_on == "CLP" and spec.five_axes
+        through = (
+            spec.point == "AXI" and spec.feed_on == "CLP" and spec.five_axes
+        )
         if not contact and not through:
             return None
         h = made.u1 - made.u0
         u = (made.u0[:, None] + h[:, None] * 0.5 * (NODES + 1.0)).ravel()
         at = np.repeat(made.index, len(NODES))
         if contact:
-            speed = jets.of_columns(intervals.coef[at][:, list(spec.linear)], u, 1)[:, 0]
+            speed = jets.of_columns(
+                intervals.coef[at][:, list(spec.linear)], u, 1
+            )[:, 0]
         else:
             assert self.versors.kinematics is not None
             out = jets.still(self.start, len(u))
-            columns = jets.of_columns(intervals.coef[at][:, : len(spec.axes)], u)
+            columns = jets.of_columns(
+                intervals.coef[at][:, : len(spec.axes)], u
+            )
             for i, axis in enumerate(spec.axes):
                 out[:, :, axis.channel] = columns[:, :, i]
             chain = self.versors.kinematics.chain

@@ -1,8 +1,11 @@
-"""Tool paths of a rectangular pocket: plunges, concentric passes, finishing passes.
+"""Tool paths of a rectangular pocket: plunges, concentric passes, finishing
+passes.
 
-The tool's centre runs on curves parallel to the pocket's edge, from the middle outwards, so the distance of two passes
-is the width of cut and the outermost pass leaves the allowance.  Everything is in the pocket's own coordinates (centre
-0,0, length along X, width along Y), Z absolute; ``placed`` turns and shifts it.
+The tool's centre runs on curves parallel to the pocket's edge, from the middle
+outwards, so the distance of two passes is the width of cut and the outermost
+pass leaves the allowance.  Everything is in the pocket's own coordinates
+(centre 0,0, length along X, width along Y), Z absolute; ``placed`` turns and
+shifts it.
 """
 
 from __future__ import annotations
@@ -11,8 +14,11 @@ import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
-WIDEST = 1.4  # widest cut in tool radii: wider passes leave the outer corners between them uncut
-RAPID, PLANE, DOWN = "rapid", "plane", "down"  # at what speed: rapid, feed in the plane, feed of the plunge
+# widest cut in tool radii: wider passes leave the outer corners between them
+# uncut
+WIDEST = 1.4
+# at what speed: rapid, feed in the plane, feed of the plunge
+RAPID, PLANE, DOWN = "rapid", "plane", "down"
 
 
 @dataclass(frozen=True)
@@ -32,11 +38,14 @@ class Move:
 
 @dataclass(frozen=True)
 class Pocket:
-    """``corner``: radius of the corners, at least the tool's.  Lengths in one unit; ``surface`` is a coordinate.
+    """``corner``: radius of the corners, at least the tool's.  Lengths in one
+    unit; ``surface`` is a coordinate.
 
-    ``cut``: width and ``infeed``: depth of one cut at most.  ``safety``: height at which feed begins.
-    ``edge``, ``base``: allowances that roughing leaves.  ``helix``: radius and pitch of the plunge, None: straight.
-    ``turn``: 1 runs counter-clockwise, -1 clockwise.  ``lead``: radius of the arcs to and from a finished wall.
+    ``cut``: width and ``infeed``: depth of one cut at most.  ``safety``: height
+    at which feed begins. ``edge``, ``base``: allowances that roughing leaves.
+    ``helix``: radius and pitch of the plunge, None: straight. ``turn``: 1 runs
+    counter-clockwise, -1 clockwise.  ``lead``: radius of the arcs to and from a
+    finished wall.
     """
 
     length: float
@@ -67,17 +76,27 @@ class Ring:
 def outermost(pocket: Pocket, edge: float) -> Ring:
     """Where the tool's centre runs to leave ``edge`` at the wall."""
     inset = pocket.tool + edge
-    return Ring(pocket.length / 2 - inset, pocket.width / 2 - inset, max(pocket.corner - inset, 0.0))
+    return Ring(
+        pocket.length / 2 - inset,
+        pocket.width / 2 - inset,
+        max(pocket.corner - inset, 0.0),
+    )
 
 
 def levels(pocket: Pocket, depth: float) -> list[float]:
-    """Z of the floors down to ``depth`` below the surface, equally spaced; the last one exactly."""
+    """Z of the floors down to ``depth`` below the surface, equally spaced; the
+    last one exactly.
+    """
     count = max(1, math.ceil(depth / pocket.infeed - 1e-9))
-    return [pocket.surface - depth * k / count for k in range(1, count)] + [pocket.surface - depth]
+    return [pocket.surface - depth * k / count for k in range(1, count)] + [
+        pocket.surface - depth
+    ]
 
 
 def rough(pocket: Pocket) -> Iterator[Move]:
-    """Clear the pocket level by level, down to the base allowance; the tool stands above the centre before."""
+    """Clear the pocket level by level, down to the base allowance; the tool
+    stands above the centre before.
+    """
     yield Move(RAPID, z=pocket.safety)
     above = pocket.surface
     for floor in levels(pocket, pocket.depth - pocket.base):
@@ -88,7 +107,9 @@ def rough(pocket: Pocket) -> Iterator[Move]:
 
 
 def finish(pocket: Pocket) -> Iterator[Move]:
-    """The floor if roughing has left something there, then the wall, level by level; from above the centre."""
+    """The floor if roughing has left something there, then the wall, level by
+    level; from above the centre.
+    """
     ring = outermost(pocket, 0.0)
     bottom = pocket.surface - pocket.depth
     yield Move(RAPID, z=pocket.safety)
@@ -103,14 +124,28 @@ def finish(pocket: Pocket) -> Iterator[Move]:
         yield Move(PLANE, ring.x - lead, enter)
         yield Move(DOWN, z=floor)
         if lead > 0:
-            yield Move(PLANE, ring.x, 0.0, centre=(ring.x - lead, 0.0), turn=pocket.turn)
+            yield Move(
+                PLANE,
+                ring.x,
+                0.0,
+                centre=(ring.x - lead, 0.0),
+                turn=pocket.turn,
+            )
         yield from _around(ring, pocket.turn)
         if lead > 0:
-            yield Move(PLANE, ring.x - lead, leave, centre=(ring.x - lead, 0.0), turn=pocket.turn)
+            yield Move(
+                PLANE,
+                ring.x - lead,
+                leave,
+                centre=(ring.x - lead, 0.0),
+                turn=pocket.turn,
+            )
     yield Move(PLANE, 0.0, 0.0)
 
 
-def placed(moves: Iterable[Move], centre: tuple[float, float], degrees: float) -> Iterator[Move]:
+def placed(
+    moves: Iterable[Move], centre: tuple[float, float], degrees: float
+) -> Iterator[Move]:
     """The moves turned about Z and shifted to the pocket's centre."""
     c, s = math.cos(math.radians(degrees)), math.sin(math.radians(degrees))
     if degrees % 90.0 == 0.0:
@@ -124,11 +159,18 @@ def placed(moves: Iterable[Move], centre: tuple[float, float], degrees: float) -
             yield move
             continue
         x, y = point(move.x, move.y)
-        yield replace(move, x=x, y=y, centre=None if move.centre is None else point(*move.centre))
+        yield replace(
+            move,
+            x=x,
+            y=y,
+            centre=None if move.centre is None else point(*move.centre),
+        )
 
 
 def _plunge(pocket: Pocket, above: float, floor: float) -> Iterator[Move]:
-    """Down to a floor at the centre: straight, or in a helix that leaves a flat floor."""
+    """Down to a floor at the centre: straight, or in a helix that leaves a flat
+    floor.
+    """
     if pocket.helix is None:
         yield Move(DOWN, z=floor)
         return
@@ -136,7 +178,10 @@ def _plunge(pocket: Pocket, above: float, floor: float) -> Iterator[Move]:
     yield Move(PLANE, radius, 0.0)
     yield Move(DOWN, z=above)
     turns = max(1, math.ceil((above - floor) / pitch - 1e-9))
-    heights = [above + (floor - above) * k / turns for k in range(1, turns)] + [floor, floor]
+    heights = [above + (floor - above) * k / turns for k in range(1, turns)] + [
+        floor,
+        floor,
+    ]
     for height in heights:
         yield Move(DOWN, radius, 0.0, height, (0.0, 0.0), pocket.turn)
     yield Move(PLANE, 0.0, 0.0)
@@ -154,17 +199,29 @@ def _clear(pocket: Pocket, outer: Ring) -> Iterator[Move]:
         yield Move(PLANE, 0.0, 0.0)
     if smaller <= 0:
         return
-    count = max(1, math.ceil(smaller / min(pocket.cut, WIDEST * pocket.tool) - 1e-9))
+    count = max(
+        1, math.ceil(smaller / min(pocket.cut, WIDEST * pocket.tool) - 1e-9)
+    )
     for k in range(1, count + 1):
         inset = smaller * (count - k) / count
-        yield from _around(Ring(outer.x - inset, outer.y - inset, max(outer.corner - inset, 0.0)), pocket.turn)
+        yield from _around(
+            Ring(
+                outer.x - inset, outer.y - inset, max(outer.corner - inset, 0.0)
+            ),
+            pocket.turn,
+        )
 
 
 def _around(ring: Ring, turn: int) -> Iterator[Move]:
     """Once around from the middle of the right side, back to it."""
     r, t = ring.corner, turn
     yield Move(PLANE, ring.x, 0.0)
-    for sx, sy, upright in ((1, 1, True), (-1, 1, False), (-1, -1, True), (1, -1, False)):
+    for sx, sy, upright in (
+        (1, 1, True),
+        (-1, 1, False),
+        (-1, -1, True),
+        (1, -1, False),
+    ):
         corner = (sx * (ring.x - r), sy * (ring.y - r) * t)
         first, last = (ring.x * sx, corner[1]), (corner[0], ring.y * sy * t)
         if not upright:

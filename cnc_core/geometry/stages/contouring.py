@@ -1,7 +1,9 @@
-"""Contouring (G61, G261): corners become two polynomials, their neighbours shorter; ``c_ext/contour*.c`` does it.
+"""Contouring (G61, G261): corners become two polynomials, their neighbours
+shorter; ``c_ext/contour*.c`` does it.
 
-Off until a ``CONTOUR`` row says otherwise.  One motion is held until the next one is known, and the rows between them
-with it.  How it is done is told in docs/contouring.md.
+Off until a ``CONTOUR`` row says otherwise.  One motion is held until the next
+one is known, and the rows between them with it.  How it is done is told in
+docs/contouring.md.
 """
 
 from __future__ import annotations
@@ -14,18 +16,30 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
-from cnc_core.blocks import CONTOUR, NC_BLOCK, POLYNOMIAL, BlockBatch, H, M, S, T
+from cnc_core.blocks import (
+    CONTOUR,
+    NC_BLOCK,
+    POLYNOMIAL,
+    BlockBatch,
+    H,
+    M,
+    S,
+    T,
+)
 from cnc_core.errors import CncError, Place
 
 FloatArray = npt.NDArray[np.float64]
-AHEAD, BEHIND = 1, 2  # where a function makes the channel stand: ahead of its block's motion, or behind it
+# where a function makes the channel stand: ahead of its block's motion, or
+# behind it
+AHEAD, BEHIND = 1, 2
 KINDS = {"M": M, "H": H, "T": T, "S": S}
 SHORT_MAX = 20  # messages about short blocks
 
 
 @dataclass(frozen=True)
 class ContourMachine:
-    """What the stage has to know: main axes by channel index, mm/s2, mm/s, and the functions that wait.
+    """What the stage has to know: main axes by channel index, mm/s2, mm/s, and
+    the functions that wait.
 
     ``waits``: (kind letter, number) -> AHEAD or BEHIND.
     """
@@ -38,9 +52,11 @@ class ContourMachine:
 
 @dataclass(frozen=True)
 class ContourReport:
-    """What was done so far; ``deviation``: mm, the largest of a curve from the programmed contour.
+    """What was done so far; ``deviation``: mm, the largest of a curve from the
+    programmed contour.
 
-    ``skipped``: short blocks that were passed over.  ``irregular``: corners without a regular curve, driven exactly.
+    ``skipped``: short blocks that were passed over.  ``irregular``: corners
+    without a regular curve, driven exactly.
     """
 
     corners: int
@@ -52,7 +68,8 @@ class ContourReport:
 class Contouring:
     """Rows of the programmed contour in, rows with rounded corners out.
 
-    ``place`` and ``warn``: where a row comes from, and who hears that a block is too short (120216).
+    ``place`` and ``warn``: where a row comes from, and who hears that a block
+    is too short (120216).
     """
 
     def __init__(
@@ -76,14 +93,24 @@ class Contouring:
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows that are final now."""
-        if lib.nc_contour_idle(self._state) and not (batch.rows["type"] == CONTOUR).any():
+        if (
+            lib.nc_contour_idle(self._state)
+            and not (batch.rows["type"] == CONTOUR).any()
+        ):
             self._follow(batch.rows)
             return batch
         rows = np.ascontiguousarray(batch.rows)
         pool = np.ascontiguousarray(batch.pool)
-        pointer = ffi.cast("double *", pool.ctypes.data) if len(pool) else ffi.NULL
+        pointer = (
+            ffi.cast("double *", pool.ctypes.data) if len(pool) else ffi.NULL
+        )
         first = ffi.cast("nc_block *", rows.ctypes.data)
-        if lib.nc_contour_push(self._state, first, len(rows), pointer, len(pool)) < 0:
+        if (
+            lib.nc_contour_push(
+                self._state, first, len(rows), pointer, len(pool)
+            )
+            < 0
+        ):
             raise MemoryError("contouring")
         self._messages()
         return self._taken()
@@ -102,7 +129,12 @@ class Contouring:
         """Counts and the largest deviation."""
         out = ffi.new("nc_contour_stats *")
         lib.nc_contour_get_stats(self._state, out)
-        return ContourReport(**{name: getattr(out, name) for name in ContourReport.__dataclass_fields__})
+        return ContourReport(
+            **{
+                name: getattr(out, name)
+                for name in ContourReport.__dataclass_fields__
+            }
+        )
 
     def _follow(self, rows: npt.NDArray[Any]) -> None:
         moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
@@ -124,7 +156,9 @@ class Contouring:
         rows = np.empty(lib.nc_contour_rows(self._state), NC_BLOCK)
         pool = np.empty(lib.nc_contour_coefficients(self._state))
         lib.nc_contour_take(
-            self._state, ffi.cast("nc_block *", rows.ctypes.data), ffi.cast("double *", pool.ctypes.data)
+            self._state,
+            ffi.cast("nc_block *", rows.ctypes.data),
+            ffi.cast("double *", pool.ctypes.data),
         )
         return BlockBatch(rows, pool)
 

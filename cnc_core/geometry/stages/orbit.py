@@ -1,12 +1,15 @@
-"""Die sinking: lengths on the contour that orbiting shrinks to (FCT_EXTENSION_EQUIDIST).
+"""Die sinking: lengths on the contour that orbiting shrinks to
+(FCT_EXTENSION_EQUIDIST).
 
-A contour is programmed for the largest orbit radius.  Down to R_MAX_SCALE the orbit runs on parallels of it, to the
-inside, below that on the parallel at R_MAX_SCALE scaled about the origin.  ``length_min`` of an element is its length
-on that parallel, ``MAX_EQUID - MAX_SCALE`` inside the programmed contour.  The motion itself stays as programmed: the
-radius would come from another channel.
+A contour is programmed for the largest orbit radius.  Down to R_MAX_SCALE the
+orbit runs on parallels of it, to the inside, below that on the parallel at
+R_MAX_SCALE scaled about the origin.  ``length_min`` of an element is its length
+on that parallel, ``MAX_EQUID - MAX_SCALE`` inside the programmed contour.  The
+motion itself stays as programmed: the radius would come from another channel.
 
-The contour is convex around the origin of the first two main axes, of lines and arcs that join without a corner; lines
-may meet in corners.  Outside real-time loops one motion is held back until the next is known, inside the whole loop is.
+The contour is convex around the origin of the first two main axes, of lines and
+arcs that join without a corner; lines may meet in corners.  Outside real-time
+loops one motion is held back until the next is known, inside the whole loop is.
 """
 
 from __future__ import annotations
@@ -39,18 +42,24 @@ CONCAVE, CORNER_OF_ARC, NOTHING_LEFT = 50918, 907121, 907122
 
 
 class _Element:
-    """A motion of the contour: where it begins and ends, its directions, what its corners cut off."""
+    """A motion of the contour: where it begins and ends, its directions, what
+    its corners cut off.
+    """
 
     def __init__(self, row: Any, start: Array, end: Array) -> None:
         self.row, self.arc = row, int(row["type"]) == CIRCULAR
         self.start, self.end = start, end
         self.cut = 0.0
         if not self.arc:
-            self.first = self.last = math.atan2(end[1] - start[1], end[0] - start[0])
+            self.first = self.last = math.atan2(
+                end[1] - start[1], end[0] - start[0]
+            )
             return
         quarter = math.copysign(math.pi / 2, float(row["angle"]))
         centre = row["center"]
-        self.first = math.atan2(start[1] - centre[1], start[0] - centre[0]) + quarter
+        self.first = (
+            math.atan2(start[1] - centre[1], start[0] - centre[0]) + quarter
+        )
         self.last = math.atan2(end[1] - centre[1], end[0] - centre[0]) + quarter
 
     @property
@@ -62,9 +71,16 @@ class _Element:
 
 
 class Orbit:
-    """A stage.  ``main``: channel index of X, Y, Z.  ``place``: where a line of a file stands."""
+    """A stage.  ``main``: channel index of X, Y, Z.  ``place``: where a line of
+    a file stands.
+    """
 
-    def __init__(self, start: Array, main: tuple[int, int, int], place: Callable[[int, int], Place]) -> None:
+    def __init__(
+        self,
+        start: Array,
+        main: tuple[int, int, int],
+        place: Callable[[int, int], Place],
+    ) -> None:
         self._main, self._place = main, place
         self._axes = len(start)
         self._position = np.array(start, dtype=np.float64)
@@ -75,7 +91,11 @@ class Orbit:
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
-        if not self._distance and not self._held and not (rows["type"] == EXTENSION).any():
+        if (
+            not self._distance
+            and not self._held
+            and not (rows["type"] == EXTENSION).any()
+        ):
             self._follow(rows)
             return batch
         out: list[Any] = []
@@ -83,7 +103,9 @@ class Orbit:
             try:
                 self._take(row.copy(), out)
             except CncError as error:
-                raise RefusedRow(error, _batch(out, batch.pool), int(row["count"])) from None
+                raise RefusedRow(
+                    error, _batch(out, batch.pool), int(row["count"])
+                ) from None
         return _batch(out, batch.pool)
 
     def drain(self) -> BlockBatch:
@@ -104,7 +126,11 @@ class Orbit:
         kind = int(row["type"])
         if kind == EXTENSION:
             self._finish(out)
-            self._distance = max(0.0, float(row["radius"]) - float(row["value"])) if row["code"] else 0.0
+            self._distance = (
+                max(0.0, float(row["radius"]) - float(row["value"]))
+                if row["code"]
+                else 0.0
+            )
             return
         if kind in (RT_LOOP_BEGIN, RT_LOOP_END):
             self._finish(out, closed=kind == RT_LOOP_END)
@@ -132,7 +158,9 @@ class Orbit:
         if row["flags"] & RAPID or moved > SAME_MM or x < 0 or y < 0:
             return False
         if int(row["type"]) == POLYNOMIAL:
-            raise CncError(900003, "only lines and arcs can be orbited", self._where(row))
+            raise CncError(
+                900003, "only lines and arcs can be orbited", self._where(row)
+            )
         return int(row["type"]) == LINEAR or int(row["plane"]) == 17
 
     def _element(self, row: Any, start: Array) -> None:
@@ -151,14 +179,22 @@ class Orbit:
     def _join(self, before: _Element, behind: _Element) -> None:
         """What the corner between two elements cuts off both."""
         elements = self._open or [before]
-        sense = math.copysign(1.0, next((e.side for e in elements if abs(e.side) > SAME_MM), behind.side or 1.0))
+        sense = math.copysign(
+            1.0,
+            next(
+                (e.side for e in elements if abs(e.side) > SAME_MM),
+                behind.side or 1.0,
+            ),
+        )
         turn = sense * math.remainder(behind.first - before.last, 2 * math.pi)
         if abs(turn) <= TANGENTIAL:
             return
         if turn < 0 or turn > math.pi - TANGENTIAL:
             raise CncError(CONCAVE, ERRORS[CONCAVE], self._where(behind.row))
         if before.arc or behind.arc:
-            raise CncError(CORNER_OF_ARC, ERRORS[CORNER_OF_ARC], self._where(behind.row))
+            raise CncError(
+                CORNER_OF_ARC, ERRORS[CORNER_OF_ARC], self._where(behind.row)
+            )
         cut = self._distance * math.tan(turn / 2)
         before.cut += cut
         behind.cut += cut
@@ -170,13 +206,17 @@ class Orbit:
         if element.arc:
             if self._sense() * float(row["angle"]) < 0:
                 raise CncError(CONCAVE, ERRORS[CONCAVE], self._where(row))
-            length = (float(row["radius"]) - self._distance) * abs(float(row["angle"]))
+            length = (float(row["radius"]) - self._distance) * abs(
+                float(row["angle"])
+            )
         if length < -SAME_MM:
             raise CncError(NOTHING_LEFT, ERRORS[NOTHING_LEFT], self._where(row))
         row["length_min"] = max(length, 0.0)
 
     def _release(self, out: list[Any]) -> None:
-        """All but the last element are final; what stands behind the others goes with them."""
+        """All but the last element are final; what stands behind the others
+        goes with them.
+        """
         last = self._open[-1]
         for element in self._open[:-1]:
             self._measure(element)
@@ -186,10 +226,16 @@ class Orbit:
         self._open = [last]
 
     def _finish(self, out: list[Any], *, closed: bool = False) -> None:
-        """The contour ends here; ``closed``: its last element leads to its first one."""
+        """The contour ends here; ``closed``: its last element leads to its
+        first one.
+        """
         elements, held = self._open, self._held
         self._held = []
-        if closed and len(elements) > 1 and np.abs(elements[-1].end - elements[0].start).max() < 1e-6:
+        if (
+            closed
+            and len(elements) > 1
+            and np.abs(elements[-1].end - elements[0].start).max() < 1e-6
+        ):
             self._join(elements[-1], elements[0])
         for element in elements:
             self._measure(element)
@@ -201,4 +247,8 @@ class Orbit:
 
 
 def _batch(rows: list[Any], pool: npt.NDArray[np.float64]) -> BlockBatch:
-    return BlockBatch(np.array(rows, dtype=rows[0].dtype), pool) if rows else BlockBatch.empty()
+    return (
+        BlockBatch(np.array(rows, dtype=rows[0].dtype), pool)
+        if rows
+        else BlockBatch.empty()
+    )

@@ -1,8 +1,11 @@
-"""Motions carried into other coordinates: what the PLC sees stays as programmed, what is driven are quintic pieces.
+"""Motions carried into other coordinates: what the PLC sees stays as
+programmed, what is driven are quintic pieces.
 
-A *carrier* maps a motion's positions with their derivatives by path length; between two points a quintic that meets
-both takes its place, halved until it misses the carried motion by no more than a tolerance.  Pieces run with the
-programmed path length (flag ``BY_LENGTH``), so feed, distances and look-ahead stay those of the programmed contour.
+A *carrier* maps a motion's positions with their derivatives by path length;
+between two points a quintic that meets both takes its place, halved until it
+misses the carried motion by no more than a tolerance.  Pieces run with the
+programmed path length (flag ``BY_LENGTH``), so feed, distances and look-ahead
+stay those of the programmed contour.
 """
 
 from __future__ import annotations
@@ -27,7 +30,9 @@ from cnc_core.blocks import (
 
 from ..shapes.paths import FloatArray, IntArray, Paths, quintics
 
-SAMPLES = (0.25, 0.5, 0.75)  # of a piece, where the miss is measured; its shape is (x (1 - x))^3 to first order
+# of a piece, where the miss is measured; its shape is (x (1 - x))^3 to first
+# order
+SAMPLES = (0.25, 0.5, 0.75)
 HALVINGS = 24
 FLOOR = 1e-10  # mm that rounding may miss anyway
 
@@ -40,13 +45,17 @@ class Carrier(Protocol):
         ...
 
     def miss(self, driven: FloatArray, programmed: FloatArray) -> FloatArray:
-        """(m,) how far, in mm of the programmed contour, driven positions (m, axes) are from programmed ones."""
+        """(m,) how far, in mm of the programmed contour, driven positions (m,
+        axes) are from programmed ones.
+        """
         ...
 
 
 @dataclass
 class Pieces:
-    """Quintics of several motions: which motion, length, (axes, 6) over 0..length, end, largest miss measured."""
+    """Quintics of several motions: which motion, length, (axes, 6) over
+    0..length, end, largest miss measured.
+    """
 
     index: IntArray
     u0: FloatArray
@@ -64,10 +73,18 @@ class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
         self.index = index
 
 
-def cut(paths: Paths, counts: IntArray, carrier: Carrier, tolerance: float) -> Pieces:
-    """All motions of ``paths`` in at least counts (n,) pieces each, in order; NotCarried."""
+def cut(
+    paths: Paths, counts: IntArray, carrier: Carrier, tolerance: float
+) -> Pieces:
+    """All motions of ``paths`` in at least counts (n,) pieces each, in order;
+    NotCarried.
+    """
     index = np.repeat(np.arange(len(counts)), counts)
-    place = np.concatenate([np.arange(c) for c in counts]) if len(counts) else np.empty(0)
+    place = (
+        np.concatenate([np.arange(c) for c in counts])
+        if len(counts)
+        else np.empty(0)
+    )
     u0, u1 = place / counts[index], (place + 1) / counts[index]
     done: list[Pieces] = []
     for _ in range(HALVINGS):
@@ -78,17 +95,28 @@ def cut(paths: Paths, counts: IntArray, carrier: Carrier, tolerance: float) -> P
         index, u0, u1 = index[~good], u0[~good], u1[~good]
         middle = 0.5 * (u0 + u1)
         index = np.repeat(index, 2)
-        u0, u1 = np.column_stack([u0, middle]).ravel(), np.column_stack([middle, u1]).ravel()
+        u0, u1 = (
+            np.column_stack([u0, middle]).ravel(),
+            np.column_stack([middle, u1]).ravel(),
+        )
     if len(index):
         raise NotCarried(int(index[0]))
     return _sorted(done, paths.axes)
 
 
 def _tried(
-    paths: Paths, index: IntArray, u0: FloatArray, u1: FloatArray, carrier: Carrier, tolerance: float
+    paths: Paths,
+    index: IntArray,
+    u0: FloatArray,
+    u1: FloatArray,
+    carrier: Carrier,
+    tolerance: float,
 ) -> tuple[Pieces, npt.NDArray[np.bool_]]:
     """The pieces that are good enough, and which of the intervals they are."""
-    a, b = carrier.carry(paths.jets(index, u0)), carrier.carry(paths.jets(index, u1))
+    a, b = (
+        carrier.carry(paths.jets(index, u0)),
+        carrier.carry(paths.jets(index, u1)),
+    )
     length = paths.lengths(index, u0, u1)
     coef = quintics(a, b, length)
     worst = np.zeros(len(index))
@@ -96,17 +124,33 @@ def _tried(
         u = u0 + sample * (u1 - u0)
         s = paths.lengths(index, u0, u)
         driven = np.einsum("nak,nk->na", coef, s[:, None] ** np.arange(6))
-        worst = np.maximum(worst, carrier.miss(driven, paths.jets(index, u)[:, 0]))
-    good = worst <= np.maximum(np.minimum(0.5 * tolerance, 1e-5 * length), FLOOR)
+        worst = np.maximum(
+            worst, carrier.miss(driven, paths.jets(index, u)[:, 0])
+        )
+    good = worst <= np.maximum(
+        np.minimum(0.5 * tolerance, 1e-5 * length), FLOOR
+    )
     most = float(worst[good].max(initial=0.0))
-    return Pieces(index[good], u0[good], length[good], coef[good], b[good, 0], most), good
+    return Pieces(
+        index[good], u0[good], length[good], coef[good], b[good, 0], most
+    ), good
 
 
 def _sorted(parts: list[Pieces], axes: int) -> Pieces:
     if not parts:
         nothing = np.empty(0)
-        return Pieces(np.empty(0, np.int64), nothing, nothing, np.empty((0, axes, 6)), np.empty((0, axes)), 0.0)
-    index, u0 = np.concatenate([p.index for p in parts]), np.concatenate([p.u0 for p in parts])
+        return Pieces(
+            np.empty(0, np.int64),
+            nothing,
+            nothing,
+            np.empty((0, axes, 6)),
+            np.empty((0, axes)),
+            0.0,
+        )
+    index, u0 = (
+        np.concatenate([p.index for p in parts]),
+        np.concatenate([p.u0 for p in parts]),
+    )
     order = np.lexsort((u0, index))
     return Pieces(
         index[order],
@@ -118,16 +162,29 @@ def _sorted(parts: list[Pieces], axes: int) -> Pieces:
     )
 
 
-def piece_rows(source: npt.NDArray[Any], pieces: Pieces, first: int) -> npt.NDArray[Any]:
-    """Polynomial rows (m,) of ``source`` motions (n,); their coefficients stand in the pool from ``first`` on."""
+def piece_rows(
+    source: npt.NDArray[Any], pieces: Pieces, first: int
+) -> npt.NDArray[Any]:
+    """Polynomial rows (m,) of ``source`` motions (n,); their coefficients stand
+    in the pool from ``first`` on.
+    """
     rows = source[pieces.index].copy()
     axes = pieces.end.shape[1]
-    rows["type"], rows["degree"], rows["angle"], rows["length"] = POLYNOMIAL, 5, pieces.length, pieces.length
+    rows["type"], rows["degree"], rows["angle"], rows["length"] = (
+        POLYNOMIAL,
+        5,
+        pieces.length,
+        pieces.length,
+    )
     rows["pool"] = first + axes * 6 * np.arange(len(rows))
     rows["end"][:, :axes] = pieces.end
     _share(rows, source[pieces.index], pieces.length)
     rows["flags"] |= BY_LENGTH
-    last = np.append(np.diff(pieces.index) != 0, [True]) if len(rows) else np.empty(0, bool)
+    last = (
+        np.append(np.diff(pieces.index) != 0, [True])
+        if len(rows)
+        else np.empty(0, bool)
+    )
     rows["flags"][~last] &= ~np.uint16(EXACT_STOP)
     return rows
 
@@ -141,23 +198,33 @@ def line_rows(source: npt.NDArray[Any], ends: FloatArray) -> npt.NDArray[Any]:
     return rows
 
 
-def _share(rows: npt.NDArray[Any], source: npt.NDArray[Any], length: FloatArray) -> None:
+def _share(
+    rows: npt.NDArray[Any], source: npt.NDArray[Any], length: FloatArray
+) -> None:
     """What each piece covers of the elements, and that it is one."""
     whole = source["flags"] & PIECE != 0
-    rows["value"] = np.where(whole, source["value"] * length / source["length"], length)
+    rows["value"] = np.where(
+        whole, source["value"] * length / source["length"], length
+    )
     rows["length_min"] = length
     rows["flags"] |= PIECE
 
 
-def element_rows(source: npt.NDArray[Any], paths: Paths, first: int) -> tuple[npt.NDArray[Any], FloatArray]:
-    """Motions (n,) as elements with their tangents over the main axes, and the pool values (6 n,) from ``first`` on."""
+def element_rows(
+    source: npt.NDArray[Any], paths: Paths, first: int
+) -> tuple[npt.NDArray[Any], FloatArray]:
+    """Motions (n,) as elements with their tangents over the main axes, and the
+    pool values (6 n,) from ``first`` on.
+    """
     n = len(source)
     index = np.arange(n)
     main = [i for i in paths.main if i >= 0]
     tangents = np.zeros((n, 2, 3))
     where = [k for k, i in enumerate(paths.main) if i >= 0]
     for side, u in enumerate((0.0, 1.0)):
-        tangents[:, side, where] = paths.jets(index, np.full(n, u))[:, 1][:, main]
+        tangents[:, side, where] = paths.jets(index, np.full(n, u))[:, 1][
+            :, main
+        ]
     rows = source.copy()
     rows["flags"] |= ELEMENT
     rows["degree"] = TANGENTS
@@ -165,10 +232,22 @@ def element_rows(source: npt.NDArray[Any], paths: Paths, first: int) -> tuple[np
     return rows, tangents.ravel()
 
 
-def merged(parts: list[tuple[IntArray, int, npt.NDArray[Any]]], pool: FloatArray) -> BlockBatch:
-    """Rows with their places, in order: (place (m,), rank among rows of the same place, rows)."""
-    rows = np.concatenate([r for _, _, r in parts]) if parts else np.empty(0, NC_BLOCK)
+def merged(
+    parts: list[tuple[IntArray, int, npt.NDArray[Any]]], pool: FloatArray
+) -> BlockBatch:
+    """Rows with their places, in order: (place (m,), rank among rows of the
+    same place, rows).
+    """
+    rows = (
+        np.concatenate([r for _, _, r in parts])
+        if parts
+        else np.empty(0, NC_BLOCK)
+    )
     place = np.concatenate([p for p, _, _ in parts]) if parts else np.empty(0)
-    rank = np.concatenate([np.full(len(p), k) for p, k, _ in parts]) if parts else np.empty(0)
+    rank = (
+        np.concatenate([np.full(len(p), k) for p, k, _ in parts])
+        if parts
+        else np.empty(0)
+    )
     order = np.lexsort((np.arange(len(rows)), rank, place))
     return BlockBatch(rows[order], pool)

@@ -1,7 +1,10 @@
-"""Tool radius compensation as a streaming stage: G40, G41, G42 with corners G25, G26.
+"""Tool radius compensation as a streaming stage: G40, G41, G42 with corners
+G25, G26.
 
-The geometry is in C (``c_ext/stages/compensation/offset.c``).  The stage takes ``COMPENSATION`` rows out of the stream and holds back one
-motion in the plane, with the rows behind it, until the next one is known: memory is bounded by ``NC_OFFSET_HELD`` rows.
+The geometry is in C (``c_ext/stages/compensation/offset.c``).  The stage takes
+``COMPENSATION`` rows out of the stream and holds back one motion in the plane,
+with the rows behind it, until the next one is known: memory is bounded by
+``NC_OFFSET_HELD`` rows.
 """
 
 from __future__ import annotations
@@ -13,7 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core._engine import ffi, lib
-from cnc_core.blocks import COMPENSATION, NC_AXES, NC_BLOCK, POLYNOMIAL, BlockBatch
+from cnc_core.blocks import (
+    COMPENSATION,
+    NC_AXES,
+    NC_BLOCK,
+    POLYNOMIAL,
+    BlockBatch,
+)
 from cnc_core.errors import ERRORS, CncError, Place
 
 from .stage import RefusedRow
@@ -30,9 +39,10 @@ def _ignore(_: CncError) -> None:
 class RadiusCompensation:
     """Rows of the programmed contour in, rows of the tool centre out.
 
-    ``start``: (axes,) position before the first row.  ``main``: channel index of X, Y, Z, -1 where absent.  ``place``:
-    place of (file index, line).  ``warn`` gets warnings.  ``collect`` gets the errors; the stage then goes on behind
-    them with compensation off.  Without it an error ends the stream.
+    ``start``: (axes,) position before the first row.  ``main``: channel index
+    of X, Y, Z, -1 where absent.  ``place``: place of (file index, line).
+    ``warn`` gets warnings.  ``collect`` gets the errors; the stage then goes on
+    behind them with compensation off.  Without it an error ends the stream.
     """
 
     def __init__(
@@ -58,13 +68,20 @@ class RadiusCompensation:
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
-        if lib.nc_offset_idle(self._state) and not (rows["type"] == COMPENSATION).any():
+        if (
+            lib.nc_offset_idle(self._state)
+            and not (rows["type"] == COMPENSATION).any()
+        ):
             self._follow(rows)
             return batch
-        return BlockBatch(self._compensate(np.ascontiguousarray(rows), batch.pool), batch.pool)
+        return BlockBatch(
+            self._compensate(np.ascontiguousarray(rows), batch.pool), batch.pool
+        )
 
     def drain(self) -> BlockBatch:
-        """What is held back; it ends beside its programmed end.  Nothing in the plane may follow under compensation."""
+        """What is held back; it ends beside its programmed end.  Nothing in the
+        plane may follow under compensation.
+        """
         out = np.empty(self.held + lib.NC_OFFSET_GROWTH, NC_BLOCK)
         made = ffi.new("size_t *")
         error = lib.nc_offset_drain(self._state, _pointer(out), len(out), made)
@@ -88,7 +105,12 @@ class RadiusCompensation:
         parts: list[Rows] = []
         taken, made = ffi.new("size_t *"), ffi.new("size_t *")
         while len(rows):
-            out = np.empty(lib.NC_OFFSET_GROWTH * len(rows) + self.held + lib.NC_OFFSET_GROWTH, NC_BLOCK)
+            out = np.empty(
+                lib.NC_OFFSET_GROWTH * len(rows)
+                + self.held
+                + lib.NC_OFFSET_GROWTH,
+                NC_BLOCK,
+            )
             error = lib.nc_offset_push(
                 self._state, _pointer(rows), len(rows), taken, _pointer(out), len(out), made
             )  # fmt: skip
@@ -107,11 +129,15 @@ class RadiusCompensation:
         return CncError(number, text, self._place(int(row.file), int(row.line)))
 
     def _refuse(self, number: int, parts: list[Rows], pool: FloatArray) -> None:
-        """Report and go on without compensation, or stop the stream behind the rows in ``parts``."""
+        """Report and go on without compensation, or stop the stream behind the
+        rows in ``parts``.
+        """
         error, count = self._error(number), int(self._state.place.count)
         lib.nc_offset_forget(self._state)
         if self._collect is None:
-            raise RefusedRow(error, BlockBatch(np.concatenate(parts), pool), count)
+            raise RefusedRow(
+                error, BlockBatch(np.concatenate(parts), pool), count
+            )
         self._collect(error)
 
 

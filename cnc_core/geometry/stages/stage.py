@@ -1,7 +1,8 @@
 """The stage protocol: batches in, batches out, in program order.
 
-A stage may hold rows back (a compensation needs the next motion) as long as it holds the rows behind them too;
-``drain`` gives out what it still holds.  ``resync`` tells it that the machine stands elsewhere than the rows say
+A stage may hold rows back (a compensation needs the next motion) as long as it
+holds the rows behind them too; ``drain`` gives out what it still holds.
+``resync`` tells it that the machine stands elsewhere than the rows say
 (probing, stop, restart, LOG CLEAR).
 """
 
@@ -21,12 +22,15 @@ from ..shapes.polynomial import joined
 
 
 class RefusedRow(Exception):  # noqa: N818 - it is the row that is refused, the error is inside
-    """A stage refuses a row: the error, the final rows ahead of that row, and its ``count`` (0 if not known).
+    """A stage refuses a row: the error, the final rows ahead of that row, and
+    its ``count`` (0 if not known).
 
     A line comes again in a loop, its ``count`` does not.
     """
 
-    def __init__(self, error: CncError, ahead: BlockBatch, count: int = 0) -> None:
+    def __init__(
+        self, error: CncError, ahead: BlockBatch, count: int = 0
+    ) -> None:
         super().__init__(str(error))
         self.error, self.ahead, self.count = error, ahead, count
 
@@ -48,7 +52,9 @@ class Stage(Protocol):
 
 
 class DropZeroLength:
-    """Motions of no length give no row: no element, no log entry (look-ahead specification, section 2)."""
+    """Motions of no length give no row: no element, no log entry (look-ahead
+    specification, section 2).
+    """
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         rows = batch.rows
@@ -62,7 +68,9 @@ class DropZeroLength:
         pass
 
 
-def _tried(step: Callable[[], BlockBatch]) -> tuple[BlockBatch, RefusedRow | None]:
+def _tried(
+    step: Callable[[], BlockBatch],
+) -> tuple[BlockBatch, RefusedRow | None]:
     """The rows of one step, and why there are no more of them."""
     try:
         return step(), None
@@ -86,11 +94,18 @@ class Pipeline:
             try:
                 parts.append(self._from(i + 1, stage.drain))
             except RefusedRow as refused:
-                raise RefusedRow(refused.error, joined([*parts, refused.ahead]), refused.count) from None
+                raise RefusedRow(
+                    refused.error,
+                    joined([*parts, refused.ahead]),
+                    refused.count,
+                ) from None
         return joined(parts)
 
     def _from(self, first: int, source: Callable[[], BlockBatch]) -> BlockBatch:
-        """Rows through the stages from ``first`` on. Of several refused rows the one ahead of the others counts."""
+        """Rows through the stages from ``first`` on.
+
+        Of several refused rows the one ahead of the others counts.
+        """
         batch, refusal = _tried(source)
         for stage in self.stages[first:]:
             batch, later = _tried(partial(stage.push, batch))

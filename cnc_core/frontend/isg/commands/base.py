@@ -20,12 +20,23 @@ Run = Callable[[], Items]
 class CommandBase:
     """One # command being compiled; the stream stands behind ``#``.
 
-    ``_drain``: everything before it has to be executed first.  ``_behind``: what follows its block.
-    ``_last``: it comes behind the words of its block.
+    ``_drain``: everything before it has to be executed first.  ``_behind``:
+    what follows its block. ``_last``: it comes behind the words of its block.
     """
 
-    def __init__(self, stream: TokenStream, formulas: Formulas, context: Context, axes: dict[str, int]) -> None:
-        self._stream, self._formulas, self._context, self._axes = stream, formulas, context, axes
+    def __init__(
+        self,
+        stream: TokenStream,
+        formulas: Formulas,
+        context: Context,
+        axes: dict[str, int],
+    ) -> None:
+        self._stream, self._formulas, self._context, self._axes = (
+            stream,
+            formulas,
+            context,
+            axes,
+        )
         self._modal = context.modal
         self._start = stream.current.offset
         self._drain = self._last = False
@@ -41,7 +52,9 @@ class CommandBase:
         return found
 
     def _rest(self) -> None:
-        """Keys and brackets of a command that is not executed: checked for brackets only."""
+        """Keys and brackets of a command that is not executed: checked for
+        brackets only.
+        """
         stream, depth, opened = self._stream, 0, 0
         while not stream.at_end:
             token = stream.next()
@@ -53,8 +66,12 @@ class CommandBase:
         if depth:
             raise fail(900013, "bracket is not closed", opened)
 
-    def _keys(self, known: Mapping[str, bool | None]) -> dict[str, Formula | None]:
-        """``[KEY KEY=value KEY value]``; ``known``: whether a key has a value, None: it may have one."""
+    def _keys(
+        self, known: Mapping[str, bool | None]
+    ) -> dict[str, Formula | None]:
+        """``[KEY KEY=value KEY value]``; ``known``: whether a key has a value,
+        None: it may have one.
+        """
         stream, found = self._stream, {}
         opened = self._formulas.open()
         while not stream.is_op("]"):
@@ -76,25 +93,40 @@ class CommandBase:
         rest = stream.text[token.offset :].upper()
         name = next((k for k in names if rest.startswith(k)), None)
         if name is None or token.kind is not Kind.NAME:
-            raise fail(900010, f"expected {', '.join(known)}, found {stream.describe()}", token.offset)
+            raise fail(
+                900010,
+                f"expected {', '.join(known)}, found {stream.describe()}",
+                token.offset,
+            )
         stream.skip_to(token.offset + len(name))
         return name
 
     def _key_value(self, key: str) -> Formula:
         stream, offset = self._stream, self._stream.current.offset
         if not stream.accept("=") and len(key) > 1:  # axis words need none
-            self._context.warn(907040, f"{key} without = before its value", offset)
+            self._context.warn(
+                907040, f"{key} without = before its value", offset
+            )
         if not self._formulas.starts_here():
             raise fail(900004, f"{key} without a value", offset)
         return self._formulas.expression()
 
-    def _whole(self, value: Formula, name: str, lowest: int, highest: int) -> Callable[[], int]:
+    def _whole(
+        self, value: Formula, name: str, lowest: int, highest: int
+    ) -> Callable[[], int]:
         offset = self._start
 
         def whole() -> int:
             found = value()
-            if isinstance(found, str) or not lowest - 0.5 < found < highest + 0.5:
-                raise fail(900012, f"{name}: a number {lowest}..{highest} is expected, not {found}", offset)
+            if (
+                isinstance(found, str)
+                or not lowest - 0.5 < found < highest + 0.5
+            ):
+                raise fail(
+                    900012,
+                    f"{name}: a number {lowest}..{highest} is expected, not {found}",
+                    offset,
+                )
             return round_half_away(found)
 
         return whole
@@ -114,7 +146,9 @@ class CommandBase:
             axis = self._axes[name]
             if axis in found:
                 raise fail(900005, f"{name} twice in one block", token.offset)
-            found[axis] = self._formulas.number(name, token.offset) if has_value else None
+            found[axis] = (
+                self._formulas.number(name, token.offset) if has_value else None
+            )
         return found
 
     def _axis_name(self) -> str | None:
@@ -123,7 +157,11 @@ class CommandBase:
             return None
         rest = stream.text[token.offset :].upper()
         for name in self._axes:
-            if len(name) > 1 and rest.startswith(name) and rest[len(name) :].lstrip().startswith("="):
+            if (
+                len(name) > 1
+                and rest.startswith(name)
+                and rest[len(name) :].lstrip().startswith("=")
+            ):
                 stream.skip_to(token.offset + len(name))
                 return name
         letter = token.text[0].upper()
@@ -134,4 +172,8 @@ class CommandBase:
 
     def _not_compensated(self, name: str) -> None:
         if self._modal.compensated:
-            raise fail(20651, f"{name} during tool radius compensation: deselect it with G40", self._start)
+            raise fail(
+                20651,
+                f"{name} during tool radius compensation: deselect it with G40",
+                self._start,
+            )

@@ -1,4 +1,6 @@
-"""What the commands of coordinates share: brackets of values, and the row that tells the stages."""
+"""What the commands of coordinates share: brackets of values, and the row that
+tells the stages.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +19,17 @@ Commands = tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]
 class CoordinateBase(CommandBase):
     """One command that changes the coordinates being compiled."""
 
-    def _changing(self, name: str, change: Callable[[], None], *, in_ptp: int = 0, in_mcs: bool = False) -> Run:
-        """A change of coordinates: not during compensation, nor where #PTP (error ``in_ptp``) or #MCS forbid it."""
+    def _changing(
+        self,
+        name: str,
+        change: Callable[[], None],
+        *,
+        in_ptp: int = 0,
+        in_mcs: bool = False,
+    ) -> Run:
+        """A change of coordinates: not during compensation, nor where #PTP
+        (error ``in_ptp``) or #MCS forbid it.
+        """
         spaces, start = self._context.spaces, self._start
 
         def run() -> Items:
@@ -34,7 +45,13 @@ class CoordinateBase(CommandBase):
 
     def not_compensated(self, name: str, number: int) -> None:
         if self._context.executor.compensation.choice.active:
-            raise fail(number, ERRORS[number] if number == 21525 else f"{name}: {ERRORS[number]}", self._start)
+            raise fail(
+                number,
+                ERRORS[number]
+                if number == 21525
+                else f"{name}: {ERRORS[number]}",
+                self._start,
+            )
 
     def _bracket(self) -> list[Formula | None]:
         """``[a, , b]``: values, None for an empty field."""

@@ -1,6 +1,8 @@
-"""Chamfers and roundings as the program asks for them: G301, G302, #CHF, #CHR, #RND, #FRC.
+"""Chamfers and roundings as the program asks for them: G301, G302, #CHF, #CHR,
+#RND, #FRC.
 
-The geometry is ``cnc_core.geometry.stages.corner``; a ``CORNER`` row stands behind the block that the corner ends.
+The geometry is ``cnc_core.geometry.stages.corner``; a ``CORNER`` row stands
+behind the block that the corner ends.
 """
 
 from __future__ import annotations
@@ -24,13 +26,17 @@ class CornerWords:
         self._last: Row | None = None
         self._feed: tuple[int, float] = (-1, 0.0)  # block count, mm/s
 
-    def g(self, code: int, size: float | None, n: int, offset: int) -> list[Row]:
+    def g(
+        self, code: int, size: float | None, n: int, offset: int
+    ) -> list[Row]:
         """G301 I5, G302 I5; I is modal."""
         if size is not None:
             self._size_mm = size * self._modal.unit_mm
         return [self.row(CODES[code], self._size_mm, n, f"G{code} I", offset)]
 
-    def row(self, kind: int, size_mm: float, n: int, name: str, offset: int) -> Row:
+    def row(
+        self, kind: int, size_mm: float, n: int, name: str, offset: int
+    ) -> Row:
         if not 0 < size_mm <= 1e9:
             raise fail(900012, f"{name}: the size must be positive", offset)
         row = self._modal.row(CORNER, n, code=kind, value=size_mm)
@@ -46,7 +52,10 @@ class CornerWords:
             raise fail(900012, "#FRC: the feed must be positive", offset)
         mm_s = feed * self._modal.unit_mm / 60.0
         self._feed = (self._modal.count, mm_s)
-        if self._last is not None and self._last["count"][0] == self._modal.count:
+        if (
+            self._last is not None
+            and self._last["count"][0] == self._modal.count
+        ):
             self._last["feed"] = mm_s
 
 
@@ -65,6 +74,14 @@ class CornerCommands(CommandBase):
             if name == "FRC":
                 words.set_feed(value(), self._start)
                 return []
-            return [words.row(KEYWORDS[name], value() * modal.unit_mm, modal.n, f"#{name}", self._start)]
+            return [
+                words.row(
+                    KEYWORDS[name],
+                    value() * modal.unit_mm,
+                    modal.n,
+                    f"#{name}",
+                    self._start,
+                )
+            ]
 
         return run

@@ -1,4 +1,6 @@
-"""#CHANNEL SET [ESA_TIME0=..]: times at which the path speed to come is told (FCT_CALC_STATE_AT_T)."""
+"""#CHANNEL SET [ESA_TIME0=..]: times at which the path speed to come is told
+(FCT_CALC_STATE_AT_T).
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ class ForesightCommands(CommandBase):
             self._rest()
 
             def stored() -> Items:
-                self._context.executor.stored_without_effect("#CHANNEL SET", start)
+                self._context.executor.stored_without_effect(
+                    "#CHANNEL SET", start
+                )
                 return []
 
             return stored
@@ -40,7 +44,9 @@ class ForesightCommands(CommandBase):
         self._formulas.close(opened)
 
         def run() -> Items:
-            return [self._esa_row(index, value()) for index, value in found.items()]
+            return [
+                self._esa_row(index, value()) for index, value in found.items()
+            ]
 
         return run
 
@@ -48,14 +54,32 @@ class ForesightCommands(CommandBase):
         """``ESA_TIME1 =``"""
         stream, token = self._stream, self._stream.current
         if not stream.accept_name("ESA_TIME"):
-            raise fail(900010, f"#CHANNEL SET: expected ESA_TIME, found {stream.describe()}", token.offset)
+            raise fail(
+                900010,
+                f"#CHANNEL SET: expected ESA_TIME, found {stream.describe()}",
+                token.offset,
+            )
         number = stream.next().text
         if number not in map(str, range(ESA_TIMES)):
-            raise fail(900012, f"ESA_TIME{number}: 0 to {ESA_TIMES - 1} are told", token.offset)
+            raise fail(
+                900012,
+                f"ESA_TIME{number}: 0 to {ESA_TIMES - 1} are told",
+                token.offset,
+            )
         stream.expect("=", 900010)
         return int(number)
 
     def _esa_row(self, index: int, value: float | str) -> Row:
         if isinstance(value, str) or not 0.0 <= value <= 1e6:
-            raise fail(900012, f"ESA_TIME{index}: {value} out of range 0..1e6 s", self._start)
-        return self._modal.row(EVENT, self._modal.n, code=EVENT_ESA_TIME + index, value=value, flags=HAS_VALUE)
+            raise fail(
+                900012,
+                f"ESA_TIME{index}: {value} out of range 0..1e6 s",
+                self._start,
+            )
+        return self._modal.row(
+            EVENT,
+            self._modal.n,
+            code=EVENT_ESA_TIME + index,
+            value=value,
+            flags=HAS_VALUE,
+        )

@@ -1,6 +1,7 @@
 """# commands, compiled: parsed once, executed each time their block comes.
 
-``cnc_core.frontend.isg.commands.parser.table`` says which there are; what is not executed is stored or refused by name.
+``cnc_core.frontend.isg.commands.parser.table`` says which there are; what is
+not executed is stored or refused by name.
 """
 
 from __future__ import annotations
@@ -48,7 +49,10 @@ FIRST_WORDS = frozenset(name.split()[0] for name in table.TABLE)
 
 
 class Command(NamedTuple):
-    """A compiled command.  ``drain``: everything before is executed first.  ``behind``: what follows its block.
+    """A compiled command.
+
+    ``drain``: everything before is executed first.  ``behind``: what follows
+    its block.
 
     ``last``: it comes behind the words of its block, wherever it stands.
     """
@@ -84,7 +88,9 @@ class CommandParser(
                 return Command(method(), self._drain, self._behind, self._last)
         return Command(self._by_table(start))
 
-    def _commands(self) -> tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]:
+    def _commands(
+        self,
+    ) -> tuple[tuple[tuple[str, ...], Callable[[], Run]], ...]:
         return (
             (("CONTOUR", "LOOKAHEAD"), self._lookahead),
             (("DISTANCE", "PROG"), self._distance),
@@ -122,7 +128,10 @@ class CommandParser(
             (("SET", "ASPLINE", "STARTTANG"), lambda: self._spline_vector(0)),
             (("SET", "ASPLINE", "ZIELTANG"), lambda: self._spline_vector(1)),
             (("CONTOUR", "MODE"), self._contour_mode),
-            *(((name,), partial(self._corner, name)) for name in ("CHF", "CHR", "RND", "FRC")),
+            *(
+                ((name,), partial(self._corner, name))
+                for name in ("CHF", "CHR", "RND", "FRC")
+            ),
             (("HSC",), self._hsc),
             (("FILTER",), self._filter),
             (("SLOPE",), self._slope),
@@ -154,8 +163,15 @@ class CommandParser(
     def _matches(self, words: tuple[str, ...]) -> bool:
         found = self._words(len(words))
         if words == ("INIT", "V"):
-            return found[:1] == ["INIT"] and self._stream.following.text.upper() == "V.E"
-        if words in (("WAIT",), ("SIGNAL",)) and self._words(2)[1:] in (["FOR"], ["INDP"], ["READ"]):
+            return (
+                found[:1] == ["INIT"]
+                and self._stream.following.text.upper() == "V.E"
+            )
+        if words in (("WAIT",), ("SIGNAL",)) and self._words(2)[1:] in (
+            ["FOR"],
+            ["INDP"],
+            ["READ"],
+        ):
             return False
         return found == list(words)
 
@@ -182,7 +198,9 @@ class CommandParser(
         if not self._context.lenient:
             raise fail(900002, f"unknown command #{words[0]}", offset)
         self._rest()
-        self._context.warn(907041, f"unknown command #{name} is skipped", offset)
+        self._context.warn(
+            907041, f"unknown command #{name} is skipped", offset
+        )
         return list
 
     def _old_name(self, name: str, offset: int) -> None:
@@ -212,7 +230,11 @@ class CommandParser(
         word = stream.accept_name(*MARKERS)
         action = MARKERS[word.text.upper()] if word else MARKER_PARAM
         if not log and action != MARKER_CLEAR:
-            raise fail(900010, "#CONTOUR LOOKAHEAD: expected LOG", stream.current.offset)
+            raise fail(
+                900010,
+                "#CONTOUR LOOKAHEAD: expected LOG",
+                stream.current.offset,
+            )
         bracket = stream.current.offset
         param = self._param()
         if action == MARKER_CLEAR and param is not None:
@@ -222,7 +244,9 @@ class CommandParser(
             if action == MARKER_CLEAR:
                 self._not_compensated("LOG CLEAR")
             value, flags = (0.0, 0) if param is None else (param(), HAS_PARAM)
-            row = self._modal.row(MARKER, self._modal.n, code=action, value=value, flags=flags)
+            row = self._modal.row(
+                MARKER, self._modal.n, code=action, value=value, flags=flags
+            )
             return [Wait.DRAINED, row] if action == MARKER_CLEAR else [row]
 
         return run
@@ -234,7 +258,11 @@ class CommandParser(
             return None
         opened = self._formulas.open()
         if not stream.accept_name("PARAM"):
-            raise fail(900010, f"expected PARAM, found {stream.describe()}", stream.current.offset)
+            raise fail(
+                900010,
+                f"expected PARAM, found {stream.describe()}",
+                stream.current.offset,
+            )
         stream.expect("=", 900010)
         value = self._formulas.number("PARAM", stream.current.offset)
         if stream.at_end:
@@ -246,23 +274,39 @@ class CommandParser(
         """``#DISTANCE PROG START CLEAR``."""
         for word in ("START", "CLEAR"):
             if not self._stream.accept_name(word):
-                raise fail(900010, f"#DISTANCE PROG: expected {word}", self._stream.current.offset)
+                raise fail(
+                    900010,
+                    f"#DISTANCE PROG: expected {word}",
+                    self._stream.current.offset,
+                )
         return lambda: [self._modal.row(DISTANCE_RESET, self._modal.n)]
 
     # flow
 
     def _expl_syn(self) -> Run:
         """Wait here for the functions of type MVS_SLP."""
-        return lambda: [self._modal.row(EVENT, self._modal.n, code=EVENT_EXPL_SYN)]
+        return lambda: [
+            self._modal.row(EVENT, self._modal.n, code=EVENT_EXPL_SYN)
+        ]
 
     def _backward_storage(self) -> Run:
-        """``#BACKWARD STORAGE CLEAR``: backward motion does not go behind this place."""
+        """``#BACKWARD STORAGE CLEAR``: backward motion does not go behind this
+        place.
+        """
         if not self._stream.accept_name("CLEAR"):
-            raise fail(900010, "#BACKWARD STORAGE: expected CLEAR", self._stream.current.offset)
-        return lambda: [self._modal.row(EVENT, self._modal.n, code=EVENT_STORAGE_CLEAR)]
+            raise fail(
+                900010,
+                "#BACKWARD STORAGE: expected CLEAR",
+                self._stream.current.offset,
+            )
+        return lambda: [
+            self._modal.row(EVENT, self._modal.n, code=EVENT_STORAGE_CLEAR)
+        ]
 
     def _dist2go_end(self) -> Run:
-        """``#DEL DIST2GO [END = mask]``: a deleted distance to go may end here if the PLC has set a bit of the mask."""
+        """``#DEL DIST2GO [END = mask]``: a deleted distance to go may end here
+        if the PLC has set a bit of the mask.
+        """
         stream = self._stream
         if stream.current.text != "2" or stream.following.text.upper() != "GO":
             raise fail(900003, "#DEL is not supported", self._start)
@@ -270,7 +314,11 @@ class CommandParser(
         stream.next()
         stream.expect("[", 900010)
         if not stream.accept_name("END"):
-            raise fail(900010, f"#DEL DIST2GO: expected END, found {stream.describe()}", stream.current.offset)
+            raise fail(
+                900010,
+                f"#DEL DIST2GO: expected END, found {stream.describe()}",
+                stream.current.offset,
+            )
         stream.expect("=", 900010)
         at = stream.current.offset
         mask = self._formulas.number("END", at)
@@ -279,9 +327,17 @@ class CommandParser(
         def run() -> Items:
             value = mask()
             if value != round(value) or not 0 < value < 2**32:
-                raise fail(900012, "#DEL DIST2GO: END is a mask of 32 bits, not 0", at)
+                raise fail(
+                    900012, "#DEL DIST2GO: END is a mask of 32 bits, not 0", at
+                )
             return [
-                self._modal.row(EVENT, self._modal.n, code=EVENT_DIST2GO_END, value=value, flags=HAS_VALUE)
+                self._modal.row(
+                    EVENT,
+                    self._modal.n,
+                    code=EVENT_DIST2GO_END,
+                    value=value,
+                    flags=HAS_VALUE,
+                )
             ]
 
         return run
@@ -293,7 +349,11 @@ class CommandParser(
         modulo = stream.accept_name("MODULO") is not None
         if bracket:
             if not modulo:
-                raise fail(900010, f"#RT WHILE: expected MODULO, found {stream.describe()}", stream.current.offset)
+                raise fail(
+                    900010,
+                    f"#RT WHILE: expected MODULO, found {stream.describe()}",
+                    stream.current.offset,
+                )
             stream.expect("]", 900010)
         return lambda: [loop.begin(modulo, start)]
 
@@ -302,7 +362,9 @@ class CommandParser(
         return lambda: [loop.end(start)]
 
     def _flush(self) -> Run:
-        """``#FLUSH`` stops the motion, CONTINUE does not, WAIT stops preparation too."""
+        """``#FLUSH`` stops the motion, CONTINUE does not, WAIT stops
+        preparation too.
+        """
         word = self._stream.accept_name("CONTINUE", "WAIT")
         kind = word.text.upper() if word else ""
 
@@ -311,7 +373,12 @@ class CommandParser(
             if kind == "CONTINUE":
                 return [self._modal.row(FLUSH, self._modal.n)]
             if kind == "WAIT":
-                return [self._modal.row(FLUSH, self._modal.n, flags=STANDSTILL | WAIT), Wait.DRAINED]
+                return [
+                    self._modal.row(
+                        FLUSH, self._modal.n, flags=STANDSTILL | WAIT
+                    ),
+                    Wait.DRAINED,
+                ]
             return [self._modal.row(FLUSH, self._modal.n, flags=STANDSTILL)]
 
         return run
@@ -324,12 +391,22 @@ class CommandParser(
         while True:
             token = stream.next()
             parts = token.text.upper().split(".")
-            if token.kind is Kind.VARIABLE and len(parts) > 2 and parts[1] in ("P", "S", "L", "CYC", "I"):
+            if (
+                token.kind is Kind.VARIABLE
+                and len(parts) > 2
+                and parts[1] in ("P", "S", "L", "CYC", "I")
+            ):
                 names.append((parts[1], ".".join(parts[2:]), token.offset))
-            elif token.text.upper() == "P" and stream.current.kind is Kind.NUMBER:
+            elif (
+                token.text.upper() == "P" and stream.current.kind is Kind.NUMBER
+            ):
                 names.append(("", stream.next().text, token.offset))
             else:
-                raise fail(900010, f"#DELETE: expected a variable, found {token.text!r}", token.offset)
+                raise fail(
+                    900010,
+                    f"#DELETE: expected a variable, found {token.text!r}",
+                    token.offset,
+                )
             if stream.is_op("["):
                 self._formulas.arguments()
             if not stream.accept(","):

@@ -16,12 +16,20 @@ class PositionCommands(CommandBase):
         """``#PSET X10 Y0``: the position gets these values."""
         words = self._axis_words()
         if not words or any(value is None for value in words.values()):
-            raise fail(900010, "#PSET: axis words with values are expected", self._start)
+            raise fail(
+                900010,
+                "#PSET: axis words with values are expected",
+                self._start,
+            )
 
         def run() -> Items:
             executor = self._context.executor
             executor.not_compensated("#PSET", self._start)
-            given = {axis: value() for axis, value in words.items() if value is not None}
+            given = {
+                axis: value()
+                for axis, value in words.items()
+                if value is not None
+            }
             self._context.offsets.set_pset(given, self._start)
             return []
 
@@ -33,7 +41,9 @@ class PositionCommands(CommandBase):
 
         def run() -> Items:
             self._context.executor.not_compensated("#PRESET", self._start)
-            self._context.offsets.clear_pset(words or range(len(self._context.offsets.names)))
+            self._context.offsets.clear_pset(
+                words or range(len(self._context.offsets.names))
+            )
             return []
 
         return run
@@ -42,11 +52,15 @@ class PositionCommands(CommandBase):
         """``#SUPPRESS OFFSETS [ZERO ADD_ZERO PSET TOOL ..] X..``: for this block."""
         kinds = set(KINDS)
         if self._stream.is_op("["):
-            kinds = set(self._keys(dict.fromkeys((*KINDS, *EMPTY_KINDS), False)))
+            kinds = set(
+                self._keys(dict.fromkeys((*KINDS, *EMPTY_KINDS), False))
+            )
         offsets = self._context.offsets
 
         def run() -> Items:
-            self._context.executor.not_compensated("#SUPPRESS OFFSETS", self._start)
+            self._context.executor.not_compensated(
+                "#SUPPRESS OFFSETS", self._start
+            )
             offsets.suppressed = frozenset(kinds)
             offsets.update()
             return []
@@ -75,7 +89,11 @@ class PositionCommands(CommandBase):
             stream.expect("=", 900010)
             name = self._axis_name()
             if name is None:
-                raise fail(900010, f"#GET CMDPOS: expected an axis, found {stream.describe()}", stream.current.offset)
+                raise fail(
+                    900010,
+                    f"#GET CMDPOS: expected an axis, found {stream.describe()}",
+                    stream.current.offset,
+                )
             targets.append((target.store, self._axes[name]))
             stream.accept(",")
         self._formulas.close(opened)
@@ -94,20 +112,32 @@ class PositionCommands(CommandBase):
         """``#OVERRIDE [FEED_FACT=.. RAPID_FACT=..]``, percent."""
         keys = self._keys({"FEED_FACT": True, "RAPID_FACT": True})
         if not keys:
-            raise fail(900010, "#OVERRIDE: FEED_FACT or RAPID_FACT is expected", self._start)
+            raise fail(
+                900010,
+                "#OVERRIDE: FEED_FACT or RAPID_FACT is expected",
+                self._start,
+            )
 
         def percent(value: Formula, name: str) -> float:
             found = value()
             if isinstance(found, str) or not 0.1 <= found <= 200.0:
-                raise fail(900012, f"#OVERRIDE: {name} {found} out of range 0.1..200 %", self._start)
+                raise fail(
+                    900012,
+                    f"#OVERRIDE: {name} {found} out of range 0.1..200 %",
+                    self._start,
+                )
             return found
 
         def run() -> Items:
             feed, rapid = keys.get("FEED_FACT"), keys.get("RAPID_FACT")
             if feed is not None:
-                self._context.executor.feeds.set_factor(percent(feed, "FEED_FACT") / 100.0)
+                self._context.executor.feeds.set_factor(
+                    percent(feed, "FEED_FACT") / 100.0
+                )
             if rapid is not None:
-                self._context.executor.dynamics.set_rapid_factor(percent(rapid, "RAPID_FACT") / 100.0)
+                self._context.executor.dynamics.set_rapid_factor(
+                    percent(rapid, "RAPID_FACT") / 100.0
+                )
             return [*self._context.executor.dynamics.rows(self._modal.n)]
 
         return run
@@ -123,7 +153,11 @@ class PositionCommands(CommandBase):
         while not self._stream.is_op("]"):
             name = self._axis_name()
             if name is None:
-                raise fail(900010, f"#FGROUP: expected an axis, found {self._stream.describe()}", self._start)
+                raise fail(
+                    900010,
+                    f"#FGROUP: expected an axis, found {self._stream.describe()}",
+                    self._start,
+                )
             axes.add(self._axes[name])
             self._stream.accept(",")
         self._formulas.close(opened)
@@ -132,13 +166,17 @@ class PositionCommands(CommandBase):
         main = {axis for axis in self._context.machine.main if axis >= 0}
 
         def run() -> Items:
-            self._context.executor.feeds.group = None if axes == main else frozenset(axes)
+            self._context.executor.feeds.group = (
+                None if axes == main else frozenset(axes)
+            )
             return []
 
         return run
 
     def _tangfeed(self) -> Run:
-        """``#TANGFEED [RMIN=..]``: arcs below this radius are driven slower, as their radius is to it; 0: off."""
+        """``#TANGFEED [RMIN=..]``: arcs below this radius are driven slower, as
+        their radius is to it; 0: off.
+        """
         keys = self._keys({"RMIN": True}) if self._stream.is_op("[") else {}
         if self._stream.accept_name("RMIN"):  # the old form: RMIN [..]
             opened = self._formulas.open()
@@ -151,8 +189,14 @@ class PositionCommands(CommandBase):
         def run() -> Items:
             radius = value()
             if isinstance(radius, str) or not 0 <= radius <= 1e9:
-                raise fail(900012, f"#TANGFEED: RMIN {radius} out of range", self._start)
-            self._context.executor.feeds.tangential_radius_mm = radius * self._modal.unit_mm
+                raise fail(
+                    900012,
+                    f"#TANGFEED: RMIN {radius} out of range",
+                    self._start,
+                )
+            self._context.executor.feeds.tangential_radius_mm = (
+                radius * self._modal.unit_mm
+            )
             return []
 
         return run

@@ -1,4 +1,6 @@
-"""Splines as the program asks for them: #SPLINE, #AKIMA, G150, G151; the geometry is ``cnc_core.geometry.stages.spline``."""
+"""Splines as the program asks for them: #SPLINE, #AKIMA, G150, G151; the
+geometry is ``cnc_core.geometry.stages.spline``.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,10 @@ class Splines:
         self._modal = modal
         self.kind = "AKIMA"
         self.ends = ["AUTO", "AUTO"]
-        self.vectors: list[dict[int, float]] = [{}, {}]  # start, end: by channel axis
+        self.vectors: list[dict[int, float]] = [
+            {},
+            {},
+        ]  # start, end: by channel axis
         self.active = False
 
     def switch(self, on: bool, n: int) -> list[Row]:
@@ -40,28 +45,46 @@ class Splines:
 
 
 class SplineCommands(CommandBase):
-    """#SPLINE TYPE, ON, OFF; #AKIMA TRANS, STARTVECTOR, ENDVECTOR, and the old names."""
+    """#SPLINE TYPE, ON, OFF; #AKIMA TRANS, STARTVECTOR, ENDVECTOR, and the old
+    names.
+    """
 
     def _spline_type(self) -> Run:
         word = self._stream.accept_name(*KINDS)
         if word is None:
-            raise fail(900010, f"#SPLINE TYPE: expected AKIMA or BSPLINE, found {self._stream.describe()}", self._start)
+            raise fail(
+                900010,
+                f"#SPLINE TYPE: expected AKIMA or BSPLINE, found {self._stream.describe()}",
+                self._start,
+            )
         kind = word.text.upper()
 
         def run() -> Items:
             splines = self._context.executor.splines
             if splines.active and kind != splines.kind:
-                raise fail(900010, "#SPLINE TYPE: the type does not change while a spline is active", self._start)
+                raise fail(
+                    900010,
+                    "#SPLINE TYPE: the type does not change while a spline is active",
+                    self._start,
+                )
             splines.kind = kind
             return []
 
         return run
 
     def _spline_on(self) -> Run:
-        return lambda: [*self._context.executor.switch_spline(True, self._modal.n, self._start)]
+        return lambda: [
+            *self._context.executor.switch_spline(
+                True, self._modal.n, self._start
+            )
+        ]
 
     def _spline_off(self) -> Run:
-        return lambda: [*self._context.executor.switch_spline(False, self._modal.n, self._start)]
+        return lambda: [
+            *self._context.executor.switch_spline(
+                False, self._modal.n, self._start
+            )
+        ]
 
     def _akima_trans(self) -> Run:
         """``[START=USER END=AUTO]``."""
@@ -76,7 +99,11 @@ class SplineCommands(CommandBase):
             stream.accept("=")
             word = stream.accept_name(*ENDS)
             if word is None:
-                raise fail(900010, f"#AKIMA TRANS: {key} is {', '.join(ENDS)}", stream.current.offset)
+                raise fail(
+                    900010,
+                    f"#AKIMA TRANS: {key} is {', '.join(ENDS)}",
+                    stream.current.offset,
+                )
             chosen[key] = word.text.upper()
         self._formulas.close(opened)
 
@@ -99,8 +126,14 @@ class SplineCommands(CommandBase):
         def run() -> Items:
             values = [start(), end()]
             if any(value not in OLD_ENDS for value in values):
-                raise fail(900012, "#SET ASPLINE MODE: 1, 2 and 3 are known", self._start)
-            self._context.executor.splines.ends[:] = [OLD_ENDS[int(value)] for value in values]
+                raise fail(
+                    900012,
+                    "#SET ASPLINE MODE: 1, 2 and 3 are known",
+                    self._start,
+                )
+            self._context.executor.splines.ends[:] = [
+                OLD_ENDS[int(value)] for value in values
+            ]
             return []
 
         return run
@@ -109,12 +142,22 @@ class SplineCommands(CommandBase):
         """``#AKIMA STARTVECTOR X1 Y1 Z0``: the direction at one end."""
         words = self._axis_words()
         if not words or any(value is None for value in words.values()):
-            raise fail(900010, "#AKIMA: axis words with values are expected", self._start)
+            raise fail(
+                900010,
+                "#AKIMA: axis words with values are expected",
+                self._start,
+            )
 
         def run() -> Items:
-            given = {axis: value() for axis, value in words.items() if value is not None}
+            given = {
+                axis: value()
+                for axis, value in words.items()
+                if value is not None
+            }
             if not any(given.values()):
-                raise fail(900012, "#AKIMA: a vector without length", self._start)
+                raise fail(
+                    900012, "#AKIMA: a vector without length", self._start
+                )
             self._context.executor.splines.vectors[place] = given
             return []
 

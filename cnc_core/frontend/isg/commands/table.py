@@ -1,6 +1,9 @@
-"""Every # command of the manual by name, and what becomes of it.  ``docs/isg.md`` prints the same table.
+"""Every # command of the manual by name, and what becomes of it.
 
-WORKS: executed.  STORED: accepted and kept, without effect on the rows, said once in a warning.  REFUSED: an error.
+``docs/isg.md`` prints the same table.
+
+WORKS: executed.  STORED: accepted and kept, without effect on the rows, said
+once in a warning.  REFUSED: an error.
 """
 
 from __future__ import annotations
@@ -55,7 +58,7 @@ TABLE: dict[str, str] = (
     | dict.fromkeys(_names(_STORED), STORED)
     | dict.fromkeys(_names(_REFUSED), REFUSED)
 )
-OLD_NAMES = frozenset({"FILENAME", "VECTORVEL", "VECTORACC", "RTCP OFF", "RTCP ON"}) | {
-    n for n in TABLE if n.startswith("SET ")
-}
+OLD_NAMES = frozenset(
+    {"FILENAME", "VECTORVEL", "VECTORACC", "RTCP OFF", "RTCP ON"}
+) | {n for n in TABLE if n.startswith("SET ")}
 LONGEST = max(len(name.split()) for name in TABLE)

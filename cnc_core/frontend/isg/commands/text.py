@@ -22,16 +22,33 @@ class TextCommands(CommandBase):
     def _error(self) -> Run:
         """``#ERROR [ID=.. RC=0|2|7 MID=.. PV1..5 PM1..5]``: 0 warns, 2 and 7 stop."""
         known = {"ID": True, "RC": True, "MID": True}
-        known |= {f"{letters}{i}": True for letters in ("PV", "PM") for i in range(1, 6)}
+        known |= {
+            f"{letters}{i}": True
+            for letters in ("PV", "PM")
+            for i in range(1, 6)
+        }
         keys = self._keys(known)
         number = self._whole(keys.get("ID") or (lambda: 1.0), "ID", 1, 1000)
         reaction = self._whole(keys.get("RC") or (lambda: 2.0), "RC", 0, 7)
-        others = {name: value for name, value in keys.items() if name not in ("ID", "RC") and value is not None}
+        others = {
+            name: value
+            for name, value in keys.items()
+            if name not in ("ID", "RC") and value is not None
+        }
 
         def run() -> Items:
-            text = "".join([f"#ERROR ID={number()}", *(f" {name}={_shown(v())}" for name, v in others.items())])
+            text = "".join(
+                [
+                    f"#ERROR ID={number()}",
+                    *(f" {name}={_shown(v())}" for name, v in others.items()),
+                ]
+            )
             if reaction() not in (0, 2, 7):
-                raise fail(900012, f"#ERROR: RC={reaction()} is not one of 0, 2, 7", self._start)
+                raise fail(
+                    900012,
+                    f"#ERROR: RC={reaction()} is not one of 0, 2, 7",
+                    self._start,
+                )
             if reaction():
                 raise fail(907050, text, self._start)
             self._context.warn(907050, text, self._start)
@@ -44,7 +61,11 @@ class TextCommands(CommandBase):
         stream, offset = self._stream, self._stream.current.offset
         opened = self._formulas.open()
         if stream.current.kind is not Kind.STRING:
-            raise fail(900010, f"expected a quoted text, found {stream.describe()}", stream.current.offset)
+            raise fail(
+                900010,
+                f"expected a quoted text, found {stream.describe()}",
+                stream.current.offset,
+            )
         text = self._formulas.expression()
         values = []
         while stream.accept(","):
@@ -65,7 +86,9 @@ class TextCommands(CommandBase):
         while stream.current.kind is Kind.NAME:
             words.append(stream.next().text.upper())
         bracket = re.compile(r"\[\s*([A-Za-z_]+)\s*\]")
-        while stream.is_op("[") and (found := bracket.match(stream.text, stream.current.offset)):
+        while stream.is_op("[") and (
+            found := bracket.match(stream.text, stream.current.offset)
+        ):
             words.append(found[1].upper())
             stream.skip_to(found.end())
         text = self._text()
@@ -78,7 +101,9 @@ class TextCommands(CommandBase):
         return run
 
     def _msg_save(self) -> Run:
-        """``#MSG SAVE [EXCLUSIVE] [CONTINUE] ["text", a]``: one line more in the message file."""
+        """``#MSG SAVE [EXCLUSIVE] [CONTINUE] ["text", a]``: one line more in
+        the message file.
+        """
         stream, words = self._stream, []
         while word := stream.accept_name("EXCLUSIVE", "CONTINUE"):
             words.append(word.text.upper())
@@ -88,7 +113,10 @@ class TextCommands(CommandBase):
             line = text()
             if "EXCLUSIVE" not in words:
                 line = f"{datetime.now():%Y-%m-%d %H:%M:%S} {line}"
-            port, name = self._context.port, self._context.programs.get("MSG", MESSAGE_FILE)
+            port, name = (
+                self._context.port,
+                self._context.programs.get("MSG", MESSAGE_FILE),
+            )
             port.append_file(name, line if "CONTINUE" in words else line + "\n")
             port.message(line)
             return []
@@ -115,7 +143,9 @@ class TextCommands(CommandBase):
                 name = value()
                 if not isinstance(name, str):
                     raise fail(907012, f"#FILE NAME: {ERRORS[907012]}", offset)
-                self._context.programs[key] = inside(name, offset) if key == "MSG" else name
+                self._context.programs[key] = (
+                    inside(name, offset) if key == "MSG" else name
+                )
             return []
 
         return run
@@ -123,9 +153,15 @@ class TextCommands(CommandBase):
     def _file_key(self) -> str:
         """MSG, M6, or G and a number."""
         stream, token = self._stream, self._stream.current
-        found = re.compile(r"MSG|M0?6(?!\d)|G\d+", re.I).match(stream.text, token.offset)
+        found = re.compile(r"MSG|M0?6(?!\d)|G\d+", re.I).match(
+            stream.text, token.offset
+        )
         if not found or token.kind is not Kind.NAME:
-            raise fail(900010, f"#FILE NAME: unknown key {stream.describe()}", token.offset)
+            raise fail(
+                900010,
+                f"#FILE NAME: unknown key {stream.describe()}",
+                token.offset,
+            )
         stream.skip_to(found.end())
         key = found[0].upper()
         return "M6" if key == "M06" else key
@@ -134,7 +170,13 @@ class TextCommands(CommandBase):
 def inside(name: str, offset: int) -> str:
     """A file name that stays in the folder of the run; an error for any other."""
     path = PurePosixPath(name.replace("\\", "/"))
-    if not name.strip() or path.is_absolute() or ".." in path.parts or ":" in name or "\0" in name:
+    if (
+        not name.strip()
+        or path.is_absolute()
+        or ".." in path.parts
+        or ":" in name
+        or "\0" in name
+    ):
         raise fail(907053, f"{name!r}: {ERRORS[907053]}", offset)
     return str(path)
 

@@ -25,18 +25,30 @@ class TimeCommands(CommandBase):
         def run() -> Items:
             value = seconds()
             if not 0 <= value <= DWELL_MAX_S:
-                raise fail(20752, f"#TIME: {value:g} s out of range 0..{DWELL_MAX_S:g} s", self._start)
+                raise fail(
+                    20752,
+                    f"#TIME: {value:g} s out of range 0..{DWELL_MAX_S:g} s",
+                    self._start,
+                )
             return [self._modal.row(DWELL, self._modal.n, value=value)]
 
         return run
 
     def _timer(self) -> Run:
-        """``START | STOP | READ | CLEAR [SYN ID=1]``; READ puts ms into V.G.TIMER[ID]."""
+        """``START | STOP | READ | CLEAR [SYN ID=1]``; READ puts ms into
+        V.G.TIMER[ID].
+        """
         stream = self._stream
         word = stream.accept_name("START", "STOP", "READ", "CLEAR")
         if not word:
-            raise fail(900010, f"#TIMER: expected START, STOP, READ or CLEAR, found {stream.describe()}", self._start)
-        keys = self._keys({"SYN": False, "ID": True}) if stream.is_op("[") else {}
+            raise fail(
+                900010,
+                f"#TIMER: expected START, STOP, READ or CLEAR, found {stream.describe()}",
+                self._start,
+            )
+        keys = (
+            self._keys({"SYN": False, "ID": True}) if stream.is_op("[") else {}
+        )
         timer = self._whole(keys.get("ID") or (lambda: 1.0), "ID", 0, 127)
         self._drain = "SYN" in keys
         act = {
@@ -52,7 +64,9 @@ class TimeCommands(CommandBase):
 
         return run
 
-    def _signal_keys(self, name: str) -> tuple[Callable[[], int], list[Formula]]:
+    def _signal_keys(
+        self, name: str
+    ) -> tuple[Callable[[], int], list[Formula]]:
         """``[SYN ID=.. P[1]=.. CH=.. AHEAD]``: the number, and the values of P[i]."""
         stream, values = self._stream, []
         number: Formula | None = None
@@ -71,7 +85,9 @@ class TimeCommands(CommandBase):
                 self._formulas.arguments()
                 values.append(self._key_value("P"))
             else:
-                raise fail(900010, f"#{name}: unexpected {token.text!r}", token.offset)
+                raise fail(
+                    900010, f"#{name}: unexpected {token.text!r}", token.offset
+                )
         self._formulas.close(opened)
         if len(values) > SIGNALS_MAX:
             raise fail(21549, ERRORS[21549], self._start)
@@ -95,7 +111,9 @@ class TimeCommands(CommandBase):
         return run
 
     def _wait(self) -> Run:
-        """``#WAIT [ID=..]`` uses up one signal; in one channel nobody else could send it."""
+        """``#WAIT [ID=..]`` uses up one signal; in one channel nobody else
+        could send it.
+        """
         number, _ = self._signal_keys("WAIT")
         signals = self._context.signals
 

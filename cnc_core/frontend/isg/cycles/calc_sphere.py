@@ -9,7 +9,12 @@ from cnc_core.frontend.isg.cycles.calculation import (
     points_of,
     whole_points,
 )
-from cnc_core.frontend.isg.cycles.declaration import Cycle, Given, Surroundings, Work
+from cnc_core.frontend.isg.cycles.declaration import (
+    Cycle,
+    Given,
+    Surroundings,
+    Work,
+)
 from cnc_core.geometry.shapes.fits import fit_sphere
 
 
@@ -17,7 +22,10 @@ def build(given: Given, around: Surroundings) -> Work:
     """Centre, radius, variance."""
     found = fitted(fit_sphere, points_of(given, 3))
     centre = by_axis("SysRetCenter", found.centre)
-    return Work(outputs=centre | {"SysRetRadius": found.radius, "SysRetVariance": found.variance})
+    return Work(
+        outputs=centre
+        | {"SysRetRadius": found.radius, "SysRetVariance": found.variance}
+    )
 
 
 CYCLE = Cycle(
@@ -26,5 +34,9 @@ CYCLE = Cycle(
     point_parameters("XYZ", 4),
     build,
     (whole_points("XYZ", 4),),
-    (*(f"SysRetCenter{axis}" for axis in "XYZ"), "SysRetRadius", "SysRetVariance"),
+    (
+        *(f"SysRetCenter{axis}" for axis in "XYZ"),
+        "SysRetRadius",
+        "SysRetVariance",
+    ),
 )

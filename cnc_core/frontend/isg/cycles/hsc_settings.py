@@ -1,4 +1,6 @@
-"""SysHscSettings: calls the manufacturer's subprogram of a machining state (``hscs.*`` of the channel)."""
+"""SysHscSettings: calls the manufacturer's subprogram of a machining state
+(``hscs.*`` of the channel).
+"""
 
 from __future__ import annotations
 
@@ -23,6 +25,16 @@ def build(given: Given, around: Surroundings) -> Work:
 CYCLE = Cycle(
     "SysHscSettings",
     "settings of the manufacturer for high-speed cutting",
-    (Parameter(1, "1 deselect, 2 rough, 3 medium, 4 fine", PLAIN, default=1.0, low=1, high=4, whole=True),),
+    (
+        Parameter(
+            1,
+            "1 deselect, 2 rough, 3 medium, 4 fine",
+            PLAIN,
+            default=1.0,
+            low=1,
+            high=4,
+            whole=True,
+        ),
+    ),
     build,
 )

@@ -15,7 +15,10 @@ MODAL_MOVE, MODAL_BLOCK = "MODAL_MOVE", "MODAL_BLOCK"
 
 @dataclass
 class ModalCycle:
-    """The active modal cycle.  It repeats behind blocks of the program level that it was called in."""
+    """The active modal cycle.
+
+    It repeats behind blocks of the program level that it was called in.
+    """
 
     call: Call | None = None
     level: Level | None = None
@@ -28,6 +31,10 @@ class ModalCycle:
 
     def behind(self, level: Level, *, motion: bool) -> Call | None:
         """The call that a block of ``level`` repeats."""
-        if self.call is None or self.level is not level or not (motion or self.call.modal == MODAL_BLOCK):
+        if (
+            self.call is None
+            or self.level is not level
+            or not (motion or self.call.modal == MODAL_BLOCK)
+        ):
             return None
         return self.call

@@ -1,7 +1,8 @@
 """Control statements executed: $IF, $SWITCH, loops, $GOTO, and the old #IF.
 
-A statement that sends the program elsewhere asks ``Flow`` for it.  Every open statement has a ``Frame`` in its
-program level.  Loops jump to their first line, which is read again and tests.
+A statement that sends the program elsewhere asks ``Flow`` for it.  Every open
+statement has a ``Frame`` in its program level.  Loops jump to their first line,
+which is read again and tests.
 """
 
 from __future__ import annotations
@@ -41,12 +42,18 @@ class Control:
     """Compiles and executes the control statements of one program."""
 
     def __init__(self, context: Context, searcher: Searcher) -> None:
-        self._context, self._flow, self._search = context, context.flow, searcher
+        self._context, self._flow, self._search = (
+            context,
+            context.flow,
+            searcher,
+        )
 
     # places
 
     def _branch(self, after: Mark, kind: str) -> Found:
-        """The next statement that belongs to the innermost open statement of this kind."""
+        """The next statement that belongs to the innermost open statement of
+        this kind.
+        """
         key = ("branch", after.position)
         known: Found | None = self._flow.file.places.get(key)
         if known is None:
@@ -56,9 +63,14 @@ class Control:
 
     def _find_branch(self, after: Mark, kind: str) -> Found:
         inner: list[str] = [kind]
-        search = self._search.statements if kind == "#IF" else self._search.skipped
+        search = (
+            self._search.statements if kind == "#IF" else self._search.skipped
+        )
         for found in search(after):
-            if len(inner) == 1 and kind in (closer_of(found.head), middle_of(found.head)):
+            if len(inner) == 1 and kind in (
+                closer_of(found.head),
+                middle_of(found.head),
+            ):
                 return found
             follow(inner, found)
         raise self._unclosed(kind)
@@ -82,7 +94,9 @@ class Control:
     def _unclosed(self, kind: str) -> CncError:
         """The error, at the innermost open statement of this kind if one is known."""
         error = unclosed(kind)
-        frame = next((each for each in reversed(self._nest) if each.kind == kind), None)
+        frame = next(
+            (each for each in reversed(self._nest) if each.kind == kind), None
+        )
         return self._at_head(error, frame.head) if frame else error
 
     # frames
@@ -94,7 +108,11 @@ class Control:
 
     def _push(self, frame: Frame, offset: int) -> Frame:
         if len(self._nest) >= NEST_MAX:
-            raise fail(20211, f"more than {NEST_MAX} control statements in each other", offset)
+            raise fail(
+                20211,
+                f"more than {NEST_MAX} control statements in each other",
+                offset,
+            )
         self._nest.append(frame)
         return frame
 
@@ -117,7 +135,9 @@ class Control:
             raise error
 
     def check_closing(self) -> None:
-        """A program level ends inside of its statements: every one has to be closed further down all the same."""
+        """A program level ends inside of its statements: every one has to be
+        closed further down all the same.
+        """
         if not self._nest:
             return
         behind, nest = self._behind(), list(self._nest)
@@ -128,7 +148,14 @@ class Control:
                 if frame.kind == "#IF":
                     self._branch(behind, "#IF")
                 else:
-                    self._end(behind, [each.kind for each in nest[depth:] if each.kind != "#IF"])
+                    self._end(
+                        behind,
+                        [
+                            each.kind
+                            for each in nest[depth:]
+                            if each.kind != "#IF"
+                        ],
+                    )
             except CncError as error:
                 raise self._at_head(error, frame.head) from None
 
@@ -146,7 +173,13 @@ class Control:
 
     # statements
 
-    def if_(self, test: Callable[[], bool], mark: Mark, offset: int, kind: str = "IF") -> Run:
+    def if_(
+        self,
+        test: Callable[[], bool],
+        mark: Mark,
+        offset: int,
+        kind: str = "IF",
+    ) -> Run:
         def run() -> None:
             frame = self._push(Frame(kind, mark), offset)
             frame.taken = test()
@@ -173,7 +206,9 @@ class Control:
 
     def else_(self, kind: str, offset: int) -> Run:
         def run() -> None:
-            frame = self._top(kind, "#ELSE" if kind == "#IF" else "$ELSE", offset)
+            frame = self._top(
+                kind, "#ELSE" if kind == "#IF" else "$ELSE", offset
+            )
             self._not_last(frame, "$ELSE", offset)
             frame.last = True
             if frame.taken:
@@ -184,7 +219,11 @@ class Control:
 
     def _not_last(self, frame: Frame, word: str, offset: int) -> None:
         if frame.last:
-            raise fail(20590 if frame.kind == "#IF" else 907020, f"{word} behind $ELSE", offset)
+            raise fail(
+                20590 if frame.kind == "#IF" else 907020,
+                f"{word} behind $ELSE",
+                offset,
+            )
 
     def endif(self, kind: str, offset: int) -> Run:
         def run() -> None:
@@ -232,12 +271,23 @@ class Control:
 
         return run
 
-    def for_(self, load: Formula, store: Setter, bounds: list[Callable[[], float]], mark: Mark, offset: int) -> Run:
+    def for_(
+        self,
+        load: Formula,
+        store: Setter,
+        bounds: list[Callable[[], float]],
+        mark: Mark,
+        offset: int,
+    ) -> Run:
         def run() -> None:
             frame = self._again("FOR", mark)
             if frame is None:
                 frame = self._push(Frame("FOR", mark, once=True), offset)
-                first, frame.end, frame.step = bounds[0](), bounds[1](), bounds[2]()
+                first, frame.end, frame.step = (
+                    bounds[0](),
+                    bounds[1](),
+                    bounds[2](),
+                )
                 frame.once = False
                 if frame.step == 0:
                     self._context.warn(907026, ERRORS[907026], offset)
@@ -245,7 +295,9 @@ class Control:
             else:
                 store(_number(load(), offset) + frame.step)
             value = _number(load(), offset)
-            if (frame.step > 0 and value > frame.end) or (frame.step < 0 and value < frame.end):
+            if (frame.step > 0 and value > frame.end) or (
+                frame.step < 0 and value < frame.end
+            ):
                 self._leave_loop()
 
         return run
@@ -297,7 +349,11 @@ class Control:
     def _again(self, kind: str, mark: Mark) -> Frame | None:
         """The frame of the loop whose first line is read again."""
         frame = self._nest[-1] if self._nest else None
-        return frame if frame is not None and frame.kind == kind and frame.head == mark else None
+        return (
+            frame
+            if frame is not None and frame.kind == kind and frame.head == mark
+            else None
+        )
 
     def _leave_loop(self) -> None:
         frame = self._nest.pop()
@@ -306,7 +362,9 @@ class Control:
     def break_(self, offset: int) -> Run:
         def run() -> None:
             place = self._innermost((*LOOPS, "SWITCH"), "$BREAK", offset)
-            end = self._end(self._behind(), [frame.kind for frame in self._nest[place:]])
+            end = self._end(
+                self._behind(), [frame.kind for frame in self._nest[place:]]
+            )
             del self._nest[place:]
             self._flow.skip(end.after)
 
@@ -317,7 +375,9 @@ class Control:
             place = self._innermost(LOOPS, "$CONTINUE", offset)
             frame = self._nest[place]
             if frame.kind == "REPEAT":
-                end = self._end(self._behind(), [frame.kind for frame in self._nest[place:]])
+                end = self._end(
+                    self._behind(), [frame.kind for frame in self._nest[place:]]
+                )
                 self._flow.skip(end.before)
             else:
                 self._flow.jump(frame.head)
@@ -339,7 +399,13 @@ class Control:
 
     # jumps
 
-    def goto(self, n: Callable[[], float] | None, label: str, test: Callable[[], bool] | None, offset: int) -> Run:
+    def goto(
+        self,
+        n: Callable[[], float] | None,
+        label: str,
+        test: Callable[[], bool] | None,
+        offset: int,
+    ) -> Run:
         def run() -> None:
             if test is None or test():
                 self._jump(label if n is None else round(n()), offset)
@@ -348,26 +414,43 @@ class Control:
 
     def _jump(self, target: str | int, offset: int) -> None:
         behind = self._behind()
-        key = ("label", target, behind.position, tuple(frame.head for frame in self._nest))
+        key = (
+            "label",
+            target,
+            behind.position,
+            tuple(frame.head for frame in self._nest),
+        )
         known = self._flow.file.places.get(key)
         if known is None:
             known = self._find_label(target, behind, offset)
             self._flow.file.keep_place(key, known)
         mark, nest = known
         by_head = {frame.head: frame for frame in self._nest}
-        self._flow.level.nest[:] = [by_head.get(head, Frame(kind, head)) for kind, head in nest]
+        self._flow.level.nest[:] = [
+            by_head.get(head, Frame(kind, head)) for kind, head in nest
+        ]
         self._flow.jump(mark)
 
-    def _find_label(self, target: str | int, behind: Mark, offset: int) -> tuple[Mark, list[tuple[str, Mark]]]:
-        """Further down first, then from the beginning of the level; the statements that are open there."""
+    def _find_label(
+        self, target: str | int, behind: Mark, offset: int
+    ) -> tuple[Mark, list[tuple[str, Mark]]]:
+        """Further down first, then from the beginning of the level; the
+        statements that are open there.
+        """
         open_here = [(frame.kind, frame.head) for frame in self._nest]
         ahead = self._targets(target, behind, list(open_here), 1)
         found = ahead or self._targets(target, self._flow.level.start, [], 2)
         name = f"N{target}" if isinstance(target, int) else f"[{target}]"
         if not found:
-            raise fail(907023, f"jump target {name} is not in this program", offset)
+            raise fail(
+                907023, f"jump target {name} is not in this program", offset
+            )
         if len(found) > 1:
-            self._context.warn(907025, f"{name}: {ERRORS[907025]}, the first one is taken", offset)
+            self._context.warn(
+                907025,
+                f"{name}: {ERRORS[907025]}, the first one is taken",
+                offset,
+            )
         mark, nest = found[0]
         for kind, head in nest:
             if (kind, head) not in open_here and kind in (*LOOPS, "SWITCH"):
@@ -375,12 +458,20 @@ class Control:
         return mark, nest
 
     def _targets(
-        self, target: str | int, begin: Mark, nest: list[tuple[str, Mark]], most: int
+        self,
+        target: str | int,
+        begin: Mark,
+        nest: list[tuple[str, Mark]],
+        most: int,
     ) -> list[tuple[Mark, list[tuple[str, Mark]]]]:
         found: list[tuple[Mark, list[tuple[str, Mark]]]] = []
         for statement in self._search.statements(begin, label_pattern(target)):
             head = statement.head
-            if (head.n == target) if isinstance(target, int) else (head.label == target):
+            if (
+                (head.n == target)
+                if isinstance(target, int)
+                else (head.label == target)
+            ):
                 found.append((statement.before, list(nest)))
                 if len(found) >= most:
                     break
@@ -414,7 +505,9 @@ class Control:
                 line += source.hop(COMMENTS)
                 block = read_block(source, line)
                 if block is None:
-                    raise fail(20569, "#COMMENT BEGIN without #COMMENT END", offset)
+                    raise fail(
+                        20569, "#COMMENT BEGIN without #COMMENT END", offset
+                    )
                 line += block.lines_read
                 depth = comment_depth(head_of(block.text), depth)
                 if depth == 0:

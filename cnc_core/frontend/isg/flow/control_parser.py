@@ -1,4 +1,6 @@
-"""Control statements compiled: their operands, then the run that ``Control`` makes of them."""
+"""Control statements compiled: their operands, then the run that ``Control``
+makes of them.
+"""
 
 from __future__ import annotations
 
@@ -18,8 +20,12 @@ TRUE_FROM = 0.5  # $IF, $WHILE, $UNTIL
 WORDS = frozenset({*OPENERS, *CLOSERS, *MIDDLES, "BREAK", "CONTINUE", "GOTO"})
 
 
-def parse(control: Control, stream: TokenStream, formulas: Formulas, mark: Mark) -> Run:
-    """The statement at the stream, which stands behind ``$``; ``mark``: where its block begins."""
+def parse(
+    control: Control, stream: TokenStream, formulas: Formulas, mark: Mark
+) -> Run:
+    """The statement at the stream, which stands behind ``$``; ``mark``: where
+    its block begins.
+    """
     token = stream.current
     word = token.text.upper() if token.kind is Kind.NAME else ""
     if word not in WORDS:
@@ -29,20 +35,34 @@ def parse(control: Control, stream: TokenStream, formulas: Formulas, mark: Mark)
     parser = _Parser(control, stream, formulas, mark, token.offset)
     run = getattr(parser, "_" + word.lower())()
     if not stream.at_end:
-        raise fail(900010, f"unexpected {stream.current.text!r} behind ${word}", stream.current.offset)
+        raise fail(
+            900010,
+            f"unexpected {stream.current.text!r} behind ${word}",
+            stream.current.offset,
+        )
     return run  # type: ignore[no-any-return]
 
 
-def parse_old(control: Control, stream: TokenStream, formulas: Formulas, mark: Mark) -> Run:
+def parse_old(
+    control: Control, stream: TokenStream, formulas: Formulas, mark: Mark
+) -> Run:
     """#IF, #ELSE, #ENDIF; the stream stands at the word."""
     token = stream.next()
     word, offset = token.text.upper(), token.offset
     if word == "IF":
         run = control.if_(_truth(formulas, offset), mark, offset, "#IF")
     else:
-        run = control.else_("#IF", offset) if word == "ELSE" else control.endif("#IF", offset)
+        run = (
+            control.else_("#IF", offset)
+            if word == "ELSE"
+            else control.endif("#IF", offset)
+        )
     if not stream.at_end:
-        raise fail(900010, f"unexpected {stream.current.text!r} behind #{word}", stream.current.offset)
+        raise fail(
+            900010,
+            f"unexpected {stream.current.text!r} behind #{word}",
+            stream.current.offset,
+        )
     return run
 
 
@@ -61,7 +81,14 @@ def _truth(formulas: Formulas, offset: int) -> Callable[[], bool]:
 class _Parser:
     """One statement: its operands, then the run that ``Control`` makes of them."""
 
-    def __init__(self, control: Control, stream: TokenStream, formulas: Formulas, mark: Mark, offset: int) -> None:
+    def __init__(
+        self,
+        control: Control,
+        stream: TokenStream,
+        formulas: Formulas,
+        mark: Mark,
+        offset: int,
+    ) -> None:
         self._control, self._stream, self._formulas = control, stream, formulas
         self._mark, self._offset = mark, offset
 
@@ -74,7 +101,11 @@ class _Parser:
             return self._control.if_(test, self._mark, self._offset)
         self._stream.next()
         if not self._stream.accept_name("GOTO"):
-            raise fail(900010, "only $GOTO may follow a condition", self._stream.current.offset)
+            raise fail(
+                900010,
+                "only $GOTO may follow a condition",
+                self._stream.current.offset,
+            )
         return self._goto(test)
 
     def _elseif(self) -> Run:
@@ -92,12 +123,16 @@ class _Parser:
         """``$SWITCH e`` or ``$SWITCH P1=e``, which assigns first."""
         stream, formulas = self._stream, self._formulas
         if not formulas.is_variable():
-            return self._control.switch(formulas.expression(), self._mark, self._offset)
+            return self._control.switch(
+                formulas.expression(), self._mark, self._offset
+            )
         start = stream.place
         target = formulas.reference()
         if not stream.accept("="):
             stream.go_to(start)
-            return self._control.switch(formulas.expression(), self._mark, self._offset)
+            return self._control.switch(
+                formulas.expression(), self._mark, self._offset
+            )
         value, store = formulas.expression(), target.store
         assert store is not None
 
@@ -120,7 +155,11 @@ class _Parser:
     def _for(self) -> Run:
         stream, formulas = self._stream, self._formulas
         if not formulas.is_variable():
-            raise fail(900010, f"$FOR: expected a variable, found {stream.describe()}", stream.current.offset)
+            raise fail(
+                900010,
+                f"$FOR: expected a variable, found {stream.describe()}",
+                stream.current.offset,
+            )
         target = formulas.reference()
         stream.expect("=", 900010)
         bounds = [formulas.number("$FOR", self._offset)]
@@ -129,9 +168,15 @@ class _Parser:
         if len(bounds) == 2:
             bounds.append(lambda: 1.0)
         if len(bounds) != 3:
-            raise fail(900010, "$FOR takes a first value, a last value and a step", self._offset)
+            raise fail(
+                900010,
+                "$FOR takes a first value, a last value and a step",
+                self._offset,
+            )
         assert target.store is not None
-        return self._control.for_(target.load, target.store, bounds, self._mark, self._offset)
+        return self._control.for_(
+            target.load, target.store, bounds, self._mark, self._offset
+        )
 
     def _while(self) -> Run:
         return self._control.while_(self._test(), self._mark, self._offset)
@@ -174,4 +219,8 @@ class _Parser:
             number = number_of(self._formulas.expression(), "N", offset)
             stream.accept(":")
             return self._control.goto(number, "", test, offset)
-        raise fail(900010, f"$GOTO: expected N or [label], found {stream.describe()}", offset)
+        raise fail(
+            900010,
+            f"$GOTO: expected N or [label], found {stream.describe()}",
+            offset,
+        )

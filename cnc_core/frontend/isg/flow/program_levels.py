@@ -6,7 +6,11 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, read_block
+from cnc_core.frontend.base.block_text import (
+    BlockText,
+    PhysicalLine,
+    read_block,
+)
 from cnc_core.frontend.base.flow import Level, Mark
 from cnc_core.frontend.base.lexer import TokenStream, fail
 from cnc_core.frontend.base.reader import BlockReader
@@ -49,12 +53,20 @@ class ProgramLevels(BlockReader):
 
     def _warn_at(self, code: int, text: str, offset: int) -> None:
         block = self.block_now
-        self._warn(code, text, block.place(offset) if block is not None else Place(str(self.flow.file.path)))
+        self._warn(
+            code,
+            text,
+            block.place(offset)
+            if block is not None
+            else Place(str(self.flow.file.path)),
+        )
 
     # % lines
 
     def _program_line(self, stream: TokenStream) -> Run:
-        """``%NAME`` opens the main program of a file, ``%L NAME`` a local subprogram; any other ends the level."""
+        """``%NAME`` opens the main program of a file, ``%L NAME`` a local
+        subprogram; any other ends the level.
+        """
         offset, mark = stream.next().offset, self.mark
         name = stream.text[offset + 1 :].strip()
 
@@ -68,7 +80,11 @@ class ProgramLevels(BlockReader):
                 self._skip_local(name)
                 return ()
             if len(name) > NAME_CHARACTERS:
-                raise fail(900012, f"program name longer than {NAME_CHARACTERS} characters", offset)
+                raise fail(
+                    900012,
+                    f"program name longer than {NAME_CHARACTERS} characters",
+                    offset,
+                )
             data.named = True
             self.flow.level.start = mark
             self.flow.level.name = name
@@ -86,9 +102,17 @@ class ProgramLevels(BlockReader):
         data = self._data
         if local is None and not data.local:
             if not data.named:
-                raise fail(900017, f"%{name}: a command stands before the first program definition", offset)
+                raise fail(
+                    900017,
+                    f"%{name}: a command stands before the first program definition",
+                    offset,
+                )
             if self.context.lenient:
-                self._warn_at(907040, f"%{name} inside the program is taken as a comment", offset)
+                self._warn_at(
+                    907040,
+                    f"%{name} inside the program is taken as a comment",
+                    offset,
+                )
                 return ()
             self._warn_at(900020, f"the main program ends at %{name}", offset)
         self._check_nesting(self.control.check_closed)
@@ -105,7 +129,11 @@ class ProgramLevels(BlockReader):
             block = read_block(source, line)
             if block is None:
                 source.seek(before)
-                raise fail(907033, f"%{name} is the last program of the file, and there is no main program", 0)
+                raise fail(
+                    907033,
+                    f"%{name} is the last program of the file, and there is no main program",
+                    0,
+                )
             line += block.lines_read
             if head_of(block.text).sign == "%":
                 source.seek(before)
@@ -117,8 +145,16 @@ class ProgramLevels(BlockReader):
     def _call(self, call: Call, rows: list[Row]) -> None:
         modal = self.context.modal_cycle
         try:
-            if call.arguments is not None and modal.call not in (None, call) and not self._in_cycle():
-                raise fail(21381, f"{ERRORS[21381]}: end it with #DISABLE MODAL CYCLE", call.offset)
+            if (
+                call.arguments is not None
+                and modal.call not in (None, call)
+                and not self._in_cycle()
+            ):
+                raise fail(
+                    21381,
+                    f"{ERRORS[21381]}: end it with #DISABLE MODAL CYCLE",
+                    call.offset,
+                )
             level = self._finder.level(call)
             if level is not None:
                 self.flow.call(level)
@@ -133,8 +169,17 @@ class ProgramLevels(BlockReader):
     def _in_cycle(self) -> bool:
         """A cycle is being executed above the level of the modal cycle."""
         levels = self.flow.levels
-        first = next((i for i, level in enumerate(levels) if level is self.context.modal_cycle.level), 0)
-        return any(level.user.arguments is not None for level in levels[first + 1 :])
+        first = next(
+            (
+                i
+                for i, level in enumerate(levels)
+                if level is self.context.modal_cycle.level
+            ),
+            0,
+        )
+        return any(
+            level.user.arguments is not None for level in levels[first + 1 :]
+        )
 
     def _move(self) -> None:
         """Scopes follow the program levels."""
@@ -152,7 +197,11 @@ class ProgramLevels(BlockReader):
                 mode, modal, contouring = left.user.saved
                 self.context.executor.feeds.choose(mode)
                 self.modal.restore(modal)
-                self._queue.extend(self.context.executor.contouring.switch(contouring, self.modal.n))
+                self._queue.extend(
+                    self.context.executor.contouring.switch(
+                        contouring, self.modal.n
+                    )
+                )
 
     def _level_end(self) -> None:
         """M17, M29."""
@@ -164,12 +213,18 @@ class ProgramLevels(BlockReader):
     def _program_end(self) -> None:
         """M02, M30."""
         if len(self.flow.levels) > 1:
-            self._warn_at(907032, "M02 or M30 inside a subprogram ends the whole program", 0)
+            self._warn_at(
+                907032,
+                "M02 or M30 inside a subprogram ends the whole program",
+                0,
+            )
         self._end()
 
     def _end(self) -> None:
         """The program is over."""
-        if not self._ended and (why := self.context.executor.contouring.at_end()):
+        if not self._ended and (
+            why := self.context.executor.contouring.at_end()
+        ):
             self._warn_at(120206, why, 0)
         self._ended = True
         if self._collect and len(self.flow.levels) == 1:
@@ -195,7 +250,9 @@ class ProgramLevels(BlockReader):
             check()
         except CncError as error:
             last = PhysicalLine(0, max(1, self.modal.line), "")
-            self._error(error, BlockText(str(self.flow.file.path), lines=[last]))
+            self._error(
+                error, BlockText(str(self.flow.file.path), lines=[last])
+            )
 
     def _level_ended(self) -> None:
         """The end of the file, or of its part."""

@@ -22,9 +22,13 @@ Run = Callable[[], None]
 
 
 class DeclarationParser:
-    """Compiles ``V.L.A : REAL64 = 5``, ``P10[3] = [1, 2, 3]``; the type is REAL64 or follows from the value."""
+    """Compiles ``V.L.A : REAL64 = 5``, ``P10[3] = [1, 2, 3]``; the type is
+    REAL64 or follows from the value.
+    """
 
-    def __init__(self, stream: TokenStream, formulas: Formulas, store: Store) -> None:
+    def __init__(
+        self, stream: TokenStream, formulas: Formulas, store: Store
+    ) -> None:
         self._stream, self._formulas, self._store = stream, formulas, store
 
     def parse(self) -> list[Run]:
@@ -38,17 +42,27 @@ class DeclarationParser:
     def _one(self) -> Run:
         stream, token = self._stream, self._stream.next()
         family, name = self._name(token.text, token.kind, token.offset)
-        title, offset, sizes = f"V.{family}.{name}" if family else f"P{name}", token.offset, []
+        title, offset, sizes = (
+            f"V.{family}.{name}" if family else f"P{name}",
+            token.offset,
+            [],
+        )
         while stream.is_op("["):
             sizes += self._formulas.arguments()
         kind = self._type() if stream.accept(":") else None
         values = self._values(bool(sizes)) if stream.accept("=") else []
 
         def run() -> None:
-            dimensions = check_dimensions(title, [size() for size in sizes], offset)
+            dimensions = check_dimensions(
+                title, [size() for size in sizes], offset
+            )
             given = [value() for value in values]
             text = bool(given) and isinstance(given[0], str)
-            variable = Variable(title, kind or (text_type(TEXT_MAX) if text else REAL64), dimensions)
+            variable = Variable(
+                title,
+                kind or (text_type(TEXT_MAX) if text else REAL64),
+                dimensions,
+            )
             variable.fill(given, offset)
             self._store.declare(family, name, variable, offset)
 
@@ -69,7 +83,9 @@ class DeclarationParser:
 
     def _type(self) -> DataType:
         stream, token = self._stream, self._stream.next()
-        digits = stream.next().text if stream.current.kind is Kind.NUMBER else ""
+        digits = (
+            stream.next().text if stream.current.kind is Kind.NUMBER else ""
+        )
         name = (token.text + digits).upper()
         if name in TYPES:
             return TYPES[name]
@@ -79,8 +95,16 @@ class DeclarationParser:
         if stream.is_op("["):
             sizes = self._formulas.arguments()
             value = sizes[0]()
-            if len(sizes) != 1 or isinstance(value, str) or not 0 <= value <= TEXT_MAX:
-                raise fail(900012, f"STRING[n]: n out of range 0..{TEXT_MAX}", token.offset)
+            if (
+                len(sizes) != 1
+                or isinstance(value, str)
+                or not 0 <= value <= TEXT_MAX
+            ):
+                raise fail(
+                    900012,
+                    f"STRING[n]: n out of range 0..{TEXT_MAX}",
+                    token.offset,
+                )
             length = int(value)
         return text_type(length)
 

@@ -6,7 +6,12 @@ import re
 from collections.abc import Callable
 
 from cnc_core.frontend.base.expression import round_half_away
-from cnc_core.frontend.base.formula import Constant, Formula, FormulaParser, number_of
+from cnc_core.frontend.base.formula import (
+    Constant,
+    Formula,
+    FormulaParser,
+    number_of,
+)
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.variables import Value, Variable
 from cnc_core.frontend.machine import ProgramMachine
@@ -22,10 +27,18 @@ SYSTEM = ("G", "A")
 
 
 class Formulas(FormulaParser):
-    """Compiles the expressions of one block.  ``drain``: one of them reads what the channel has to drain for."""
+    """Compiles the expressions of one block.
+
+    ``drain``: one of them reads what the channel has to drain for.
+    """
 
     def __init__(
-        self, stream: TokenStream, store: Store, system: System, machine: ProgramMachine, lenient: bool
+        self,
+        stream: TokenStream,
+        store: Store,
+        system: System,
+        machine: ProgramMachine,
+        lenient: bool,
     ) -> None:
         super().__init__(stream)
         self._store, self._system, self._machine = store, system, machine
@@ -49,7 +62,11 @@ class Formulas(FormulaParser):
         letters = token.text
         if letters[0] not in "pP" or letters.strip("pP"):
             return False
-        return after.kind is Kind.NUMBER or after.kind is Kind.VARIABLE or after.text == "["
+        return (
+            after.kind is Kind.NUMBER
+            or after.kind is Kind.VARIABLE
+            or after.text == "["
+        )
 
     def variable(self) -> Formula:
         return self.reference().load
@@ -76,17 +93,30 @@ class Formulas(FormulaParser):
             found = MEMBERS.match(stream.text, stream.current.offset)
             if found:
                 stream.skip_to(found.end())
-                names += ["".join(part.split()).upper() for part in found[0].split(".")[1:]]
+                names += [
+                    "".join(part.split()).upper()
+                    for part in found[0].split(".")[1:]
+                ]
                 indices += self._indices()
         if not names:
-            raise fail(900004, f"{token.text} is no variable: a name is missing", token.offset)
+            raise fail(
+                900004,
+                f"{token.text} is no variable: a name is missing",
+                token.offset,
+            )
         if family in OWN:
-            return self._store.reference(family, ".".join(names), indices, token.offset)
+            return self._store.reference(
+                family, ".".join(names), indices, token.offset
+            )
         if family == "E":
             return self._store.external(".".join(names), indices, token.offset)
         if family in SYSTEM:
             return self._system.reference(family, names, indices, token.offset)
-        raise fail(900003, f"variable {token.text.upper()} is not supported", token.offset)
+        raise fail(
+            900003,
+            f"variable {token.text.upper()} is not supported",
+            token.offset,
+        )
 
     def _indices(self) -> list[Formula]:
         """``[a][b]`` or ``[a, b]``."""
@@ -101,7 +131,10 @@ class Formulas(FormulaParser):
         indices: list[Formula] = []
         if not isinstance(number, Constant):
             pass
-        elif stream.is_op("[") and not stream.text[stream.current.offset - 1].isspace():
+        elif (
+            stream.is_op("[")
+            and not stream.text[stream.current.offset - 1].isspace()
+        ):
             indices = self._indices()
         for _ in token.text[1:]:  # PP1: the parameter whose number is in P1
             number = self._store.parameter(number, (), token.offset).load
@@ -119,13 +152,21 @@ class Formulas(FormulaParser):
             return self._named().load
         token = stream.next()
         if not token.text.isdigit():
-            raise fail(900004, f"P{token.text}: the number of a parameter is a whole one", offset)
+            raise fail(
+                900004,
+                f"P{token.text}: the number of a parameter is a whole one",
+                offset,
+            )
         return Constant(float(token.text))
 
     def _argument(self) -> Reference:
         stream, offset = self._stream, self._stream.next().offset
         if not stream.is_name("P"):
-            raise fail(900003, f"@{stream.current.text.upper()} is not supported", offset)
+            raise fail(
+                900003,
+                f"@{stream.current.text.upper()} is not supported",
+                offset,
+            )
         stream.next()
         return self._store.argument(self._parameter_number(offset), offset)
 
@@ -146,19 +187,28 @@ class Formulas(FormulaParser):
             known = int(float(stream.next().text)) in self._machine.m_functions
             self.close(opened)
             return Constant(float(known))
-        if stream.current.kind is Kind.VARIABLE and stream.current.text[:4].upper() == "V.E.":
+        if (
+            stream.current.kind is Kind.VARIABLE
+            and stream.current.text[:4].upper() == "V.E."
+        ):
             name = stream.next().text[4:].upper()
             self._indices()
             self.close(opened)
             return lambda: float(self._store.has_external(name))
         if not self.is_variable():
-            raise fail(900004, f"EXIST: expected a variable, found {stream.describe()}", offset)
+            raise fail(
+                900004,
+                f"EXIST: expected a variable, found {stream.describe()}",
+                offset,
+            )
         exists = self.reference().exists
         self.close(opened)
         return lambda: float(exists())
 
     def _sizeof(self, offset: int) -> Formula:
-        """Elements of an array's dimension, the first one if none is named; 1 for a single value."""
+        """Elements of an array's dimension, the first one if none is named; 1
+        for a single value.
+        """
         stream, opened = self._stream, self.open()
         find = self._variable_itself(offset)
         dimension: Formula = Constant(1.0)
@@ -171,25 +221,40 @@ class Formulas(FormulaParser):
             sizes = find().dimensions or (1,)
             place = round_half_away(number())
             if not 1 <= place <= len(sizes):
-                raise fail(900012, f"SIZEOF: dimension {place} out of range 1..{len(sizes)}", offset)
+                raise fail(
+                    900012,
+                    f"SIZEOF: dimension {place} out of range 1..{len(sizes)}",
+                    offset,
+                )
             return float(sizes[place - 1])
 
         return size
 
     def _variable_itself(self, offset: int) -> Callable[[], Variable]:
         stream, token = self._stream, self._stream.current
-        if token.kind is Kind.VARIABLE and token.text.upper().split(".")[1] in OWN:
+        if (
+            token.kind is Kind.VARIABLE
+            and token.text.upper().split(".")[1] in OWN
+        ):
             _, family, *names = stream.next().text.upper().split(".")
             scope, name = self._store.scope_of(family), ".".join(names)
             return lambda: self._declared(scope.get(name), token.text, offset)
         if stream.is_name("P") and stream.following.kind is Kind.NUMBER:
             stream.next()
             number = int(float(stream.next().text))
-            return lambda: self._declared(self._store.arrays.get(number), f"P{number}", offset)
-        raise fail(900004, f"SIZEOF: expected a variable, found {stream.describe()}", offset)
+            return lambda: self._declared(
+                self._store.arrays.get(number), f"P{number}", offset
+            )
+        raise fail(
+            900004,
+            f"SIZEOF: expected a variable, found {stream.describe()}",
+            offset,
+        )
 
     @staticmethod
-    def _declared(variable: Variable | None, name: str, offset: int) -> Variable:
+    def _declared(
+        variable: Variable | None, name: str, offset: int
+    ) -> Variable:
         if variable is None:
             raise fail(907010, f"{name} is not declared", offset)
         return variable

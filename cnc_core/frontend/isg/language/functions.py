@@ -1,6 +1,8 @@
-"""Functions of the dialect's expressions beyond the numeric ones: texts and conversions.
+"""Functions of the dialect's expressions beyond the numeric ones: texts and
+conversions.
 
-Positions in texts count from 1.  ``MID[s, count, pos]`` and ``DELETE[s, count, pos]`` take the count first.
+Positions in texts count from 1.  ``MID[s, count, pos]`` and ``DELETE[s, count,
+pos]`` take the count first.
 """
 
 from __future__ import annotations
@@ -78,13 +80,19 @@ def _insert(text: object, other: object, pos: object) -> str:
     """``other`` behind the character at ``pos``; 0 is in front of all."""
     place = _whole(pos)
     if not 0 <= place <= len(_text(text)):
-        raise CncError(RANGE, f"position {place} out of range 0..{len(_text(text))}")
+        raise CncError(
+            RANGE, f"position {place} out of range 0..{len(_text(text))}"
+        )
     return _limited(_text(text)[:place] + _text(other) + _text(text)[place:])
 
 
 def _replace(text: object, other: object, count: object, pos: object) -> str:
     place = _place(_text(text), pos)
-    return _limited(_text(text)[:place] + _text(other) + _text(text)[place + _count(count) :])
+    return _limited(
+        _text(text)[:place]
+        + _text(other)
+        + _text(text)[place + _count(count) :]
+    )
 
 
 def _integer_text(value: object) -> str:

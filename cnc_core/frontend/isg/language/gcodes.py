@@ -1,4 +1,6 @@
-"""The G functions of the dialect: groups, what they do to the motion words, what is accepted and what is refused."""
+"""The G functions of the dialect: groups, what they do to the motion words,
+what is accepted and what is refused.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +8,8 @@ from collections.abc import Callable
 
 from cnc_core.frontend.base.scanner import MotionWords
 
-# (group, error for two of the group in one block, codes); the manual's numbers, 900011 where it has none
+# (group, error for two of the group in one block, codes); the manual's numbers,
+# 900011 where it has none
 GROUPS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
     ("motion", 20108, (0, 1, 2, 3, 4, 33, 63, 74, 301, 302, 303, 331, 332)),
     ("plane", 20108, (17, 18, 19)),
@@ -34,7 +37,9 @@ GROUPS: tuple[tuple[str, int, tuple[int, ...]], ...] = (
     ("block transition", 900011, (8, 9, 900, 901)),
     ("feed of radius compensation", 900011, (10, 11)),
 )
-GROUP_OF: dict[int, tuple[str, int]] = {code: (name, error) for name, error, codes in GROUPS for code in codes}
+GROUP_OF: dict[int, tuple[str, int]] = {
+    code: (name, error) for name, error, codes in GROUPS for code in codes
+}
 
 # Calls of subprograms: of the configuration or of #FILE NAME.
 USER_CODES = frozenset({*range(80, 90), *range(800, 840)})
@@ -95,16 +100,22 @@ CORNERS = frozenset({301, 302})
 SPINDLE = frozenset({96, 97, 196, 166})
 SOFT_LIMITS = (98, 99)
 EXECUTED = OFFSETS | DIAMETER | DYNAMICS | CONTOURING | CORNERS
-EXECUTED |= SPINDLE | frozenset({*SOFT_LIMITS, *MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351})
+EXECUTED |= SPINDLE | frozenset(
+    {*SOFT_LIMITS, *MIRRORS, *FEED_MODES, 68, 69, 74, 164, 165, 351}
+)
 
 # Initial states, and what is always so here: they change nothing.
 INITIAL = frozenset({8, 9, 12, 117, 135, 140, 163, 202, 900})
 
 # Accepted and kept, without effect on the rows; said once in a warning.
-STORED = frozenset({13, 901, 115, 116, 136, 137, 167, 193, 293, 333, 334, 338, 339})
+STORED = frozenset(
+    {13, 901, 115, 116, 136, 137, 167, 193, 293, 333, 334, 338, 339}
+)
 
 # With ``=value``.
-VALUED = frozenset({115, 128, 129, 131, 133, 134, 159, 160, 231, 233, 333, 334, 338, 339})
+VALUED = frozenset(
+    {115, 128, 129, 131, 133, 134, 159, 160, 231, 233, 333, 334, 338, 339}
+)
 VALUE_OPTIONAL = frozenset({115})
 
 # Axis words of the block belong to these functions and move nothing.

@@ -14,7 +14,9 @@ WIDTH_MAX = 200
 
 
 def formatted(text: str, values: Sequence[Value], offset: int) -> str:
-    """``%d``, ``%f`` (6 decimals unless said otherwise), ``%s`` and ``%%``; 20726 if a value is missing."""
+    """``%d``, ``%f`` (6 decimals unless said otherwise), ``%s`` and ``%%``;
+    20726 if a value is missing.
+    """
     rest = list(values)
 
     def value(found: re.Match[str]) -> str:
@@ -27,7 +29,11 @@ def formatted(text: str, values: Sequence[Value], offset: int) -> str:
 
     out = FORMAT.sub(value, text)
     if rest:
-        raise fail(907051, f"message: {len(rest)} values more than the text has places for", offset)
+        raise fail(
+            907051,
+            f"message: {len(rest)} values more than the text has places for",
+            offset,
+        )
     return out
 
 
@@ -35,11 +41,15 @@ def _one(form: str, value: Value, offset: int) -> str:
     kind, shape = form[-1].lower(), form[:-1]
     width, _, digits = shape.partition(".")
     if max(int(width or 0), int(digits or 0)) > WIDTH_MAX:
-        raise fail(907051, f"message: %{form} is wider than {WIDTH_MAX}", offset)
+        raise fail(
+            907051, f"message: %{form} is wider than {WIDTH_MAX}", offset
+        )
     if kind == "s":
         return f"{value if isinstance(value, str) else f'{value:g}':>{int(width or 0)}}"
     if isinstance(value, str):
-        raise fail(907051, f"message: %{form} takes a number, not a text", offset)
+        raise fail(
+            907051, f"message: %{form} takes a number, not a text", offset
+        )
     if kind == "d":
         return f"{round_half_away(value):>{int(width or 0)}d}"
     shown = f"{value:.{int(digits or 6)}f}"

@@ -36,7 +36,9 @@ COMMENTS = re.compile(rb"[#\\]")
 
 
 class Head(NamedTuple):
-    """What stands at the beginning of a block: skip level (-1 none), N, label, sign, its word and the next one."""
+    """What stands at the beginning of a block: skip level (-1 none), N, label,
+    sign, its word and the next one.
+    """
 
     skip: int
     n: int | None
@@ -57,4 +59,12 @@ def head_of(text: str) -> Head:
     n = None if found["n"] is None else int(found["n"])
     label = None if found["label"] is None else found["label"].upper()
     sign = (found["sign"] or "")[:1]
-    return Head(level, n, label, sign, (found["word"] or "").upper(), (found["next"] or "").upper(), clean)
+    return Head(
+        level,
+        n,
+        label,
+        sign,
+        (found["word"] or "").upper(),
+        (found["next"] or "").upper(),
+        clean,
+    )

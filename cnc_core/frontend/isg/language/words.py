@@ -1,4 +1,6 @@
-"""DIN words of one block, compiled: parsed once, evaluated each time the block is executed."""
+"""DIN words of one block, compiled: parsed once, evaluated each time the block
+is executed.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,20 @@ N_MAX = 2**32 - 1
 # M functions that carry no value
 WITHOUT_VALUE = frozenset({0, 1, 2, 3, 4, 5, 17, 19, 29, 30, *range(40, 46)})
 AXIS_BRACKETS = frozenset(
-    {"OSC", "COMP", "DIST_CTRL", "OVERRIDE", "DYNAMIC", "LIFT", "SYNC", "POLY", "INDP", "INDP_SYN", "INDP_ASYN", "M"}
+    {
+        "OSC",
+        "COMP",
+        "DIST_CTRL",
+        "OVERRIDE",
+        "DYNAMIC",
+        "LIFT",
+        "SYNC",
+        "POLY",
+        "INDP",
+        "INDP_SYN",
+        "INDP_ASYN",
+        "M",
+    }
 )
 CYCLE_WORDS = tuple("XYZIJKS")
 CALL = re.compile(r"[lL]{1,2}(?=[\s\"]|[vV]\.)|[lL]+(?=[0-9])")
@@ -42,10 +57,15 @@ class Function:
 
 @dataclass
 class Words:
-    """Everything one block says.  ``offsets``: where a word stands, by its letter or ``G`` group."""
+    """Everything one block says.
+
+    ``offsets``: where a word stands, by its letter or ``G`` group.
+    """
 
     motion: MotionWords = field(default_factory=MotionWords)
-    functions: dict[str, list[Function]] = field(default_factory=lambda: {"M": [], "H": []})
+    functions: dict[str, list[Function]] = field(
+        default_factory=lambda: {"M": [], "H": []}
+    )
     spindle: float | None = None
     position: float | None = None  # S.POS
     tool: int | None = None
@@ -64,7 +84,10 @@ Step = Callable[[Words], None]
 
 @dataclass
 class WordBlock:
-    """The compiled words of one block.  ``simple``: nothing but a motion in the words that the scanner knows too."""
+    """The compiled words of one block.
+
+    ``simple``: nothing but a motion in the words that the scanner knows too.
+    """
 
     steps: list[Step] = field(default_factory=list)
     template: MotionWords = field(default_factory=MotionWords)
@@ -81,7 +104,12 @@ class WordBlock:
             {}, {}, None, None, 0, t.offset, t.motion, t.plane, t.absolute, t.inch, t.centre_absolute, t.exact_stop,
             t.block_stop,
         )  # fmt: skip
-        words = Words(motion, offsets=self.offsets, codes=self.codes, is_dwell=self.is_dwell)
+        words = Words(
+            motion,
+            offsets=self.offsets,
+            codes=self.codes,
+            is_dwell=self.is_dwell,
+        )
         for step in self.steps:
             step(words)
         return words
@@ -90,10 +118,18 @@ class WordBlock:
 class WordParser:
     """Compiles the words of one block from a token stream."""
 
-    def __init__(self, stream: TokenStream, axes: dict[str, int], formulas: Formulas, context: Context) -> None:
+    def __init__(
+        self,
+        stream: TokenStream,
+        axes: dict[str, int],
+        formulas: Formulas,
+        context: Context,
+    ) -> None:
         self.block = WordBlock()
         self._stream = stream
-        self._axes = axes  # name in capitals -> channel index, longest name first
+        self._axes = (
+            axes  # name in capitals -> channel index, longest name first
+        )
         self._formulas = formulas
         self._context = context
         self._letter = ""
@@ -118,7 +154,10 @@ class WordParser:
         token = self._stream.current
         if token.kind is Kind.NAME:
             self._named(token.offset, token.text)
-        elif token.text == "@" and self._stream.following.text[:1].upper() in CYCLE_WORDS:
+        elif (
+            token.text == "@"
+            and self._stream.following.text[:1].upper() in CYCLE_WORDS
+        ):
             self._cycle_word(self._stream.next().offset)
         elif self._formulas.is_variable():
             self._assignment()
@@ -126,7 +165,9 @@ class WordParser:
             raise self._refused_sign()
 
     def _cycle_word(self, offset: int) -> None:
-        """``@X @Y @Z`` axes and ``@I @J @K`` centre words of the plane in force, ``@S``: what cycles are written in."""
+        """``@X @Y @Z`` axes and ``@I @J @K`` centre words of the plane in
+        force, ``@S``: what cycles are written in.
+        """
         letter = self._stream.take_letters(1).text
         self.block.words = True
         if letter == "S":
@@ -139,7 +180,9 @@ class WordParser:
 
         def step(words: Words) -> None:
             context.store.needs_cycle(name, offset)
-            main = motion_planes(words.motion.plane or context.modal.plane)[place % 3]
+            main = motion_planes(words.motion.plane or context.modal.plane)[
+                place % 3
+            ]
             if place > 2:
                 words.motion.centre["IJK"[main]] = value()
                 return
@@ -188,14 +231,22 @@ class WordParser:
     def _refused_sign(self) -> Exception:
         token = self._stream.current
         if token.kind is Kind.STRING:
-            return fail(900001, f"macro {token.text} is not defined", token.offset)
+            return fail(
+                900001, f"macro {token.text} is not defined", token.offset
+            )
         if token.text == "/":
-            return fail(900001, "/ stands at the beginning of a block only", token.offset)
+            return fail(
+                900001,
+                "/ stands at the beginning of a block only",
+                token.offset,
+            )
         return fail(900001, f"unknown word {token.text}", token.offset)
 
     # values
 
-    def _value(self, name: str, offset: int, assign: bool = True) -> Callable[[], float]:
+    def _value(
+        self, name: str, offset: int, assign: bool = True
+    ) -> Callable[[], float]:
         """``=`` if allowed, and an expression."""
         if assign:
             self._stream.accept("=")
@@ -237,7 +288,11 @@ class WordParser:
         stream, offset = self._stream, self._stream.current.offset
         rest = stream.text[offset:].upper()
         for name in self._axes:
-            if len(name) > 1 and rest.startswith(name) and LONG_NAME.match(rest, len(name)):
+            if (
+                len(name) > 1
+                and rest.startswith(name)
+                and LONG_NAME.match(rest, len(name))
+            ):
                 stream.skip_to(offset + len(name))
                 self._axis(name, offset)
                 return True
@@ -246,7 +301,11 @@ class WordParser:
     def _axis(self, name: str, offset: int) -> None:
         stream, after = self._stream, self._stream.following
         if stream.is_op("[") and after.text.upper() in AXIS_BRACKETS:
-            raise fail(900003, f"{name}[{after.text.upper()} ..] is not supported", offset)
+            raise fail(
+                900003,
+                f"{name}[{after.text.upper()} ..] is not supported",
+                offset,
+            )
         self._once(name, offset)
         self._motion_word(offset)
         axis, value = self._axes[name], self._value(name, offset)
@@ -281,7 +340,11 @@ class WordParser:
 
         def step(words: Words) -> None:
             if value() <= 0:
-                raise fail(900012, "E: the feed at the block's end must be positive", offset)
+                raise fail(
+                    900012,
+                    "E: the feed at the block's end must be positive",
+                    offset,
+                )
             self._context.executor.stored_without_effect("word E", offset)
 
         self._step(step)
@@ -309,16 +372,26 @@ class WordParser:
 
     def _s(self, offset: int) -> None:
         stream = self._stream
-        if stream.is_op("[") and stream.following.text.upper() in ("M", "REV", "POS"):
+        if stream.is_op("[") and stream.following.text.upper() in (
+            "M",
+            "REV",
+            "POS",
+        ):
             self._spindle_bracket(offset)
             return
         if stream.is_op("."):
             self._spindle_position(offset)
             return
-        if stream.current.kind is Kind.NUMBER and LONG_NAME.match(stream.text, stream.following.offset):
+        if stream.current.kind is Kind.NUMBER and LONG_NAME.match(
+            stream.text, stream.following.offset
+        ):
             number = stream.next().text
             if number != "1":
-                raise fail(900003, f"S{number}= is not supported: the channel has one spindle", offset)
+                raise fail(
+                    900003,
+                    f"S{number}= is not supported: the channel has one spindle",
+                    offset,
+                )
         self._once("S", offset)
         self._speed(self._value("S", offset), offset)
 
@@ -344,7 +417,11 @@ class WordParser:
             elif stream.accept_name("POS"):
                 self._position(self._value("POS", token.offset))
             else:
-                raise fail(900003, f"S[{stream.current.text.upper()} ..] is not supported", token.offset)
+                raise fail(
+                    900003,
+                    f"S[{stream.current.text.upper()} ..] is not supported",
+                    token.offset,
+                )
         self._formulas.close(opened)
 
     def _spindle_position(self, offset: int) -> None:
@@ -401,9 +478,13 @@ class WordParser:
         self._step(step)
 
     def _call(self, offset: int, letters: str) -> None:
-        """``L name``, ``LL name``, ``L CYCLE [..]``: executed at the end of the block."""
+        """``L name``, ``LL name``, ``L CYCLE [..]``: executed at the end of the
+        block.
+        """
         self._once("L", offset)
-        made = CallParser(self._stream, self._formulas, self._context).parse(offset, letters)
+        made = CallParser(self._stream, self._formulas, self._context).parse(
+            offset, letters
+        )
 
         def step(words: Words) -> None:
             words.call = made()
@@ -438,7 +519,11 @@ class WordParser:
     def _check_group(self, code: int, offset: int) -> None:
         group, error = gcodes.GROUP_OF.get(code, (f"G{code:02d}", 900011))
         if "G " + group in self.block.offsets:
-            raise fail(error, f"G{code:02d}: second function of its group ({group}) in the block", offset)
+            raise fail(
+                error,
+                f"G{code:02d}: second function of its group ({group}) in the block",
+                offset,
+            )
         self.block.offsets["G " + group] = offset
 
     def _dwell(self, offset: int) -> None:
@@ -455,7 +540,11 @@ class WordParser:
     def _long_axis_follows(self) -> bool:
         stream = self._stream
         rest = stream.text[stream.current.offset :].upper()
-        return any(rest.startswith(n) and LONG_NAME.match(rest, len(n)) for n in self._axes if len(n) > 1)
+        return any(
+            rest.startswith(n) and LONG_NAME.match(rest, len(n))
+            for n in self._axes
+            if len(n) > 1
+        )
 
     def _valued(self, code: int, offset: int) -> None:
         """``G133 = 100``; ``G133 100`` is accepted with a warning."""
@@ -466,7 +555,9 @@ class WordParser:
                 if code not in gcodes.VALUE_OPTIONAL:
                     raise fail(900004, f"G{code} without a value", offset)
                 return
-            self._context.warn(907040, f"G{code} without = before its value", offset)
+            self._context.warn(
+                907040, f"G{code} without = before its value", offset
+            )
         value = self._value(f"G{code}", offset)
 
         def step(words: Words) -> None:
@@ -487,13 +578,23 @@ class WordParser:
             empty = self._stream.is_op(",")
             found.append(None if empty else formulas.number(f"G{code}", offset))
             if not self._stream.accept(",") and not self._stream.is_op("]"):
-                raise fail(900004, f"G{code}: expected , or ], found {self._stream.describe()}", offset)
+                raise fail(
+                    900004,
+                    f"G{code}: expected , or ], found {self._stream.describe()}",
+                    offset,
+                )
         formulas.close(opened)
         if len(found) > gcodes.USER_VALUES:
-            raise fail(900012, f"G{code}: more than {gcodes.USER_VALUES} values", offset)
+            raise fail(
+                900012,
+                f"G{code}: more than {gcodes.USER_VALUES} values",
+                offset,
+            )
 
         def step(words: Words) -> None:
-            words.arguments = [None if value is None else value() for value in found]
+            words.arguments = [
+                None if value is None else value() for value in found
+            ]
 
         self._step(step)
 
@@ -506,5 +607,7 @@ def integer(value: float, highest: int, name: str, offset: int) -> int:
 
 
 def unmoved(words: Words) -> Words:
-    """The same words without their axis words, which belong to a function that moves nothing."""
+    """The same words without their axis words, which belong to a function that
+    moves nothing.
+    """
     return replace(words, motion=replace(words.motion, axis={}))

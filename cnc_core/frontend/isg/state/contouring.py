@@ -1,6 +1,8 @@
-"""Contouring and smoothing as the program asks for them: G61, G261, #CONTOUR MODE, #HSC, #FILTER; rows for the stages.
+"""Contouring and smoothing as the program asks for them: G61, G261, #CONTOUR
+MODE, #HSC, #FILTER; rows for the stages.
 
-The geometry is behind the waist (``cnc_core.geometry.stages.contouring``, ``cnc_core.geometry.stages.smoothing``).
+The geometry is behind the waist (``cnc_core.geometry.stages.contouring``,
+``cnc_core.geometry.stages.smoothing``).
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ FILTER_TOLERANCE_MM = 0.01  # #FILTER ON without AX_DEV (R)
 
 @dataclass(frozen=True)
 class ContourMode:
-    """``name``: DEV, DIST ..; lengths mm, other axes in degrees, shares 0..1; negative distances are not given.
+    """``name``: DEV, DIST ..; lengths mm, other axes in degrees, shares 0..1;
+    negative distances are not given.
 
     ``interim``: programmed coordinates of the interim point by channel axis.
     """
@@ -49,8 +52,12 @@ class ContourMode:
 DEFAULTS = {
     "DEV": ContourMode("DEV"),
     "DIST": ContourMode("DIST", path_dev=0.0, pre=1.0, post=1.0),
-    "DIST_SOFT": ContourMode("DIST_SOFT", path_dev=0.0, pre=1.0, post=1.0, share=0.5),
-    "DIST_MASTER": ContourMode("DIST_MASTER", path_dev=0.0, pre=1.0, post=1.0, share=0.5),
+    "DIST_SOFT": ContourMode(
+        "DIST_SOFT", path_dev=0.0, pre=1.0, post=1.0, share=0.5
+    ),
+    "DIST_MASTER": ContourMode(
+        "DIST_MASTER", path_dev=0.0, pre=1.0, post=1.0, share=0.5
+    ),
     "POS": ContourMode("POS", path_dev=0.0, pre=1.0, post=1.0),
     "PTP": ContourMode("PTP"),
     "AUTO_DEV": ContourMode("AUTO_DEV"),
@@ -76,7 +83,9 @@ class Contouring:
         self._modal, self._offsets = modal, offsets
         self.mode = ContourMode()
         self.active = False
-        self.last_once: np.ndarray | None = None  # where the last G61 block ended
+        self.last_once: np.ndarray | None = (
+            None  # where the last G61 block ended
+        )
 
     def switch(self, on: bool, n: int) -> list[Row]:
         """G261, G260."""
@@ -87,8 +96,16 @@ class Contouring:
 
     def set_mode(self, mode: ContourMode, n: int, offset: int) -> list[Row]:
         """#CONTOUR MODE: from the next corner on."""
-        if self.active and mode.name != self.mode.name and (mode.name in SOFT or self.mode.name in SOFT):
-            raise fail(120698, f"{ERRORS[120698]}: {self.mode.name} to {mode.name}", offset)
+        if (
+            self.active
+            and mode.name != self.mode.name
+            and (mode.name in SOFT or self.mode.name in SOFT)
+        ):
+            raise fail(
+                120698,
+                f"{ERRORS[120698]}: {self.mode.name} to {mode.name}",
+                offset,
+            )
         self.mode = mode
         return [self._row(self.active, n)] if self.active else []
 
@@ -102,12 +119,19 @@ class Contouring:
         """Why a corner at the program's end is not rounded; empty if none should be."""
         if self.active:
             return "G261 is active at the program's end"
-        if self.last_once is not None and np.array_equal(self.last_once, self._modal.position):
+        if self.last_once is not None and np.array_equal(
+            self.last_once, self._modal.position
+        ):
             return "no block follows the last one with G61"
         return ""
 
     def _row(self, on: bool, n: int) -> Row:
-        mode, row = self.mode, self._modal.row(CONTOUR, n, code=CODES[self.mode.name], value=self.mode.path_dev)
+        mode, row = (
+            self.mode,
+            self._modal.row(
+                CONTOUR, n, code=CODES[self.mode.name], value=self.mode.path_dev
+            ),
+        )
         row["plane"], row["degree"] = on, mode.action
         row["flags"] = lib.NC_CONTOUR_CONST_VEL if mode.const_vel else 0
         row["center"] = mode.pre, mode.post
@@ -116,7 +140,11 @@ class Contouring:
             mode.relevant_path,
             mode.relevant_track,
         )
-        row["feed"], row["angle"], row["length"] = mode.remain, radians(mode.max_angle), mode.share
+        row["feed"], row["angle"], row["length"] = (
+            mode.remain,
+            radians(mode.max_angle),
+            mode.share,
+        )
         row["end"] = np.nan
         for axis, value in mode.interim.items():
             row["end"][0][axis] = self._offsets.machine(axis, value)
@@ -125,7 +153,9 @@ class Contouring:
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Of #HSC or #FILTER: mm, degrees; 0: as configured.  ``max_angle`` degrees, ``max_length`` mm, 0: no limit."""
+    """Of #HSC or #FILTER: mm, degrees; 0: as configured.  ``max_angle``
+    degrees, ``max_length`` mm, 0: no limit.
+    """
 
     path: float = 0.2
     track: float = 5.0
@@ -134,7 +164,9 @@ class Tolerances:
 
 
 class Smooth:
-    """#HSC and #FILTER: chains of blocks become smooth curves within a tolerance; #HSC goes before #FILTER."""
+    """#HSC and #FILTER: chains of blocks become smooth curves within a
+    tolerance; #HSC goes before #FILTER.
+    """
 
     def __init__(self, modal: Modal) -> None:
         self._modal = modal

@@ -1,4 +1,6 @@
-"""Coordinate systems of a program: how their values turn them, what is stored, what is in force."""
+"""Coordinate systems of a program: how their values turn them, what is stored,
+what is in force.
+"""
 
 from __future__ import annotations
 
@@ -22,14 +24,20 @@ SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
 
 @dataclass(frozen=True)
 class Order:
-    """How the angles of a coordinate system turn it: the sequence, about the axes turned already or fixed ones."""
+    """How the angles of a coordinate system turn it: the sequence, about the
+    axes turned already or fixed ones.
+    """
 
     sequence: str = "ZYX"
     fixed: bool = False
 
 
-def frame_of(values: Sequence[float], unit_mm: float, order: Order = Order()) -> Frame:
-    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees, about X, Y, Z); as a rule Z, then the new Y, then the new X."""
+def frame_of(
+    values: Sequence[float], unit_mm: float, order: Order = Order()
+) -> Frame:
+    """v1 v2 v3 (programmed units), f1 f2 f3 (degrees, about X, Y, Z); as a rule
+    Z, then the new Y, then the new X.
+    """
     v, rotation = np.zeros(6), np.eye(3)
     v[: len(values)] = values
     for axis in ("XYZ".index(letter) for letter in order.sequence):
@@ -51,7 +59,9 @@ def turn(axis: int, degrees: float) -> Array:
 
 @dataclass
 class Active:
-    """A coordinate system in force: where it lies in the one around it, and the offsets it has taken over."""
+    """A coordinate system in force: where it lies in the one around it, and the
+    offsets it has taken over.
+    """
 
     frame: Frame
     number: int | None
@@ -61,7 +71,9 @@ class Active:
 
 @dataclass
 class Systems:
-    """#CS or #ACS: definitions by number, those without a name, and the stack in force."""
+    """#CS or #ACS: definitions by number, those without a name, and the stack
+    in force.
+    """
 
     name: str
     stored: dict[int, Frame] = field(default_factory=dict)
@@ -72,12 +84,18 @@ class Systems:
     def define(self, number: int | None, frame: Frame, offset: int) -> int:
         """Keep a definition; without a number under the next free one."""
         if number is None:
-            number = next(i for i in range(1, STORED_MAX + 2) if i not in self.stored)
+            number = next(
+                i for i in range(1, STORED_MAX + 2) if i not in self.stored
+            )
             self.unnamed.add(number)
         else:
             self.unnamed.discard(number)
         if number not in self.stored and len(self.stored) >= STORED_MAX:
-            raise fail(TOO_MANY, f"#{self.name}: {ERRORS[TOO_MANY]} ({STORED_MAX})", offset)
+            raise fail(
+                TOO_MANY,
+                f"#{self.name}: {ERRORS[TOO_MANY]} ({STORED_MAX})",
+                offset,
+            )
         self.stored[number] = frame
         self.last = number
         return number
@@ -92,6 +110,8 @@ class Systems:
 
     def forget(self, number: int | None) -> None:
         """A definition without a name goes with its deselection."""
-        if number in self.unnamed and all(active.number != number for active in self.stack):
+        if number in self.unnamed and all(
+            active.number != number for active in self.stack
+        ):
             self.unnamed.discard(number)
             self.stored.pop(number, None)

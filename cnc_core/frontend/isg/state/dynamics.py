@@ -1,7 +1,9 @@
-"""Limits that a program sets for its motions: G127-G134, G230-G233, #OVERRIDE RAPID_FACT, #VECTOR LIMIT, #SLOPE.
+"""Limits that a program sets for its motions: G127-G134, G230-G233, #OVERRIDE
+RAPID_FACT, #VECTOR LIMIT, #SLOPE.
 
-Weights are percent of the machine's own limits, each relative to 100 %, never above them.  They go to the engine as
-``DYNAMICS`` rows, which hold for all motions behind them.
+Weights are percent of the machine's own limits, each relative to 100 %, never
+above them.  They go to the engine as ``DYNAMICS`` rows, which hold for all
+motions behind them.
 """
 
 from __future__ import annotations
@@ -20,7 +22,11 @@ from .state import Warn
 
 LOWEST = 0.001  # share: smaller weights, 0 too, count as this (R)
 FEED, RAPID = 0, 1
-VELOCITY, ACCELERATION, JERK = lib.NC_DYNAMICS_VELOCITY, lib.NC_DYNAMICS_ACCELERATION, lib.NC_DYNAMICS_JERK
+VELOCITY, ACCELERATION, JERK = (
+    lib.NC_DYNAMICS_VELOCITY,
+    lib.NC_DYNAMICS_ACCELERATION,
+    lib.NC_DYNAMICS_JERK,
+)
 PROFILES = {"STEP": 0, "TRAPEZ": 1, "SIN2": 2, "HSC": 3}
 
 Array = npt.NDArray[np.float64]
@@ -28,7 +34,10 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Weight:
-    """What a G function weights.  ``ramp``: percent of the ramp time, so that more is slower."""
+    """What a G function weights.
+
+    ``ramp``: percent of the ramp time, so that more is slower.
+    """
 
     name: str
     per_axis: bool
@@ -58,9 +67,24 @@ PARTS: dict[tuple[int, int], tuple[str, ...]] = {
     (JERK, RAPID): ("rapid ramp", "geometric ramp"),
 }
 # #VECTOR LIMIT: places in the row's ``end``
-PATH = {"VEL": 0, "ACC": 1, "RADIAL_ACC": 2, "TRANS_ACC": 3, "JERK": 4, "RADIAL_JERK": 5}
+PATH = {
+    "VEL": 0,
+    "ACC": 1,
+    "RADIAL_ACC": 2,
+    "TRANS_ACC": 3,
+    "JERK": 4,
+    "RADIAL_JERK": 5,
+}
 # seconds per minute, to the power of the unit's
-MINUTES = {"VEL": 1, "ACC": 2, "DEC": 2, "RADIAL_ACC": 2, "TRANS_ACC": 2, "JERK": 3, "RADIAL_JERK": 3}
+MINUTES = {
+    "VEL": 1,
+    "ACC": 2,
+    "DEC": 2,
+    "RADIAL_ACC": 2,
+    "TRANS_ACC": 2,
+    "JERK": 3,
+    "RADIAL_JERK": 3,
+}
 
 
 class Dynamics:
@@ -68,8 +92,12 @@ class Dynamics:
 
     def __init__(self, modal: Modal, axes: int, warn: Warn) -> None:
         self._modal, self._axes, self._warn = modal, axes, warn
-        self._weights: dict[str, Array] = {w.name: np.ones(axes) for w in WEIGHTS.values()}
-        self._told: dict[tuple[int, int], Array] = {key: np.ones(axes) for key in PARTS}
+        self._weights: dict[str, Array] = {
+            w.name: np.ones(axes) for w in WEIGHTS.values()
+        }
+        self._told: dict[tuple[int, int], Array] = {
+            key: np.ones(axes) for key in PARTS
+        }
         self._path: dict[str, float] = {}
         self._path_on: set[str] = set()
         self._path_rapid = False
@@ -78,19 +106,29 @@ class Dynamics:
         self.profile = "HSC"
 
     def weigh(self, code: int, values: dict[int, float], offset: int) -> None:
-        """Percent by channel axis; of the G functions for all axes every axis has the same."""
+        """Percent by channel axis; of the G functions for all axes every axis
+        has the same.
+        """
         weight = WEIGHTS[code]
         for axis, percent in values.items():
-            self._weights[weight.name][axis] = self._share(weight, code, percent, offset)
+            self._weights[weight.name][axis] = self._share(
+                weight, code, percent, offset
+            )
 
-    def _share(self, weight: Weight, code: int, percent: float, offset: int) -> float:
+    def _share(
+        self, weight: Weight, code: int, percent: float, offset: int
+    ) -> float:
         if not 0 <= percent <= 1e6:
             raise fail(900012, f"G{code}: {percent:g} % out of range", offset)
         share = percent / 100.0
         if weight.ramp:
             share = 1.0 / share if share > 0 else np.inf
         if share > 1.0:
-            self._warn(50130, f"G{code}: {percent:g} % would exceed the machine's own limit, which holds", offset)
+            self._warn(
+                50130,
+                f"G{code}: {percent:g} % would exceed the machine's own limit, which holds",
+                offset,
+            )
         return min(1.0, max(LOWEST, share))
 
     def set_rapid_factor(self, factor: float) -> None:
@@ -103,14 +141,19 @@ class Dynamics:
         for key, names in PARTS.items():
             shares = np.minimum.reduce([self._weights[name] for name in names])
             if key == (VELOCITY, RAPID):
-                shares = np.minimum(self._weights["rapid"] * self.rapid_factor, self._weights["velocity"])
+                shares = np.minimum(
+                    self._weights["rapid"] * self.rapid_factor,
+                    self._weights["velocity"],
+                )
                 shares = np.maximum(shares, LOWEST)
             if not np.array_equal(shares, self._told[key]):
                 self._told[key] = shares.copy()
                 rows.append(self._row(key[0], key[1], shares, n))
         return rows + self._path_rows(n)
 
-    def _row(self, code: int, value: int, end: Array | list[float], n: int) -> Row:
+    def _row(
+        self, code: int, value: int, end: Array | list[float], n: int
+    ) -> Row:
         row = self._modal.row(DYNAMICS, n, code=code, value=value)
         row["end"][0][: len(end)] = end
         return row
@@ -144,7 +187,9 @@ class Dynamics:
             if name in self._path_on:
                 values[place] = self._path.get(name, 0.0)
         if "DEC" in self._path_on and self._path.get("DEC"):
-            values[PATH["ACC"]] = min(values[PATH["ACC"]] or np.inf, self._path["DEC"])
+            values[PATH["ACC"]] = min(
+                values[PATH["ACC"]] or np.inf, self._path["DEC"]
+            )
         return values
 
     def _path_rows(self, n: int) -> list[Row]:
@@ -163,4 +208,8 @@ class Dynamics:
         if name == self.profile:
             return []
         self.profile = name
-        return [self._modal.row(DYNAMICS, n, code=lib.NC_DYNAMICS_PROFILE, value=PROFILES[name])]
+        return [
+            self._modal.row(
+                DYNAMICS, n, code=lib.NC_DYNAMICS_PROFILE, value=PROFILES[name]
+            )
+        ]

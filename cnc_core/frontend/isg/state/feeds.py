@@ -27,7 +27,8 @@ class Feeds:
         self._per_minute = 0.0  # the scanner's F while another mode is on
         self.factor = 1.0
         self.limit_mm_s = 0.0  # 0: none
-        self.group: frozenset[int] | None = None  # axes that F refers to; None: the main axes
+        # axes that F refers to; None: the main axes
+        self.group: frozenset[int] | None = None
         self.tangential_radius_mm = 0.0  # #TANGFEED: smaller arcs are slower
 
     @property
@@ -38,17 +39,27 @@ class Feeds:
     @property
     def plain(self) -> bool:
         """The scanner knows everything about the feed."""
-        return self.per_minute and self.group is None and self.tangential_radius_mm <= 0.0
+        return (
+            self.per_minute
+            and self.group is None
+            and self.tangential_radius_mm <= 0.0
+        )
 
     @property
     def programmed(self) -> float:
         """F of the mode that is on."""
-        return self._modal.feed if self.per_minute else self._words.get(self.mode, 0.0)
+        return (
+            self._modal.feed
+            if self.per_minute
+            else self._words.get(self.mode, 0.0)
+        )
 
     @property
     def per_minute_mm(self) -> float:
         """F of G94, mm/min; 0: none yet."""
-        return (self._modal.feed if self.per_minute else self._per_minute) * self._modal.feed_unit
+        return (
+            self._modal.feed if self.per_minute else self._per_minute
+        ) * self._modal.feed_unit
 
     def choose(self, mode: int) -> None:
         if mode == self.mode:
@@ -61,7 +72,9 @@ class Feeds:
     def word(self, value: float, offset: int) -> None:
         """An F word in a mode that is not G94."""
         if not 0 < value <= 1e9 or (self.mode == SHARE and value > 100):
-            raise fail(900012, f"F{value:g} out of range in G{self.mode}", offset)
+            raise fail(
+                900012, f"F{value:g} out of range in G{self.mode}", offset
+            )
         self._words[self.mode] = value
         self._units[self.mode] = self._modal.unit_mm
 
@@ -75,8 +88,13 @@ class Feeds:
         self.limit_mm_s = limit_mm_s
         self._modal.set_feed_limit(limit_mm_s)
 
-    def apply(self, row: Row, start: np.ndarray, turns_min: float, offset: int) -> None:
-        """The feed of a motion that the scanner does not know.  ``start``: (axes,) where it begins."""
+    def apply(
+        self, row: Row, start: np.ndarray, turns_min: float, offset: int
+    ) -> None:
+        """The feed of a motion that the scanner does not know.
+
+        ``start``: (axes,) where it begins.
+        """
         if row["flags"][0] & RAPID:
             return
         if not self.per_minute:
@@ -101,7 +119,9 @@ class Feeds:
             feed = float(row["feed"][0]) * float(row["length"][0]) / grouped
             row["feed"] = min(feed, self.limit_mm_s or np.inf)
 
-    def _in_mode(self, row: Row, start: np.ndarray, turns_min: float, offset: int) -> None:
+    def _in_mode(
+        self, row: Row, start: np.ndarray, turns_min: float, offset: int
+    ) -> None:
         value = self._words.get(self.mode, 0.0)
         if value <= 0:
             raise fail(900006, ERRORS[900006], offset)
@@ -109,18 +129,26 @@ class Feeds:
             feed = float(row["length"][0]) / value
         elif self.mode == PER_TURN:
             if turns_min <= 0:
-                raise fail(900019, "G95: no spindle speed is programmed", offset)
+                raise fail(
+                    900019, "G95: no spindle speed is programmed", offset
+                )
             feed = value * self._units[self.mode] * turns_min / 60.0
         else:
             feed = value / 100.0 * self._largest(row, start)
         row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
 
     def _largest(self, row: Row, start: np.ndarray) -> float:
-        """Largest path velocity that no axis limits; on circles that of every direction of the plane."""
+        """Largest path velocity that no axis limits; on circles that of every
+        direction of the plane.
+        """
         velocity = self._machine.velocity
         if velocity is None:
-            raise fail(907061, "G194: the machine's axis velocities are not known", 0)
-        way = np.abs(row["end"][0][: len(start)] - start) / float(row["length"][0])
+            raise fail(
+                907061, "G194: the machine's axis velocities are not known", 0
+            )
+        way = np.abs(row["end"][0][: len(start)] - start) / float(
+            row["length"][0]
+        )
         if row["type"][0] == CIRCULAR:
             for place in motion_planes(int(row["plane"][0]))[:2]:
                 way[self._machine.main[place]] = 1.0

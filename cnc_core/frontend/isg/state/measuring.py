@@ -1,4 +1,6 @@
-"""M functions of type MNE_SNS: put out where the probe trips in the block's motion, waited for at its end."""
+"""M functions of type MNE_SNS: put out where the probe trips in the block's
+motion, waited for at its end.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ MEASURING = "MNE_SNS"
 
 def measures(row: Row, machine: ProgramMachine) -> bool:
     """The row is such a function."""
-    return bool(row["type"][0] == M) and MEASURING in machine.m_functions.get(int(row["code"][0]), "")
+    return bool(row["type"][0] == M) and MEASURING in machine.m_functions.get(
+        int(row["code"][0]), ""
+    )
 
 
 def place_functions(
@@ -26,7 +30,8 @@ def place_functions(
 ) -> tuple[list[Row], list[Row]]:
     """Rows ahead of a block's motion, and its motion with the function in it.
 
-    A straight motion is parted where the probe trips; where it does not, the function stands behind the motion.
+    A straight motion is parted where the probe trips; where it does not, the
+    function stands behind the motion.
     """
     mine = [row for row in before if measures(row, machine)]
     if not mine:
@@ -38,14 +43,25 @@ def place_functions(
     found = None
     if len(lines) == 1:
         row = motion[lines[0]]
-        found = trip(start, row["end"][0][: len(start)].astype(np.float64), machine.axes, machine.probe)
+        found = trip(
+            start,
+            row["end"][0][: len(start)].astype(np.float64),
+            machine.axes,
+            machine.probe,
+        )
     if found is None:
         return rest, motion + mine
     share, place = found
     first, second = row.copy(), row.copy()
     first["end"][0][: len(start)] = place
-    first["flags"] &= ~np.uint16(EXACT_STOP)  # the stop belongs to the block's end
+    first["flags"] &= ~np.uint16(
+        EXACT_STOP
+    )  # the stop belongs to the block's end
     for name in ("length", "length_min"):
         first[name], second[name] = row[name] * share, row[name] * (1.0 - share)
-    parts = [part for part in (first, *mine, second) if part["type"][0] == M or part["length"][0] > 0.0]
+    parts = [
+        part
+        for part in (first, *mine, second)
+        if part["type"][0] == M or part["length"][0] > 0.0
+    ]
     return rest, [*motion[: lines[0]], *parts, *motion[lines[0] + 1 :]]

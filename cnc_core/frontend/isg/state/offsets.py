@@ -1,7 +1,9 @@
-"""What lies between programmed and machine coordinates: zero offsets, G92, #PSET, mirroring, diameter.
+"""What lies between programmed and machine coordinates: zero offsets, G92,
+#PSET, mirroring, diameter.
 
-A programmed value is mirrored first, then #PSET, G92, the zero offset and the tool length are added.  All offsets act
-on an axis from its next absolute word on; #PSET acts at once.
+A programmed value is mirrored first, then #PSET, G92, the zero offset and the
+tool length are added.  All offsets act on an axis from its next absolute word
+on; #PSET acts at once.
 """
 
 from __future__ import annotations
@@ -64,9 +66,12 @@ class Offsets:
         self.factor = np.ones(self._axes)  # #SCALE
         self.suppressed: frozenset[str] = frozenset()
         self.tool_length_mm = 0.0
-        self.length_elsewhere = False  # the tool length acts behind a coordinate system or a transformation
+        # the tool length acts behind a coordinate system or a transformation
+        self.length_elsewhere = False
         self.changed: Callable[[], None] = lambda: None
-        self._outside: Selected | None = None  # #MCS ON: what comes back with #MCS OFF
+        self._outside: Selected | None = (
+            None  # #MCS ON: what comes back with #MCS OFF
+        )
         self._tool_off = self._ex_tool = False
 
     def _zeros(self) -> Array:
@@ -82,21 +87,29 @@ class Offsets:
 
     def check_number(self, number: int, offset: int) -> None:
         if not 0 <= number <= NUMBER_MAX:
-            raise fail(907060, f"zero offset {number} out of range 0..{NUMBER_MAX}", offset)
+            raise fail(
+                907060,
+                f"zero offset {number} out of range 0..{NUMBER_MAX}",
+                offset,
+            )
 
     # selections
 
     def select(self, number: int) -> None:
         """G53 (0), G54 (1), ... G159=i."""
         self.number = number
-        self.active = self._zeros() if number == 0 else self.stored(number).copy()
+        self.active = (
+            self._zeros() if number == 0 else self.stored(number).copy()
+        )
         if number in self.excluded:
             self.active[self.excluded[number]] = 0.0
         self.update()
 
     def exclude(self, number: int, axes: dict[int, bool]) -> None:
         """G160: the offset does not act on the axes that are True."""
-        mask = self.excluded.setdefault(number, np.zeros(self._axes, dtype=bool))
+        mask = self.excluded.setdefault(
+            number, np.zeros(self._axes, dtype=bool)
+        )
         for axis, disabled in axes.items():
             mask[axis] = disabled
         if number == self.number:
@@ -105,7 +118,9 @@ class Offsets:
     def set_g92(self, words: dict[int, float], *, add: bool) -> None:
         """Programmed values by axis."""
         for axis, value in words.items():
-            self.g92[axis] = value * self.scale(axis) + (self.g92[axis] if add else 0.0)
+            self.g92[axis] = value * self.scale(axis) + (
+                self.g92[axis] if add else 0.0
+            )
         self.update()
 
     def set_pset(self, words: dict[int, float], offset: int) -> None:
@@ -114,9 +129,13 @@ class Offsets:
             raise fail(20612, ERRORS[20612], offset)
         position = self._modal.position
         for axis, value in words.items():
-            share = (0.5 if self.diameter and axis == self.first_main else 1.0) * float(self.factor[axis])
+            share = (
+                0.5 if self.diameter and axis == self.first_main else 1.0
+            ) * float(self.factor[axis])
             rest = self._total()[axis] - self.pset[axis] + self._length(axis)
-            self.pset[axis] = position[axis] - rest - value * self.scale(axis) * share
+            self.pset[axis] = (
+                position[axis] - rest - value * self.scale(axis) * share
+            )
         self.update()
         for axis in words:
             self._modal.set_offset_of(axis)
@@ -154,7 +173,9 @@ class Offsets:
 
     def place_length(self) -> None:
         """The tool length acts on the third axis of the plane, or elsewhere."""
-        self._modal.set_tool_length(0.0 if self.length_elsewhere else self.length_in_force)
+        self._modal.set_tool_length(
+            0.0 if self.length_elsewhere else self.length_in_force
+        )
 
     @property
     def length_in_force(self) -> float:
@@ -169,7 +190,9 @@ class Offsets:
 
     def put_away(self, axes: Iterable[int]) -> Selected:
         """The offsets of some axes begin at 0; what they were."""
-        before = Selected(self.number, self.active.copy(), self.g92.copy(), self.pset.copy())
+        before = Selected(
+            self.number, self.active.copy(), self.g92.copy(), self.pset.copy()
+        )
         for axis in axes:
             if axis >= 0:
                 self.active[axis] = self.g92[axis] = self.pset[axis] = 0.0
@@ -182,7 +205,11 @@ class Offsets:
         if selected.number < 0:
             return
         self.number = selected.number
-        self.active, self.g92, self.pset = selected.active.copy(), selected.g92.copy(), selected.pset.copy()
+        self.active, self.g92, self.pset = (
+            selected.active.copy(),
+            selected.g92.copy(),
+            selected.pset.copy(),
+        )
         self.update()
 
     def take_effect(self, axes: Iterable[int]) -> None:
@@ -208,7 +235,11 @@ class Offsets:
     def _total(self) -> Array:
         """Without the tool length."""
         total = self._zeros()
-        for kind, part in ((ZERO, self.active), (ADD_ZERO, self.g92), (PSET, self.pset)):
+        for kind, part in (
+            (ZERO, self.active),
+            (ADD_ZERO, self.g92),
+            (PSET, self.pset),
+        ):
             if not self._off(kind):
                 total += part
         return total
@@ -217,14 +248,20 @@ class Offsets:
         return float(self._modal.offset_next[axis] - self._total()[axis])
 
     def machine(self, axis: int, value: float) -> float:
-        """Machine coordinate of a programmed absolute value, with the offsets of the next absolute word."""
+        """Machine coordinate of a programmed absolute value, with the offsets
+        of the next absolute word.
+        """
         share = 0.5 if self.diameter and axis == self.first_main else 1.0
-        return value * self.scale(axis) * float(self.mirror[axis]) * share + float(self._modal.offset_next[axis])
+        return value * self.scale(axis) * float(
+            self.mirror[axis]
+        ) * share + float(self._modal.offset_next[axis])
 
     # what programs read
 
     def programmed(self, axis: int, machine_value: float) -> float:
         """A machine coordinate as a program would write it."""
-        share = (0.5 if self.diameter and axis == self.first_main else 1.0) * float(self.factor[axis])
+        share = (
+            0.5 if self.diameter and axis == self.first_main else 1.0
+        ) * float(self.factor[axis])
         value = machine_value - float(self._modal.offset_in_force[axis])
         return value * float(self.mirror[axis]) / (self.scale(axis) * share)

@@ -29,7 +29,9 @@ Warn = Callable[[int, str, int], None]
 
 @dataclass
 class Context:
-    """``warn``: a warning with its offset in the block.  ``macros``: by name.  ``programs``: #FILE NAME by key.
+    """``warn``: a warning with its offset in the block.
+
+    ``macros``: by name.  ``programs``: #FILE NAME by key.
 
     ``lenient``: unknown # commands and undefined M functions are warnings.
     """

@@ -1,6 +1,8 @@
-"""Motions tied to the spindle: threads (G33), tapping (G63, G331, G332), constant cutting speed (G96, G97, G196).
+"""Motions tied to the spindle: threads (G33), tapping (G63, G331, G332),
+constant cutting speed (G96, G97, G196).
 
-The angle of the spindle is not followed: a thread or a tapping is a line whose feed is speed times pitch.
+The angle of the spindle is not followed: a thread or a tapping is a line whose
+feed is speed times pitch.
 """
 
 from __future__ import annotations
@@ -26,8 +28,8 @@ TINY_MM = 1e-6
 class Turning:
     """Modal state of one channel.
 
-    ``mode``: the function of CODES that is in force, 0 for none.  ``rev_min``: speed as programmed, or as computed from
-    the cutting speed.
+    ``mode``: the function of CODES that is in force, 0 for none.  ``rev_min``:
+    speed as programmed, or as computed from the cutting speed.
     """
 
     def __init__(self, machine: ProgramMachine, modal: Modal) -> None:
@@ -39,7 +41,8 @@ class Turning:
         self.cutting_m_min = 0.0
         self.rotating = False
         self._pitch: dict[str, float] = {}  # mm by I, J, K
-        self.diameter: Callable[[], float] = lambda: 0.0  # mm, of the tool's present place
+        # mm, of the tool's present place
+        self.diameter: Callable[[], float] = lambda: 0.0
 
     @property
     def plain(self) -> bool:
@@ -49,11 +52,17 @@ class Turning:
     # words
 
     def take(
-        self, codes: dict[str, int], motion: MotionWords, functions: set[int], mode: int, speed: float | None
+        self,
+        codes: dict[str, int],
+        motion: MotionWords,
+        functions: set[int],
+        mode: int,
+        speed: float | None,
     ) -> MotionWords:
         """The motion words without the pitch.
 
-        ``mode``: of the feed.  ``functions``, ``speed``: M functions and S word of the block.
+        ``mode``: of the feed.  ``functions``, ``speed``: M functions and S word
+        of the block.
         """
         code = next((c for c in CODES if f"G{c}" in codes), None)
         if code is not None:
@@ -63,16 +72,27 @@ class Turning:
         for function in functions & SPINDLE_FUNCTIONS:
             self.rotating = function in ROTATING
         if code == RIGID:
-            self._check_rigid(codes["G63"], functions, mode, self.rev_min if speed is None else speed)
+            self._check_rigid(
+                codes["G63"],
+                functions,
+                mode,
+                self.rev_min if speed is None else speed,
+            )
         if self.mode in (0, RIGID):
             return motion
         for letter, value in motion.centre.items():
             self._pitch[letter] = abs(value) * self._modal.unit_mm
         return replace(motion, centre={})
 
-    def _check_rigid(self, offset: int, functions: set[int], mode: int, speed: float) -> None:
+    def _check_rigid(
+        self, offset: int, functions: set[int], mode: int, speed: float
+    ) -> None:
         if functions & SPINDLE_FUNCTIONS:
-            raise fail(907070, f"{ERRORS[907070]}: M{min(functions & SPINDLE_FUNCTIONS)}", offset)
+            raise fail(
+                907070,
+                f"{ERRORS[907070]}: M{min(functions & SPINDLE_FUNCTIONS)}",
+                offset,
+            )
         if mode == 95:
             raise fail(20635, ERRORS[20635], offset)
         if self.constant:
@@ -82,8 +102,12 @@ class Turning:
         if speed <= 0:
             raise fail(20007, ERRORS[20007], offset)
 
-    def speed(self, codes: dict[str, int], word: float | None, offset: int) -> float | None:
-        """What an S word and G96, G97, G196 make of the spindle; rev/min if that has changed."""
+    def speed(
+        self, codes: dict[str, int], word: float | None, offset: int
+    ) -> float | None:
+        """What an S word and G96, G97, G196 make of the spindle; rev/min if
+        that has changed.
+        """
         before = self.rev_min
         if "G196" in codes:
             if word is None:
@@ -104,7 +128,9 @@ class Turning:
         return self.rev_min if self.rev_min != before else None
 
     def follow(self) -> bool:
-        """The speed that gives the cutting speed at the present diameter; whether it has changed."""
+        """The speed that gives the cutting speed at the present diameter;
+        whether it has changed.
+        """
         if not self.constant or self.cutting_m_min <= 0:
             return False
         diameter, before = self.diameter(), self.rev_min
@@ -123,15 +149,22 @@ class Turning:
         if self.mode in (0, RIGID):
             return
         if self.rev_min <= 0:
-            raise fail(900019, f"G{self.mode}: no spindle speed is programmed", offset)
+            raise fail(
+                900019, f"G{self.mode}: no spindle speed is programmed", offset
+            )
         way = row["end"][0][: len(start)] - start
         found = [
             (abs(float(way[axis])), pitch)
             for letter, pitch in self._pitch.items()
-            if (axis := self._machine.main["IJK".index(letter)]) >= 0 and pitch > 0
+            if (axis := self._machine.main["IJK".index(letter)]) >= 0
+            and pitch > 0
         ]
         along, pitch = max(found, default=(0.0, 0.0))
         if along <= TINY_MM:
-            raise fail(900004, f"G{self.mode}: no pitch for the axes that move", offset)
-        row["feed"] = self.rev_min / 60.0 * pitch * float(row["length"][0]) / along
+            raise fail(
+                900004, f"G{self.mode}: no pitch for the axes that move", offset
+            )
+        row["feed"] = (
+            self.rev_min / 60.0 * pitch * float(row["length"][0]) / along
+        )
         row["flags"] = 0

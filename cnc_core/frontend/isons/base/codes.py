@@ -4,7 +4,8 @@ from __future__ import annotations
 
 MOTIONS = (0, 1, 2, 3)
 PLANES = (17, 18, 19)
-# modal functions without words of their own; the groups exclude each other within a block
+# modal functions without words of their own; the groups exclude each other
+# within a block
 GROUPS: tuple[tuple[int, ...], ...] = (
     MOTIONS,
     (*PLANES, 70),
@@ -29,12 +30,61 @@ GROUPS: tuple[tuple[int, ...], ...] = (
     (43, 44, 45, 46),
 )
 # modes and filters of the path
-PATH_FUNCTIONS = frozenset({49, 63, 64, 65, 66, 67, 68, 69, 72, 73, 74, 75, 106})
+PATH_FUNCTIONS = frozenset(
+    {49, 63, 64, 65, 66, 67, 68, 69, 72, 73, 74, 75, 106}
+)
 # functions that put rows or waits out by themselves
-ROWS = frozenset({4, 10, 11, 40, 41, 42, *PLANES, 48, 62, 70, 71, 80, 100, 101, 102, 103, 104, 105})
-# functions that use the axis words (and others) of their block, so only one of them fits into a block
+ROWS = frozenset(
+    {
+        4,
+        10,
+        11,
+        40,
+        41,
+        42,
+        *PLANES,
+        48,
+        62,
+        70,
+        71,
+        80,
+        100,
+        101,
+        102,
+        103,
+        104,
+        105,
+    }
+)
+# functions that use the axis words (and others) of their block, so only one of
+# them fits into a block
 TAKERS = frozenset(
-    {4, 26, 30, 33, 36, 43, 45, 47, 48, 50, *range(54, 60), 70, 80, 81, 82, 84, 85, 86, 89, 92, 93, 94, 95, 1051}
+    {
+        4,
+        26,
+        30,
+        33,
+        36,
+        43,
+        45,
+        47,
+        48,
+        50,
+        *range(54, 60),
+        70,
+        80,
+        81,
+        82,
+        84,
+        85,
+        86,
+        89,
+        92,
+        93,
+        94,
+        95,
+        1051,
+    }
     | {49, 66, 68, 69, 71, 72, 73, 74, 100, 102, 103, 106}
 )
 SINGLE = frozenset({62, 83, 101, 940})

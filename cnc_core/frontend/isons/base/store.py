@@ -1,4 +1,6 @@
-"""User variables: private to their program or macro, or GLOBAL; arrays; the variable list."""
+"""User variables: private to their program or macro, or GLOBAL; arrays; the
+variable list.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ ELEMENTS_MAX = 1_000_000
 
 @dataclass
 class UserScope:
-    """Variables of one program or macro; ``shared``: names that it has declared GLOBAL."""
+    """Variables of one program or macro; ``shared``: names that it has declared
+    GLOBAL.
+    """
 
     values: dict[str, float] = field(default_factory=dict)
     arrays: dict[str, list[float]] = field(default_factory=dict)
@@ -29,7 +33,8 @@ class Store:
         self.common = UserScope()
         self.scope = UserScope()
         self.list: list[float] = []
-        self.watched: tuple[str, float] | None = None  # of a restart: a variable and the value it is to get
+        # of a restart: a variable and the value it is to get
+        self.watched: tuple[str, float] | None = None
         self.watch_hit = False
 
     def _home(self, name: str) -> UserScope:
@@ -43,7 +48,9 @@ class Store:
         if value is not None:
             return value
         if name in self._home(name).arrays:
-            raise fail(909103, f"${name} is an array, its index is missing", offset)
+            raise fail(
+                909103, f"${name} is an array, its index is missing", offset
+            )
         self.warn(909102, f"${name}: {ERRORS[909102]}", offset)
         return 0.0
 
@@ -51,9 +58,13 @@ class Store:
         scope = self._home(name)
         if name not in scope.values:
             if name in scope.arrays:
-                raise fail(909103, f"${name} is an array, its index is missing", offset)
+                raise fail(
+                    909103, f"${name} is an array, its index is missing", offset
+                )
             if len(scope.values) >= VARIABLES_MAX:
-                raise fail(909104, f"more than {VARIABLES_MAX} variables", offset)
+                raise fail(
+                    909104, f"more than {VARIABLES_MAX} variables", offset
+                )
         scope.values[name] = value
         if self.watched is not None and (name, value) == self.watched:
             self.watch_hit = True
@@ -72,26 +83,40 @@ class Store:
     def dimension(self, name: str, size: float, offset: int) -> None:
         """DIM: elements 0..size-1, all 0."""
         if size != int(size) or not 1 <= size <= ELEMENTS_MAX:
-            raise fail(900012, f"DIM ${name}: {size:g} is no whole number 1..{ELEMENTS_MAX}", offset)
+            raise fail(
+                900012,
+                f"DIM ${name}: {size:g} is no whole number 1..{ELEMENTS_MAX}",
+                offset,
+            )
         scope = self._home(name)
         scope.values.pop(name, None)
         scope.arrays[name] = [0.0] * int(size)
 
-    def _place(self, name: str, index: float, offset: int) -> tuple[list[float], int]:
+    def _place(
+        self, name: str, index: float, offset: int
+    ) -> tuple[list[float], int]:
         array = self._home(name).arrays.get(name)
         if array is None:
             raise fail(907010, f"array ${name} is not declared (DIM)", offset)
         if index != int(index):
-            raise fail(909105, f"${name}: index {index:g}: {ERRORS[909105]}", offset)
+            raise fail(
+                909105, f"${name}: index {index:g}: {ERRORS[909105]}", offset
+            )
         if not 0 <= index < len(array):
-            raise fail(907014, f"${name}: index {int(index)} out of range 0..{len(array) - 1}", offset)
+            raise fail(
+                907014,
+                f"${name}: index {int(index)} out of range 0..{len(array) - 1}",
+                offset,
+            )
         return array, int(index)
 
     def element(self, name: str, index: float, offset: int) -> float:
         array, place = self._place(name, index, offset)
         return array[place]
 
-    def set_element(self, name: str, index: float, value: float, offset: int) -> None:
+    def set_element(
+        self, name: str, index: float, value: float, offset: int
+    ) -> None:
         array, place = self._place(name, index, offset)
         array[place] = value
 
@@ -99,10 +124,18 @@ class Store:
 
     def list_place(self, index: float, offset: int) -> int:
         if index != int(index) or not 0 <= index < len(self.list):
-            raise fail(909106, f"variable list: index {index:g} out of range 0..{len(self.list) - 1}", offset)
+            raise fail(
+                909106,
+                f"variable list: index {index:g} out of range 0..{len(self.list) - 1}",
+                offset,
+            )
         return int(index)
 
     def resize_list(self, size: float, offset: int) -> None:
         if size != int(size) or not 0 <= size <= ELEMENTS_MAX:
-            raise fail(900012, f"DIM_VAR {size:g}: a whole number 0..{ELEMENTS_MAX} is expected", offset)
+            raise fail(
+                900012,
+                f"DIM_VAR {size:g}: a whole number 0..{ELEMENTS_MAX} is expected",
+                offset,
+            )
         self.list = [0.0] * int(size)

@@ -23,7 +23,9 @@ LABEL_SIGNS = frozenset("+-*/^()<>=|&!~ \t")
 
 
 def strip_remark(text: str) -> str:
-    """The text without its remark: ``//``, ``;`` and ``'`` reach to the end of the line, outside of quotes."""
+    """The text without its remark: ``//``, ``;`` and ``'`` reach to the end of
+    the line, outside of quotes.
+    """
     quoted = False
     for i, char in enumerate(text):
         if char == '"':
@@ -33,8 +35,12 @@ def strip_remark(text: str) -> str:
     return text
 
 
-def parts_of(text: str, owners: frozenset[int], motions: tuple[int, ...]) -> list[str]:
-    """The block cut ahead of functions that own the words behind them, and of motions behind those; columns stay."""
+def parts_of(
+    text: str, owners: frozenset[int], motions: tuple[int, ...]
+) -> list[str]:
+    """The block cut ahead of functions that own the words behind them, and of
+    motions behind those; columns stay.
+    """
     places, depth, quoted, owned = [], 0, False, False
     for found in FUNCTION_OR_BRACKET.finditer(text):
         sign = found[0]
@@ -50,7 +56,9 @@ def parts_of(text: str, owners: frozenset[int], motions: tuple[int, ...]) -> lis
                 places.append(found.start())
                 owned = own
     cuts = [0, *[place for place in places if text[:place].strip()], len(text)]
-    return [" " * begin + text[begin:end] for begin, end in itertools.pairwise(cuts)]
+    return [
+        " " * begin + text[begin:end] for begin, end in itertools.pairwise(cuts)
+    ]
 
 
 def label_of(text: str) -> str | None:

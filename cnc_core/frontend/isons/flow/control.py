@@ -1,4 +1,6 @@
-"""IF, LOOP, GOTO, GOSUB over one file: where control lines stand, and which loops a place lies in."""
+"""IF, LOOP, GOTO, GOSUB over one file: where control lines stand, and which
+loops a place lies in.
+"""
 
 from __future__ import annotations
 
@@ -13,13 +15,18 @@ from cnc_core.frontend.base.lexer import fail
 
 from ..base.text import LABEL_SIGNS, head_word, label_of, strip_remark
 
-CONTROL = re.compile(rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?(?:@|IF|ELSE|END_IF|LOOP|END_LOOP)", re.I | re.M)
+CONTROL = re.compile(
+    rb"^[ \t]*(?:N[ \t]*\d+[ \t]*)?(?:@|IF|ELSE|END_IF|LOOP|END_LOOP)",
+    re.I | re.M,
+)
 RESTART = "1"
 
 
 @dataclass
 class Loop:
-    """A loop that is being executed: place of its LOOP, passes left, where its body begins."""
+    """A loop that is being executed: place of its LOOP, passes left, where its
+    body begins.
+    """
 
     position: int
     left: int
@@ -28,10 +35,14 @@ class Loop:
 
 @dataclass
 class Index:
-    """Control lines of one file.  Marks stand behind the lines they name; keys are places of the lines.
+    """Control lines of one file.
 
-    ``branches``: of IF the mark to go to when the condition is false, of ELSE the one behind END_IF.  ``loops``: place
-    of END_LOOP and the mark behind it.  ``labels``: the mark behind.  ``begins``: place of LOOP by place of END_LOOP.
+    Marks stand behind the lines they name; keys are places of the lines.
+
+    ``branches``: of IF the mark to go to when the condition is false, of ELSE
+    the one behind END_IF.  ``loops``: place of END_LOOP and the mark behind it.
+    ``labels``: the mark behind.  ``begins``: place of LOOP by place of
+    END_LOOP.
     """
 
     labels: dict[str, Mark] = field(default_factory=dict)
@@ -42,7 +53,11 @@ class Index:
 
     def around(self, position: int) -> set[int]:
         """Places of the loops in whose body a place lies."""
-        return {begin for begin, (end, _) in self.loops.items() if begin < position <= end}
+        return {
+            begin
+            for begin, (end, _) in self.loops.items()
+            if begin < position <= end
+        }
 
 
 class Indexer:
@@ -64,15 +79,24 @@ class Indexer:
                 break
             line += 1
             try:
-                self._take(strip_remark(block.text), position, Mark(source.position, line), block)
+                self._take(
+                    strip_remark(block.text),
+                    position,
+                    Mark(source.position, line),
+                    block,
+                )
             except CncError as error:
                 self._index.errors.append((error, block))
         for word, _, block in self._open:
-            self._index.errors.append((fail(907021, f"{word} is not closed", 0), block))
+            self._index.errors.append(
+                (fail(907021, f"{word} is not closed", 0), block)
+            )
         source.seek(before)
         return self._index
 
-    def _take(self, text: str, position: int, behind: Mark, block: BlockText) -> None:
+    def _take(
+        self, text: str, position: int, behind: Mark, block: BlockText
+    ) -> None:
         name = label_of(text)
         if name is not None:
             self._label(name, behind)
@@ -98,17 +122,24 @@ class Indexer:
 
     def _label(self, name: str, behind: Mark) -> None:
         if not name or LABEL_SIGNS & set(name):
-            raise fail(909112, f"@{name}: a label has a name without blanks and operators", 0)
+            raise fail(
+                909112,
+                f"@{name}: a label has a name without blanks and operators",
+                0,
+            )
         if name in self._index.labels:
             raise fail(907025, f"label {name} exists more than once", 0)
         self._index.labels[name] = behind
 
 
 class Control:
-    """Executes control words.  ``report`` gets the structural errors of a file, without it the first one is raised.
+    """Executes control words.
 
-    ``visit`` gets the lines that are skipped.  ``jumped_back``: the program repeats lines (offset,
-    whether by GOTO); False: it does not.
+    ``report`` gets the structural errors of a file, without it the first one is
+    raised.
+
+    ``visit`` gets the lines that are skipped.  ``jumped_back``: the program
+    repeats lines (offset, whether by GOTO); False: it does not.
     """
 
     def __init__(
@@ -120,7 +151,12 @@ class Control:
         jumped_back: Callable[[int, bool], bool] = lambda *_: True,
     ) -> None:
         self._jumped_back = jumped_back
-        self._flow, self._line, self._report, self._visit = flow, line, report, visit
+        self._flow, self._line, self._report, self._visit = (
+            flow,
+            line,
+            report,
+            visit,
+        )
 
     def index(self) -> Index:
         """Of the file that is being executed."""
@@ -142,7 +178,9 @@ class Control:
 
     def _skip(self, target: Mark | None) -> None:
         if target is None:
-            raise fail(907021, "the control structure of the program is not closed", 0)
+            raise fail(
+                907021, "the control structure of the program is not closed", 0
+            )
         if self._visit is not None:
             self._visit(self._here(), target)
         self._flow.skip(target)
@@ -183,7 +221,9 @@ class Control:
         nest: list[Loop] = self._flow.level.nest
         kept = [loop for loop in nest if loop.position in inside]
         if len(kept) < len(inside):
-            raise fail(907024, f"GOTO {name} leads into a LOOP from outside", offset)
+            raise fail(
+                907024, f"GOTO {name} leads into a LOOP from outside", offset
+            )
         nest[:] = kept
         if mark.line >= self._line() or self._jumped_back(offset, True):
             self._flow.jump(mark)
@@ -196,7 +236,9 @@ class Control:
         if found is None and name.isdigit():
             found = self._numbered(int(name))
         if found is None:
-            raise fail(907023, f"the file has no label or block number {name}", offset)
+            raise fail(
+                907023, f"the file has no label or block number {name}", offset
+            )
         return found
 
     def _numbered(self, number: int) -> Mark | None:
@@ -212,7 +254,9 @@ class Control:
         source = file.source
         before = source.position
         source.seek(0)
-        line = source.hop(re.compile(rb"^[ \t]*N[ \t]*0*%d(?![\d.])" % number, re.I | re.M))
+        line = source.hop(
+            re.compile(rb"^[ \t]*N[ \t]*0*%d(?![\d.])" % number, re.I | re.M)
+        )
         mark = None if source.exhausted else Mark(source.position, line)
         source.seek(before)
         return mark

@@ -1,6 +1,8 @@
-"""Programs that go round for ever: the same place reached again with everything as it was, or too often to be checked.
+"""Programs that go round for ever: the same place reached again with everything
+as it was, or too often to be checked.
 
-Brent's way: the state at the 1st, 2nd, 4th, 8th .. jump back is kept, every later jump is compared with it.
+Brent's way: the state at the 1st, 2nd, 4th, 8th .. jump back is kept, every
+later jump is compared with it.
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ if TYPE_CHECKING:
     from ..front_end import IsonsFrontEnd
 
 FIRST_KEPT = 2
-PASSES_CHECKED, BLOCKS_CHECKED = 20_000, 200_000  # jumps back of GOTO that ``check`` follows, blocks if they are many
+# jumps back of GOTO that ``check`` follows, blocks if they are many
+PASSES_CHECKED, BLOCKS_CHECKED = 20_000, 200_000
 MANY = 1000
 DEPTH = 4
 PACKAGE = "cnc_core.frontend.isons"
@@ -30,18 +33,32 @@ def told(value: Any, depth: int = DEPTH) -> Any:
     if isinstance(value, np.ndarray):
         return None if value.dtype.names else value.tobytes()
     if isinstance(value, dict):
-        return tuple((key, told(item, depth - 1)) for key, item in value.items())
+        return tuple(
+            (key, told(item, depth - 1)) for key, item in value.items()
+        )
     if isinstance(value, (list, tuple)):
         return tuple(told(item, depth - 1) for item in value)
     if isinstance(value, (set, frozenset)):
         return frozenset(value)
-    if dataclasses.is_dataclass(value) or (depth > 0 and type(value).__module__.startswith(PACKAGE)):
-        return tuple((key, told(item, depth - 1)) for key, item in vars(value).items()) if depth > 0 else None
+    if dataclasses.is_dataclass(value) or (
+        depth > 0 and type(value).__module__.startswith(PACKAGE)
+    ):
+        return (
+            tuple(
+                (key, told(item, depth - 1))
+                for key, item in vars(value).items()
+            )
+            if depth > 0
+            else None
+        )
     return value if isinstance(value, (int, float, str, bytes, bool)) else None
 
 
 class Endless:
-    """Watches the jumps back of one program.  ``came_back`` tells whether nothing has changed since an earlier one."""
+    """Watches the jumps back of one program.
+
+    ``came_back`` tells whether nothing has changed since an earlier one.
+    """
 
     def __init__(self, reader: IsonsFrontEnd) -> None:
         self._reader = reader
@@ -62,7 +79,9 @@ class Endless:
 
     def tired(self, blocks: int) -> bool:
         """A check has seen enough; ``blocks`` have been executed."""
-        return self._jumps > PASSES_CHECKED or (self._jumps > MANY and blocks > BLOCKS_CHECKED)
+        return self._jumps > PASSES_CHECKED or (
+            self._jumps > MANY and blocks > BLOCKS_CHECKED
+        )
 
     def came_back(self) -> bool:
         self._jumps += 1
@@ -72,7 +91,9 @@ class Endless:
             self._near, self._far = self._state(), self._rest()
             self._kept = (self.rows, self.motions, reader.waits_passed)
             return False
-        live = reader.answers and (self.rows > self._kept[0] or reader.waits_passed > self._kept[2])
+        live = reader.answers and (
+            self.rows > self._kept[0] or reader.waits_passed > self._kept[2]
+        )
         if not self._near or live or reader.asks or not reader.system.rests:
             return False
         return self._state() == self._near and self._rest() == self._far
@@ -85,13 +106,32 @@ class Endless:
             return True
         checked = reader._collect
         again, most = self.came_back(), reader.executor.cell.passes_max
-        many = bool(most) and self.passes >= most and reader.search.found and not reader.answers
-        if not again and not many and not (checked and self.tired(reader.steps)):
+        many = (
+            bool(most)
+            and self.passes >= most
+            and reader.search.found
+            and not reader.answers
+        )
+        if (
+            not again
+            and not many
+            and not (checked and self.tired(reader.steps))
+        ):
             return True
-        what = "comes back with everything as it was" if again else f"has come back {self.passes} times"
-        what += " (isons.passes_max of the cell file)" if many and not checked else ""
+        what = (
+            "comes back with everything as it was"
+            if again
+            else f"has come back {self.passes} times"
+        )
+        what += (
+            " (isons.passes_max of the cell file)"
+            if many and not checked
+            else ""
+        )
         if not (checked and self.moved):
-            raise self._does_not_end(fail(907001, f"the program does not end: it {what}", offset))
+            raise self._does_not_end(
+                fail(907001, f"the program does not end: it {what}", offset)
+            )
         reader.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
         self._leave_out()
         return False
@@ -106,18 +146,27 @@ class Endless:
         """The rest of the file is compiled, the program ends."""
         reader = self._reader
         source = reader.flow.file.source
-        reader._visit(Mark(source.position, reader.modal.line), Mark(reader.flow.file.path.stat().st_size, 0))
+        reader._visit(
+            Mark(source.position, reader.modal.line),
+            Mark(reader.flow.file.path.stat().st_size, 0),
+        )
         reader._finish()
 
     def _state(self) -> tuple[Any, ...]:
         """Place, open loops, variables."""
         reader = self._reader
         levels = tuple(
-            (level.file.number, tuple((loop.position, loop.left) for loop in level.nest))
+            (
+                level.file.number,
+                tuple((loop.position, loop.left) for loop in level.nest),
+            )
             for level in reader.flow.levels
         )
         store = reader.store
-        scopes = [(dict(s.values), {k: list(v) for k, v in s.arrays.items()}) for s in (store.scope, store.common)]
+        scopes = [
+            (dict(s.values), {k: list(v) for k, v in s.arrays.items()})
+            for s in (store.scope, store.common)
+        ]
         return reader.modal.line, levels, scopes, list(store.list)
 
     def _rest(self) -> tuple[Any, ...]:
@@ -127,8 +176,16 @@ class Endless:
         copy = ffi.new("nc_modal *", modal[0])
         copy.line = copy.count = copy.n = copy.programmed = 0
         port = reader.port
-        external = dict(getattr(port, "_external", {})) if not port.answers else {}
-        parts = (executor.frame, executor.transform, executor.output, executor.modes, executor.rotary_modes)
+        external = (
+            dict(getattr(port, "_external", {})) if not port.answers else {}
+        )
+        parts = (
+            executor.frame,
+            executor.transform,
+            executor.output,
+            executor.modes,
+            executor.rotary_modes,
+        )
         more = (
             executor.tables,
             executor.tool,
@@ -137,4 +194,8 @@ class Endless:
             reader.parameters,
             reader.system.state,
         )
-        return bytes(ffi.buffer(copy)), external, *(told(part) for part in (*parts, *more))
+        return (
+            bytes(ffi.buffer(copy)),
+            external,
+            *(told(part) for part in (*parts, *more)),
+        )

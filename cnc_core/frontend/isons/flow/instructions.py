@@ -15,7 +15,13 @@ from cnc_core.frontend.port import Wait
 
 from ..base import parameters
 from ..base.text import word_or_text
-from ..language.formulas import BEHIND_MOTION, LIVE, Formulas, Number, variable_name
+from ..language.formulas import (
+    BEHIND_MOTION,
+    LIVE,
+    Formulas,
+    Number,
+    variable_name,
+)
 from ..operator.dialogs import Dialogs
 from . import levels
 
@@ -29,9 +35,13 @@ LINE = "\n"
 
 
 class Instructions:
-    """Compiles the instruction at the head of one block; ``drain``: everything before has to be executed first."""
+    """Compiles the instruction at the head of one block; ``drain``: everything
+    before has to be executed first.
+    """
 
-    def __init__(self, front_end: IsonsFrontEnd, stream: TokenStream, formulas: Formulas) -> None:
+    def __init__(
+        self, front_end: IsonsFrontEnd, stream: TokenStream, formulas: Formulas
+    ) -> None:
         self._f, self._stream, self._formulas = front_end, stream, formulas
         self.drain = False
         self.live = 0
@@ -57,7 +67,8 @@ class Instructions:
         if not name.startswith("LIB_"):
             return None
         self._stream.next()
-        self.drain = name in ("LIB_MESSAGE", "LIB_SHOWFORM")  # they appear when the machine has come there
+        # they appear when the machine has come there
+        self.drain = name in ("LIB_MESSAGE", "LIB_SHOWFORM")
         run = Dialogs(self._f, self._stream, self._formulas, offset).parse(name)
         if run is None:
             raise fail(900002, f"unknown instruction {name}", offset)
@@ -80,8 +91,14 @@ class Instructions:
 
     def _variable(self) -> str:
         token = self._stream.next()
-        if token.kind is not Kind.VARIABLE or variable_name(token.text).startswith("_"):
-            raise fail(900010, f"a user variable is expected, found {token.text!r}", token.offset)
+        if token.kind is not Kind.VARIABLE or variable_name(
+            token.text
+        ).startswith("_"):
+            raise fail(
+                900010,
+                f"a user variable is expected, found {token.text!r}",
+                token.offset,
+            )
         return variable_name(token.text)
 
     def _simple(self, act: Callable[[], None]) -> Run:
@@ -94,9 +111,15 @@ class Instructions:
     # program flow
 
     def _if(self) -> Run:
-        condition, control, mark = self._formulas.full("IF"), self._f.control, self._f.mark
+        condition, control, mark = (
+            self._formulas.full("IF"),
+            self._f.control,
+            self._f.mark,
+        )
         self._stream.accept_name("THEN")
-        return self._simple(lambda: None if condition() else control.skip_branch(mark.position))
+        return self._simple(
+            lambda: None if condition() else control.skip_branch(mark.position)
+        )
 
     def _else(self) -> Run:
         mark = self._f.mark
@@ -107,11 +130,23 @@ class Instructions:
 
     def _loop(self) -> Run:
         token, mark = self._stream.current, self._f.mark
-        literal = token.kind is Kind.NUMBER and "." in token.text and self._stream.following.kind is Kind.END
+        literal = (
+            token.kind is Kind.NUMBER
+            and "." in token.text
+            and self._stream.following.kind is Kind.END
+        )
         passes = self._formulas.full("LOOP")
         if literal:  # a floating number, even if it is whole
-            return self._simple(lambda: self._f.control.begin_loop(mark.position, math.nan, token.offset))
-        return self._simple(lambda: self._f.control.begin_loop(mark.position, passes(), token.offset))
+            return self._simple(
+                lambda: self._f.control.begin_loop(
+                    mark.position, math.nan, token.offset
+                )
+            )
+        return self._simple(
+            lambda: self._f.control.begin_loop(
+                mark.position, passes(), token.offset
+            )
+        )
 
     def _end_loop(self) -> Run:
         mark = self._f.mark
@@ -133,17 +168,23 @@ class Instructions:
 
     def _gosub(self) -> Run:
         name, offset = self._label()
-        return self._simple(lambda: levels.call_subroutine(self._f, name, offset))
+        return self._simple(
+            lambda: levels.call_subroutine(self._f, name, offset)
+        )
 
     def _return(self) -> Run:
-        return self._simple(lambda: levels.return_from_subroutine(self._f, self._start))
+        return self._simple(
+            lambda: levels.return_from_subroutine(self._f, self._start)
+        )
 
     def _end_program(self) -> Run:
         return self._simple(self._f.end_program)
 
     def _import(self) -> Run:
         name = self._name("a file name")
-        return self._simple(lambda: levels.call_import(self._f, name, self._start))
+        return self._simple(
+            lambda: levels.call_import(self._f, name, self._start)
+        )
 
     def _end_import(self) -> Run:
         return self._simple(lambda: levels.end_import(self._f, self._start))
@@ -152,7 +193,9 @@ class Instructions:
         code = self._formulas.full("ERROR")
 
         def run() -> Items:
-            raise fail(909130, f"ERROR {code():g}: {ERRORS[909130]}", self._start)
+            raise fail(
+                909130, f"ERROR {code():g}: {ERRORS[909130]}", self._start
+            )
 
         return run
 
@@ -164,9 +207,17 @@ class Instructions:
         def run() -> Items:
             number, state, seconds, alarm = (value() for value in arguments)
             if number not in range(256) or state not in (0, 1):
-                raise fail(900012, "WAIT_INPUT: input 0..255 and state 0 or 1 are expected", self._start)
+                raise fail(
+                    900012,
+                    "WAIT_INPUT: input 0..255 and state 0 or 1 are expected",
+                    self._start,
+                )
             if seconds < 0:
-                raise fail(900012, f"WAIT_INPUT: the time {seconds:g} s is negative", self._start)
+                raise fail(
+                    900012,
+                    f"WAIT_INPUT: the time {seconds:g} s is negative",
+                    self._start,
+                )
             if not self._f.answers:
                 return ()  # nobody moves the inputs: it is taken as come true
             now = self._f.clock.now_s()
@@ -262,7 +313,9 @@ class Instructions:
         def run() -> Items:
             text = self._f.text_of(name)
             if text is None:
-                raise fail(901001, f"LOAD_VAR: file not found: {name}", self._start)
+                raise fail(
+                    901001, f"LOAD_VAR: file not found: {name}", self._start
+                )
             self._f.store.list = _numbers(name, text, self._start)
             return ()
 
@@ -282,14 +335,18 @@ class Instructions:
         target = self._formulas.target()
         self._comma()
         name = self._name("a file name")
-        return self._simple(lambda: target(float(self._f.text_of(name) is not None)))
+        return self._simple(
+            lambda: target(float(self._f.text_of(name) is not None))
+        )
 
     def _get_var(self) -> Run:
         target = self._formulas.target()
         self._comma()
         index = self._formulas.full("index")
         store = self._f.store
-        return self._simple(lambda: target(store.list[store.list_place(index(), self._start)]))
+        return self._simple(
+            lambda: target(store.list[store.list_place(index(), self._start)])
+        )
 
     def _write_var(self) -> Run:
         value = self._formulas.argument("value")
@@ -322,7 +379,9 @@ class Instructions:
 
     def _dim_var(self) -> Run:
         size = self._formulas.full("DIM_VAR")
-        return self._simple(lambda: self._f.store.resize_list(size(), self._start))
+        return self._simple(
+            lambda: self._f.store.resize_list(size(), self._start)
+        )
 
     def _count_var(self) -> Run:
         target = self._formulas.target()
@@ -387,23 +446,38 @@ class Instructions:
     def _sdo_read(self) -> Run:
         address = self._sdo_address()
         target = self._formulas.target()
-        return self._simple(lambda: target(self._f.nodes.read(tuple(value() for value in address), self._start)))
+        return self._simple(
+            lambda: target(
+                self._f.nodes.read(
+                    tuple(value() for value in address), self._start
+                )
+            )
+        )
 
     def _sdo_write(self) -> Run:
         address = self._sdo_address()
         value = self._formulas.argument("value")
-        return self._simple(lambda: self._f.nodes.write(tuple(v() for v in address), value(), self._start))
+        return self._simple(
+            lambda: self._f.nodes.write(
+                tuple(v() for v in address), value(), self._start
+            )
+        )
 
     def _resume_tool(self) -> Run:
         number = self._formulas.argument("RESUME_T")
-        return self._simple(lambda: levels.resume_tool(self._f, number(), self._start))
+        return self._simple(
+            lambda: levels.resume_tool(self._f, number(), self._start)
+        )
 
     def _save_tools(self) -> Run:
         def run() -> Items:
             for number, values in sorted(self._f.executor.tables.items()):
                 user = ", ".join(f"{value!r}" for value in values[3:])
                 text = f"[isons.tools.{number}]\ndiameter = {values[0]!r}\nlength = {values[1]!r}\n"
-                self._f.port.append_file("isons_tools.toml", f"{text}max_rpm = {values[2]!r}\nuser = [{user}]\n")
+                self._f.port.append_file(
+                    "isons_tools.toml",
+                    f"{text}max_rpm = {values[2]!r}\nuser = [{user}]\n",
+                )
             return ()
 
         return run
@@ -418,7 +492,9 @@ class Instructions:
 
         def run() -> Items:
             system = self._f.system
-            seconds = system.positioners.move(number(), par() if par else 1.0, value(), relative, self._start)
+            seconds = system.positioners.move(
+                number(), par() if par else 1.0, value(), relative, self._start
+            )
             if not seconds:
                 return ()
             self._f.clock.passes(seconds)
@@ -433,12 +509,18 @@ class Instructions:
         self._stream.accept("=")
         value = self._formulas.full("PF")
         self.drain = True
-        return self._simple(lambda: self._f.system.positioners.set_feed(number(), value(), self._start))
+        return self._simple(
+            lambda: self._f.system.positioners.set_feed(
+                number(), value(), self._start
+            )
+        )
 
     def _positioner_stop(self) -> Run:
         number, _ = self._formulas.pair()
         self.drain = True
-        return self._simple(lambda: self._f.system.positioners.stop(number(), self._start))
+        return self._simple(
+            lambda: self._f.system.positioners.stop(number(), self._start)
+        )
 
 
 def _numbers(name: str, text: str, offset: int) -> list[float]:
@@ -452,8 +534,16 @@ def _numbers(name: str, text: str, offset: int) -> list[float]:
 def inside(name: str, offset: int) -> str:
     """A file name that stays in the folder of the run."""
     path = PurePosixPath(name.replace("\\", "/"))
-    if not name.strip() or path.is_absolute() or ".." in path.parts or ":" in name or "\0" in name:
-        raise CncError(907053, f"{name!r}: {ERRORS[907053]}").at(fail(907053, "", offset).place)
+    if (
+        not name.strip()
+        or path.is_absolute()
+        or ".." in path.parts
+        or ":" in name
+        or "\0" in name
+    ):
+        raise CncError(907053, f"{name!r}: {ERRORS[907053]}").at(
+            fail(907053, "", offset).place
+        )
     return str(path)
 
 

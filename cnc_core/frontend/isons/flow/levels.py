@@ -1,4 +1,6 @@
-"""Program levels: subroutines, macros, imported files, and the way back to the last tool."""
+"""Program levels: subroutines, macros, imported files, and the way back to the
+last tool.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,10 @@ MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 
 @dataclass
 class LevelData:
-    """What the dialect keeps with a program level.  ``arguments``: of an HM call, taken from the end."""
+    """What the dialect keeps with a program level.
+
+    ``arguments``: of an HM call, taken from the end.
+    """
 
     kind: str
     scope: UserScope
@@ -30,7 +35,14 @@ class LevelData:
     degrees: bool = False
 
 
-def call(reader: IsonsFrontEnd, kind: str, path: Path | None, mark: Mark, data: LevelData, offset: int) -> None:
+def call(
+    reader: IsonsFrontEnd,
+    kind: str,
+    path: Path | None,
+    mark: Mark,
+    data: LevelData,
+    offset: int,
+) -> None:
     file = reader.flow.file if path is None else reader.flow.file_of(path)
     try:
         reader.flow.call(Level(file, mark, kind, user=data))
@@ -42,7 +54,14 @@ def call(reader: IsonsFrontEnd, kind: str, path: Path | None, mark: Mark, data: 
 def call_subroutine(reader: IsonsFrontEnd, name: str, offset: int) -> None:
     """GOSUB."""
     mark = reader.control.target(name, offset)
-    call(reader, SUBROUTINE, None, mark, LevelData(SUBROUTINE, reader.store.scope), offset)
+    call(
+        reader,
+        SUBROUTINE,
+        None,
+        mark,
+        LevelData(SUBROUTINE, reader.store.scope),
+        offset,
+    )
 
 
 def return_from_subroutine(reader: IsonsFrontEnd, offset: int) -> None:
@@ -52,8 +71,13 @@ def return_from_subroutine(reader: IsonsFrontEnd, offset: int) -> None:
 
 
 def resume_tool(reader: IsonsFrontEnd, number: float, offset: int) -> None:
-    """RESUME_T: back to the block of the last T, which then takes another tool; out of macros too."""
-    if reader.tool_place is None or len(reader.flow.levels) < reader.tool_place[0]:
+    """RESUME_T: back to the block of the last T, which then takes another tool;
+    out of macros too.
+    """
+    if (
+        reader.tool_place is None
+        or len(reader.flow.levels) < reader.tool_place[0]
+    ):
         raise fail(909172, ERRORS[909172], offset)
     check_tool(reader.executor, number, offset)
     levels, mark, nest = reader.tool_place
@@ -68,7 +92,14 @@ def resume_tool(reader: IsonsFrontEnd, number: float, offset: int) -> None:
 def call_import(reader: IsonsFrontEnd, name: str, offset: int) -> None:
     path = reader.macros.imported(name, reader.flow.file.path, offset)
     reader.port.message(f"StartImport {name}")
-    call(reader, IMPORTED, path, START, LevelData(IMPORTED, reader.store.scope), offset)
+    call(
+        reader,
+        IMPORTED,
+        path,
+        START,
+        LevelData(IMPORTED, reader.store.scope),
+        offset,
+    )
 
 
 def end_import(reader: IsonsFrontEnd, offset: int) -> None:
@@ -77,11 +108,28 @@ def end_import(reader: IsonsFrontEnd, offset: int) -> None:
     reader.flow.leave()
 
 
-def call_macro(reader: IsonsFrontEnd, kind: str, number: int, arguments: list[float], offset: int) -> None:
+def call_macro(
+    reader: IsonsFrontEnd,
+    kind: str,
+    number: int,
+    arguments: list[float],
+    offset: int,
+) -> None:
     path = reader.macros.find(kind, number)
     if path is None:
-        raise fail(909124, f"macro {kind}{number} not found beside the program or in the macro folder", offset)
-    call(reader, MACRO, path, START, LevelData(MACRO, UserScope(), arguments), offset)
+        raise fail(
+            909124,
+            f"macro {kind}{number} not found beside the program or in the macro folder",
+            offset,
+        )
+    call(
+        reader,
+        MACRO,
+        path,
+        START,
+        LevelData(MACRO, UserScope(), arguments),
+        offset,
+    )
 
 
 def macro_arguments(reader: IsonsFrontEnd, offset: int) -> list[float]:

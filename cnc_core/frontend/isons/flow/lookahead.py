@@ -1,6 +1,8 @@
-"""Marks of the contour look-ahead for the PLC, said as the HLI's manual says them, in every dialect the same.
+"""Marks of the contour look-ahead for the PLC, said as the HLI's manual says
+them, in every dialect the same.
 
-``#CONTOUR LOOKAHEAD LOG [ON | OFF | CLEAR] [[PARAM=x]]`` and ``#DISTANCE PROG START CLEAR``.
+``#CONTOUR LOOKAHEAD LOG [ON | OFF | CLEAR] [[PARAM=x]]`` and ``#DISTANCE PROG
+START CLEAR``.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ Items = Sequence[Row | Wait]
 def look_ahead_command(
     stream: TokenStream, formulas: Formulas, executor: Executor, n: int
 ) -> Callable[[], Items] | None:
-    """What the block does; None if it does not begin with ``#``.  ``n``: its N number."""
+    """What the block does; None if it does not begin with ``#``.  ``n``: its N
+    number.
+    """
     if stream.current.text != "#":
         return None
     start = stream.next().offset
@@ -42,9 +46,15 @@ def look_ahead_command(
     elif stream.accept_name("CONTOUR"):
         run = _log(stream, formulas, executor, start, n)
     else:
-        raise fail(900002, "#CONTOUR LOOKAHEAD and #DISTANCE PROG START CLEAR are the only commands with #", start)
+        raise fail(
+            900002,
+            "#CONTOUR LOOKAHEAD and #DISTANCE PROG START CLEAR are the only commands with #",
+            start,
+        )
     if not stream.at_end:
-        raise fail(900010, f"unexpected {stream.current.text!r}", stream.current.offset)
+        raise fail(
+            900010, f"unexpected {stream.current.text!r}", stream.current.offset
+        )
     return run
 
 
@@ -58,13 +68,21 @@ def _distance(executor: Executor, n: int) -> Callable[[], Items]:
     return lambda: executor.emit(executor.modal.row(DISTANCE_RESET, n))
 
 
-def _log(stream: TokenStream, formulas: Formulas, executor: Executor, start: int, n: int) -> Callable[[], Items]:
+def _log(
+    stream: TokenStream,
+    formulas: Formulas,
+    executor: Executor,
+    start: int,
+    n: int,
+) -> Callable[[], Items]:
     _words(stream, "LOOKAHEAD")
     log = stream.accept_name("LOG")
     word = stream.accept_name(*ACTIONS)
     action = ACTIONS[word.text.upper()] if word else MARKER_PARAM
     if not log and action != MARKER_CLEAR:
-        raise fail(900010, "#CONTOUR LOOKAHEAD: LOG is expected", stream.current.offset)
+        raise fail(
+            900010, "#CONTOUR LOOKAHEAD: LOG is expected", stream.current.offset
+        )
     bracket = stream.current.offset
     param = None
     if stream.accept("["):
@@ -79,7 +97,9 @@ def _log(stream: TokenStream, formulas: Formulas, executor: Executor, start: int
         if action == MARKER_CLEAR:
             executor.not_compensated("LOG CLEAR", start)
         value, flags = (0.0, 0) if param is None else (param(), HAS_PARAM)
-        row = executor.modal.row(MARKER, n, code=action, value=value, flags=flags)
+        row = executor.modal.row(
+            MARKER, n, code=action, value=value, flags=flags
+        )
         if action == MARKER_CLEAR:
             return [*executor.output.flush(), Wait.DRAINED, row]
         return [*executor.emit(row)]

@@ -1,4 +1,6 @@
-"""Expressions of the dialect, compiled: round brackets, bit operators, angles in radians or degrees (RAD, DRG)."""
+"""Expressions of the dialect, compiled: round brackets, bit operators, angles
+in radians or degrees (RAD, DRG).
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,8 @@ from ..base.store import Store
 from ..motion.system import SYSTEM_NAME, System
 
 POWER = 9
-# what a block reads: the running machine; what belongs to the end of its motion under G61; what time alone changes
+# what a block reads: the running machine; what belongs to the end of its motion
+# under G61; what time alone changes
 LIVE, BEHIND_MOTION, TIMED = 1, 2, 4
 Number = Callable[[], float]
 
@@ -73,27 +76,43 @@ FUNCTIONS: dict[str, Callable[[float], float]] = {
     "INT": lambda x: float(round_half_away(x)),
     "FIX": lambda x: float(math.trunc(x)),
 }
-OF_ANGLES: dict[str, Callable[[float], float]] = {"SIN": math.sin, "COS": math.cos, "TAN": math.tan}
-TO_ANGLES: dict[str, Callable[[float], float]] = {"ASIN": math.asin, "ACOS": math.acos, "ATAN": math.atan}
+OF_ANGLES: dict[str, Callable[[float], float]] = {
+    "SIN": math.sin,
+    "COS": math.cos,
+    "TAN": math.tan,
+}
+TO_ANGLES: dict[str, Callable[[float], float]] = {
+    "ASIN": math.asin,
+    "ACOS": math.acos,
+    "ATAN": math.atan,
+}
 
 
 class Formulas(FormulaParser):
-    """Compiles the expressions of one block.  ``drain``: one of them reads what only executed blocks can tell.
+    """Compiles the expressions of one block.
+
+    ``drain``: one of them reads what only executed blocks can tell.
 
     ``live``: LIVE, BEHIND_MOTION.
     """
 
     operators = OPERATORS
-    functions = {name: Function(compute, 1, 1) for name, compute in FUNCTIONS.items()}
+    functions = {
+        name: Function(compute, 1, 1) for name, compute in FUNCTIONS.items()
+    }
     constants: dict[str, float] = {}
     word_operators = ("XOR", "AND", "OR")
 
-    def __init__(self, stream: TokenStream, store: Store, system: System) -> None:
+    def __init__(
+        self, stream: TokenStream, store: Store, system: System
+    ) -> None:
         super().__init__(stream)
         self._store, self._system = store, system
         self.drain = False
         self.live = 0
-        self._kinds: set[str] = set()  # of the operators between the same brackets
+        self._kinds: set[str] = (
+            set()
+        )  # of the operators between the same brackets
 
     # grammar
 
@@ -104,22 +123,34 @@ class Formulas(FormulaParser):
         if not lowest:
             self._kinds = set()
         left = self._signed()
-        while (name := self._operator()) is not None and self.operators[name][0] >= lowest:
+        while (name := self._operator()) is not None and self.operators[name][
+            0
+        ] >= lowest:
             offset = self._take_operator(name)
             self._links += 1
             if self._links > LINKS_MAX:
-                raise fail(20927, f"more than {LINKS_MAX} operators in one expression", offset)
+                raise fail(
+                    20927,
+                    f"more than {LINKS_MAX} operators in one expression",
+                    offset,
+                )
             self._note_kind(name, offset)
             level, function = self.operators[name]
             right = self.expression(level if level == POWER else level + 1)
-            left = self._binary("==" if name == "=" else name, function, left, right, offset)
+            left = self._binary(
+                "==" if name == "=" else name, function, left, right, offset
+            )
         if not lowest:
             self._kinds = outer
         return left
 
     def _note_kind(self, name: str, offset: int) -> None:
-        """Bit operators beside comparisons: the guide does not say which binds tighter (A-07)."""
-        kind = "bits" if name in BITS else "compares" if name in COMPARES else ""
+        """Bit operators beside comparisons: the guide does not say which binds
+        tighter (A-07).
+        """
+        kind = (
+            "bits" if name in BITS else "compares" if name in COMPARES else ""
+        )
         if not kind and OPERATORS[name][0] < OPERATORS["="][0]:
             self._kinds = set()
         if kind:
@@ -128,7 +159,9 @@ class Formulas(FormulaParser):
             self._store.warn(909108, f"{name}: {ERRORS[909108]}", offset)
 
     def signed(self) -> Formula:
-        """A number, a variable, a function or brackets, with a sign: an argument that ends at a blank."""
+        """A number, a variable, a function or brackets, with a sign: an
+        argument that ends at a blank.
+        """
         return self._signed()
 
     def primary(self) -> Formula:
@@ -141,12 +174,22 @@ class Formulas(FormulaParser):
             self.close(opened)
             return inner
         if stream.is_op("["):
-            raise fail(900004, "square brackets enclose the value of a word; inside use ( )", token.offset)
-        if token.kind is Kind.VARIABLE or (stream.is_name("_PM") and stream.following.text == "["):
+            raise fail(
+                900004,
+                "square brackets enclose the value of a word; inside use ( )",
+                token.offset,
+            )
+        if token.kind is Kind.VARIABLE or (
+            stream.is_name("_PM") and stream.following.text == "["
+        ):
             return self.variable()
         name = self._function_name()
         if name is None:
-            raise fail(900004, f"expected a number or an expression, found {stream.describe()}", token.offset)
+            raise fail(
+                900004,
+                f"expected a number or an expression, found {stream.describe()}",
+                token.offset,
+            )
         return self._call(name)
 
     def open(self) -> int:
@@ -166,7 +209,9 @@ class Formulas(FormulaParser):
         return inner
 
     def value(self, name: str) -> Number:
-        """The value of a word: a number with a sign, or an expression in square brackets."""
+        """The value of a word: a number with a sign, or an expression in square
+        brackets.
+        """
         stream, offset = self._stream, self._stream.current.offset
         if stream.is_op("["):
             return number_of(self.bracketed(), name, offset)
@@ -174,14 +219,24 @@ class Formulas(FormulaParser):
         if sign > 0:
             stream.accept("+")
         if stream.current.kind is Kind.VARIABLE:
-            raise fail(900004, f"{name}: write [{stream.current.text}]", stream.current.offset)
+            raise fail(
+                900004,
+                f"{name}: write [{stream.current.text}]",
+                stream.current.offset,
+            )
         if stream.current.kind is not Kind.NUMBER:
-            raise fail(900004, f"{name}: a number or [ ] is expected, found {stream.describe()}", offset)
+            raise fail(
+                900004,
+                f"{name}: a number or [ ] is expected, found {stream.describe()}",
+                offset,
+            )
         value = sign * float(stream.next().text)
         return lambda: value
 
     def argument(self, name: str) -> Number:
-        """An argument of an instruction that ends at a blank or comma; square brackets are allowed too."""
+        """An argument of an instruction that ends at a blank or comma; square
+        brackets are allowed too.
+        """
         offset = self._stream.current.offset
         inner = self.bracketed() if self._stream.is_op("[") else self._signed()
         return number_of(inner, name, offset)
@@ -196,7 +251,9 @@ class Formulas(FormulaParser):
     def _deeper(self, offset: int) -> None:
         self._depth += 1
         if self._depth > NESTING_MAX:
-            raise fail(20927, f"more than {NESTING_MAX} brackets in each other", offset)
+            raise fail(
+                20927, f"more than {NESTING_MAX} brackets in each other", offset
+            )
 
     def _closed(self, opened: int, sign: str) -> None:
         if self._stream.at_end:
@@ -228,18 +285,28 @@ class Formulas(FormulaParser):
         offset = self._stream.next().offset
         arguments = self.arguments()
         if len(arguments) != 1:
-            raise fail(900004, f"{name} takes 1 argument, not {len(arguments)}", offset)
+            raise fail(
+                900004, f"{name} takes 1 argument, not {len(arguments)}", offset
+            )
         if name in FUNCTIONS:
             return guarded(FUNCTIONS[name], arguments, name, offset)
         argument, system = number_of(arguments[0], name, offset), self._system
         if name in OF_ANGLES:
             function = OF_ANGLES[name]
-            later = [lambda: math.radians(argument()) if system.degrees else argument()]
+            later = [
+                lambda: (
+                    math.radians(argument()) if system.degrees else argument()
+                )
+            ]
             return guarded(function, later, name, offset)
         function = TO_ANGLES[name]
 
         def angle(value: float) -> float:
-            return math.degrees(function(value)) if system.degrees else function(value)
+            return (
+                math.degrees(function(value))
+                if system.degrees
+                else function(value)
+            )
 
         return guarded(angle, [lambda: float(argument())], name, offset)
 
@@ -281,24 +348,38 @@ class Formulas(FormulaParser):
         if name == "_PM":
             number, par = self.pair()
             self.live |= LIVE | BEHIND_MOTION | TIMED
-            return lambda: system.positioners.status(number(), par() if par else 0.0, offset)
+            return lambda: system.positioners.status(
+                number(), par() if par else 0.0, offset
+            )
         found = SYSTEM_NAME.fullmatch(name)
         if not found:
             raise fail(909101, f"${name}: {ERRORS[909101]}", offset)
         family, number_text = found[1], int(found[2])
         read = system.reader(family, number_text, offset)
         self.drain = self.drain or system.drains(family)
-        self.live |= (LIVE if system.lives(family) else 0) | (BEHIND_MOTION if system.moves(family) else 0)
+        self.live |= (LIVE if system.lives(family) else 0) | (
+            BEHIND_MOTION if system.moves(family) else 0
+        )
         self.live |= TIMED if family == "T" else 0
         return read
 
     def target(self) -> Callable[[float], None]:
-        """What an assignment or an instruction writes to: the variable at the current token."""
+        """What an assignment or an instruction writes to: the variable at the
+        current token.
+        """
         stream = self._stream
         if stream.current.kind is not Kind.VARIABLE:
-            raise fail(900004, f"a variable is expected, found {stream.describe()}", stream.current.offset)
+            raise fail(
+                900004,
+                f"a variable is expected, found {stream.describe()}",
+                stream.current.offset,
+            )
         token = stream.next()
-        name, store, system = variable_name(token.text), self._store, self._system
+        name, store, system = (
+            variable_name(token.text),
+            self._store,
+            self._system,
+        )
         if name.startswith("_"):
             found = SYSTEM_NAME.fullmatch(name)
             if not found:
@@ -306,12 +387,16 @@ class Formulas(FormulaParser):
             return system.writer(found[1], int(found[2]), token.offset)
         if stream.is_op("[", "("):
             index = self.index(name)
-            return lambda value: store.set_element(name, index(), value, token.offset)
+            return lambda value: store.set_element(
+                name, index(), value, token.offset
+            )
         return lambda value: store.write(name, value, token.offset)
 
 
 def variable_name(text: str) -> str:
-    """Name in capitals without ``$``; a blank behind ``$`` stands for the underscore of the system variables."""
+    """Name in capitals without ``$``; a blank behind ``$`` stands for the
+    underscore of the system variables.
+    """
     name = text.removeprefix("$").upper()
     if name[:1].isspace():
         name = name.lstrip()

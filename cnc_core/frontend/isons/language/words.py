@@ -1,4 +1,6 @@
-"""Words of one block, compiled: what is programmed, with values that are computed when the block is executed."""
+"""Words of one block, compiled: what is programmed, with values that are
+computed when the block is executed.
+"""
 
 from __future__ import annotations
 
@@ -20,10 +22,12 @@ SINGLE_LETTERS = "FSDIJKRTHPL"
 
 @dataclass
 class WordBlock:
-    """``g``: (number, offset, index in brackets).  ``values``: by word.  ``named``: axis letters without a value.
+    """``g``: (number, offset, index in brackets).
 
-    ``signs``: 1 or -1 by axis letter (``Z+``).  ``m``: (number, offset, an axis word stands before).  ``hm``: macro
-    number, offset and its arguments.
+    ``values``: by word.  ``named``: axis letters without a value.
+
+    ``signs``: 1 or -1 by axis letter (``Z+``).  ``m``: (number, offset, an axis
+    word stands before).  ``hm``: macro number, offset and its arguments.
     """
 
     n: int = 0
@@ -34,13 +38,23 @@ class WordBlock:
     offsets: dict[str, int] = field(default_factory=dict)
     m: list[tuple[int, int, bool]] = field(default_factory=list)
     hm: tuple[int, int, list[Number]] | None = None
-    assignments: list[tuple[Callable[[float], None], Number]] = field(default_factory=list)
+    assignments: list[tuple[Callable[[float], None], Number]] = field(
+        default_factory=list
+    )
     indexed: dict[str, tuple[Number, Number, int]] = field(default_factory=dict)
     ending: bool = False
 
     @property
     def empty(self) -> bool:
-        return not (self.g or self.values or self.named or self.signs or self.m or self.hm or self.indexed)
+        return not (
+            self.g
+            or self.values
+            or self.named
+            or self.signs
+            or self.m
+            or self.hm
+            or self.indexed
+        )
 
 
 @dataclass
@@ -68,7 +82,9 @@ class Words:
 class WordParser:
     """Reads the words of one block."""
 
-    def __init__(self, stream: TokenStream, formulas: Formulas, axes: dict[str, int]) -> None:
+    def __init__(
+        self, stream: TokenStream, formulas: Formulas, axes: dict[str, int]
+    ) -> None:
         self._stream, self._formulas, self._axes = stream, formulas, axes
         self.block = WordBlock()
 
@@ -76,14 +92,22 @@ class WordParser:
         """``N10`` at the beginning."""
         stream = self._stream
         token = stream.current
-        if token.kind is not Kind.NAME or token.text[0] not in "nN" or len(token.text) > 1:
+        if (
+            token.kind is not Kind.NAME
+            or token.text[0] not in "nN"
+            or len(token.text) > 1
+        ):
             return
         if stream.following.kind is not Kind.NUMBER:
             return
         stream.next()
         number = stream.next()
         if not number.text.isdigit() or int(number.text) > N_MAX:
-            raise fail(900012, f"N{number.text}: a whole number 0..{N_MAX} is expected", number.offset)
+            raise fail(
+                900012,
+                f"N{number.text}: a whole number 0..{N_MAX} is expected",
+                number.offset,
+            )
         self.block.n = int(number.text)
 
     def parse(self) -> WordBlock:
@@ -119,8 +143,14 @@ class WordParser:
         target = self._formulas.target()
         self._stream.expect("=", 900004)
         if not self.block.empty:
-            raise fail(909111, "an assignment stands in front of the words of its block", self._stream.current.offset)
-        self.block.assignments.append((target, self._formulas.full("assignment")))
+            raise fail(
+                909111,
+                "an assignment stands in front of the words of its block",
+                self._stream.current.offset,
+            )
+        self.block.assignments.append(
+            (target, self._formulas.full("assignment"))
+        )
 
     def _value_word(self, name: str, offset: int) -> None:
         for prefix in ("DO", "D", "O", ""):
@@ -129,7 +159,11 @@ class WordParser:
                 self._stream.take_letters(len(prefix) + 1)
                 self._axis_word(prefix, letter, offset)
                 return
-        if name[:2] == "DP" and self._stream.following.text == "[" and len(name) == 2:
+        if (
+            name[:2] == "DP"
+            and self._stream.following.text == "["
+            and len(name) == 2
+        ):
             self._stream.next()
             self._positioner("DP", offset)
             return
@@ -149,7 +183,11 @@ class WordParser:
         number, _ = self._formulas.pair()
         stream = self._stream
         if stream.current.kind is Kind.NUMBER or stream.is_op("-", "+", "["):
-            self.block.indexed[name] = (number, self._formulas.value(name), offset)
+            self.block.indexed[name] = (
+                number,
+                self._formulas.value(name),
+                offset,
+            )
             self.block.offsets.setdefault(name, offset)
         else:
             self._put(name, number, offset)
@@ -159,10 +197,14 @@ class WordParser:
         after = stream.current
         valued = after.kind in (Kind.NUMBER, Kind.VARIABLE) or stream.is_op("[")
         signed = stream.is_op("+", "-")
-        if signed and not (stream.following.kind is Kind.NUMBER or stream.following.text == "["):
+        if signed and not (
+            stream.following.kind is Kind.NUMBER or stream.following.text == "["
+        ):
             if prefix:
                 raise fail(900004, f"{prefix}{letter} without a value", offset)
-            self.block.signs[letter] = 1.0 if stream.next().text == "+" else -1.0
+            self.block.signs[letter] = (
+                1.0 if stream.next().text == "+" else -1.0
+            )
             self.block.offsets.setdefault(letter, offset)
             return
         if not valued and not signed:
@@ -172,7 +214,9 @@ class WordParser:
                 raise fail(900005, f"{letter} twice in one block", offset)
             self.block.named[letter] = offset
             return
-        self._put(prefix + letter, self._formulas.value(prefix + letter), offset)
+        self._put(
+            prefix + letter, self._formulas.value(prefix + letter), offset
+        )
 
     def _put(self, name: str, value: Number, offset: int) -> None:
         if name in self.block.values:
@@ -183,10 +227,18 @@ class WordParser:
     def _whole(self, letter: str, offset: int, highest: int) -> int:
         token = self._stream.current
         if token.kind is not Kind.NUMBER:
-            raise fail(900004, f"{letter}: a number is expected, found {self._stream.describe()}", offset)
+            raise fail(
+                900004,
+                f"{letter}: a number is expected, found {self._stream.describe()}",
+                offset,
+            )
         self._stream.next()
         if not token.text.isdigit() or int(token.text) > highest:
-            raise fail(909105, f"{letter}{token.text}: a whole number 0..{highest} is expected", token.offset)
+            raise fail(
+                909105,
+                f"{letter}{token.text}: a whole number 0..{highest} is expected",
+                token.offset,
+            )
         return int(token.text)
 
     def _g(self, offset: int) -> None:
@@ -194,20 +246,36 @@ class WordParser:
         if code not in codes.KNOWN:
             raise fail(20131, f"unknown G function G{code}", offset)
         group = codes.GROUP_OF.get(code, (code,))
-        other = next((c for c, _, _ in self.block.g if codes.GROUP_OF.get(c, (c,)) == group), None)
+        other = next(
+            (
+                c
+                for c, _, _ in self.block.g
+                if codes.GROUP_OF.get(c, (c,)) == group
+            ),
+            None,
+        )
         if other is not None:
-            raise fail(900011, f"G{code} and G{other}, both of one group", offset)
+            raise fail(
+                900011, f"G{code} and G{other}, both of one group", offset
+            )
         taker = next((c for c, _, _ in self.block.g if c in codes.TAKERS), None)
         if code in codes.TAKERS and taker is not None:
-            raise fail(908005, f"G{code} and G{taker} use the same words", offset)
+            raise fail(
+                908005, f"G{code} and G{taker} use the same words", offset
+            )
         index = None
-        if code in INDEXED and (self._stream.is_op("[") or (code == 49 and self._stream.current.kind is Kind.NUMBER)):
+        if code in INDEXED and (
+            self._stream.is_op("[")
+            or (code == 49 and self._stream.current.kind is Kind.NUMBER)
+        ):
             index = self._formulas.value(f"G{code}")
         self.block.g.append((code, offset, index))
 
     def _m(self, offset: int) -> None:
         number = self._whole("M", offset, M_MAX)
-        behind = any(name.lstrip("DO") in AXIS_LETTERS for name in self.block.values)
+        behind = any(
+            name.lstrip("DO") in AXIS_LETTERS for name in self.block.values
+        )
         self.block.m.append((number, offset, behind))
 
     def _macro_call(self, offset: int) -> None:

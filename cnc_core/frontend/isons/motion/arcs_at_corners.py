@@ -1,6 +1,8 @@
-"""Fillets (G30) and bevels (G33): a corner between two lines of the plane gets an arc or an edge where it fits.
+"""Fillets (G30) and bevels (G33): a corner between two lines of the plane gets
+an arc or an edge where it fits.
 
-The last line is held back until the next motion is known; several corners on one segment are served in program order.
+The last line is held back until the next motion is known; several corners on
+one segment are served in program order.
 """
 
 from __future__ import annotations
@@ -20,7 +22,9 @@ Array = npt.NDArray[np.float64]
 
 @dataclass
 class Corner:
-    """``size``: radius of the fillet or length of the new edge, mm; ``angle``: smallest turn, degrees."""
+    """``size``: radius of the fillet or length of the new edge, mm; ``angle``:
+    smallest turn, degrees.
+    """
 
     size: float = 0.0
     angle: float = 0.0
@@ -32,7 +36,9 @@ class Corner:
 
 
 class Corners:
-    """Streaming; ``plane``: channel indices of its two axes, ``code``: 17, 18, 19 (0: no arcs there), ``reversed``."""
+    """Streaming; ``plane``: channel indices of its two axes, ``code``: 17, 18,
+    19 (0: no arcs there), ``reversed``.
+    """
 
     def __init__(self, axes: int, position: Array) -> None:
         self._axes = axes
@@ -85,18 +91,31 @@ class Corners:
         return bool(moved[list(self.plane)].any() and not moved[others].any())
 
     def _serve(self, row: Row, corner: Array) -> tuple[list[Row], Array]:
-        """The corner between the row held back and this one: rows, and where this one begins now."""
+        """The corner between the row held back and this one: rows, and where
+        this one begins now.
+        """
         assert self._held is not None
         axes = list(self.plane)
-        before, after = corner[axes] - self._start[axes], row["end"][0][axes] - corner[axes]
+        before, after = (
+            corner[axes] - self._start[axes],
+            row["end"][0][axes] - corner[axes],
+        )
         lengths = float(np.hypot(*before)), float(np.hypot(*after))
         u, v = before / lengths[0], after / lengths[1]
         turn = math.atan2(float(u[0] * v[1] - u[1] * v[0]), float(u @ v))
         shape = self.fillet if self.fillet.active else self.bevel
         size = shape.size * self.factor
-        if not shape.active or abs(math.degrees(turn)) <= shape.angle or math.pi - abs(turn) < 1e-9:
+        if (
+            not shape.active
+            or abs(math.degrees(turn)) <= shape.angle
+            or math.pi - abs(turn) < 1e-9
+        ):
             return self.flush(), corner
-        setback = size * math.tan(abs(turn) / 2) if shape is self.fillet else size / (2 * math.cos(turn / 2))
+        setback = (
+            size * math.tan(abs(turn) / 2)
+            if shape is self.fillet
+            else size / (2 * math.cos(turn / 2))
+        )
         if setback > lengths[0] + SAME_MM or setback > lengths[1] + SAME_MM:
             return self.flush(), corner
         first, second = corner.copy(), corner.copy()
@@ -114,7 +133,9 @@ class Corners:
         _set_length(row, lengths[1] - setback)
         return [*self.flush(), element], second
 
-    def _make_arc(self, row: Row, start: Array, u: Array, turn: float, radius: float) -> None:
+    def _make_arc(
+        self, row: Row, start: Array, u: Array, turn: float, radius: float
+    ) -> None:
         side = math.copysign(radius, turn)
         centre = start + side * np.array([-u[1], u[0]])
         row["type"], row["plane"] = CIRCULAR, self.code

@@ -1,10 +1,19 @@
-"""Functions that move or stop the axes at once: G71 homing, G101 stop, G102 probing, G100 commands on the path."""
+"""Functions that move or stop the axes at once: G71 homing, G101 stop, G102
+probing, G100 commands on the path.
+"""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cnc_core.blocks import EVENT, EVENT_COMMAND, EVENT_OVERRIDE, EXACT_STOP, HAS_VALUE, PATH_FEED
+from cnc_core.blocks import (
+    EVENT,
+    EVENT_COMMAND,
+    EVENT_OVERRIDE,
+    EXACT_STOP,
+    HAS_VALUE,
+    PATH_FEED,
+)
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.probe import trip
@@ -31,13 +40,21 @@ def command(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
     number = words.take("X")
     if number is None or not 0 <= number < COMMAND_MAX or number != int(number):
         raise fail(900012, "G100: X with a whole number is expected", offset)
-    row = executor.modal.row(EVENT, words.block.n, code=EVENT_COMMAND, value=number, flags=HAS_VALUE)
+    row = executor.modal.row(
+        EVENT, words.block.n, code=EVENT_COMMAND, value=number, flags=HAS_VALUE
+    )
     return [*executor.emit(row)]
 
 
 def override(executor: Executor, on: bool, n: int) -> list[Row | Wait]:
     """G10, G11."""
-    return [*executor.emit(executor.modal.row(EVENT, n, code=EVENT_OVERRIDE, value=float(on), flags=HAS_VALUE))]
+    return [
+        *executor.emit(
+            executor.modal.row(
+                EVENT, n, code=EVENT_OVERRIDE, value=float(on), flags=HAS_VALUE
+            )
+        )
+    ]
 
 
 def stop(executor: Executor, offset: int) -> list[Row | Wait]:
@@ -57,18 +74,27 @@ def probe(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
     place = place_of(executor, given)
     found = trip(start, place, executor.machine.axes, executor.machine.probe)
     if found is None:
-        executor.failure = CncError(909160).at(fail(909160, ERRORS[909160], offset).place)
+        executor.failure = CncError(909160).at(
+            fail(909160, ERRORS[909160], offset).place
+        )
     else:
         place = found[1]
     rows = [*executor.output.flush()]
-    speed = executor.parameters["ACQ_VEL"] or executor.modal.feed * executor.parameters["FEEDRES"]
+    speed = (
+        executor.parameters["ACQ_VEL"]
+        or executor.modal.feed * executor.parameters["FEEDRES"]
+    )
     rows += way(executor, place, speed, words.block.n, offset)
     return [Wait.DRAINED, *rows, Wait.DRAINED]
 
 
-def way(executor: Executor, place: Array, speed_mm_min: float, n: int, offset: int) -> list[Row]:
+def way(
+    executor: Executor, place: Array, speed_mm_min: float, n: int, offset: int
+) -> list[Row]:
     """A straight motion to a machine position, with a stop at its end."""
-    words = MotionWords(axis={i: float(value) for i, value in enumerate(place)}, n=n, motion=1)
+    words = MotionWords(
+        axis={i: float(value) for i, value in enumerate(place)}, n=n, motion=1
+    )
     rows = in_machine_coordinates(executor, words, offset)
     for row in rows:
         row["feed"] = speed_mm_min / PER_MINUTE
@@ -91,7 +117,9 @@ def home(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
 def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     p, letter = executor.parameters, executor.machine.axes[axis].upper()
     if letter not in AXIS_LETTERS:
-        raise fail(900001, f"G71: axis {letter} has no machine parameters", offset)
+        raise fail(
+            900001, f"G71: axis {letter} has no machine parameters", offset
+        )
     mode, unit = int(p[f"RZERO_MODE_{letter}"]), 1.0 / p["RESQUOTE"]
     fast = p[f"RZERO_VEL_{letter}"] or p["FEEDDEF"]
     slow = p[f"RZERO_VELF_{letter}"] or fast / 10.0
@@ -104,7 +132,9 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     except NoMethodError as wrong:
         raise fail(909161, f"G71 {letter}: {wrong}", offset) from None
     except NoSensorError as missing:
-        raise fail(1005, f"G71 {letter}: {ERRORS[1005]}: {missing}", offset) from None
+        raise fail(
+            1005, f"G71 {letter}: {ERRORS[1005]}: {missing}", offset
+        ) from None
     reference = ways[-1].target if ways else here
     ends = [(step.target, step.speed) for step in ways]
     ends.append((reference + p[f"RZERO_OFFSET_{letter}"] * unit, fast))
@@ -115,9 +145,12 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
         place[axis] = target
         rows += way(executor, place, speed, n, offset)
     if seconds * 1000.0 > p["TIME_OUT_HOME"]:
-        raise fail(1005, f"G71 {letter}: {ERRORS[1005]} ({seconds:g} s)", offset)
+        raise fail(
+            1005, f"G71 {letter}: {ERRORS[1005]} ({seconds:g} s)", offset
+        )
     preset = p[f"RZERO_PRESET_{letter}"] * unit
-    if mode == ABSOLUTE and not p.given(f"RZERO_PRESET_{letter}"):  # the encoder says where the axis is
+    # the encoder says where the axis is
+    if mode == ABSOLUTE and not p.given(f"RZERO_PRESET_{letter}"):
         preset = _encoder(sensors, letter, offset) + float(place[axis]) - here
     executor.frame.home[axis] = float(place[axis]) - preset
     executor.frame.update()

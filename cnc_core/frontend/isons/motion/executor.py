@@ -42,8 +42,9 @@ ROTARY_MODES = 5
 class Executor:
     """State of the channel beyond the modal state of the motions.
 
-    Behind ``execute``: ``ended``, and ``calls`` with (M or HM, number, offset, arguments) of macros to call.
-    ``macro``: whether a PC macro of this number exists.
+    Behind ``execute``: ``ended``, and ``calls`` with (M or HM, number, offset,
+    arguments) of macros to call. ``macro``: whether a PC macro of this number
+    exists.
     """
 
     def __init__(
@@ -57,16 +58,37 @@ class Executor:
         warn: Callable[[int, str, int], None],
         macro: Callable[[str, int], bool],
     ) -> None:
-        self.machine, self.modal, self._port, self.cell = machine, modal, port, cell
-        self.parameters, self._clock, self.warn, self._macro = parameters, clock, warn, macro
-        self.axes = {name.upper(): i for i, name in enumerate(machine.axes) if len(name) == 1}
+        self.machine, self.modal, self._port, self.cell = (
+            machine,
+            modal,
+            port,
+            cell,
+        )
+        self.parameters, self._clock, self.warn, self._macro = (
+            parameters,
+            clock,
+            warn,
+            macro,
+        )
+        self.axes = {
+            name.upper(): i
+            for i, name in enumerate(machine.axes)
+            if len(name) == 1
+        }
         self.frame = Frame(machine, modal, cell)
         self.transform = Transform(len(machine.axes))
         self.output = Output(machine, modal, parameters)
         self.tip = Tip(self)
-        self.modes, self.modes_changed = PathModes(machine.axes, modal, parameters), True
+        self.modes, self.modes_changed = (
+            PathModes(machine.axes, modal, parameters),
+            True,
+        )
         self.rotary_modes: dict[int, int] = {}
-        self.plane_pair, self.plane_code, self.plane_reversed = (0, 1), 17, False
+        self.plane_pair, self.plane_code, self.plane_reversed = (
+            (0, 1),
+            17,
+            False,
+        )
         set_plane(self, "X", "Y", 0)
         self.spindle = parameters["SPEEDDEF"]
         self.tool = 0
@@ -75,15 +97,22 @@ class Executor:
         self.pause_mode = 0
         self.depth_axis: int | None = None
         self.ended = False
-        self.stopping = False  # the axes are being stopped where they are (G101)
-        self.failure: CncError | None = None  # what ends the program behind the rows of the block
+        self.stopping = (
+            False  # the axes are being stopped where they are (G101)
+        )
+        # what ends the program behind the rows of the block
+        self.failure: CncError | None = None
         self.homed: set[int] = set()
         self.without_tools_told = False
         self.tool_instead: int | None = None  # of the next T (RESUME_T)
-        self.counter: Array | None = None  # what $_C tells while a restart leads there
+        self.counter: Array | None = (
+            None  # what $_C tells while a restart leads there
+        )
         self.completed = False  # the program has come to its end
         self.calls: list[tuple[str, int, int, list[float]]] = []
-        self.positioner_offset: Callable[[float, float, bool, int], None] = lambda *_: None
+        self.positioner_offset: Callable[[float, float, bool, int], None] = (
+            lambda *_: None
+        )
         self.speed_copied: Callable[[float], None] = lambda _: None
         self.refresh()
 
@@ -98,15 +127,25 @@ class Executor:
         self.modes_changed = True
 
     def parameter_in_force(self, name: str) -> float:
-        """Value of a machine parameter; what is not given but has a key of the cell, as the cell has it."""
+        """Value of a machine parameter; what is not given but has a key of the
+        cell, as the cell has it.
+        """
         what, _, letter = name.rpartition("_")
         axis = self.axes.get(letter)
         if self.parameters.given(name) or axis is None:
             return self.parameters[name]
         if what == "VMAX" and self.machine.velocity is not None:
-            return float(self.machine.velocity[axis]) * 60.0 / self.parameters.speed_unit
+            return (
+                float(self.machine.velocity[axis])
+                * 60.0
+                / self.parameters.speed_unit
+            )
         if what in ("LIMITE_N", "LIMITE_P"):
-            limits = self.output.limits.low if what == "LIMITE_N" else self.output.limits.high
+            limits = (
+                self.output.limits.low
+                if what == "LIMITE_N"
+                else self.output.limits.high
+            )
             return float(limits[axis]) * 1000.0
         return self.parameters[name]
 
@@ -132,12 +171,18 @@ class Executor:
 
     @property
     def table(self) -> list[float]:
-        """Of the selected tool: diameter, length, largest speed, 17 values of the user."""
+        """Of the selected tool: diameter, length, largest speed, 17 values of
+        the user.
+        """
         if self.tool not in self.tables:
             given = self.cell.tools.get(self.tool)
             tool = self.machine.tools.get(self.tool)
             if given is None:
-                given = ToolTable(2.0 * tool.radius_mm, tool.length_mm) if tool else ToolTable()
+                given = (
+                    ToolTable(2.0 * tool.radius_mm, tool.length_mm)
+                    if tool
+                    else ToolTable()
+                )
             self.tables[self.tool] = given.values()
         return self.tables[self.tool]
 
@@ -145,7 +190,11 @@ class Executor:
 
     def execute(self, block: WordBlock) -> list[Row | Wait]:
         values = {name: value() for name, value in block.values.items()}
-        words = Words(block, values, {code: index() for code, _, index in block.g if index})
+        words = Words(
+            block,
+            values,
+            {code: index() for code, _, index in block.g if index},
+        )
         self.follow_scanner()
         self.output.follow(self.modal)
         self.ended, self.calls = False, []
@@ -169,7 +218,11 @@ class Executor:
     def mode_rows(self, n: int) -> list[Row]:
         """What has changed of modes and filters."""
         self.modes_changed = False
-        return [out for row in self.modes.rows(self.plane_pair, self.depth_axis, n) for out in self.emit(row)]
+        return [
+            out
+            for row in self.modes.rows(self.plane_pair, self.depth_axis, n)
+            for out in self.emit(row)
+        ]
 
     def emit(self, row: Row) -> list[Row]:
         return self.output.push(row)
@@ -177,7 +230,9 @@ class Executor:
     def _check_used(self, words: Words) -> None:
         for name, offset in words.block.offsets.items():
             if name not in words.used:
-                raise fail(908001, f"no function of the block uses {name}", offset)
+                raise fail(
+                    908001, f"no function of the block uses {name}", offset
+                )
         for name, offset in words.block.named.items():
             if name not in words.used:
                 raise fail(900004, f"{name} without a value", offset)
@@ -200,22 +255,32 @@ class Executor:
     def named_axes(self, words: Words) -> list[int]:
         """Axes that are named without values."""
         words.used |= set(words.block.named)
-        return [self.axis(letter, offset) for letter, offset in words.block.named.items()]
+        return [
+            self.axis(letter, offset)
+            for letter, offset in words.block.named.items()
+        ]
 
     def given(self, words: Words, current: Array) -> dict[int, float]:
-        """Values of X .. W, and of DX .. DW beside ``current``, mm or degrees by axis."""
+        """Values of X ..
+
+        W, and of DX .. DW beside ``current``, mm or degrees by axis.
+        """
         found = {}
         for letter in AXIS_LETTERS:
             for name in (letter, "D" + letter):
                 value = words.take(name)
                 if value is not None:
                     axis = self.axis(letter, words.offset(name))
-                    found[axis] = value * self.scale(axis) + (current[axis] if name != letter else 0.0)
+                    found[axis] = value * self.scale(axis) + (
+                        current[axis] if name != letter else 0.0
+                    )
         return found
 
     # G functions
 
-    def _function(self, code: int, offset: int, words: Words) -> list[Row | Wait]:
+    def _function(
+        self, code: int, offset: int, words: Words
+    ) -> list[Row | Wait]:
         if code in codes.ROWS:
             return self._function_with_rows(code, offset, words)
         if code in MODES:
@@ -234,11 +299,15 @@ class Executor:
             frame_function(self, code, offset, words)
         return []
 
-    def _function_with_rows(self, code: int, offset: int, words: Words) -> list[Row | Wait]:
+    def _function_with_rows(
+        self, code: int, offset: int, words: Words
+    ) -> list[Row | Wait]:
         """Functions that put something out by themselves."""
         rows: list[Row | Wait] = []
         if code in (40, 41, 42):
-            rows += self.output.compensate(code, self._radius(), self.plane_code, words.block.n, offset)
+            rows += self.output.compensate(
+                code, self._radius(), self.plane_code, words.block.n, offset
+            )
         elif code in DIRECT:
             rows += DIRECT[code](self, words, offset)
         elif code in (103, 104, 105):
@@ -249,7 +318,9 @@ class Executor:
             self.not_compensated("G62", offset)
             rows += [*self.output.flush(), Wait.DRAINED]
         elif code in (4, 80):
-            rows += self._dwell(words, offset) if code == 4 else self._pause(words)
+            rows += (
+                self._dwell(words, offset) if code == 4 else self._pause(words)
+            )
         else:
             rows += self.output.flush()
             plane_function(self, code, offset, words)
@@ -272,14 +343,22 @@ class Executor:
     def _dwell(self, words: Words, offset: int) -> list[Row]:
         seconds = words.take("F")
         if seconds is None or not 0 <= seconds <= DWELL_MAX_S:
-            raise fail(900012, f"G4: F with seconds 0..{DWELL_MAX_S:g} is expected", offset)
+            raise fail(
+                900012,
+                f"G4: F with seconds 0..{DWELL_MAX_S:g} is expected",
+                offset,
+            )
         self._clock.passes(seconds)
         return self.emit(self.modal.row(DWELL, words.block.n, value=seconds))
 
     def _pause(self, words: Words) -> list[Row]:
         code = words.take("X")
-        self._port.message("NO CODE PAUSE" if code is None else f"PAUSE {code:g}")
-        return self.emit(self.modal.row(M, words.block.n, code=0, flags=STANDSTILL))
+        self._port.message(
+            "NO CODE PAUSE" if code is None else f"PAUSE {code:g}"
+        )
+        return self.emit(
+            self.modal.row(M, words.block.n, code=0, flags=STANDSTILL)
+        )
 
     def _rotary_mode(self, words: Words, offset: int) -> None:
         mode = words.take("X")
@@ -288,7 +367,11 @@ class Executor:
             raise fail(900012, "G36: X0..X4 is expected", offset)
         for axis in axes:
             if not self.machine.rotary[axis]:
-                raise fail(909113, f"G36: {self.machine.axes[axis]} is not a rotary axis", offset)
+                raise fail(
+                    909113,
+                    f"G36: {self.machine.axes[axis]} is not a rotary axis",
+                    offset,
+                )
             self.rotary_modes[axis] = int(mode)
         if not axes:
             raise fail(900004, "G36: an axis is expected", offset)
@@ -316,8 +399,14 @@ class Executor:
             size, angle = words.take("R"), words.take("A")
             for name, value in (("R", size), ("A", angle)):
                 if value is not None and value < 0:
-                    raise fail(900012, f"G{code}: {name}{value:g} is negative", words.offset(name))
-            corner.size = corner.size if size is None else size * self.modal.unit_mm
+                    raise fail(
+                        900012,
+                        f"G{code}: {name}{value:g} is negative",
+                        words.offset(name),
+                    )
+            corner.size = (
+                corner.size if size is None else size * self.modal.unit_mm
+            )
             corner.angle = corner.angle if angle is None else angle
         corner.on = True
         other.on = other.on and not corner.active
@@ -329,7 +418,11 @@ class Executor:
 
     @property
     def plain_geometry(self) -> bool:
-        return self.transform.identity and bool(self.plane_code) and not self.plane_reversed
+        return (
+            self.transform.identity
+            and bool(self.plane_code)
+            and not self.plane_reversed
+        )
 
     # M functions
 
@@ -343,7 +436,9 @@ class Executor:
             elif number not in self.machine.m_functions:
                 text = f"M{number}: no macro of this number, and the cell has no such M function (m_synch)"
                 raise fail(900009, text, offset)
-            rows += self.emit(self.modal.row(M, words.block.n, code=number, flags=STANDSTILL))
+            rows += self.emit(
+                self.modal.row(M, words.block.n, code=number, flags=STANDSTILL)
+            )
         return rows
 
     def _calls(self, words: Words) -> None:
@@ -352,9 +447,13 @@ class Executor:
                 self.calls.append(("M", number, offset, []))
         if words.block.hm:
             number, offset, arguments = words.block.hm
-            self.calls.append(("HM", number, offset, [argument() for argument in arguments]))
+            self.calls.append(
+                ("HM", number, offset, [argument() for argument in arguments])
+            )
         if len(self.calls) > 1:
-            raise fail(900011, "more than one macro call in a block", self.calls[1][2])
+            raise fail(
+                900011, "more than one macro call in a block", self.calls[1][2]
+            )
 
 
 MODES = frozenset({*codes.MOTIONS, 90, 91, 20, 21, 60, 61})
@@ -369,4 +468,6 @@ SETTINGS: dict[int, Callable[[Executor, Words, int], None]] = {
     81: Executor._limit,
     47: Executor._entry,
 }
-TRANSFORMS = frozenset({120, 121, 24, 25, 22, 23, 26, 27, 28, 50, 51, 52, 1051, 1050})
+TRANSFORMS = frozenset(
+    {120, 121, 24, 25, 22, 23, 26, 27, 28, 50, 51, 52, 1051, 1050}
+)

@@ -1,7 +1,9 @@
-"""From programmed to machine coordinates: origins, offsets, heads, tool length, presets.
+"""From programmed to machine coordinates: origins, offsets, heads, tool length,
+presets.
 
-machine = programmed + origin + offset + head + length + home.  ``home`` is what G89 and G86 have shifted: coordinates
-"from home" are machine coordinates without it.
+machine = programmed + origin + offset + head + length + home.  ``home`` is what
+G89 and G86 have shifted: coordinates "from home" are machine coordinates
+without it.
 """
 
 from __future__ import annotations
@@ -24,9 +26,13 @@ Array = npt.NDArray[np.float64]
 class Layer:
     """A table of slots and what is in force of it: work origins, or work offsets."""
 
-    def __init__(self, names: tuple[str, ...], table: dict[int, dict[str, float]]) -> None:
+    def __init__(
+        self, names: tuple[str, ...], table: dict[int, dict[str, float]]
+    ) -> None:
         self._names = names
-        self._slots = {number: self._array(values) for number, values in table.items()}
+        self._slots = {
+            number: self._array(values) for number, values in table.items()
+        }
         self.index = 0
         self.on = True
         self.value: Array = self.slot(0).copy()
@@ -66,11 +72,16 @@ class Layer:
 class Frame:
     """All layers of one channel; ``update`` gives their sum to the modal state."""
 
-    def __init__(self, machine: ProgramMachine, modal: Modal, cell: IsonsCell) -> None:
+    def __init__(
+        self, machine: ProgramMachine, modal: Modal, cell: IsonsCell
+    ) -> None:
         self._modal = modal
         self.names = tuple(name.upper() for name in machine.axes)
         self._heads = cell.heads
-        self.origin, self.offset = Layer(self.names, cell.origins), Layer(self.names, cell.offsets)
+        self.origin, self.offset = (
+            Layer(self.names, cell.origins),
+            Layer(self.names, cell.offsets),
+        )
         count = len(self.names)
         self.head_number, self.head_on = -1, True
         self.length: Array = np.zeros(count)
@@ -81,9 +92,15 @@ class Frame:
 
     def take_over(self, other: Frame) -> None:
         """Everything as another frame of the same machine has it."""
-        self.origin, self.offset = copy.deepcopy(other.origin), copy.deepcopy(other.offset)
+        self.origin, self.offset = (
+            copy.deepcopy(other.origin),
+            copy.deepcopy(other.offset),
+        )
         self.head_number, self.head_on = other.head_number, other.head_on
-        self.length, self.length_extra = other.length.copy(), other.length_extra.copy()
+        self.length, self.length_extra = (
+            other.length.copy(),
+            other.length_extra.copy(),
+        )
         self.home = other.home.copy()
         self.length_axis = other.length_axis
         self.update()
@@ -95,7 +112,9 @@ class Frame:
     @property
     def sensor(self) -> Array:
         """Sensor offset of the head, (axes,)."""
-        return np.array([self.head.sensor.get(name, 0.0) for name in self.names])
+        return np.array(
+            [self.head.sensor.get(name, 0.0) for name in self.names]
+        )
 
     def _head(self) -> Array:
         values = [self.head.offset.get(name, 0.0) for name in self.names]
@@ -121,7 +140,9 @@ class Frame:
         other = self.offset if layer is self.origin else self.origin
         here = self._modal.position - self.below - other.acting
         for axis in axes:
-            layer.value[axis] = here[axis] + (self.sensor[axis] if sensor else 0.0)
+            layer.value[axis] = here[axis] + (
+                self.sensor[axis] if sensor else 0.0
+            )
         layer.on = True
         self.update()
 
@@ -149,5 +170,9 @@ class Frame:
 def check_slot(name: str, number: float, offset: int) -> int:
     """The number of a slot 0..255."""
     if number != int(number) or not 0 <= number < SLOTS:
-        raise fail(909110, f"{name} {number:g}: a whole number 0..{SLOTS - 1} is expected", offset)
+        raise fail(
+            909110,
+            f"{name} {number:g}: a whole number 0..{SLOTS - 1} is expected",
+            offset,
+        )
     return int(number)

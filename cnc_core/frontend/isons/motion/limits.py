@@ -16,12 +16,23 @@ class Limits:
     """Which limit is in force at each end of each axis."""
 
     def __init__(self, machine: ProgramMachine, parameters: Parameters) -> None:
-        self._names, self._parameters = [name.upper() for name in machine.axes], parameters
+        self._names, self._parameters = (
+            [name.upper() for name in machine.axes],
+            parameters,
+        )
         count = len(self._names)
         far = np.full(count, np.inf)
         self._cell = machine.limits or (-far, far)
-        self._secondary: npt.NDArray[np.bool_] = np.zeros((2, count), dtype=bool)  # negative, positive
-        names = [self._name(end, axis, second) for end in (0, 1) for axis in self._names for second in (False, True)]
+        # negative, positive
+        self._secondary: npt.NDArray[np.bool_] = np.zeros(
+            (2, count), dtype=bool
+        )
+        names = [
+            self._name(end, axis, second)
+            for end in (0, 1)
+            for axis in self._names
+            for second in (False, True)
+        ]
         self.active = any(parameters.given(name) for name in names)
         self.refresh()
 
@@ -29,7 +40,9 @@ class Limits:
         return f"{'2ND_' if secondary else ''}LIMITE_{'NP'[end]}_{axis}"
 
     def choose(self, axis: int, mode: int) -> None:
-        """G81: 0 primary positive, 1 primary negative, 2 secondary positive, 3 secondary negative."""
+        """G81: 0 primary positive, 1 primary negative, 2 secondary positive, 3
+        secondary negative.
+        """
         self._secondary[0 if mode % 2 else 1, axis] = mode >= 2
 
     def refresh(self) -> None:
@@ -40,6 +53,8 @@ class Limits:
         for i, axis in enumerate(self._names):
             for secondary in (False, True):
                 name = self._name(end, axis, secondary)
-                if secondary <= bool(self._secondary[end, i]) and self._parameters.given(name):
+                if secondary <= bool(
+                    self._secondary[end, i]
+                ) and self._parameters.given(name):
                     found[i] = self._parameters[name] * UNIT_MM
         return found

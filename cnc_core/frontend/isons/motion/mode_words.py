@@ -19,7 +19,9 @@ SAMPLES_MAX = 10000
 FILTER_CODES = (66, 72, 73, 74, 106)
 
 
-def mode_function(executor: Executor, code: int, words: Words, offset: int) -> None:
+def mode_function(
+    executor: Executor, code: int, words: Words, offset: int
+) -> None:
     """Take over one function; the rows for it come before the block's motion."""
     executor.modes_changed = True
     if code in (63, 64, 65, 67, 75):
@@ -31,13 +33,23 @@ def mode_function(executor: Executor, code: int, words: Words, offset: int) -> N
     elif code == 49:
         _mild(executor, words, offset)
     else:
-        {66: _feed_control, 72: _nurbs, 73: _noise, 74: _short, 106: _smooth}[code](executor, words, offset)
+        {66: _feed_control, 72: _nurbs, 73: _noise, 74: _short, 106: _smooth}[
+            code
+        ](executor, words, offset)
         if not executor.modes.filtering:
-            executor.warn(907042, f"G{code} acts when G69 X is over {DEPTH_OFF}", offset)
+            executor.warn(
+                907042, f"G{code} acts when G69 X is over {DEPTH_OFF}", offset
+            )
 
 
 def _number(
-    words: Words, name: str, offset: int, low: float, high: float = 1e9, *, whole: bool = False
+    words: Words,
+    name: str,
+    offset: int,
+    low: float,
+    high: float = 1e9,
+    *,
+    whole: bool = False,
 ) -> float | None:
     """A word's value inside its range, None if it is not programmed."""
     value = words.take(name)
@@ -45,7 +57,11 @@ def _number(
         return None
     if not low <= value <= high or (whole and value != int(value)):
         what = "a whole number " if whole else ""
-        raise fail(900012, f"{name}{value:g}: {what}{low:g} to {high:g} is expected", words.offset(name) or offset)
+        raise fail(
+            900012,
+            f"{name}{value:g}: {what}{low:g} to {high:g} is expected",
+            words.offset(name) or offset,
+        )
     return value
 
 
@@ -61,13 +77,17 @@ def _always_plane(executor: Executor, words: Words, offset: int) -> None:
     limit = _number(words, "X", offset, -1)
     executor.modes.mode = 68
     rate = executor.parameters["FEEDRES"] / 60.0
-    executor.modes.transport_limit = -1.0 if limit == -1.0 else (limit or 0.0) * rate
+    executor.modes.transport_limit = (
+        -1.0 if limit == -1.0 else (limit or 0.0) * rate
+    )
 
 
 def _depth(executor: Executor, words: Words, offset: int) -> None:
     value = _number(words, "X", offset, 0, DEPTH_MAX, whole=True)
     if value is None:
-        raise fail(900012, "G69: X with the number of blocks is expected", offset)
+        raise fail(
+            900012, "G69: X with the number of blocks is expected", offset
+        )
     axes = executor.named_axes(words)
     if len(axes) > 1:
         raise fail(900004, "G69: one tangential axis at most", offset)
@@ -91,7 +111,9 @@ def _mild(executor: Executor, words: Words, offset: int) -> None:
 def _feed_control(executor: Executor, words: Words, offset: int) -> None:
     filters = executor.modes.filters
     rate = executor.parameters["FEEDRES"] / 60.0 * executor.modal.unit_mm
-    filters.feed_control = _switch(words, offset, SAMPLES_MAX, filters.feed_control)
+    filters.feed_control = _switch(
+        words, offset, SAMPLES_MAX, filters.feed_control
+    )
     inertia, dead, floor = (_number(words, name, offset, 0) for name in "YZA")
     filters.inertia = filters.inertia if inertia is None else inertia
     filters.dead_band = filters.dead_band if dead is None else dead * rate
@@ -101,9 +123,14 @@ def _feed_control(executor: Executor, words: Words, offset: int) -> None:
 def _nurbs(executor: Executor, words: Words, offset: int) -> None:
     filters, unit = executor.modes.filters, executor.modal.unit_mm
     filters.nurbs = bool(_switch(words, offset, 1, 0))
-    length, step = _number(words, "Y", offset, 0), _number(words, "A", offset, 1e-3)
+    length, step = (
+        _number(words, "Y", offset, 0),
+        _number(words, "A", offset, 1e-3),
+    )
     order = _number(words, "Z", offset, 1, ORDER_MAX, whole=True)
-    filters.nurbs_length = filters.nurbs_length if length is None else length * unit
+    filters.nurbs_length = (
+        filters.nurbs_length if length is None else length * unit
+    )
     filters.nurbs_step = filters.nurbs_step if step is None else step * unit
     filters.nurbs_order = filters.nurbs_order if order is None else int(order)
 
@@ -111,10 +138,15 @@ def _nurbs(executor: Executor, words: Words, offset: int) -> None:
 def _noise(executor: Executor, words: Words, offset: int) -> None:
     filters, unit = executor.modes.filters, executor.modal.unit_mm
     filters.noise = _switch(words, offset, 3, filters.noise)
-    angle, length = _number(words, "Y", offset, 0, 180), _number(words, "Z", offset, 0)
+    angle, length = (
+        _number(words, "Y", offset, 0, 180),
+        _number(words, "Z", offset, 0),
+    )
     cusps = _number(words, "A", offset, 0, 1, whole=True)
     filters.noise_angle = filters.noise_angle if angle is None else angle
-    filters.noise_length = filters.noise_length if length is None else length * unit
+    filters.noise_length = (
+        filters.noise_length if length is None else length * unit
+    )
     filters.cusps = filters.cusps if cusps is None else bool(cusps)
 
 
@@ -122,7 +154,11 @@ def _short(executor: Executor, words: Words, offset: int) -> None:
     filters = executor.modes.filters
     filters.short = bool(_switch(words, offset, 1, 0))
     length = _number(words, "Y", offset, 0)
-    filters.short_length = filters.short_length if length is None else length * executor.modal.unit_mm
+    filters.short_length = (
+        filters.short_length
+        if length is None
+        else length * executor.modal.unit_mm
+    )
 
 
 def _smooth(executor: Executor, words: Words, offset: int) -> None:
@@ -130,13 +166,22 @@ def _smooth(executor: Executor, words: Words, offset: int) -> None:
     filters, unit = executor.modes.filters, executor.modal.unit_mm
     number = words.indices.get(106)
     if number is None or number not in range(len(AXIS_LETTERS)):
-        raise fail(900012, "G106: the index of an axis in brackets, [0] to [8], is expected", offset)
+        raise fail(
+            900012,
+            "G106: the index of an axis in brackets, [0] to [8], is expected",
+            offset,
+        )
     axis = executor.axis(AXIS_LETTERS[int(number)], offset)
     on = _switch(words, offset, 1, 0)
-    level, length = _number(words, "A", offset, 0, 1), _number(words, "B", offset, 0)
+    level, length = (
+        _number(words, "A", offset, 0, 1),
+        _number(words, "B", offset, 0),
+    )
     if length is not None:
         filters.smooth_length = length * unit
     if not on:
         filters.smooth.pop(axis, None)
         return
-    filters.smooth[axis] = filters.smooth.get(axis, 0.7) if level is None else max(level, 1e-6)
+    filters.smooth[axis] = (
+        filters.smooth.get(axis, 0.7) if level is None else max(level, 1e-6)
+    )

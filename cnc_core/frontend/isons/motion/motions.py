@@ -25,21 +25,41 @@ def motion(executor: Executor, words: Words) -> list[Row]:
     arc = executor.modal.motion >= 2
     centre = {}
     if arc:
-        centre = {letter: words.values[letter] for letter in "IJ" if letter in words.values}
+        centre = {
+            letter: words.values[letter]
+            for letter in "IJ"
+            if letter in words.values
+        }
         words.used |= {"I", "J", "R"}
     radius = words.values.get("R") if arc else None
     if radius is not None and not (given or centre):
         raise fail(
-            900007, "wrong circle: R needs an end point, a full circle has I and J", words.block.offsets["R"]
+            900007,
+            "wrong circle: R needs an end point, a full circle has I and J",
+            words.block.offsets["R"],
         )
     if not (given or centre):
         return []
-    offset = min(words.block.offsets[name] for name in words.block.offsets if name.lstrip("D") in "XYZABCUVWIJ")
-    return move(executor, given, centre, radius, 940 in words.codes, words.block.n, offset)
+    offset = min(
+        words.block.offsets[name]
+        for name in words.block.offsets
+        if name.lstrip("D") in "XYZABCUVWIJ"
+    )
+    return move(
+        executor,
+        given,
+        centre,
+        radius,
+        940 in words.codes,
+        words.block.n,
+        offset,
+    )
 
 
 def targets(executor: Executor, words: Words) -> dict[int, tuple[float, bool]]:
-    """Axis words of a motion: value, and whether it counts from where the axis is, by axis."""
+    """Axis words of a motion: value, and whether it counts from where the axis
+    is, by axis.
+    """
     given: dict[int, tuple[float, bool]] = {}
     names = [letter for letter in AXIS_LETTERS if letter not in words.used]
     for letter in names:
@@ -47,26 +67,48 @@ def targets(executor: Executor, words: Words) -> dict[int, tuple[float, bool]]:
             if name in words.values and name not in words.used:
                 axis = executor.axis(letter, words.offset(name))
                 if axis in given:
-                    raise fail(900005, f"{letter} twice in one block", words.offset(name))
-                given[axis] = (words.values[name], name != letter or not executor.modal.absolute)
+                    raise fail(
+                        900005,
+                        f"{letter} twice in one block",
+                        words.offset(name),
+                    )
+                given[axis] = (
+                    words.values[name],
+                    name != letter or not executor.modal.absolute,
+                )
                 words.used.add(name)
     return given
 
 
 def place_of(executor: Executor, given: dict[int, tuple[float, bool]]) -> Array:
-    """(axes,) machine position that axis words lead to, through transformations, origins and offsets."""
+    """(axes,) machine position that axis words lead to, through
+    transformations, origins and offsets.
+    """
     position, frame = executor.modal.position, executor.frame.total
-    place, moved = transformed(executor, given, executor.transform.backward(position - frame), frame)
+    place, moved = transformed(
+        executor, given, executor.transform.backward(position - frame), frame
+    )
     return np.where(moved, place, position)
 
 
 def transformed(
-    executor: Executor, given: dict[int, tuple[float, bool]], now: Array, frame: Array
+    executor: Executor,
+    given: dict[int, tuple[float, bool]],
+    now: Array,
+    frame: Array,
 ) -> tuple[Array, npt.NDArray[np.bool_]]:
-    """(axes,) machine position of axis words seen from ``now`` in the transformed system, and (axes,) which move."""
+    """(axes,) machine position of axis words seen from ``now`` in the
+    transformed system, and (axes,) which move.
+    """
     point = now.copy()
     for axis, (value, relative) in given.items():
-        point[axis] = target(executor, axis, value * executor.scale(axis), relative, float(now[axis]))
+        point[axis] = target(
+            executor,
+            axis,
+            value * executor.scale(axis),
+            relative,
+            float(now[axis]),
+        )
     moved = np.asarray(executor.transform.matrix[:, list(given)].any(axis=1))
     return executor.transform.forward(point) + frame, moved
 
@@ -80,14 +122,27 @@ def move(
     n: int,
     offset: int,
 ) -> list[Row]:
-    """The words as they are where nothing stands between program and machine, else through it."""
+    """The words as they are where nothing stands between program and machine,
+    else through it.
+    """
     modal = executor.modal
     relative = {is_relative for _, is_relative in given.values()}
-    simple = executor.plain_geometry and not without_origin and relative <= {not modal.absolute}
+    simple = (
+        executor.plain_geometry
+        and not without_origin
+        and relative <= {not modal.absolute}
+    )
     if simple and not any(executor.rotary_modes.get(axis) for axis in given):
-        words = MotionWords(axis={axis: value for axis, (value, _) in given.items()}, centre=centre, r=radius, n=n)
+        words = MotionWords(
+            axis={axis: value for axis, (value, _) in given.items()},
+            centre=centre,
+            r=radius,
+            n=n,
+        )
         return applied(executor, words, offset)
-    return through_transformations(executor, given, centre, radius, without_origin, n, offset)
+    return through_transformations(
+        executor, given, centre, radius, without_origin, n, offset
+    )
 
 
 def applied(executor: Executor, words: MotionWords, offset: int) -> list[Row]:
@@ -96,7 +151,9 @@ def applied(executor: Executor, words: MotionWords, offset: int) -> list[Row]:
     if error:
         text = ERRORS[error]
         if error == 900007:
-            text += f"; allowed is {executor.parameters.length('SGLR'):g} mm (SGLR)"
+            text += (
+                f"; allowed is {executor.parameters.length('SGLR'):g} mm (SGLR)"
+            )
         raise fail(error, text, offset)
     return [] if row is None else executor.emit(row)
 
@@ -112,16 +169,24 @@ def through_transformations(
 ) -> list[Row]:
     """Through the transformations, in machine coordinates."""
     modal, transform = executor.modal, executor.transform
-    frame = executor.frame.total - (executor.frame.origin.acting if without_origin else 0.0)
+    frame = executor.frame.total - (
+        executor.frame.origin.acting if without_origin else 0.0
+    )
     now = transform.backward(modal.position - frame)
     place, moved = transformed(executor, given, now, frame)
-    words = MotionWords(axis={int(i): float(place[i]) for i in np.flatnonzero(moved)}, n=n, motion=modal.motion)
+    words = MotionWords(
+        axis={int(i): float(place[i]) for i in np.flatnonzero(moved)},
+        n=n,
+        motion=modal.motion,
+    )
     if modal.motion >= 2:
         arc_words(executor, words, centre, radius, now, frame, offset)
     return in_machine_coordinates(executor, words, offset)
 
 
-def target(executor: Executor, axis: int, value: float, relative: bool, now: float) -> float:
+def target(
+    executor: Executor, axis: int, value: float, relative: bool, now: float
+) -> float:
     """Where an axis goes; rotary axes by their mode."""
     if relative:
         return now + value
@@ -157,13 +222,20 @@ def arc_words(
     absolute = executor.modal.absolute and not executor.parameters["ARC_REL"]
     point = now.copy()
     for letter, axis in (("I", first), ("J", second)):
-        point[axis] = centre.get(letter, 0.0) * executor.modal.unit_mm + (0.0 if absolute else now[axis])
+        point[axis] = centre.get(letter, 0.0) * executor.modal.unit_mm + (
+            0.0 if absolute else now[axis]
+        )
     place = executor.transform.forward(point) + frame
     pair = (second, first) if executor.plane_reversed else (first, second)
-    words.centre = {letter: float(place[axis]) for letter, axis in zip("IJ", pair, strict=True)}
+    words.centre = {
+        letter: float(place[axis])
+        for letter, axis in zip("IJ", pair, strict=True)
+    }
 
 
-def in_machine_coordinates(executor: Executor, words: MotionWords, offset: int) -> list[Row]:
+def in_machine_coordinates(
+    executor: Executor, words: MotionWords, offset: int
+) -> list[Row]:
     """Rows of words that count from home, in mm and absolute."""
     modal = executor.modal
     absolute, inch, motion = modal.absolute, modal.unit_mm != 1.0, modal.motion
@@ -173,6 +245,12 @@ def in_machine_coordinates(executor: Executor, words: MotionWords, offset: int) 
     try:
         return applied(executor, words, offset)
     finally:
-        modal.apply(MotionWords(inch=inch, centre_absolute=not executor.parameters["ARC_REL"], motion=motion))
+        modal.apply(
+            MotionWords(
+                inch=inch,
+                centre_absolute=not executor.parameters["ARC_REL"],
+                motion=motion,
+            )
+        )
         modal.set_absolute(absolute)
         executor.frame.update()

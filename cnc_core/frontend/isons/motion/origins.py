@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 FIXED_ORIGINS = {55: "Y", 56: "Z", 57: "XY", 58: "YZ", 59: "XZ"}
 
 
-def frame_function(executor: Executor, code: int, offset: int, words: Words) -> None:
+def frame_function(
+    executor: Executor, code: int, offset: int, words: Words
+) -> None:
     """What moves the zero: origins, offsets, heads, lengths, presets."""
     frame = executor.frame
     executor.not_compensated(f"G{code}", offset)
@@ -27,16 +29,24 @@ def frame_function(executor: Executor, code: int, offset: int, words: Words) -> 
     elif code in (87, 88):
         frame.head_on = code == 88
     elif code == 94 and "USER_OFFSET" not in words.values:
-        frame.origin.store(some_values(executor, words, frame.origin.value, code, offset))
+        frame.origin.store(
+            some_values(executor, words, frame.origin.value, code, offset)
+        )
     elif code in (93, 94):  # the guide's example of USER_OFFSET has G94 (A-20)
         offsets(executor, words, code, offset)
     elif code in (92, 82, 95, 85):
         layer = frame.origin if code in (92, 82) else frame.offset
-        frame.set_here(layer, some_axes(executor, words, code, offset), code in (82, 85))
+        frame.set_here(
+            layer, some_axes(executor, words, code, offset), code in (82, 85)
+        )
     elif code in range(54, 60):
         recall(executor, code, offset, words)
     elif code == 89:
-        executor.frame.preset(some_values(executor, words, frame.position_from_home(), code, offset))
+        executor.frame.preset(
+            some_values(
+                executor, words, frame.position_from_home(), code, offset
+            )
+        )
     elif code == 86:
         frame.preset_turns(rotary_axes(executor, words, offset))
     else:
@@ -44,7 +54,9 @@ def frame_function(executor: Executor, code: int, offset: int, words: Words) -> 
     frame.update()
 
 
-def some_axes(executor: Executor, words: Words, code: int, offset: int) -> list[int]:
+def some_axes(
+    executor: Executor, words: Words, code: int, offset: int
+) -> list[int]:
     """Axes that are named, at least one."""
     axes = executor.named_axes(words)
     if not axes:
@@ -52,7 +64,9 @@ def some_axes(executor: Executor, words: Words, code: int, offset: int) -> list[
     return axes
 
 
-def some_values(executor: Executor, words: Words, current: Array, code: int, offset: int) -> dict[int, float]:
+def some_values(
+    executor: Executor, words: Words, current: Array, code: int, offset: int
+) -> dict[int, float]:
     """As ``_given``, at least one."""
     values = executor.given(words, current)
     if not values:
@@ -95,7 +109,11 @@ def rotary_axes(executor: Executor, words: Words, offset: int) -> list[int]:
     axes = some_axes(executor, words, 86, offset)
     for axis in axes:
         if not executor.machine.rotary[axis]:
-            raise fail(909113, f"G86: {executor.machine.axes[axis]} is not a rotary axis", offset)
+            raise fail(
+                909113,
+                f"G86: {executor.machine.axes[axis]} is not a rotary axis",
+                offset,
+            )
     return axes
 
 
@@ -121,13 +139,18 @@ def length(executor: Executor, code: int, offset: int, words: Words) -> None:
     frame.length_axis = axis
 
 
-def length_word(executor: Executor, code: int, axis: int, words: Words) -> float:
+def length_word(
+    executor: Executor, code: int, axis: int, words: Words
+) -> float:
     """Length that G43 or G45 names, 0: that of the tool table."""
     if code == 45:
         return 0.0
     value, relative = words.take("X"), words.take("DX")
     if relative is not None:
-        return float(abs(executor.frame.length[axis])) + relative * executor.modal.unit_mm
+        return (
+            float(abs(executor.frame.length[axis]))
+            + relative * executor.modal.unit_mm
+        )
     return (value or 0.0) * executor.modal.unit_mm
 
 
@@ -139,5 +162,8 @@ def origin_words(executor: Executor, words: Words) -> None:
             continue
         offset = words.offset("O" + letter)
         executor.not_compensated(f"O{letter}", offset)
-        executor.frame.origin.recall([executor.axis(letter, offset)], check_slot(f"O{letter}", number, offset))
+        executor.frame.origin.recall(
+            [executor.axis(letter, offset)],
+            check_slot(f"O{letter}", number, offset),
+        )
         executor.frame.update()

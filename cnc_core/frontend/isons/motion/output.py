@@ -1,4 +1,6 @@
-"""Rows on their way out of the front end: corners, radius compensation, feed bounds, limits in force."""
+"""Rows on their way out of the front end: corners, radius compensation, feed
+bounds, limits in force.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, POLYNOMIAL, RAPID, motion_planes
+from cnc_core.blocks import (
+    CIRCULAR,
+    COMPENSATION,
+    LINEAR,
+    POLYNOMIAL,
+    RAPID,
+    motion_planes,
+)
 from cnc_core.blocks.arcs import arc_extremes
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.lexer import fail
@@ -31,7 +40,9 @@ Array = npt.NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Bounds:
-    """What rows have to keep: feeds in mm/s, ends of the axes (None: the cell's own limits are enough)."""
+    """What rows have to keep: feeds in mm/s, ends of the axes (None: the cell's
+    own limits are enough).
+    """
 
     slowest: float
     fastest: float
@@ -39,31 +50,53 @@ class Bounds:
     high: Array | None = None
 
     def check(
-        self, rows: npt.NDArray[Any], names: Sequence[str], start: Array, main: tuple[int, int, int]
+        self,
+        rows: npt.NDArray[Any],
+        names: Sequence[str],
+        start: Array,
+        main: tuple[int, int, int],
     ) -> tuple[int, str] | None:
-        """Bound the feeds; the first row beyond a limit in force, and what is wrong with it.
+        """Bound the feeds; the first row beyond a limit in force, and what is
+        wrong with it.
 
-        ``start``: (axes,) where the first row begins.  ``main``: channel index of X, Y, Z.
+        ``start``: (axes,) where the first row begins.  ``main``: channel index
+        of X, Y, Z.
         """
         if self.slowest > 0.0 or self.fastest < math.inf:
-            driven = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & RAPID) == 0)
-            rows["feed"][driven] = np.clip(rows["feed"][driven], min(self.slowest, self.fastest), self.fastest)
+            driven = (rows["type"] <= POLYNOMIAL) & (
+                (rows["flags"] & RAPID) == 0
+            )
+            rows["feed"][driven] = np.clip(
+                rows["feed"][driven],
+                min(self.slowest, self.fastest),
+                self.fastest,
+            )
         if self.low is None or self.high is None:
             return None
         moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
         if not len(moving):
             return None
         low, high = _reach(rows[moving], start[: len(names)], main)
-        beyond = (low < self.low - TOLERANCE_MM) | (high > self.high + TOLERANCE_MM)
+        beyond = (low < self.low - TOLERANCE_MM) | (
+            high > self.high + TOLERANCE_MM
+        )
         if not beyond.any():
             return None
         row, axis = (int(i) for i in np.argwhere(beyond)[0])
-        value = low[row, axis] if low[row, axis] < self.low[axis] else high[row, axis]
+        value = (
+            low[row, axis]
+            if low[row, axis] < self.low[axis]
+            else high[row, axis]
+        )
         text = f"axis {names[axis]} would reach {value:g}, in force is "
-        return int(moving[row]), f"{text}{self.low[axis]:g} to {self.high[axis]:g}"
+        return int(
+            moving[row]
+        ), f"{text}{self.low[axis]:g} to {self.high[axis]:g}"
 
 
-def _reach(rows: npt.NDArray[Any], start: Array, main: tuple[int, int, int]) -> tuple[Array, Array]:
+def _reach(
+    rows: npt.NDArray[Any], start: Array, main: tuple[int, int, int]
+) -> tuple[Array, Array]:
     """(low, high), each (n, axes), of lines and arcs one behind the other."""
     ends = rows["end"][:, : len(start)]
     low, high = ends.copy(), ends.copy()
@@ -71,7 +104,9 @@ def _reach(rows: npt.NDArray[Any], start: Array, main: tuple[int, int, int]) -> 
         return low, high
     starts = np.vstack([start, ends[:-1]])
     for plane in (17, 18, 19):
-        arcs = np.flatnonzero((rows["type"] == CIRCULAR) & (rows["plane"] == plane))
+        arcs = np.flatnonzero(
+            (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
+        )
         if len(arcs):
             first, second, _ = motion_planes(plane)
             at = (arcs[:, None], np.array([main[first], main[second]]))
@@ -80,9 +115,13 @@ def _reach(rows: npt.NDArray[Any], start: Array, main: tuple[int, int, int]) -> 
 
 
 class Output:
-    """``side``: 40, 41, 42 as programmed; compensation begins with the first feed motion in the plane behind it."""
+    """``side``: 40, 41, 42 as programmed; compensation begins with the first
+    feed motion in the plane behind it.
+    """
 
-    def __init__(self, machine: ProgramMachine, modal: Modal, parameters: Parameters) -> None:
+    def __init__(
+        self, machine: ProgramMachine, modal: Modal, parameters: Parameters
+    ) -> None:
         self._modal, self._parameters = modal, parameters
         self._axes = len(machine.axes)
         self.names = [name.upper() for name in machine.axes]
@@ -91,8 +130,10 @@ class Output:
         self.limits = Limits(machine, parameters)
         self.side = OFF
         self._armed = False
-        self.leaving = False  # compensation is off, the motion that leaves the contour has not come
-        self._corner = 0  # what the stage has been told last, 0: compensation is off there
+        # compensation is off, the motion that leaves the contour has not come
+        self.leaving = False
+        # what the stage has been told last, 0: compensation is off there
+        self._corner = 0
         self._radius = 0.0
         self._code = 17
         self._n = 0
@@ -104,8 +145,15 @@ class Output:
         """Take over the parameters; ``limits``: rows are positions of the axes."""
         p = self._parameters
         self.limits.refresh()
-        slowest, fastest = p.speed("FEEDMIN") / 60.0, p.speed("FEEDMAX") / 60.0 or math.inf
-        ends = (self.limits.low, self.limits.high) if self.limits.active and limits else (None, None)
+        slowest, fastest = (
+            p.speed("FEEDMIN") / 60.0,
+            p.speed("FEEDMAX") / 60.0 or math.inf,
+        )
+        ends = (
+            (self.limits.low, self.limits.high)
+            if self.limits.active and limits
+            else (None, None)
+        )
         self.bounds = Bounds(slowest, fastest, *ends)
 
     @property
@@ -125,20 +173,31 @@ class Output:
         self.corners.follow(position)
 
     def stopped(self, position: Array) -> None:
-        """The axes have been stopped: nothing is held, compensated or rounded any more."""
+        """The axes have been stopped: nothing is held, compensated or rounded
+        any more.
+        """
         self.corners.flush()
-        self.side, self._armed, self._corner, self.leaving = OFF, False, 0, False
+        self.side, self._armed, self._corner, self.leaving = (
+            OFF,
+            False,
+            0,
+            False,
+        )
         self.moved_to(position)
 
     # rows
 
     def push(self, row: Row) -> list[Row]:
         """Final rows."""
-        return [out for part in self.corners.push(row) for out in self._final(part)]
+        return [
+            out for part in self.corners.push(row) for out in self._final(part)
+        ]
 
     def flush(self) -> list[Row]:
         """What the corners hold."""
-        return [out for part in self.corners.flush() for out in self._final(part)]
+        return [
+            out for part in self.corners.flush() for out in self._final(part)
+        ]
 
     def _final(self, row: Row) -> list[Row]:
         wrong = self.bounds.check(row, self.names, self._last, self.main)
@@ -147,13 +206,17 @@ class Output:
         if row["type"][0] > POLYNOMIAL:
             return [row]
         rows = self._compensated(row) if self.side != OFF else [row]
-        self.leaving = self.leaving and self.side == OFF and self._headings(row)[0] is None
+        self.leaving = (
+            self.leaving and self.side == OFF and self._headings(row)[0] is None
+        )
         self._last = row["end"][0][: self._axes].copy()
         return rows
 
     # radius compensation
 
-    def compensate(self, side: int, radius: float, code: int, n: int, offset: int) -> list[Row]:
+    def compensate(
+        self, side: int, radius: float, code: int, n: int, offset: int
+    ) -> list[Row]:
         """G40, G41, G42."""
         rows = self.flush()
         if side == OFF:
@@ -164,7 +227,11 @@ class Output:
             self._modal.set_compensated(False)
             return rows
         if not code:
-            raise fail(900003, "radius compensation in this plane is not supported", offset)
+            raise fail(
+                900003,
+                "radius compensation in this plane is not supported",
+                offset,
+            )
         self._armed = self._armed or side != self.side
         self.side, self._radius, self._code, self._n = side, radius, code, n
         self._modal.set_compensated(True)
@@ -172,12 +239,20 @@ class Output:
         return rows
 
     def _row(self, side: int, corner: int) -> Row:
-        row = self._modal.row(COMPENSATION, self._n, code=side, value=self._value())
-        row["plane"], row["degree"], row["pool"] = self._code, corner, PERPENDICULAR
+        row = self._modal.row(
+            COMPENSATION, self._n, code=side, value=self._value()
+        )
+        row["plane"], row["degree"], row["pool"] = (
+            self._code,
+            corner,
+            PERPENDICULAR,
+        )
         return row
 
     def _value(self) -> float:
-        """Radius; negative swaps the side where the plane's axes are named the other way round."""
+        """Radius; negative swaps the side where the plane's axes are named the
+        other way round.
+        """
         return -self._radius if self.corners.reversed else self._radius
 
     def _compensated(self, row: Row) -> list[Row]:
@@ -205,13 +280,18 @@ class Output:
         return [self._row(self.side, corner), row]
 
     def _headings(self, row: Row) -> tuple[float | None, float]:
-        """Directions at start and end in the plane, rad; None if it does not move there."""
+        """Directions at start and end in the plane, rad; None if it does not
+        move there.
+        """
         a, b = self.corners.plane
         if self.corners.reversed:
             a, b = b, a
         start, end = self._last[[a, b]], row["end"][0][[a, b]]
         if row["type"][0] == CIRCULAR:
-            centre, sign = row["center"][0], math.copysign(1.0, float(row["angle"][0]))
+            centre, sign = (
+                row["center"][0],
+                math.copysign(1.0, float(row["angle"][0])),
+            )
             from_centre, to = start - centre, end - centre
             return (
                 math.atan2(sign * from_centre[0], -sign * from_centre[1]),

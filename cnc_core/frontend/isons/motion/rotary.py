@@ -7,7 +7,9 @@ TURN = 360.0
 
 
 def target_of(mode: int, now: float, value: float) -> float:
-    """Coordinate to drive to, degrees: ``value`` itself, or the same angle by the mode's way."""
+    """Coordinate to drive to, degrees: ``value`` itself, or the same angle by
+    the mode's way.
+    """
     if mode == LINEAR:
         return value
     ahead = (value - now) % TURN

@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 def selections(executor: Executor, words: Words) -> list[Row]:
     """Slots, head, pause mode, feed, tool and speed of a block."""
     rows: list[Row] = []
-    for name, layer in (("USER_ZERO", executor.frame.origin), ("USER_OFFSET", executor.frame.offset)):
+    for name, layer in (
+        ("USER_ZERO", executor.frame.origin),
+        ("USER_OFFSET", executor.frame.offset),
+    ):
         number = words.take(name)
         if number is not None:
             executor.not_compensated(name, words.offset(name))
@@ -28,11 +31,17 @@ def selections(executor: Executor, words: Words) -> list[Row]:
     head = words.take("H")
     if head is not None:
         executor.not_compensated("H", words.offset("H"))
-        executor.frame.select_head(check_slot("H", head, words.offset("H")), words.offset("H"))
+        executor.frame.select_head(
+            check_slot("H", head, words.offset("H")), words.offset("H")
+        )
     mode = words.take("PAUSE_MODE")
     if mode is not None:
         if mode not in range(5):
-            raise fail(900012, f"PAUSE_MODE {mode:g} is not 0..4", words.offset("PAUSE_MODE"))
+            raise fail(
+                900012,
+                f"PAUSE_MODE {mode:g} is not 0..4",
+                words.offset("PAUSE_MODE"),
+            )
         executor.pause_mode = int(mode)
     if "F" in words.values and 4 not in words.codes:
         feed_word(executor, words)
@@ -56,11 +65,16 @@ def tool_words(executor: Executor, words: Words) -> list[Row]:
     rows = []
     number = words.take("T")
     if number is not None:
-        number, executor.tool_instead = number if executor.tool_instead is None else executor.tool_instead, None
+        number, executor.tool_instead = (
+            number if executor.tool_instead is None else executor.tool_instead,
+            None,
+        )
         check_tool(executor, number, words.offset("T"))
         executor.not_compensated("T", words.offset("T"))
         executor.tool, executor.diameter = int(number), None
-        rows += executor.emit(executor.modal.row(T, words.block.n, code=executor.tool))
+        rows += executor.emit(
+            executor.modal.row(T, words.block.n, code=executor.tool)
+        )
     diameter = words.take("D")
     if diameter is not None:
         executor.not_compensated("D", words.offset("D"))
@@ -73,11 +87,19 @@ def tool_words(executor: Executor, words: Words) -> list[Row]:
 def check_tool(executor: Executor, number: float, offset: int) -> None:
     """A tool of the machine, or 0."""
     known = {**executor.cell.tools, **executor.machine.tools}
-    if number != int(number) or number < 0 or (number and known and number not in known):
+    if (
+        number != int(number)
+        or number < 0
+        or (number and known and number not in known)
+    ):
         raise fail(900014, f"T{number:g}: the machine has no such tool", offset)
     if number and not known and not executor.without_tools_told:
         executor.without_tools_told = True
-        executor.warn(907042, f"T{number:g}: the machine has no tool table, diameter and length are 0", offset)
+        executor.warn(
+            907042,
+            f"T{number:g}: the machine has no tool table, diameter and length are 0",
+            offset,
+        )
 
 
 def speed_word(executor: Executor, words: Words) -> list[Row]:
@@ -92,4 +114,6 @@ def speed_word(executor: Executor, words: Words) -> list[Row]:
     executor.spindle = min(speed, highest) if highest else speed
     if executor.parameters["WR_SPD"]:
         executor.speed_copied(executor.spindle)
-    return executor.emit(executor.modal.row(S, words.block.n, value=executor.spindle))
+    return executor.emit(
+        executor.modal.row(S, words.block.n, value=executor.spindle)
+    )

@@ -56,7 +56,9 @@ WRITABLE = frozenset({"O", "T", "U", "K", "PARM_"})
 
 
 class Shared:
-    """Inputs, outputs, generic variables and M parameters in the global external variables that the PLC sees."""
+    """Inputs, outputs, generic variables and M parameters in the global
+    external variables that the PLC sees.
+    """
 
     def __init__(self, port: ChannelPort, io_block: int) -> None:
         self._port = port
@@ -68,7 +70,9 @@ class Shared:
             ("K", "SGN32", GENERICS),
             ("PARM_", "SGN32", M_PARAMETERS),
         ):
-            self._places[family] = External(f"ISONS_{family}", kind, begin, count, "global")
+            self._places[family] = External(
+                f"ISONS_{family}", kind, begin, count, "global"
+            )
             begin += count
 
     def read(self, family: str, index: int) -> float:
@@ -79,8 +83,12 @@ class Shared:
         if family == "O":
             value = float(value != 0)
         elif not INT32_LOW <= value <= INT32_HIGH:
-            raise fail(900012, f"$_{family}: {value:g} is no 32-bit integer", offset)
-        self._port.write_external(self._places[family], index, float(int(value)))
+            raise fail(
+                900012, f"$_{family}: {value:g} is no 32-bit integer", offset
+            )
+        self._port.write_external(
+            self._places[family], index, float(int(value))
+        )
 
 
 class System:
@@ -90,7 +98,13 @@ class System:
     message_result: Callable[[], float]
     run_type = 0  # $_X7: 0 normal, 1 simulation, 2 GO BLOCK, 3 RETRACE
 
-    def __init__(self, port: ChannelPort, cell: IsonsCell, clock: Clock, positioners: Positioners) -> None:
+    def __init__(
+        self,
+        port: ChannelPort,
+        cell: IsonsCell,
+        clock: Clock,
+        positioners: Positioners,
+    ) -> None:
         self._port, self._cell, self._clock = port, cell, clock
         self.positioners = positioners
         self.shared = Shared(port, cell.io_block)
@@ -115,10 +129,18 @@ class System:
             raise fail(909101, f"$_{family}{index}: {ERRORS[909101]}", offset)
         known = INDICES[family]
         if index not in known:
-            text = "0..8, 100..108" if family in "QR" else f"{known[0]}..{known[-1]}"
-            raise fail(907014, f"$_{family}{index}: index out of range {text}", offset)
+            text = (
+                "0..8, 100..108"
+                if family in "QR"
+                else f"{known[0]}..{known[-1]}"
+            )
+            raise fail(
+                907014, f"$_{family}{index}: index out of range {text}", offset
+            )
 
-    def reader(self, family: str, index: int, offset: int) -> Callable[[], float]:
+    def reader(
+        self, family: str, index: int, offset: int
+    ) -> Callable[[], float]:
         self._check(family, index, offset)
         if family in ("I", "O", "K"):
             return lambda: self.shared.read(family, index)
@@ -140,7 +162,9 @@ class System:
         value = read[family]
         return lambda: float(value(index))
 
-    def writer(self, family: str, index: int, offset: int) -> Callable[[float], None]:
+    def writer(
+        self, family: str, index: int, offset: int
+    ) -> Callable[[float], None]:
         self._check(family, index, offset)
         if family not in WRITABLE:
             raise fail(907016, f"$_{family}{index} is read only", offset)
@@ -168,7 +192,12 @@ class System:
     def _counter(self, index: int) -> float:
         """The commanded target; behind a restart, where the program goes on."""
         executor = self.executor
-        return self._position(executor.modal.position if executor.counter is None else executor.counter, index)
+        return self._position(
+            executor.modal.position
+            if executor.counter is None
+            else executor.counter,
+            index,
+        )
 
     def _demand(self, index: int) -> float:
         return self._position(self.executor.modal.position, index)
@@ -176,7 +205,9 @@ class System:
     def _actual(self, index: int) -> float:
         if not self._port.answers or self.executor.output.side != OFF:
             return self._demand(index)
-        return self._position(self.executor.tip.programmed(self._port.live_position()), index)
+        return self._position(
+            self.executor.tip.programmed(self._port.live_position()), index
+        )
 
     @property
     def rests(self) -> bool:
@@ -190,7 +221,9 @@ class System:
         return self.degrees, self.run_type, self.positioners.state
 
     def _timer(self, index: int) -> float:
-        return max(0.0, round((self._timers[index] - self._clock.look()) * 1000.0, 6))
+        return max(
+            0.0, round((self._timers[index] - self._clock.look()) * 1000.0, 6)
+        )
 
     def _start(self, index: int, value: float, offset: int) -> None:
         if value < 0:
@@ -215,7 +248,11 @@ class System:
         executor.follow_scanner()
         frame, modal = executor.frame, executor.modal
         axis = frame.length_axis
-        length = float((frame.length + frame.length_extra)[axis]) if axis >= 0 else 0.0
+        length = (
+            float((frame.length + frame.length_extra)[axis])
+            if axis >= 0
+            else 0.0
+        )
         letter = executor.machine.axes[axis].upper() if axis >= 0 else "X"
         return float(
             (

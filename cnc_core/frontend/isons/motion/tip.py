@@ -1,4 +1,6 @@
-"""RTCP: G103 passes values, G104 lets the tool tip be programmed, G105 the axes again."""
+"""RTCP: G103 passes values, G104 lets the tool tip be programmed, G105 the axes
+again.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ if TYPE_CHECKING:
 
 VALUES, ON = 103, 104
 NO_KINEMATICS = 910106
-LENGTH = "Z"  # of the values of G103: tool length; the others are kept for the machine's geometry
+# of the values of G103: tool length; the others are kept for the machine's
+# geometry
+LENGTH = "Z"
 
 
 class Tip:
@@ -37,9 +41,15 @@ class Tip:
     @property
     def _machine(self) -> TipMachine | None:
         machine = self._executor.machine
-        return None if machine.kin_id is None else machine.kinematics.get(machine.kin_id)
+        return (
+            None
+            if machine.kin_id is None
+            else machine.kinematics.get(machine.kin_id)
+        )
 
-    def function(self, code: int, words: Words, offset: int) -> list[Row | Wait]:
+    def function(
+        self, code: int, words: Words, offset: int
+    ) -> list[Row | Wait]:
         """G103, G104, G105."""
         executor = self._executor
         executor.not_compensated(f"G{code}", offset)
@@ -51,10 +61,15 @@ class Tip:
             return []
         machine = self._machine
         if machine is None:
-            raise fail(NO_KINEMATICS, f"G{code}: {ERRORS[NO_KINEMATICS]}", offset)
+            raise fail(
+                NO_KINEMATICS, f"G{code}: {ERRORS[NO_KINEMATICS]}", offset
+            )
         if self.on == (code == ON):
             return []
-        return [*executor.output.flush(), *self._switch(machine, words.block.n, on=code == ON)]
+        return [
+            *executor.output.flush(),
+            *self._switch(machine, words.block.n, on=code == ON),
+        ]
 
     def _switch(self, machine: TipMachine, n: int, *, on: bool) -> list[Row]:
         """No axis moves; what is programmed from here on is another point."""
@@ -65,7 +80,11 @@ class Tip:
         else:
             place = machine.driven(modal.position[None, :], self._length)[0]
         self.on = on
-        coordinates = Coordinates(kinematics=executor.machine.kin_id, length=self._length) if on else Coordinates()
+        coordinates = (
+            Coordinates(kinematics=executor.machine.kin_id, length=self._length)
+            if on
+            else Coordinates()
+        )
         row = modal.row(COORDINATES, n)
         coordinates.fill(row, place)
         modal.set_position(place)

@@ -1,4 +1,6 @@
-"""Plane transformations: programmed -> swap -> mirror -> scale -> rotate, as one affine map of all axes."""
+"""Plane transformations: programmed -> swap -> mirror -> scale -> rotate, as
+one affine map of all axes.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ SAME = 1e-12
 
 @dataclass
 class Rotation:
-    """About (``first``, ``second``) of the plane, degrees counter-clockwise from first to second axis."""
+    """About (``first``, ``second``) of the plane, degrees counter-clockwise
+    from first to second axis.
+    """
 
     first: float = 0.0
     second: float = 0.0
@@ -31,9 +35,12 @@ class Scaling:
 
 
 class Transform:
-    """State of the transformations.  ``swaps``: pairs of axes by function; ``mirrored``: axes.
+    """State of the transformations.
 
-    ``matrix`` (axes, axes) and ``shift`` (axes,): place = matrix @ programmed + shift, before the offsets.
+    ``swaps``: pairs of axes by function; ``mirrored``: axes.
+
+    ``matrix`` (axes, axes) and ``shift`` (axes,): place = matrix @ programmed +
+    shift, before the offsets.
     """
 
     def __init__(self, axes: int) -> None:
@@ -58,17 +65,26 @@ class Transform:
         if self.scaling.on:
             for axis, ratio in self.scaling.ratio.items():
                 scale[axis, axis] = ratio
-                scale_shift[axis] = self.scaling.centre.get(axis, 0.0) * (1.0 - ratio)
+                scale_shift[axis] = self.scaling.centre.get(axis, 0.0) * (
+                    1.0 - ratio
+                )
         turn, turn_shift = self._turn()
         self.matrix: Array = turn @ scale @ before
         self.shift: Array = turn @ scale_shift + turn_shift
-        self._identity = bool((self.matrix == np.eye(self._axes)).all() and not self.shift.any())
-        self._inverse: Array = np.asarray(np.linalg.inv(self.matrix), dtype=np.float64)
+        self._identity = bool(
+            (self.matrix == np.eye(self._axes)).all() and not self.shift.any()
+        )
+        self._inverse: Array = np.asarray(
+            np.linalg.inv(self.matrix), dtype=np.float64
+        )
 
     def before_scaling(self) -> Array:
         """Swaps, then mirrors."""
         swap: Array = np.eye(self._axes)
-        pairs = [self.named_swap if self.named_swap_on else None, self.plane_swap]
+        pairs = [
+            self.named_swap if self.named_swap_on else None,
+            self.plane_swap,
+        ]
         for pair in pairs:
             if pair is not None:
                 swap[list(pair)] = swap[list(pair)[::-1]]
@@ -87,7 +103,10 @@ class Transform:
         turn[first, first] = turn[second, second] = cos
         turn[first, second], turn[second, first] = -sin, sin
         centre = np.zeros(self._axes)
-        centre[first], centre[second] = self.rotation.first, self.rotation.second
+        centre[first], centre[second] = (
+            self.rotation.first,
+            self.rotation.second,
+        )
         return turn, centre - turn @ centre
 
     def forward(self, point: Array) -> Array:
@@ -97,12 +116,19 @@ class Transform:
         return np.asarray(self._inverse @ (place - self.shift))
 
     def similarity(self, first: int, second: int) -> tuple[float, bool] | None:
-        """(scale, sense kept) of circles of this plane; None if they do not stay circles of it."""
+        """(scale, sense kept) of circles of this plane; None if they do not
+        stay circles of it.
+        """
         part = self.matrix[np.ix_((first, second), (first, second))]
-        columns = np.abs(np.delete(self.matrix[:, [first, second]], [first, second], axis=0))
+        columns = np.abs(
+            np.delete(self.matrix[:, [first, second]], [first, second], axis=0)
+        )
         product = part.T @ part
         scale2 = product[0, 0]
-        round_ = abs(product[1, 1] - scale2) <= SAME * scale2 and abs(product[0, 1]) <= SAME * scale2
+        round_ = (
+            abs(product[1, 1] - scale2) <= SAME * scale2
+            and abs(product[0, 1]) <= SAME * scale2
+        )
         if columns.any() or not round_ or scale2 <= 0.0:
             return None
         return float(np.sqrt(scale2)), bool(np.linalg.det(part) > 0)

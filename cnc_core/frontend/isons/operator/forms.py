@@ -1,4 +1,6 @@
-"""Operator dialogs (NsForms): one form at a time, its objects and properties, what the operator does with it."""
+"""Operator dialogs (NsForms): one form at a time, its objects and properties,
+what the operator does with it.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ ICONS = 5
 
 @dataclass(frozen=True)
 class Property:
-    """Kinds of objects that have it, and its range; ``variable``: it names variables, not values."""
+    """Kinds of objects that have it, and its range; ``variable``: it names
+    variables, not values.
+    """
 
     kinds: tuple[str, ...]
     low: float = -HUGE
@@ -66,7 +70,10 @@ INPUT_ALIGN_MAX = 2
 
 @dataclass
 class Item:
-    """A form or an object of it.  ``dest``: the variable it writes; ``source``: what a button copies there."""
+    """A form or an object of it.
+
+    ``dest``: the variable it writes; ``source``: what a button copies there.
+    """
 
     kind: str
     text: str = ""
@@ -79,25 +86,41 @@ class Item:
     def number(self) -> str:
         """The value of an input with its decimals (NDECIMAL)."""
         places = self.values.get("NDECIMAL")
-        return f"{self.value:g}" if places is None else f"{self.value:.{int(places)}f}"
+        return (
+            f"{self.value:g}"
+            if places is None
+            else f"{self.value:.{int(places)}f}"
+        )
 
     @property
     def usable(self) -> bool:
-        """The operator can reach it: visible, and not disabled (the guide inverts ENABLED)."""
-        return self.values.get("VISIBLE", 1.0) > 0 and self.values.get("ENABLED", 0.0) <= 0
+        """The operator can reach it: visible, and not disabled (the guide
+        inverts ENABLED).
+        """
+        return (
+            self.values.get("VISIBLE", 1.0) > 0
+            and self.values.get("ENABLED", 0.0) <= 0
+        )
 
 
 def printed(form: str, value: float, offset: int) -> str:
     """A value by the format I or Fn; decimals beyond are cut off."""
     found = FORMAT.fullmatch(form)
     if not found:
-        raise fail(909151, f"format {form!r}: I or F with a number of decimals is expected", offset)
+        raise fail(
+            909151,
+            f"format {form!r}: I or F with a number of decimals is expected",
+            offset,
+        )
     places = int(found[1] or 0)
     return f"{Decimal(repr(value)).quantize(Decimal(1).scaleb(-places), rounding=ROUND_DOWN):f}"
 
 
 class Forms:
-    """The form being built or shown, and messages.  ``result``: of the last LIB_MESSAGE ($_X13)."""
+    """The form being built or shown, and messages.
+
+    ``result``: of the last LIB_MESSAGE ($_X13).
+    """
 
     def __init__(self, port: ChannelPort) -> None:
         self._port = port
@@ -110,7 +133,9 @@ class Forms:
     def add(self, kind: str, name: str, offset: int) -> None:
         """LIB_ADDLABEL, LIB_ADDBUTTON, LIB_ADDINPUT."""
         if not NAME.fullmatch(name):
-            raise fail(909150, f"{name!r}: names have letters and digits", offset)
+            raise fail(
+                909150, f"{name!r}: names have letters and digits", offset
+            )
         if name.upper() in self._items:
             raise fail(909150, f"the form has an object {name} already", offset)
         self._items[name.upper()] = Item(kind, name)
@@ -123,22 +148,38 @@ class Forms:
             raise fail(909150, f"the form has no {kind} {name}", offset)
         return found
 
-    def property(self, kind: str, name: str, offset: int) -> tuple[str, Property]:
+    def property(
+        self, kind: str, name: str, offset: int
+    ) -> tuple[str, Property]:
         """A property by its name, for one kind of object."""
         key = SPELLINGS.get(name.upper(), name.upper())
         known = PROPERTIES.get(key)
         if known is None or kind not in known.kinds:
-            raise fail(909150, f"{'an' if kind == INPUT else 'a'} {kind} has no property {name}", offset)
+            raise fail(
+                909150,
+                f"{'an' if kind == INPUT else 'a'} {kind} has no property {name}",
+                offset,
+            )
         return key, known
 
-    def set_property(self, kind: str, name: str, key: str, value: float, offset: int) -> None:
+    def set_property(
+        self, kind: str, name: str, key: str, value: float, offset: int
+    ) -> None:
         """LIB_FORMPROP, LIB_LABELPROP ..."""
         known = PROPERTIES[key]
-        high = INPUT_ALIGN_MAX if key == "ALIGN" and kind == INPUT else known.high
+        high = (
+            INPUT_ALIGN_MAX if key == "ALIGN" and kind == INPUT else known.high
+        )
         if not known.low <= value <= high:
-            raise fail(909151, f"{key} {value:g} is not in {known.low:g}..{high:g}", offset)
+            raise fail(
+                909151,
+                f"{key} {value:g} is not in {known.low:g}..{high:g}",
+                offset,
+            )
         if key in COLOUR_NAMES and value != int(value):
-            raise fail(909151, f"{key} {value:g} is no number of a colour", offset)
+            raise fail(
+                909151, f"{key} {value:g} is no number of a colour", offset
+            )
         self.item(kind, name, offset).values[key] = value
 
     def print_text(self, kind: str, name: str, text: str, offset: int) -> None:
@@ -149,44 +190,79 @@ class Forms:
 
     # the operator
 
-    def message(self, text: str, caption: str, button: float, icon: float, offset: int) -> None:
+    def message(
+        self, text: str, caption: str, button: float, icon: float, offset: int
+    ) -> None:
         """LIB_MESSAGE: waits for the operator."""
         if button not in (0, 1) or icon not in range(ICONS):
-            raise fail(909151, "LIB_MESSAGE: button 0 or 1 and icon 0..4 are expected", offset)
+            raise fail(
+                909151,
+                "LIB_MESSAGE: button 0 or 1 and icon 0..4 are expected",
+                offset,
+            )
         choices = MESSAGE_BUTTONS[int(button)]
         self._port.message(f"LIB_MESSAGE {caption}: {text}")
         answer = self._ask(Question(caption, text, choices), offset)
         pressed = answer.press.upper() or choices[0]
         if pressed not in choices:
-            raise fail(909152, f"LIB_MESSAGE: the answer {answer.press!r} is none of {', '.join(choices)}", offset)
+            raise fail(
+                909152,
+                f"LIB_MESSAGE: the answer {answer.press!r} is none of {', '.join(choices)}",
+                offset,
+            )
         self.result = MESSAGE_RESULTS[pressed]
 
     def show(self, offset: int) -> None:
         """LIB_SHOWFORM."""
         for name, item in self._items.items():
-            low, high = item.values.get("MIN", -HUGE), item.values.get("MAX", HUGE)
+            low, high = (
+                item.values.get("MIN", -HUGE),
+                item.values.get("MAX", HUGE),
+            )
             if low > high:
-                raise fail(909151, f"input {name}: MIN {low:g} is over MAX {high:g}", offset)
+                raise fail(
+                    909151,
+                    f"input {name}: MIN {low:g} is over MAX {high:g}",
+                    offset,
+                )
         self.shown = True
         self._port.message(self.described())
         self.poll(offset)
 
     def poll(self, offset: int) -> None:
         """Ask the operator, if the form is shown and has something to operate."""
-        usable = {name: item for name, item in self._items.items() if item.usable}
-        buttons = tuple(name for name, item in usable.items() if item.kind == BUTTON)
-        inputs = {name: item.value for name, item in usable.items() if item.kind == INPUT}
+        usable = {
+            name: item for name, item in self._items.items() if item.usable
+        }
+        buttons = tuple(
+            name for name, item in usable.items() if item.kind == BUTTON
+        )
+        inputs = {
+            name: item.value
+            for name, item in usable.items()
+            if item.kind == INPUT
+        }
         if not self.shown or not (buttons or inputs):
             return
-        answer = self._ask(Question(self._form.text, self.described(), buttons, inputs), offset)
+        answer = self._ask(
+            Question(self._form.text, self.described(), buttons, inputs), offset
+        )
         for name, value in answer.values.items():
             self._enter(name, value, offset)
-        if answer.press or (buttons and not self._port.answers and not answer.given):
+        if answer.press or (
+            buttons and not self._port.answers and not answer.given
+        ):
             self._press(answer.press or self._closing(buttons), offset)
 
     def _closing(self, buttons: tuple[str, ...]) -> str:
-        """The button that is taken as pressed where nobody sits: one that closes the form."""
-        closing = [name for name in buttons if self._items[name].values.get("CLOSEFORM", 0.0) > 0]
+        """The button that is taken as pressed where nobody sits: one that
+        closes the form.
+        """
+        closing = [
+            name
+            for name in buttons
+            if self._items[name].values.get("CLOSEFORM", 0.0) > 0
+        ]
         return (closing or list(buttons))[0]
 
     def _ask(self, question: Question, offset: int) -> Answer:
@@ -199,19 +275,29 @@ class Forms:
     def _enter(self, name: str, value: float, offset: int) -> None:
         item = self._items.get(name.upper())
         if item is None or item.kind != INPUT or not item.usable:
-            raise fail(909152, f"the form has no input {name} that can be used", offset)
+            raise fail(
+                909152, f"the form has no input {name} that can be used", offset
+            )
         low, high = item.values.get("MIN", -HUGE), item.values.get("MAX", HUGE)
         item.value = max(min(value, high), low)
         if item.value != value:
-            bound = f"over MAX {high:g}" if value > high else f"below MIN {low:g}"
-            self._port.message(f"FORM input {name}: {value:g} is {bound}, taken is {item.value:g}")
+            bound = (
+                f"over MAX {high:g}" if value > high else f"below MIN {low:g}"
+            )
+            self._port.message(
+                f"FORM input {name}: {value:g} is {bound}, taken is {item.value:g}"
+            )
         if item.dest is not None:
             item.dest(item.value)
 
     def _press(self, name: str, offset: int) -> None:
         item = self._items.get(name.upper())
         if item is None or item.kind != BUTTON or not item.usable:
-            raise fail(909152, f"the form has no button {name} that can be used", offset)
+            raise fail(
+                909152,
+                f"the form has no button {name} that can be used",
+                offset,
+            )
         if item.dest is not None:
             item.dest(1.0 if item.source is None else item.source())
         if item.values.get("CLOSEFORM", 0.0) > 0:
@@ -230,12 +316,16 @@ class Forms:
         for name, item in self._items.items():
             if item.values.get("VISIBLE", 1.0) > 0:
                 shown = item.number if item.kind == INPUT else item.text
-                lines.append(f"  {item.kind} {name}: {shown}{_properties(item)}")
+                lines.append(
+                    f"  {item.kind} {name}: {shown}{_properties(item)}"
+                )
         return "\n".join(lines)
 
 
 def _properties(item: Item) -> str:
     found = []
     for key, value in item.values.items():
-        found.append(f"{key} {COLOURS[int(value)] if key in COLOUR_NAMES else format(value, 'g')}")
+        found.append(
+            f"{key} {COLOURS[int(value)] if key in COLOUR_NAMES else format(value, 'g')}"
+        )
     return f" ({', '.join(found)})" if found else ""
