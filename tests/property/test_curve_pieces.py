@@ -22,6 +22,8 @@ from cnc_core.geometry.stages.stage import RefusedRow
 from hli import layout
 from hli.view import Areas
 
+pytestmark = pytest.mark.sanitize("curve", "engine")
+
 
 @pytest.mark.parametrize("seed", range(24))
 @pytest.mark.parametrize(

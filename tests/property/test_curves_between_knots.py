@@ -17,6 +17,8 @@ from cnc_core.config import CellConfig
 from cnc_core.engine import Engine
 from cnc_core.errors import CncError
 
+pytestmark = pytest.mark.sanitize("curve", "engine")
+
 ROUNDING = 1.0 + 1e-9
 
 

@@ -26,6 +26,8 @@ from cnc_core.engine.jerk_planner import (
     sample,
 )
 
+pytestmark = pytest.mark.sanitize("jerk")
+
 DT = 0.001
 Rows = npt.NDArray[Any]
 

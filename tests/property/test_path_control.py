@@ -11,6 +11,8 @@ import numpy.typing as npt
 import pytest
 from support.inside import Inside, legal
 
+pytestmark = pytest.mark.sanitize("engine")
+
 FloatArray = npt.NDArray[np.float64]
 CONFIG = "[channel.m_synch]\n" + "".join(
     f'{50 + i}="{t}"\n' for i, t in enumerate(("MOS", "MVS_SVS", "MNS_SNS"))

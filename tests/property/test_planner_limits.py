@@ -15,6 +15,8 @@ from cnc_core.engine import Engine
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
+pytestmark = pytest.mark.sanitize("engine", "jerk")
+
 
 def polyline(rng: np.random.Generator) -> FloatArray:
     """Random walks of all scales, smooth curves in short segments, noise, clusters, straight runs of tiny blocks."""

@@ -17,6 +17,8 @@ from cnc_core.errors import CncError, Place
 from cnc_core.geometry.stages.radius_compensation import RadiusCompensation
 from cnc_core.geometry.stages.stage import RefusedRow
 
+pytestmark = pytest.mark.sanitize("stages/compensation")
+
 MAIN = (0, 1, 2)
 
 

@@ -9,6 +9,8 @@ import pytest
 from support.commanded import config, drive, over_limits, program
 from support.inside import Inside
 
+pytestmark = pytest.mark.sanitize("engine")
+
 CASES = [
     (seed, options)
     for options in ("", "c", "f", "n", "nc", "nf")

@@ -44,6 +44,8 @@ from cnc_core.planning import plan_program
 from cnc_core.planning.measure import TrajectoryCheck
 from cnc_core.program import Program
 
+pytestmark = pytest.mark.sanitize("stages/smoothing")
+
 SHAPES: dict[str, Callable[[np.random.Generator], FloatArray]] = {
     "walk of all scales": lambda r: np.cumsum(
         r.normal(size=(80, 3)) * r.lognormal(-1, 2, (80, 1)), axis=0

@@ -14,6 +14,8 @@ from cnc_core.engine import Event
 from cnc_core.process.__main__ import NO_FUNCTIONS
 from hli import layout
 
+pytestmark = pytest.mark.sanitize("engine")
+
 L_SHAPE = "N10 G1 X50 F6000\nN20 Y20\nN30 X0\nN40 Y0\n"
 M8 = '[channel.m_synch]\n8="{}"'
 

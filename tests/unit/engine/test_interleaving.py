@@ -15,10 +15,13 @@ from support.inside import Inside
 
 from cnc_core.engine import Event
 
-pytestmark = pytest.mark.skipif(
-    lib.engine_interleaved(ffi.NULL, 0, 0, 0, 0) < 0,
-    reason="built without HLI_COSIM_INTERLEAVE=1",
-)
+pytestmark = [
+    pytest.mark.sanitize("engine"),
+    pytest.mark.skipif(
+        lib.engine_interleaved(ffi.NULL, 0, 0, 0, 0) < 0,
+        reason="built without HLI_COSIM_INTERLEAVE=1",
+    ),
+]
 
 
 OPTIONS = ("", "n", "nc", "c", "f", "nf")

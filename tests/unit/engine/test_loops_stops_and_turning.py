@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from support.inside import Inside, legal
 
+pytestmark = pytest.mark.sanitize("engine")
+
 LOOP = (
     "#RT WHILE\nN30 G1 X10 F6000\nN40 Y10\nN50 X0 Y0\n#RT ENDWHILE\nN70 X-5\n"
 )

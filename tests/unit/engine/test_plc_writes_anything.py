@@ -16,6 +16,8 @@ from support.inside import Inside, legal
 from cnc_core.engine import Event
 from hli import layout
 
+pytestmark = pytest.mark.sanitize("engine")
+
 HARMLESS = (
     Event.DONE,
     Event.PROGRAM_END,

@@ -15,6 +15,8 @@ from support.inside import Inside, legal
 from cnc_core.engine import Event
 from hli import layout
 
+pytestmark = pytest.mark.sanitize_threads
+
 PROGRAM = """N10 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]
 N20 G01 X30 Y0 F6000
 N25 M20

@@ -21,6 +21,8 @@ from hli import bench, layout
 from hli.handshake import BUSY, REFUSED, ContourUnit, snapshot, word_pointer
 from hli.view import Areas
 
+pytestmark = pytest.mark.sanitize("hli")
+
 WRITER = """
 import sys, hli
 from hli._sync import lib

@@ -16,6 +16,8 @@ import hli
 from hli import layout
 from hli.segment import SEGMENT_SIZE, SHM_DIR
 
+pytestmark = pytest.mark.sanitize("hli")
+
 CREATE_AND_SLEEP = """
 import sys, time, hli
 segment = hli.create(sys.argv[1], ready=sys.argv[2] == "1")

@@ -10,6 +10,8 @@ import hli
 from hli import HliNotConfigured, layout
 from hli.view import BLOCK_DTYPE, Areas, overlay
 
+pytestmark = pytest.mark.sanitize("hli")
+
 
 @pytest.fixture
 def areas() -> Iterator[Areas]:

@@ -20,6 +20,8 @@ from cnc_core.engine.jerk_planner import (
 )
 from cnc_core.errors import CncError
 
+pytestmark = pytest.mark.sanitize("jerk")
+
 LIMITS = {
     n: Limits([300.0] * n, [3000.0] * n, [50000.0] * n) for n in (1, 2, 3)
 }

@@ -9,6 +9,8 @@ from cnc_core._engine import ffi, lib
 
 from cnc_core.blocks import CIRCULAR, LINEAR, NC_BLOCK
 
+pytestmark = pytest.mark.sanitize("rows")
+
 
 def modal():
     """State of a machine with X Y Z and rotary A, all at 0."""

@@ -14,6 +14,8 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.port import Wait
 from cnc_core.program import Program
 
+pytestmark = pytest.mark.sanitize("stages/compensation")
+
 CELL = parse_config(
     "[tools.1]\nradius_mm = 5.0\n[tools.2]\nradius_mm = 3.0\n[tools.3]\nradius_mm = -5.0\n"
 )
