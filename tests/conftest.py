@@ -9,10 +9,10 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
-from support.command_line import SHM, Outcome, command
-from support.processes import leftovers
 
 from hli import layout
+from support.command_line import SHM, Outcome, command
+from support.processes import leftovers
 
 __all__ = ["leftovers"]
 

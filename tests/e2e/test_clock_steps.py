@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from support.command_line import T1, command
 from support.paths import ROOT
 

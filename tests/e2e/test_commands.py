@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from support.command_line import T1, Outcome
 
 Cli = Callable[..., Outcome]

@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command_line import T1, Outcome, command, wait_for_cycle
-from support.plc.follow import Follow, FollowByHand
 
 from cnc_core import Cell
+from support.command_line import T1, Outcome, command, wait_for_cycle
+from support.plc.follow import Follow, FollowByHand
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]

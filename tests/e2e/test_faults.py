@@ -14,6 +14,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+
 from support.command_line import T1, command, wait_for_cycle
 from support.paths import ROOT
 

@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from support.command_line import command
-from support.plc.external import Answer
 
 from cnc_core import Cell
+from support.command_line import command
+from support.plc.external import Answer
 
 CELL = '[external.GO]\ntype = "UNS32"\n[external.REQUEST]\n[external.ANSWER]\n'
 PROGRAM = """V.E.REQUEST = 12.5

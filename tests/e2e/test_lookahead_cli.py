@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.command_line import T1, Outcome
 
 from cnc_core import Cell
+from support.command_line import T1, Outcome
 
 Cli = Callable[..., Outcome]
 # idx: type, N, start, length, radius, angle, tangent

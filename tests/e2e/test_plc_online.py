@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.fake_cnc import unique_name
-from support.plc.same_everywhere import SameEverywhere
-from support.processes import end, start_cnc, start_plc
 
 import hli
 from cnc_core import Cell, CncError
 from plc_client import connect
 from plc_client.golden import GoldenMismatchError, check, compare
 from plc_client.mock import arc, line
+from support.fake_cnc import unique_name
+from support.plc.same_everywhere import SameEverywhere
+from support.processes import end, start_cnc, start_plc
 
 Write = Callable[..., Path]
 PART = """N10 G01 X30 Y0 F6000

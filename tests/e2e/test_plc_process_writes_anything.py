@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from support.command_line import T1, Outcome
 from support.paths import PLC_PROGRAMS, TESTS
 

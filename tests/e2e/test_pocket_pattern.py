@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 from shapely import affinity, contains_xy
 from shapely.geometry import box
-from support.paths import EXAMPLES
 
 from cnc_core import Cell
+from support.paths import EXAMPLES
 
 EXAMPLE = EXAMPLES / "pocket_pattern"
 PLACES = [

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.plc.prediction import Hold300, Hold520, Note
 
 from cnc_core import Cell
 from plc_client import task
+from support.plc.prediction import Hold300, Hold520, Note
 
 PROGRAM = """#CHANNEL SET [ESA_TIME2=0.1]
 G00 X20

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.command_line import T1, Outcome, command, wait_for_cycle
 
 from hli import layout
 from plc_client import connect
+from support.command_line import T1, Outcome, command, wait_for_cycle
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.plc.technology import NeverFetches, Techno
 
 from cnc_core import Cell
 from cnc_core.config import SYNCH
+from support.plc.technology import NeverFetches, Techno
 
 Write = Callable[..., Path]
 TYPES = {

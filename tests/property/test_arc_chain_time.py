@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 from scipy.sparse import diags, vstack
-from support.drive import FloatArray
 
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.drive import FloatArray
 
 Chain = list[
     tuple[float, float]

@@ -7,9 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import quad
-from support.curve_pieces import cell_of, deviation, pieces, spline
-from support.drive import FloatArray, curve_rows, drive, ratios
-from support.fake_cnc import unique_name
 
 import hli
 from cnc_core.blocks import BlockBatch, blocks
@@ -21,6 +18,10 @@ from cnc_core.geometry.stages.axis_limits import AxisLimits
 from cnc_core.geometry.stages.stage import RefusedRow
 from hli import layout
 from hli.view import Areas
+from support.curve_pieces import cell_of, deviation, pieces, spline
+from support.drive import FloatArray, curve_rows, drive
+from support.fake_cnc import unique_name
+from support.limits import ratios
 
 pytestmark = pytest.mark.sanitize("curve", "engine")
 

@@ -7,12 +7,12 @@ import pytest
 from scipy.interpolate import CubicSpline
 from scipy.optimize import linprog
 from scipy.sparse import diags, vstack
-from support.curve_pieces import cell_of, pieces, spline
-from support.drive import FloatArray, curve_rows
 
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine, Event
+from support.curve_pieces import cell_of, pieces, spline
+from support.drive import FloatArray, curve_rows
 
 KNOTS = 1200  # of the oracle in a piece
 

@@ -9,13 +9,14 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline, PPoly, make_interp_spline
-from support.curve_pieces import cell_of, pieces
-from support.drive import FloatArray, curve_rows, drive, ratios
 
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine
 from cnc_core.errors import CncError
+from support.curve_pieces import cell_of, pieces
+from support.drive import FloatArray, curve_rows, drive
+from support.limits import ratios
 
 pytestmark = pytest.mark.sanitize("curve", "engine")
 

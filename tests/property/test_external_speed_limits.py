@@ -6,15 +6,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.curve_pieces import cell_of, pieces, spline
-from support.drive import FloatArray, curve_rows, line_rows, ratios
-from support.fake_cnc import unique_name
 
 import hli
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine, Event
 from hli.view import Areas
+from support.curve_pieces import cell_of, pieces, spline
+from support.drive import FloatArray, curve_rows, line_rows
+from support.fake_cnc import unique_name
+from support.limits import ratios
 
 
 def corners(rng: np.random.Generator) -> FloatArray:

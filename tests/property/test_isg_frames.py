@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, PIECE, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
 from cnc_core.geometry.shapes.polynomial import coefficients
 from cnc_core.kinematics.osai import CHAINS
 from cnc_core.program import Program
+from support.paths import FIVE_AXIS
 
 
 def matrix(values: np.ndarray) -> np.ndarray:

@@ -7,6 +7,7 @@ import random
 
 import numpy as np
 import pytest
+
 from support.isg_programs import Run
 
 SEEDS = range(40)

@@ -7,13 +7,13 @@ import random
 
 import numpy as np
 import pytest
-from support.isons_programs import run
 
 from cnc_core.blocks import CIRCULAR
 from cnc_core.errors import CncError
 from cnc_core.frontend import create
 from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort
+from support.isons_programs import run
 
 WRAP = 1000
 

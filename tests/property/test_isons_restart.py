@@ -4,8 +4,6 @@ import random
 
 import numpy as np
 import pytest
-from support.isons_programs import CELL
-from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import (
     ELEMENT,
@@ -23,6 +21,8 @@ from cnc_core.errors import CncError
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
 from cnc_core.program.restart import Restart
+from support.isons_programs import CELL
+from support.paths import FIVE_AXIS
 
 CONFIG = CELL + "[isons]\nVRIPOSO = 600\n[isons.tools.1]\ndiameter = 4\n"
 

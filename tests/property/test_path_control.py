@@ -7,13 +7,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
-from support.inside import Inside, legal
+
+from support.inside import Inside
+from support.limits import FloatArray, legal
 
 pytestmark = pytest.mark.sanitize("engine")
 
-FloatArray = npt.NDArray[np.float64]
+
 CONFIG = "[channel.m_synch]\n" + "".join(
     f'{50 + i}="{t}"\n' for i, t in enumerate(("MOS", "MVS_SVS", "MNS_SNS"))
 )

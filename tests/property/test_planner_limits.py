@@ -8,12 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.drive import FloatArray, drive, line_rows, ratios
 
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.drive import FloatArray, drive, line_rows
+from support.limits import ratios
 
 pytestmark = pytest.mark.sanitize("engine", "jerk")
 

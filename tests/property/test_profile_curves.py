@@ -5,6 +5,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
+
+from cnc_core.blocks import EXACT_STOP, RAPID
+from cnc_core.blocks.profile_columns import BLEND, PASS, SMOOTH, STOP, Marks
+from cnc_core.config import parse_config
+from cnc_core.geometry.profiles.blend import radius_of, tangent_length
+from cnc_core.geometry.profiles.points import automatic_codes
+from cnc_core.geometry.shapes import bspline
+from cnc_core.planning import plan_program
 from support.osai_programs import (
     CELL_5,
     SETUP_3,
@@ -14,14 +22,6 @@ from support.osai_programs import (
     curves,
     value,
 )
-
-from cnc_core.blocks import EXACT_STOP, RAPID
-from cnc_core.blocks.profile_columns import BLEND, PASS, SMOOTH, STOP, Marks
-from cnc_core.config import parse_config
-from cnc_core.geometry.profiles.blend import radius_of, tangent_length
-from cnc_core.geometry.profiles.points import automatic_codes
-from cnc_core.geometry.shapes import bspline
-from cnc_core.planning import plan_program
 
 PLAIN = changed(SETUP_3, CRV=None, EDG=None)
 CUBIC = changed(PLAIN, PNT="(PNT,AXI,AXI,CUB)")

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from cnc_core._engine import lib
-from support.commanded import config, drive, program
-from support.inside import FloatArray, Inside
 
 from cnc_core.engine import Event
+from support.commanded import config, drive, program
+from support.inside import FloatArray, Inside
 
 
 def _memory(cnc: Inside) -> bytes:

@@ -9,19 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.drive import FloatArray, line_rows
-from support.smoothed_paths import (
-    FIVE_AXES,
-    MACHINE,
-    derivatives,
-    distance,
-    executed,
-    judge,
-    programmed,
-    rounded_curve,
-    sampled,
-    smooth,
-)
 
 from cnc_core.blocks import (
     CIRCULAR,
@@ -43,6 +30,19 @@ from cnc_core.geometry.stages.smoothing import Smoothing, SmoothingMachine
 from cnc_core.planning import plan_program
 from cnc_core.planning.measure import TrajectoryCheck
 from cnc_core.program import Program
+from support.drive import FloatArray, line_rows
+from support.smoothed_paths import (
+    FIVE_AXES,
+    MACHINE,
+    derivatives,
+    distance,
+    executed,
+    judge,
+    programmed,
+    rounded_curve,
+    sampled,
+    smooth,
+)
 
 pytestmark = pytest.mark.sanitize("stages/smoothing")
 

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
+from cnc_core.benchmarks.jerk_paths import contour
+from cnc_core.blocks import NC_BLOCK, POLYNOMIAL, SMOOTHING
+from cnc_core.geometry.stages.smoothing import SmoothingMachine
 from support.drive import FloatArray, line_rows
 from support.smoothed_paths import (
     derivatives,
@@ -13,10 +17,6 @@ from support.smoothed_paths import (
     sampled,
     smooth,
 )
-
-from cnc_core.benchmarks.jerk_paths import contour
-from cnc_core.blocks import NC_BLOCK, POLYNOMIAL, SMOOTHING
-from cnc_core.geometry.stages.smoothing import SmoothingMachine
 
 FAST = SmoothingMachine((0, 1, 2), 0, 3000.0, 300.0)
 

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from support.drive import FloatArray, drive, ratios
 
 from cnc_core.blocks import CIRCULAR, LINEAR, NC_BLOCK
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine
+from support.drive import FloatArray, drive
+from support.limits import ratios
 
 
 class Walk:

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from cnc_core.config import CellConfig
 from cnc_core.engine import Event
 from cnc_core.errors import CncError
 from support.inside import FloatArray, Inside
@@ -159,19 +158,3 @@ def drive(
         else abs(float(state.path) - released_at)
     )
     return cnc.pos, way
-
-
-def over_limits(pos: FloatArray, cell: CellConfig) -> tuple[float, float]:
-    """Largest (acceleration, jerk) at the cycle over the axes' limits; jerk 0 where there is no limit."""
-    start = np.repeat(cell.axis_values("start_mm")[None], 3, axis=0)
-    q = np.vstack([start, pos])
-    a = (
-        np.abs(np.diff(q, n=2, axis=0)).max(axis=0)
-        / cell.cycle_s**2
-        / cell.axis_values("a_max_mm_s2")
-    )
-    j = np.abs(np.diff(q, n=3, axis=0)).max(axis=0) / cell.cycle_s**3
-    limit = cell.axis_values("j_max_mm_s3")
-    return float(a.max()), float(
-        np.where(limit > 0, j / np.where(limit > 0, limit, 1.0), 0.0).max()
-    )

@@ -11,8 +11,7 @@ import numpy.typing as npt
 from cnc_core.blocks import LINEAR, NC_BLOCK, POLYNOMIAL, BlockBatch
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine, Event
-
-FloatArray = npt.NDArray[np.float64]
+from support.limits import FloatArray
 
 
 def line_rows(points: FloatArray, feed: float) -> npt.NDArray[Any]:
@@ -89,25 +88,3 @@ def drive(
     state = engine.state
     engine.close()
     return np.concatenate(parts), state
-
-
-def ratios(
-    pos: FloatArray, cell: CellConfig, jerk: bool = True
-) -> tuple[float, float]:
-    """(velocity, acceleration): largest measured over allowed, standstill before and after included.
-
-    The jerk is asserted here: wherever the axes of a cell have a limit it holds, to the 2 % of the planner's goal
-    (``jerk`` False: it was not planned with).
-    """
-    start = cell.axis_values("start_mm")
-    q = np.vstack([start, start, start, pos, pos[-1], pos[-1], pos[-1]])
-    v = np.abs(np.diff(q, axis=0)).max(axis=0) / cell.cycle_s
-    a = np.abs(np.diff(q, n=2, axis=0)).max(axis=0) / cell.cycle_s**2
-    j = np.abs(np.diff(q, n=3, axis=0)).max(axis=0) / cell.cycle_s**3
-    limit = cell.axis_values("j_max_mm_s3")
-    assert not jerk or (j <= np.where(limit > 0, limit, np.inf) * 1.02).all(), (
-        j / limit
-    )
-    return float((v / cell.axis_values("v_max_mm_s")).max()), float(
-        (a / cell.axis_values("a_max_mm_s2")).max()
-    )

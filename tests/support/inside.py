@@ -9,15 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine, Event
 from cnc_core.process.__main__ import fill_identity
 from cnc_core.process.preparation import Preparation
 from hli import layout, segment
-
-FloatArray = npt.NDArray[np.float64]
+from support.limits import FloatArray
 
 
 class Inside:
@@ -150,19 +148,3 @@ class Inside:
                 }  # type: ignore[misc]
             )
         return out
-
-
-def legal(pos: FloatArray, cell: CellConfig) -> None:
-    """Velocities, accelerations and jerks at the cycle stay within the limits."""
-    start = cell.axis_values("start_mm")
-    q = np.vstack([start, start, pos])
-    v = np.abs(np.diff(q, axis=0)).max(axis=0) / cell.cycle_s
-    a = np.abs(np.diff(q, n=2, axis=0)).max(axis=0) / cell.cycle_s**2
-    assert (v <= cell.axis_values("v_max_mm_s") * 1.001).all(), v
-    assert (a <= cell.axis_values("a_max_mm_s2") * 1.02).all(), a
-    j = (
-        np.abs(np.diff(np.vstack([start, q]), n=3, axis=0)).max(axis=0)
-        / cell.cycle_s**3
-    )
-    limit = cell.axis_values("j_max_mm_s3")
-    assert (j <= np.where(limit > 0, limit, np.inf) * 1.02).all(), j

@@ -6,10 +6,10 @@ import os
 from typing import Any
 
 import numpy as np
-from support.every_byte import bytes_of
 
 from hli import layout
 from plc_client import task
+from support.every_byte import bytes_of
 
 QUIET = (".enable_w", ".plc_present_w")
 MODES = os.environ.get("HOSTILE_MODES") == "1"

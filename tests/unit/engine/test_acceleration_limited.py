@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.drive import drive, line_rows, ratios
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine
 from cnc_core.planning import PlanResult, plan_program
 from cnc_core.planning.picture import plan_picture
 from cnc_core.program import Program
+from support.drive import drive, line_rows
+from support.limits import ratios
 
 V, A = 300.0, 3000.0
 

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.inside import Inside, legal
 
 from cnc_core.engine import Event
 from cnc_core.process.__main__ import NO_FUNCTIONS
 from hli import layout
+from support.inside import Inside
+from support.limits import legal
 
 pytestmark = pytest.mark.sanitize("engine")
 

@@ -7,11 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.inside import Inside, legal
 
 from cnc_core.config import CellConfig
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.inside import Inside
+from support.limits import legal
 
 FEED, ACCEL, LIMIT = 100.0, 3000.0, 300.0
 

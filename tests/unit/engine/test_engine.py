@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.command_line import Outcome
-from support.drive import line_rows
 
 from cnc_core.blocks import NC_BLOCK, POLYNOMIAL, BlockBatch
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine
 from cnc_core.errors import CncError
+from support.command_line import Outcome
+from support.drive import line_rows
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]

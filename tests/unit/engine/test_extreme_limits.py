@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.drive import drive, line_rows, ratios
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine.jerk_planner import (
@@ -18,6 +17,8 @@ from cnc_core.engine.jerk_planner import (
 )
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.drive import drive, line_rows
+from support.limits import ratios
 
 ARCS = "G1 X10 F6000\n" + "G2 X10 Y0 I5 J0\n" * 4 + "G1 X0\n"
 CORNERS = "F6000\n" + "".join(

@@ -10,12 +10,12 @@ from scipy.integrate import quad
 from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.optimize import linprog
 from scipy.sparse import csr_matrix
-from support.drive import FloatArray, curve_rows, drive, line_rows
 
 from cnc_core.benchmarks.jerk_paths import Arc, Chain, contour
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine
 from cnc_core.engine.jerk_planner import JerkPlanner, Limits, sample
+from support.drive import FloatArray, curve_rows, drive, line_rows
 
 CELL = CellConfig()
 DT, V, A, J = CELL.cycle_s, 300.0, 3000.0, 50000.0

@@ -6,9 +6,9 @@ import time
 from pathlib import Path
 
 import pytest
-from support.inside import Inside
 
 from cnc_core.engine import Event
+from support.inside import Inside
 
 
 def _turn(cnc: Inside, seconds: float) -> None:

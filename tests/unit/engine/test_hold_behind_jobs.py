@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from support.commanded import NO_JERK
 from support.inside import Inside
 

@@ -6,7 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.inside import Inside, legal
+
+from support.inside import Inside
+from support.limits import legal
 
 pytestmark = pytest.mark.sanitize("engine")
 

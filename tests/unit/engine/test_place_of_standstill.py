@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import pytest
+
 from support.inside import Inside
 
 CONFIG = (

@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.every_byte import bytes_of
-from support.inside import Inside, legal
 
 from cnc_core.engine import Event
 from hli import layout
+from support.every_byte import bytes_of
+from support.inside import Inside
+from support.limits import legal
 
 pytestmark = pytest.mark.sanitize("engine")
 

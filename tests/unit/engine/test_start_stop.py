@@ -6,11 +6,10 @@ import os
 import threading
 from pathlib import Path
 
-from support.fake_cnc import unique_name
-
 from cnc_core.config import parse_config
 from cnc_core.engine import Engine
 from hli import layout, segment
+from support.fake_cnc import unique_name
 
 
 def resident_kb() -> int:

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.inside import Inside, legal
 
 from cnc_core.engine import Event
 from hli import layout
+from support.inside import Inside
+from support.limits import legal
 
 pytestmark = pytest.mark.sanitize_threads
 

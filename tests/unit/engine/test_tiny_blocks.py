@@ -7,12 +7,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.drive import FloatArray, curve_rows, drive, line_rows, ratios
-from support.inside import Inside, legal
 
 from cnc_core.config import parse_config
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.drive import FloatArray, curve_rows, drive, line_rows
+from support.inside import Inside
+from support.limits import legal, ratios
 
 QUICK = "cycle_s = 0.00025\n"
 

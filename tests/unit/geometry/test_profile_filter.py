@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from support.inside import Inside
-from support.osai_programs import SETUP_3, Workshop, changed
 
 from cnc_core.geometry.profiles.time_filter import _Caps, _opened
 from cnc_core.planning import plan_program
+from support.inside import Inside
+from support.osai_programs import SETUP_3, Workshop, changed
 
 BENDS = {
     "CRV": None,

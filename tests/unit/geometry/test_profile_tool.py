@@ -4,15 +4,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from support.osai_programs import (
-    CELL_5,
-    SETUP_3,
-    SETUP_5,
-    Workshop,
-    changed,
-    curves,
-    value,
-)
 
 from cnc_core.blocks import BY_PARAMETER, EXACT_STOP, LINEAR, POLYNOMIAL
 from cnc_core.blocks.profile_columns import (
@@ -26,6 +17,15 @@ from cnc_core.errors import CncError
 from cnc_core.geometry.profiles import jets
 from cnc_core.geometry.profiles.tool import Rotaries, Versors
 from cnc_core.planning import plan_program
+from support.osai_programs import (
+    CELL_5,
+    SETUP_3,
+    SETUP_5,
+    Workshop,
+    changed,
+    curves,
+    value,
+)
 
 AXES = tuple(
     ProfileAxis(name, i, role, place)

@@ -14,12 +14,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from hli._sync import ffi, lib
-from support.fake_cnc import elements, unique_name
 
 import hli
 from hli import bench, layout
 from hli.handshake import BUSY, REFUSED, ContourUnit, snapshot, word_pointer
 from hli.view import Areas
+from support.fake_cnc import elements, unique_name
 
 pytestmark = pytest.mark.sanitize("hli")
 

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 from hli._sync import lib
-from support.fake_cnc import unique_name
 
 import hli
 from hli import layout
 from hli.segment import SEGMENT_SIZE, SHM_DIR
+from support.fake_cnc import unique_name
 
 pytestmark = pytest.mark.sanitize("hli")
 

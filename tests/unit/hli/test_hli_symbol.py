@@ -3,11 +3,11 @@
 from collections.abc import Iterator
 
 import pytest
-from support.fake_cnc import unique_name
 
 import hli
 from hli.symbol import SymbolError
 from hli.view import Areas
+from support.fake_cnc import unique_name
 
 
 @pytest.fixture

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from support.fake_cnc import unique_name
 
 import hli
 from hli import HliNotConfigured, layout
 from hli.view import BLOCK_DTYPE, Areas, overlay
+from support.fake_cnc import unique_name
 
 pytestmark = pytest.mark.sanitize("hli")
 

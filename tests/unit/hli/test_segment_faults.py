@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 from hli._sync import lib
-from support.fake_cnc import unique_name
 
 import hli
 from hli import segment
 from hli.errors import HliError, HliInUse
+from support.fake_cnc import unique_name
 
 SHM = Path("/dev/shm")
 SMALL = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)); import signal;"

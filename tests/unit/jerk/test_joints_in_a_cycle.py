@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.drive import ratios
 
 from cnc_core.config import parse_config
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.limits import ratios
 
 CELL = "cycle_s = 0.004\n" + "".join(
     f"[axes.{name}]\na_max_mm_s2 = 1000.0\nj_max_mm_s3 = 2e6\n"

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.drive import ratios
 
 from cnc_core.config import AxisConfig, CellConfig, parse_config
 from cnc_core.planning import PlanResult, plan_program
 from cnc_core.program import Program
+from support.limits import ratios
 
 CIRCLE_COPP = 0.70414  # s: TOPP3 by COPP of the smoothed path, 4181 knots (bench/planner_parts.py; 1741 knots: 0.7066)
 

@@ -8,14 +8,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.inside import Inside, legal
-from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, PIECE, TANGENTS, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
 from cnc_core.errors import CncError
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.inside import Inside
+from support.limits import legal
+from support.paths import FIVE_AXIS
 
 L = 80.0
 Z = np.array([0, 0, 1.0])

@@ -5,6 +5,13 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+
+from cnc_core.config import CellConfig, parse_config
+from cnc_core.errors import CncError
+from cnc_core.optimize import optimize
+from cnc_core.optimize.reference import polyline
+from cnc_core.planning import plan_program
+from cnc_core.program import Program
 from support.osai_programs import (
     CELL_5,
     SETUP_3,
@@ -13,13 +20,6 @@ from support.osai_programs import (
     curves,
     value,
 )
-
-from cnc_core.config import CellConfig, parse_config
-from cnc_core.errors import CncError
-from cnc_core.optimize import optimize
-from cnc_core.optimize.reference import polyline
-from cnc_core.planning import plan_program
-from cnc_core.program import Program
 
 SMT = "(SMT,0.02,0.02,0.002,1,1,1,{0},{0},{0})\n"
 SETUP = changed(SETUP_3, CRV=None) + SMT.format("G66")

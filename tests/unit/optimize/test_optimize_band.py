@@ -9,14 +9,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from scipy.interpolate import BSpline
-from support.osai_programs import (
-    CELL_5,
-    SETUP_3,
-    SETUP_5,
-    changed,
-    curves,
-    value,
-)
 
 from cnc_core.config import CellConfig
 from cnc_core.optimize import optimize
@@ -29,6 +21,14 @@ from cnc_core.optimize.least_squares import (
 )
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.osai_programs import (
+    CELL_5,
+    SETUP_3,
+    SETUP_5,
+    changed,
+    curves,
+    value,
+)
 
 TOLL = 0.02
 

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
-from support.drive import drive, line_rows, ratios
 
 from cnc_core.commands.console import open_program
 from cnc_core.config import parse_config
 from cnc_core.planning import PlanResult, plan_program
+from support.drive import drive, line_rows
+from support.limits import ratios
 
 CELL = """
 [axes.X]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from support.fake_cnc import FakeCnc, elements
 
 from plc_client import ContourLookahead
 from plc_client.blocks.contour_lookahead import ERROR_REQUEST
+from support.fake_cnc import FakeCnc, elements
 
 
 @pytest.fixture

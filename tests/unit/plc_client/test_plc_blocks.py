@@ -4,12 +4,12 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from support.fake_cnc import unique_name
 
 import hli
 from hli import layout
 from hli.view import Areas, overlay
 from plc_client import AcknowledgeAll, AutoContinue, FeedControl
+from support.fake_cnc import unique_name
 
 
 @pytest.fixture

@@ -5,10 +5,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from support.fake_cnc import unique_name
-from support.processes import run_plc, start_cnc
 
 from hli.view import BLOCK_FIELDS
+from support.fake_cnc import unique_name
+from support.processes import run_plc, start_cnc
 
 pytestmark = pytest.mark.usefixtures("leftovers")
 

@@ -6,11 +6,11 @@ import sys
 from collections.abc import Iterator
 
 import pytest
-from support.fake_cnc import FakeCnc, elements, unique_name
 
 import hli
 from hli import layout
 from plc_client import clock, connect
+from support.fake_cnc import FakeCnc, elements, unique_name
 
 
 @pytest.fixture

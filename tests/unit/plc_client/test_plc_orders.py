@@ -14,8 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from support.fake_cnc import unique_name
-from support.processes import end, start_cnc, start_plc
 
 import hli
 from hli import HliError, HliNotFound
@@ -27,6 +25,8 @@ from plc_client.online import Watch
 from plc_client.orders import Orders, send
 from plc_client.runner import PlcRunner
 from plc_client.scan import plain
+from support.fake_cnc import unique_name
+from support.processes import end, start_cnc, start_plc
 
 OVERRIDE = "HLI_Global_Variables.gpCh[0]^.bahn_mc_control.override.command_w"
 

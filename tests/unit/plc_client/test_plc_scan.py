@@ -7,8 +7,6 @@ import time
 from pathlib import Path
 
 import pytest
-from support.fake_cnc import FakeCnc, elements, unique_name
-from support.processes import end, run_plc, start_cnc, start_plc
 
 import hli
 from hli import layout
@@ -17,6 +15,8 @@ from plc_client import connect, image, task
 from plc_client.mock import MockCnc, line
 from plc_client.scan import Ending, Program, Scanner
 from plc_client.task import PlcError, load_tasks
+from support.fake_cnc import FakeCnc, elements, unique_name
+from support.processes import end, run_plc, start_cnc, start_plc
 
 pytestmark = pytest.mark.usefixtures("leftovers")
 

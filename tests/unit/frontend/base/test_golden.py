@@ -10,7 +10,6 @@ import os
 
 import numpy as np
 import pytest
-from support.paths import GOLDEN
 
 from cnc_core.blocks import blocks
 from cnc_core.errors import Place
@@ -20,6 +19,7 @@ from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.geometry.profiles import Profiles
 from cnc_core.geometry.profiles.limits import AxisDynamics
+from support.paths import GOLDEN
 
 CASES = sorted(p.parent.name for p in GOLDEN.glob("*/program.*"))
 MACHINE = ProgramMachine(

@@ -5,7 +5,6 @@ import re
 
 import numpy as np
 import pytest
-from support.isg_programs import MACHINE, Run
 
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.flow import START, Flow, Level, Mark
@@ -21,6 +20,7 @@ from cnc_core.frontend.base.variables import (
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort
+from support.isg_programs import MACHINE, Run
 
 
 @pytest.mark.parametrize("chunk", [5, 64, 1 << 20])

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import PIECE, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
 from cnc_core.program import Program
+from support.paths import FIVE_AXIS
 
 CELL = parse_config(
     "[axes.X]\n[axes.Y]\n[axes.Z]\n[zero_offsets.1]\nX=100.0\nY=50.0\n[zero_offsets.2]\nX=200.0\n"

@@ -4,8 +4,6 @@ import ctypes
 import re
 
 import pytest
-from support.isg_programs import MACHINE, Run
-from support.paths import docs_page
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import external
@@ -16,6 +14,8 @@ from cnc_core.frontend.isg.language import gcodes
 from cnc_core.frontend.machine import External
 from cnc_core.process.preparation import LivePort
 from cnc_core.program import Program
+from support.isg_programs import MACHINE, Run
+from support.paths import docs_page
 
 
 def test_lenient_turns_unknown_things_into_warnings(tmp_path):

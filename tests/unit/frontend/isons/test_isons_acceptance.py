@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from support.isons_programs import run
 
 from cnc_core.blocks import CIRCULAR, DWELL, LINEAR
 from cnc_core.errors import CncError
+from support.isons_programs import run
 
 SQUARE = "G0 X100 Y100\nG1 X150 Y100\nX150 Y50\nX100 Y50\nX100 Y100\n"
 

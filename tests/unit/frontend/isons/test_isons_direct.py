@@ -1,13 +1,13 @@
 """G71 homing, G100 commands on the path, G102 probing of the IsoNs dialect against simulated sensors."""
 
 import pytest
-from support.isons_programs import run
 
 from cnc_core.blocks import EVENT, EVENT_COMMAND, EXACT_STOP
 from cnc_core.config import load_config, parse_config
 from cnc_core.errors import CncError, ConfigError
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.isons_programs import run
 
 SENSORS = "[isons.homing.X]\nnegative = -20\npositive = 30\nindex = 8\nindex_offset = 1\nabsolute = 3\n"
 SENSORS += "limit_negative = -50\nlimit_positive = 60\n"

@@ -1,11 +1,11 @@
 """IsoNs programs that go round for ever are found, programs that only take long are not."""
 
 import pytest
-from support.isons_programs import run
 
 from cnc_core.errors import CncError
 from cnc_core.frontend.isons import front_end
 from cnc_core.frontend.isons.flow import endless
+from support.isons_programs import run
 
 STILL = [
     "@A\nGOTO A\n",

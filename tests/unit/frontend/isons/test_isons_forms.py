@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from support.isons_programs import CELL, run
 
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
@@ -14,6 +13,7 @@ from cnc_core.frontend.operator import Answer, Operator, read_answers
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.process.preparation import LivePort
 from cnc_core.program import Program
+from support.isons_programs import CELL, run
 
 FORM = """LIB_FORMTEXT "Tool data"
 LIB_FORMPROP BACKCLOR 9

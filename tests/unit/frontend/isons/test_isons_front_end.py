@@ -5,7 +5,6 @@ import math
 
 import numpy as np
 import pytest
-from support.isons_programs import CELL, run
 
 from cnc_core.blocks import (
     CIRCULAR,
@@ -21,6 +20,7 @@ from cnc_core.errors import CncError, ConfigError
 from cnc_core.frontend import create
 from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.program import Program
+from support.isons_programs import CELL, run
 
 
 def error_of(tmp_path, text, config="", files=None):

@@ -1,13 +1,13 @@
 """Marks of the look-ahead in IsoNs programs: the same rows as from ISG programs."""
 
 import pytest
-from support.isons_programs import CELL, run
 
 from cnc_core.blocks import DISTANCE_RESET, MARKER
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
+from support.isons_programs import CELL, run
 
 ISONS = """G60 G63 F3
 G1X10

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from support.isons_programs import run
 
 from cnc_core.blocks import EXACT_STOP, LINEAR
 from cnc_core.errors import CncError
+from support.isons_programs import run
 
 # T-24
 N = np.array(

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
-from support.isons_programs import run
-from support.paths import FIVE_AXIS
 
 from cnc_core.blocks import ELEMENT, PIECE, POLYNOMIAL
 from cnc_core.config import load_config
 from cnc_core.errors import CncError
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
+from support.isons_programs import run
+from support.paths import FIVE_AXIS
 
 CELL = FIVE_AXIS / "head_head.toml"
 

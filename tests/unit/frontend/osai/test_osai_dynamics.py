@@ -2,6 +2,11 @@
 
 import numpy as np
 import pytest
+
+from cnc_core.config import parse_config
+from cnc_core.geometry.profiles.blend import gentle_bend
+from cnc_core.geometry.profiles.time_filter import _Caps, _spread
+from cnc_core.planning import plan_program
 from support.osai_programs import (
     CELL_5,
     SETUP_3,
@@ -10,11 +15,6 @@ from support.osai_programs import (
     changed,
     curves,
 )
-
-from cnc_core.config import parse_config
-from cnc_core.geometry.profiles.blend import gentle_bend
-from cnc_core.geometry.profiles.time_filter import _Caps, _spread
-from cnc_core.planning import plan_program
 
 BENDS = {
     "CRV": None,

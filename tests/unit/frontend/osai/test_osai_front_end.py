@@ -4,6 +4,14 @@ import re
 
 import numpy as np
 import pytest
+
+from cnc_core.blocks import EXACT_STOP, LINEAR, POLYNOMIAL, RAPID
+from cnc_core.config import parse_config
+from cnc_core.errors import CncError
+from cnc_core.frontend import detect
+from cnc_core.frontend.osai.codes import CODES, TRANSITIONS, VIRTUALISATIONS
+from cnc_core.frontend.osai.front_end import ARCS, SUPPORTED_G
+from cnc_core.frontend.port import OfflinePort
 from support.osai_programs import (
     CELL_5,
     SETUP_3,
@@ -14,14 +22,6 @@ from support.osai_programs import (
     value,
 )
 from support.paths import docs_page
-
-from cnc_core.blocks import EXACT_STOP, LINEAR, POLYNOMIAL, RAPID
-from cnc_core.config import parse_config
-from cnc_core.errors import CncError
-from cnc_core.frontend import detect
-from cnc_core.frontend.osai.codes import CODES, TRANSITIONS, VIRTUALISATIONS
-from cnc_core.frontend.osai.front_end import ARCS, SUPPORTED_G
-from cnc_core.frontend.port import OfflinePort
 
 POL = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
 BSP = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")

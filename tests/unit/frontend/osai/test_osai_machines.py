@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from support.osai_programs import Workshop
 
 from cnc_core.config import parse_config
 from cnc_core.planning import plan_program
+from support.osai_programs import Workshop
 
 ROTARY = "kind = 'rotary'\nv_max_mm_s = 400.0\na_max_mm_s2 = 4000.0\nj_max_mm_s3 = 80000.0\n"
 CELL = parse_config(

@@ -5,10 +5,10 @@ import sys
 import warnings
 
 import pytest
-from support.osai_programs import SETUP_3, Workshop, changed
 
 from cnc_core.errors import CncError
 from cnc_core.planning import plan_program
+from support.osai_programs import SETUP_3, Workshop, changed
 
 HUGE = "1" + "0" * 400
 LONG = "9" * 3000
