@@ -12,9 +12,10 @@ import pytest
 
 from hli import layout
 from support.command_line import SHM, Outcome, command
+from support.osai_programs import shop
 from support.processes import leftovers
 
-__all__ = ["leftovers"]
+__all__ = ["leftovers", "shop"]
 
 
 @pytest.fixture

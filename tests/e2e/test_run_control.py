@@ -41,7 +41,7 @@ class Control:
 """
 
 
-def run(
+def stops_of(
     cell: Cell,
     program: Write,
     text: str,
@@ -61,7 +61,7 @@ def test_single_block_stands_before_every_motion_block(
     cell: Cell, program: Write
 ) -> None:
     """The first block runs, each further one waits at its start for continue; M00 still waits, M01 does not."""
-    stops = run(cell, program, PROGRAM, {"single_block": True})
+    stops = stops_of(cell, program, PROGRAM, {"single_block": True})
     assert [(d, c) for d, c, _ in stops] == [
         (100_000.0, 8),
         (200_000.0, 8),
@@ -77,14 +77,17 @@ def test_m01_stops_only_when_enabled(
     """Without m01_stop_enable M01 is passed without slowing down; with it the channel waits."""
     assert [
         (d, c)
-        for d, c, _ in run(cell, program, PROGRAM, {"m01_stop_enable": True})
+        for d, c, _ in stops_of(
+            cell, program, PROGRAM, {"m01_stop_enable": True}
+        )
     ] == [
         (300_000.0, 32),
         (400_000.0, 16),
     ]
     record = tmp_path / "r.npz"
     assert (
-        run(cell, program, "F6000 G1\nX50\nM1\nX100\nM30\n", {}, record) == []
+        stops_of(cell, program, "F6000 G1\nX50\nM1\nX100\nM30\n", {}, record)
+        == []
     )
     with np.load(record) as columns:
         assert columns["v"][
@@ -108,6 +111,6 @@ def test_rapid_override_by_p_chan_00181(
         "rapid_override_valid": True,
     }
     with Cell(config) as cell:
-        run(cell, program, "G0 X100\nM30\n", commands, record)
+        stops_of(cell, program, "G0 X100\nM30\n", commands, record)
     with np.load(record) as columns:
         assert columns["v"].max() == pytest.approx(speed)

@@ -1,6 +1,5 @@
 """Random IsoNs programs against Python, transformation stacks against numpy, corners against another construction."""
 
-# ruff: noqa: PLR0911 - one return a kind of statement
 import itertools
 import math
 import random

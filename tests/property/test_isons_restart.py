@@ -78,7 +78,7 @@ def program(seed):
     return "\n".join(lines) + "\n"
 
 
-def rows_of(path, restart=None, start=None):
+def read_from(path, restart=None, start=None):
     port = OfflinePort(np.zeros(4))
     reader = Program(
         path, parse_config(CONFIG), "isons", port, restart=restart, start=start
@@ -109,12 +109,12 @@ def test_restart_at_any_line(tmp_path, seed):
     path.write_text(program(seed))
     rng = random.Random(seed + 100)
     start = np.array([rng.uniform(-50, 50) for _ in range(4)])
-    rows, reader, port = rows_of(path, start=start)
+    rows, reader, port = read_from(path, start=start)
     whole = motions(rows)
     for k in rng.sample(range(1, len(whole)), min(6, len(whole) - 1)):
         line = int(whole[k]["line"])
         passes = sum(int(row["line"]) == line for row in whole[: k + 1])
-        again, other, ports = rows_of(path, Restart(line, passes), start)
+        again, other, ports = read_from(path, Restart(line, passes), start)
         moves = motions(again)
         assert moves[0]["type"] == LINEAR
         assert moves[0]["end"][:4] == pytest.approx(whole[k - 1]["end"][:4])
@@ -139,8 +139,10 @@ def test_restart_at_a_marker(tmp_path, seed):
     """Behind the block that gives the marker its value, inside loops too."""
     path = tmp_path / "part.isons"
     path.write_text(program(seed))
-    whole = motions(rows_of(path, start=np.ones(4))[0])
-    again, reader, _ = rows_of(path, Restart(marker="K", value=2.0), np.ones(4))
+    whole = motions(read_from(path, start=np.ones(4))[0])
+    again, reader, _ = read_from(
+        path, Restart(marker="K", value=2.0), np.ones(4)
+    )
     tail = [told(row) for row in motions(again)[1:]]
     assert tail == [told(row) for row in whole][len(whole) - len(tail) :]
     assert len(tail) < len(whole)
@@ -157,13 +159,13 @@ def test_places_that_are_not_reached(tmp_path):
         (Restart(marker="K", value=1), 909170),
     ):
         with pytest.raises(CncError) as caught:
-            rows_of(path, restart)
+            read_from(path, restart)
         assert caught.value.code == code
     path.write_text(
         "D4\nG1X1\nG41\nG2X5R9\nG1X9\n"
     )  # what is wrong in the stretch before
     with pytest.raises(CncError) as caught:
-        rows_of(path, Restart(5))
+        read_from(path, Restart(5))
     assert caught.value.code == 90008
     assert Restart.of(None, 1, "$K = 3") == Restart(marker="K", value=3.0)
     for wrong in ((3, 1, "K=1"), (0, 1, None), (None, 1, "K")):
@@ -178,7 +180,9 @@ def test_go_block_macro(tmp_path):
     (tmp_path / "M8.isons").write_text(
         "GLOBAL $S\n$S=$_X7\nG0Z50\nG1X[$_C0]Y[$_C1]\n"
     )
-    rows, reader, _ = rows_of(path, Restart(4), np.array([1.0, 2.0, 3.0, 0.0]))
+    rows, reader, _ = read_from(
+        path, Restart(4), np.array([1.0, 2.0, 3.0, 0.0])
+    )
     assert [row["end"][:3].tolist() for row in motions(rows)] == [
         [1, 2, 50],
         [20, 10, 50],
@@ -196,7 +200,7 @@ def test_positions_are_known_behind_a_restart(tmp_path):
     path = tmp_path / "part.isons"
     path.write_text("G1X1F1\n$B=$_Q0\nX5\nX7\n$A=$_Q0\nG1X9\n")
     for line in (2, 3, 4, 5):
-        reader = rows_of(path, Restart(line), np.array([-3.0, 0, 0, 0]))[1]
+        reader = read_from(path, Restart(line), np.array([-3.0, 0, 0, 0]))[1]
         assert (
             reader.store.scope.values["B"],
             reader.store.scope.values["A"],
@@ -223,8 +227,8 @@ def test_go_block_macro_where_the_path_reaches_back(tmp_path, head, restart):
     macro = "GLOBAL $S\nGLOBAL $P\n$S=$_X7\nG91\nG0Z50\nG90\nG1F1X[$_C0+1]Y[$_C1]\n$P=$_C0\n"
     (tmp_path / "M8.isons").write_text(macro)
     start = np.array([1.0, 2.0, 3.0, 0.0])
-    whole = driven(rows_of(path, start=start)[0])
-    rows, reader, _ = rows_of(path, restart, start)
+    whole = driven(read_from(path, start=start)[0])
+    rows, reader, _ = read_from(path, restart, start)
     moves = driven(rows)
     assert moves[0]["end"][:3].tolist() == [1, 2, 53]
     place, values = moves[2]["end"][:4], reader.store.common.values
@@ -269,7 +273,7 @@ def test_resume_behind_a_broken_tool(tmp_path):
     for text, code in (("RESUME_T 1\n", 909172), ("T1\nRESUME_T 9\n", 900014)):
         path.write_text(text)
         with pytest.raises(CncError) as caught:
-            rows_of(path)
+            read_from(path)
         assert caught.value.code == code
 
 
@@ -333,11 +337,11 @@ def test_restart_where_the_path_reaches_back(tmp_path, seed):
     path.write_text(reaching_back(seed))
     rng = random.Random(seed + 50)
     start = np.array([-7.0, 3.0, 1.0, 0.0])
-    rows, _, _ = rows_of(path, start=start)
+    rows, _, _ = read_from(path, start=start)
     whole = driven(rows)
     lines = sorted({int(row["line"]) for row in whole})
     for line in rng.sample(lines[1:], min(8, len(lines) - 1)):
-        again = rows_of(path, Restart(line), start)[0]
+        again = read_from(path, Restart(line), start)[0]
         moves = driven(again)
         behind = next(i for i, row in enumerate(whole) if row["count"] >= line)
         assert moves[0]["end"][:4] == pytest.approx(
@@ -374,7 +378,7 @@ def test_restart_beside_the_end_of_compensation(tmp_path, line):
     )
     start = np.array([5.0, 6.0, 7.5, 0.0])
     whole, moves = (
-        driven(rows_of(path, restart, start)[0])
+        driven(read_from(path, restart, start)[0])
         for restart in (None, Restart(line))
     )
     behind = next(i for i, row in enumerate(whole) if row["count"] >= line)
@@ -417,7 +421,7 @@ def test_functions_of_the_stretch_before(tmp_path):
             f"T1 S100\nM3\nG1X1\nG11\nM8\nG100X5\n{text}X20\nS200\nX30\n"
         )
         line = len(path.read_text().splitlines())
-        rows = rows_of(path, Restart(line))[0]
+        rows = read_from(path, Restart(line))[0]
         told_again = [
             (int(row["type"]), int(row["code"]), float(row["value"]))
             for row in rows

@@ -17,7 +17,6 @@ from support.osai_programs import (
     CELL_5,
     SETUP_3,
     SETUP_5,
-    Workshop,
     changed,
     curves,
     value,
@@ -25,13 +24,6 @@ from support.osai_programs import (
 
 PLAIN = changed(SETUP_3, CRV=None, EDG=None)
 CUBIC = changed(PLAIN, PNT="(PNT,AXI,AXI,CUB)")
-
-
-@pytest.fixture
-def shop(tmp_path):
-    made = Workshop(tmp_path)
-    yield made
-    made.close()
 
 
 def walk(n, seed, step=1.0):

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from cnc_core.blocks import BlockBatch
 from cnc_core.config import CellConfig, parse_config
@@ -140,6 +142,14 @@ class Workshop:
         return self.program(
             f"(HSM,CONFIG1)\n{head}\n{body}\nG60\n", setup, **options
         )
+
+
+@pytest.fixture
+def shop(tmp_path: Path) -> Iterator[Workshop]:
+    """A workshop in the test's folder."""
+    made = Workshop(tmp_path)
+    yield made
+    made.close()
 
 
 def curves(

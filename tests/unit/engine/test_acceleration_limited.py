@@ -17,7 +17,7 @@ from support.limits import ratios
 V, A = 300.0, 3000.0
 
 
-def planned(path: Path, samples: bool = False) -> PlanResult:
+def plan_of(path: Path, samples: bool = False) -> PlanResult:
     return plan_program(
         Program(path, CellConfig(), "isg"),
         window=120,
@@ -57,7 +57,7 @@ def test_a_circle_takes_the_shortest_time(
 ) -> None:
     """Gentle, where stretches are many ramps long, and as tight as the axes can follow."""
     path = program(f"F{60 * feed:g}\nG2 I{radius:g} J0\nM30\n")
-    result = planned(path)
+    result = plan_of(path)
     assert result.motion_time_s <= 1.01 * fastest_circle(radius, feed)
     assert result.max_ratio["acceleration"] <= 1.01
     assert result.infeasible == 0
@@ -184,11 +184,11 @@ def test_picture_has_a_curve_of_the_jerk(
     program: Callable[..., Path], tmp_path: Path
 ) -> None:
     """Path with its colour bar, speed, acceleration, jerk."""
-    import matplotlib.pyplot as plt  # noqa: PLC0415
+    import matplotlib.pyplot as plt
 
     plan_picture(
         tmp_path / "p.png",
-        planned(program("G1 X5 F6000\nG2 I3\nM30\n"), samples=True).samples
+        plan_of(program("G1 X5 F6000\nG2 I3\nM30\n"), samples=True).samples
         or {},
     )
     titles = [axes.get_title() for axes in plt.gcf().axes]

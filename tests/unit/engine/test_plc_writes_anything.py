@@ -101,7 +101,7 @@ def layout_size() -> int:
     return ctypes.sizeof(layout.HLI_SEGMENT)
 
 
-def run(cnc: Inside, cycles: int) -> None:
+def run_beside(cnc: Inside, cycles: int) -> None:
     """Cycles; what a PLC may cause is taken and left."""
     end = int(cnc.engine.state.cycle) + cycles
     while (left := end - int(cnc.engine.state.cycle)) > 0:
@@ -118,7 +118,7 @@ def run(cnc: Inside, cycles: int) -> None:
 def undisturbed(folder: Path) -> Any:
     """Positions of the same program beside a PLC that does nothing."""
     with Inside(folder, PROGRAM) as cnc:
-        run(cnc, 20_000)
+        run_beside(cnc, 20_000)
         assert cnc.state.program_end_r
         return cnc.pos
 
@@ -135,7 +135,7 @@ def test_without_an_enabled_command_the_path_is_the_same(
         if service == layout.HLI_SERVICE_IMMEDIATE:
             cnc.engine.serve_start()
         with Hostile(cnc, (".enable_w", ".plc_present_w"), 7) as hostile:
-            run(cnc, 20_000)
+            run_beside(cnc, 20_000)
         assert hostile.writes > 100_000
         assert np.array_equal(cnc.pos, expected)
         state = cnc.engine.state
@@ -148,10 +148,10 @@ def test_without_an_enabled_command_the_path_is_the_same(
 def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
     """Random bytes everywhere, enables and presence too: velocity and acceleration stay legal, memory does not grow."""
     with Inside(tmp_path, PROGRAM) as cnc:
-        run(cnc, 200)
+        run_beside(cnc, 200)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         with Hostile(cnc, (), seed):
-            run(cnc, 20_000)
+            run_beside(cnc, 20_000)
         assert np.isfinite(cnc.pos).all()
         legal(cnc.pos, cnc.cell)
         assert cnc.engine.state.fault == 0
@@ -168,11 +168,11 @@ def test_the_cnc_shows_its_state_again(tmp_path: Path) -> None:
     """What a PLC wrote into the CNC's members is gone with the next cycle: the CNC does not read its own state."""
     with Inside(tmp_path, "N10 G01 X30 F1000\n") as cnc:
         cnc.level(cnc.bahn.feedhold, False)
-        run(cnc, 100)
+        run_beside(cnc, 100)
         cnc.bahn.feedhold.state_r = True
         cnc.channel.used_units_std_sync_r = 77
         cnc.state.stop_condition_r = 0xFFFFFFFF
-        run(cnc, 1)
+        run_beside(cnc, 1)
         assert not cnc.bahn.feedhold.state_r
         assert cnc.channel.used_units_std_sync_r == 0
         assert cnc.state.stop_condition_r == 0

@@ -5,26 +5,16 @@ import math
 import numpy as np
 import pytest
 
-from cnc_core.blocks import CIRCULAR, LINEAR, POLYNOMIAL
+from cnc_core.blocks import CIRCULAR, LINEAR
 from cnc_core.config import load_config
 from cnc_core.geometry.shapes.polynomial import joined
 from cnc_core.program import Program
+from support.programs import ended_program, motions_of, rows_of
 
 
-def program_of(tmp_path, text, **options):
-    (tmp_path / "a.nc").write_text(text + "\nM30\n")
-    return Program(tmp_path / "a.nc", load_config(None), **options)
-
-
-def rows_of(tmp_path, text, size=4096):
+def corners(tmp_path, text, size=4096):
     """Motion rows, read in batches of a size."""
-    program, found = program_of(tmp_path, text), []
-    item = program.read(size)
-    while item is not None:
-        found.append(item)
-        item = program.read(size)
-    rows = joined(found).rows
-    return rows[rows["type"] <= POLYNOMIAL]
+    return motions_of(rows_of(ended_program(tmp_path, text), size))
 
 
 @pytest.mark.parametrize("size", [1, 2, 4096])
@@ -33,7 +23,7 @@ def rows_of(tmp_path, text, size=4096):
 )
 def test_a_chamfer_cuts_the_corner(tmp_path, corner, size):
     """Both blocks are shortened by the distance; the new block has the number of its own."""
-    rows = rows_of(tmp_path, f"N10 G01 X10 F1000\nN15 {corner}\nN20 Y10", size)
+    rows = corners(tmp_path, f"N10 G01 X10 F1000\nN15 {corner}\nN20 Y10", size)
     assert rows["n"].tolist() == [10, 15, 20]
     assert rows["end"][:, :2] == pytest.approx(
         np.array([[8, 0], [10, 2], [10, 10]])
@@ -43,10 +33,10 @@ def test_a_chamfer_cuts_the_corner(tmp_path, corner, size):
 
 def test_the_size_is_modal_and_the_word_may_stand_in_the_block(tmp_path):
     """G301 without I takes the last one; #RND before or behind the words means the same."""
-    rows = rows_of(tmp_path, "G01 X10 F1000\nG302 I1\nY10\nG302\nX0")
+    rows = corners(tmp_path, "G01 X10 F1000\nG302 I1\nY10\nG302\nX0")
     assert rows["type"].tolist() == [LINEAR, CIRCULAR, LINEAR, CIRCULAR, LINEAR]
     for text in ("G01 X10 #RND=1 F1000\nY10", "#RND = 1 G01 X10 F1000\nY10"):
-        assert rows_of(tmp_path, text)["type"].tolist() == [
+        assert corners(tmp_path, text)["type"].tolist() == [
             LINEAR,
             CIRCULAR,
             LINEAR,
@@ -55,7 +45,7 @@ def test_the_size_is_modal_and_the_word_may_stand_in_the_block(tmp_path):
 
 def test_a_rounding_between_lines(tmp_path):
     """Tangential arc; the feed of #FRC holds on it alone."""
-    rows = rows_of(tmp_path, "G01 X10 F1200 #RND=3 #FRC=600\nX20 Y10")
+    rows = corners(tmp_path, "G01 X10 F1200 #RND=3 #FRC=600\nX20 Y10")
     setback = 3 * math.tan(math.pi / 8)
     assert rows["end"][0, :2] == pytest.approx([10 - setback, 0])
     assert rows["end"][1, :2] == pytest.approx(
@@ -78,7 +68,7 @@ def test_a_rounding_between_lines(tmp_path):
 )
 def test_roundings_with_arcs_are_tangential(tmp_path, text):
     """Direction is continuous at both ends, and the path has no gap."""
-    rows = rows_of(tmp_path, text.format("G302 I1.5"))
+    rows = corners(tmp_path, text.format("G302 I1.5"))
     assert len(rows) == 3
     at, before = np.zeros(2), None
     for row in rows:
@@ -112,7 +102,7 @@ def test_roundings_with_arcs_are_tangential(tmp_path, text):
 
 def test_a_chamfer_on_an_arc_is_a_chord(tmp_path):
     """I is the distance of the point on the arc from the corner."""
-    rows = rows_of(tmp_path, "G01 X10 Y4 F1000\nG301 I2\nG03 X20 Y14 I0 J10")
+    rows = corners(tmp_path, "G01 X10 Y4 F1000\nG301 I2\nG03 X20 Y14 I0 J10")
     corner = np.array([10, 4])
     assert [
         np.hypot(*(rows["end"][i, :2] - corner)) for i in (0, 1)
@@ -121,7 +111,7 @@ def test_a_chamfer_on_an_arc_is_a_chord(tmp_path):
 
 def test_tangential_blocks_get_nothing(tmp_path):
     """A straight on, an arc that goes on."""
-    assert len(rows_of(tmp_path, "G01 X10 F1000\nG302 I1\nX20")) == 2
+    assert len(corners(tmp_path, "G01 X10 F1000\nG302 I1\nX20")) == 2
 
 
 @pytest.mark.parametrize(
@@ -140,7 +130,7 @@ def test_tangential_blocks_get_nothing(tmp_path):
 )
 def test_errors(tmp_path, text, code):
     """By number, at the block of the corner."""
-    program = program_of(tmp_path, text, collect=True)
+    program = ended_program(tmp_path, text, collect=True)
     list(program.batches())
     assert [e.code for e in program.errors] == [code]
 

@@ -13,7 +13,6 @@ from cnc_core.blocks import (
     EXACT_STOP,
     FILTER,
     HAS_VALUE,
-    LINEAR,
     NC_BLOCK,
     BlockBatch,
     M,
@@ -24,6 +23,7 @@ from cnc_core.geometry.filters.noise import Noise
 from cnc_core.geometry.filters.run_filter import distances, farthest
 from cnc_core.geometry.filters.short_segments import ShortSegments
 from cnc_core.geometry.filters.spline_filter import SplineFilter
+from support.drive import line_rows
 
 CASES = [
     (Noise, {"angle": 0.4, "length": 0.4}),
@@ -34,15 +34,6 @@ CASES = [
     (ShortSegments, {"length": 0.4}),
     (LowPass, {"length": 1.0, "end": [0.4, 0.4, 0.4] + [0] * 6}),
 ]
-
-
-def rows_of(points):
-    rows = np.zeros(len(points) - 1, NC_BLOCK)
-    rows["type"], rows["feed"] = LINEAR, 100.0
-    rows["end"][:, :3] = points[1:]
-    rows["length"] = np.linalg.norm(np.diff(points, axis=0), axis=1)
-    rows["line"] = np.arange(len(rows)) + 1
-    return rows
 
 
 def setting(code, **values):
@@ -57,7 +48,7 @@ def setting(code, **values):
 def through(kind, points, values, size=10**6):
     stage = kind(points[0].copy(), (0, 1, 2))
     stage.push(BlockBatch(setting(stage.code, **values)))
-    rows = rows_of(points)
+    rows = line_rows(points, 100.0)
     out = [
         stage.push(BlockBatch(rows[i : i + size])).rows
         for i in range(0, len(rows), size)
@@ -142,7 +133,7 @@ def test_the_spline_of_order_two_is_the_programmed_path():
     points = zigzag(9, 40)
     stage = SplineFilter(points[0].copy(), (0, 1, 2))
     stage.push(BlockBatch(setting(stage.code, length=5.0, value=2, radius=0.2)))
-    rows = rows_of(points)
+    rows = line_rows(points, 100.0)
     rows["flags"] |= EXACT_STOP
     out = np.concatenate(
         [
@@ -163,7 +154,7 @@ def test_other_rows_end_a_run_and_keep_their_place():
     """An M function between motions: the run ends in front of it, exactly."""
     points = zigzag(3, 20)
     stage = SplineFilter(points[0].copy(), (0, 1, 2))
-    rows = rows_of(points)
+    rows = line_rows(points, 100.0)
     function = np.zeros(1, NC_BLOCK)
     function["type"] = M
     head = setting(stage.code, length=5.0, value=3, radius=0.2)
@@ -182,7 +173,7 @@ def test_filters_hold_no_more_than_their_reach():
     for kind, values in CASES:
         stage = kind(points[0].copy(), (0, 1, 2))
         stage.push(BlockBatch(setting(stage.code, **values)))
-        rows, given = rows_of(points), 0
+        rows, given = line_rows(points, 100.0), 0
         for i in range(0, len(rows), 1000):
             given += len(stage.push(BlockBatch(rows[i : i + 1000])))
         held = stage._rows if kind is SplineFilter else stage._held

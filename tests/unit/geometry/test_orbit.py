@@ -15,7 +15,7 @@ CELL = CellConfig(
 )
 
 
-def rows_of(tmp_path, text, cell=CELL, collect=False):
+def motions_and_errors(tmp_path, text, cell=CELL, collect=False):
     """Motions of a program, and its errors."""
     (tmp_path / "p.nc").write_text(text)
     program = Program(tmp_path / "p.nc", cell, collect=collect)
@@ -88,7 +88,7 @@ def test_polygons_shrink_as_shapely_says(tmp_path, seed, turn):
     wanted = parallel(points, 3.0)
     if wanted is None:
         pytest.skip("a side vanishes")
-    rows, _ = rows_of(tmp_path, contour(points))
+    rows, _ = motions_and_errors(tmp_path, contour(points))
     sides = rows[1 : 1 + len(points)]
     for row, candidates in zip(sides, wanted, strict=True):
         assert min(abs(row["length_min"] - c) for c in candidates) < 1e-6
@@ -99,7 +99,7 @@ def test_arcs_lose_the_distance_from_their_radius(tmp_path):
     """A rounded square: lines 1 mm shorter only at true corners, arcs of radius 4 - 3."""
     text = "G00 X-10 Y-10\n#TRACK CHAN ON [EXTEND=2 MAX_SCALE=2 MAX_EQUID=5]\n#RT WHILE\nG01 X10 F1000\nY6\n"
     text += "G03 X6 Y10 I-4 J0\nG01 X-10\nY-10\n#RT ENDWHILE\nM30\n"
-    rows, _ = rows_of(tmp_path, text)
+    rows, _ = motions_and_errors(tmp_path, text)
     assert [row["length_min"] for row in rows[1:]] == pytest.approx(
         [14, 13, np.pi / 2, 13, 14]
     )
@@ -110,7 +110,7 @@ def test_the_ends_of_an_open_contour_are_not_cut(tmp_path):
     points = np.array(
         [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)]
     )
-    rows, _ = rows_of(tmp_path, contour(points, loop=False))
+    rows, _ = motions_and_errors(tmp_path, contour(points, loop=False))
     assert [row["length_min"] for row in rows[1:5]] == pytest.approx(
         [17, 14, 14, 17]
     )
@@ -125,14 +125,14 @@ def test_without_an_equidistant_range_nothing_shrinks(tmp_path, radii):
     points = np.array(
         [(-10.0, -10.0), (10.0, -10.0), (10.0, 10.0), (-10.0, 10.0)]
     )
-    rows, _ = rows_of(tmp_path, contour(points, radii=radii))
+    rows, _ = motions_and_errors(tmp_path, contour(points, radii=radii))
     assert all(row["length_min"] == row["length"] for row in rows)
 
 
 def test_long_contours_are_streamed(tmp_path):
     """A regular polygon of 5000 sides outside a loop: one motion is held back, all but the ends are cut alike."""
     turn = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
-    rows, _ = rows_of(
+    rows, _ = motions_and_errors(
         tmp_path,
         contour(
             100.0 * np.column_stack([np.cos(turn), np.sin(turn)]), loop=False
@@ -160,14 +160,14 @@ BAD = {
 def test_what_cannot_be_orbited_is_refused_by_number(tmp_path, code):
     """Radii, concave contours, corners at arcs, elements that vanish."""
     with pytest.raises(CncError) as caught:
-        rows_of(tmp_path, BAD[code])
+        motions_and_errors(tmp_path, BAD[code])
     assert caught.value.code == code
     assert caught.value.place.line > 0
 
 
 def test_the_function_has_to_be_configured(tmp_path):
     """Without FCT_EXTENSION_EQUIDIST the command is refused."""
-    _, errors = rows_of(
+    _, errors = motions_and_errors(
         tmp_path, contour([(0, 0), (1, 0)]), CellConfig(), collect=True
     )
     assert [e.code for e in errors] == [907120]

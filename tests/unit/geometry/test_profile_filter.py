@@ -6,7 +6,7 @@ import pytest
 from cnc_core.geometry.profiles.time_filter import _Caps, _opened
 from cnc_core.planning import plan_program
 from support.inside import Inside
-from support.osai_programs import SETUP_3, Workshop, changed
+from support.osai_programs import SETUP_3, changed
 
 BENDS = {
     "CRV": None,
@@ -14,13 +14,6 @@ BENDS = {
     "DIN_X": "(DIN,X,,300)",
     "DIN_Y": "(DIN,Y,,300)",
 }
-
-
-@pytest.fixture
-def shop(tmp_path):
-    made = Workshop(tmp_path)
-    yield made
-    made.close()
 
 
 def opened(share, time, window):

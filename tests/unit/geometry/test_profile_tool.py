@@ -21,7 +21,6 @@ from support.osai_programs import (
     CELL_5,
     SETUP_3,
     SETUP_5,
-    Workshop,
     changed,
     curves,
     value,
@@ -47,13 +46,6 @@ def line_along(t):
     coef = np.zeros((1, 3, 2))
     coef[0, :, 1] = t
     return coef
-
-
-@pytest.fixture
-def shop(tmp_path):
-    made = Workshop(tmp_path)
-    yield made
-    made.close()
 
 
 # 5.2

@@ -1,25 +1,19 @@
 """#SPLINE: Akima curves against scipy, B-splines against scipy, ends, tangents, errors."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
 from scipy.interpolate import Akima1DInterpolator, BSpline
 
 from cnc_core.blocks import DWELL, LINEAR, POLYNOMIAL
-from cnc_core.config import load_config
 from cnc_core.geometry.shapes.polynomial import coefficients, joined
 from cnc_core.planning import plan_program
-from cnc_core.program import Program
+from support.programs import ended_program
 
 CELL = "[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm = 1.0\n"
-
-
-def program_of(tmp_path, text, **options):
-    (tmp_path / "cell.toml").write_text(CELL)
-    (tmp_path / "a.nc").write_text(text + "\nM30\n")
-    return Program(
-        tmp_path / "a.nc", load_config(tmp_path / "cell.toml"), **options
-    )
+program_of = partial(ended_program, cell=CELL)
 
 
 def curves(batch):

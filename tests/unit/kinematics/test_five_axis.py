@@ -346,7 +346,7 @@ bed = "B12"
 linear = ["Y", "X", "Z"]
 rotary = ["A", "B"]
 cin = { Y = [0,0,0,90,0,180], X = [0,0,0,0,90,0], Z = [0,0,0,0,-90,0], A = [0,0,0,0,0,0], B = [0,0,0,-90,0,0], t = [0,246.5,0,90,0,0], w = [0,0,0,90,0,180] }
-"""  # noqa: E501
+"""
     kin = parse_config(text).kinematic_machines[3]
     pose = kin.forward(np.array([100, 50, 400, 30, 20.0]), 100)
     assert (

@@ -66,7 +66,7 @@ def raster(step, noise, seed=3, rows=2, length=15):
     return np.round(made + rng.uniform(-noise, noise, made.shape), 5)
 
 
-def run(folder, points, setup, feed=6000):
+def optimized(folder, points, setup, feed=6000):
     lines = [f"X{x:.5f}Y{y:.5f}Z{z:.5f}" for x, y, z in points]
     begin = "G0" + lines[0]
     (folder / "SETUP").write_text(setup)
@@ -125,7 +125,9 @@ def distance(points, line):
 def test_a_sparse_surface_is_not_slower(tmp_path, step, noise, feed):
     """Points 0.3 to 2 mm apart, with noise and without: less time than before, every point within Toll."""
     points = wave(step, noise)
-    result, before, after, made = run(tmp_path, points, setup_of(TOLL), feed)
+    result, before, after, made = optimized(
+        tmp_path, points, setup_of(TOLL), feed
+    )
     assert after < before
     assert result.time_before_s == pytest.approx(before)
     assert result.time_after_s == pytest.approx(after)
@@ -137,7 +139,7 @@ def test_a_sparse_surface_is_not_slower(tmp_path, step, noise, feed):
 def test_corners_that_nothing_marks_do_not_bulge(tmp_path, noise):
     """EDG off, rows with square ends: between the points too the output stays with the curve the input would drive."""
     points = raster(1.5 if noise == 0.0 else 0.4, noise)
-    _, before, after, made = run(tmp_path, points, setup_of(TOLL))
+    _, before, after, made = optimized(tmp_path, points, setup_of(TOLL))
     program = Program(
         tmp_path / "in.osai", CellConfig(), "osai", programmed=True
     )
@@ -152,7 +154,7 @@ def test_corners_that_nothing_marks_do_not_bulge(tmp_path, noise):
 def test_noise_above_the_tolerance(tmp_path):
     """Scatter wider than the band: still every point within Toll, and in less time than through every point."""
     points = wave(0.5, 0.03)
-    _, before, after, made = run(tmp_path, points, setup_of(0.01))
+    _, before, after, made = optimized(tmp_path, points, setup_of(0.01))
     assert distance(points, samples(made)).max() <= 0.01
     assert after < before
 
@@ -168,7 +170,7 @@ def test_a_joint_takes_more_than_the_last_polynomial(tmp_path):
     )
     points = np.round(corner + rng.uniform(-0.008, 0.008, corner.shape), 5)
     points[len(t) - 1] = (20, 0, 0)
-    result, _, _, made = run(
+    result, _, _, made = optimized(
         tmp_path, points, setup_of(0.05, "(EDG,40,0,G63,1)", "G63")
     )
     assert result.joints == 1
@@ -260,7 +262,7 @@ def test_long_sections_of_many_groups(tmp_path):
         ]
     )
     setup = setup_of(TOLL) + "(SMS,,,,,,,,100,,)\n"
-    result, before, after, made = run(tmp_path, points, setup)
+    result, before, after, made = optimized(tmp_path, points, setup)
     assert result.groups >= 2
     assert distance(points, samples(made)).max() <= TOLL
     assert result.max_path_deviation_mm <= TOLL

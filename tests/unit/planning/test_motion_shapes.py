@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from cnc_core.commands.console import open_program
 from cnc_core.config import parse_config
-from cnc_core.planning import PlanResult, plan_program
+from cnc_core.planning import PlanResult
 from support.drive import drive, line_rows
 from support.limits import ratios
+from support.programs import planned, program_of
 
 CELL = """
 [axes.X]
@@ -35,17 +35,12 @@ j_max_mm_s3 = 60000
 """
 
 
-def planned(
+def shape(
     folder: Path, text: str, tolerance: float, window: int = 30
 ) -> PlanResult:
     """The program on the machine X Y Z A, with samples."""
-    file, cell = folder / "shape.nc", folder / "cell.toml"
-    file.write_text(text)
-    cell.write_text(CELL)
-    return plan_program(
-        open_program(file, cell, "isg", tolerance=tolerance),
-        window=window,
-        keep_samples=True,
+    return planned(
+        program_of(folder, text, CELL, tolerance=tolerance), window=window
     )
 
 
@@ -59,7 +54,7 @@ def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
     N50 G1 X2
     M30
     """
-    exact, smooth = planned(tmp_path, text, 0.0), planned(tmp_path, text, 0.01)
+    exact, smooth = shape(tmp_path, text, 0.0), shape(tmp_path, text, 0.01)
     assert smooth.motion_time_s < 3 * exact.motion_time_s
     assert smooth.samples is not None
     pos = smooth.samples["pos"]
@@ -91,7 +86,7 @@ def test_the_deviation_of_a_steep_helix_is_the_nearest_distance(
     text = (
         "G0 X0 Y0 Z0\nG1 F3000 X-10\nX0\nG2 X10 Y0 Z40 I5 J0\nG1 X20 Z40\nM30\n"
     )
-    result = planned(tmp_path, text, 0.05)
+    result = shape(tmp_path, text, 0.05)
     angle = np.linspace(np.pi, 0.0, 400_001)
     helix = np.column_stack(
         [5 + 5 * np.cos(angle), 5 * np.sin(angle), np.linspace(0, 40, 400_001)]

@@ -29,7 +29,7 @@ class Clock:
         return self.ns
 
 
-def run(timer: object, clock_: Clock, inputs: str) -> str:
+def outputs(timer: object, clock_: Clock, inputs: str) -> str:
     """One call per ms with IN from the text of 0 and 1; Q as the same kind of text."""
     out = ""
     for i, value in enumerate(inputs):
@@ -66,7 +66,7 @@ def run(timer: object, clock_: Clock, inputs: str) -> str:
 def test_timer_diagrams(kind: type, inputs: str, expected: str) -> None:
     """Timing diagrams of the standard with PT = 3 ms, one column per ms."""
     clock_ = Clock()
-    assert run(kind(PT=0.003, now_ns=clock_), clock_, inputs) == expected
+    assert outputs(kind(PT=0.003, now_ns=clock_), clock_, inputs) == expected
 
 
 def test_ton_shows_elapsed_time_and_holds_it_at_pt() -> None:

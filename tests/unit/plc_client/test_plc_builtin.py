@@ -13,7 +13,7 @@ from support.processes import run_plc, start_cnc
 pytestmark = pytest.mark.usefixtures("leftovers")
 
 
-def run(
+def report_of(
     tmp_path: Path,
     builtin: str,
     arguments: dict[str, Any],
@@ -40,7 +40,7 @@ def run(
 
 def test_acknowledge_runs_to_the_end(tmp_path: Path) -> None:
     """Nothing to do, nothing wrong."""
-    assert run(tmp_path, "acknowledge", {}, lengths=[5.0])["result"] == {
+    assert report_of(tmp_path, "acknowledge", {}, lengths=[5.0])["result"] == {
         "acknowledged": 0,
         "continued": 0,
     }
@@ -51,7 +51,7 @@ def test_query_mode_1_pages_until_the_answer_ends(
     tmp_path: Path, at: str
 ) -> None:
     """300 entries in three pages, in order, with the HLI's field names."""
-    result = run(
+    result = report_of(
         tmp_path,
         "query",
         {"mode": 1, "start": 5, "at": at},
@@ -69,7 +69,7 @@ def test_query_mode_1_pages_until_the_answer_ends(
 def test_query_mode_2_pages_through_its_range(tmp_path: Path) -> None:
     """Whole elements that touch [S, S+L), page by page."""
     arguments = {"mode": 2, "start": 15.0, "length": 1500.0, "at": "end"}
-    content = run(
+    content = report_of(
         tmp_path, "query", arguments, lengths=[10.0] * 300, speed=500.0
     )
     starts = [b["start_position"] for b in content["result"]["response"]]
@@ -80,7 +80,7 @@ def test_query_mode_2_pages_through_its_range(tmp_path: Path) -> None:
 
 def test_query_can_be_held_to_one_page(tmp_path: Path) -> None:
     """page false: the answer as it came."""
-    result = run(
+    result = report_of(
         tmp_path,
         "query",
         {"mode": 1, "page": False},
@@ -117,7 +117,7 @@ def test_demo_reads_contour_and_log_and_lowers_the_override(
     tmp_path: Path,
 ) -> None:
     """Both modes in one run; the record is bounded."""
-    content = run(
+    content = report_of(
         tmp_path,
         "demo",
         {"records": 100, "window": 50.0},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,8 @@ from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, POLYNOMIAL, H, M
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
 from cnc_core.frontend.port import Wait
-from cnc_core.program import Program
+from support.programs import error_of, motions_of, rows_of
+from support.programs import program_of as open_program
 
 pytestmark = pytest.mark.sanitize("stages/compensation")
 
@@ -22,19 +24,16 @@ CELL = parse_config(
 HEAD = "G00 X0 Y0 D1\nF1200\n"
 
 
-def program(folder: Path, text: str, **options) -> Program:
-    path = folder / "part.nc"
-    path.write_text(text)
-    return Program(path, CELL, "isg", **options)
+program_of = partial(open_program, cell=CELL)
 
 
-def rows_of(folder: Path, text: str) -> np.ndarray:
-    return np.concatenate([b.rows for b in program(folder, text).batches()])
+def compensated(folder: Path, text: str) -> np.ndarray:
+    """All rows of a program on the cell of these tests."""
+    return rows_of(program_of(folder, text))
 
 
 def moves(folder: Path, text: str) -> np.ndarray:
-    rows = rows_of(folder, text)
-    return rows[rows["type"] <= POLYNOMIAL]
+    return motions_of(compensated(folder, text))
 
 
 def ends(rows: np.ndarray) -> list[tuple[float, float]]:
@@ -42,12 +41,6 @@ def ends(rows: np.ndarray) -> list[tuple[float, float]]:
         (round(float(x), 6) + 0.0, round(float(y), 6) + 0.0)
         for x, y in rows["end"][:, :2]
     ]
-
-
-def error_of(folder: Path, text: str) -> CncError:
-    with pytest.raises(CncError) as caught:
-        rows_of(folder, text)
-    return caught.value
 
 
 @pytest.mark.parametrize(
@@ -142,7 +135,7 @@ def test_g239_leaves_the_tool_beside_the_contour(tmp_path: Path) -> None:
         (200, 25),
         (200, 0),
     ]
-    error = error_of(tmp_path, text + "G02 X140 I10 J0\n")
+    error = error_of(compensated, tmp_path, text + "G02 X140 I10 J0\n")
     assert (error.code, error.place.line) == (906002, 6)
 
 
@@ -151,7 +144,7 @@ def test_perpendicular_mode_takes_any_block_first_and_last(
 ) -> None:
     """G237: lines perpendicular to an arc, under the numbers of the G41 and G40 blocks, switching rows before them."""
     text = "G00 X10 Y10 D1\nF1200\nG237\nN50 G42\nN55 M8\nN60 G03 X60 Y60 J50\nN65 M9\nN90 G40\nN100 G00 X0\n"
-    rows = rows_of(tmp_path, text)
+    rows = compensated(tmp_path, text)
     assert [int(r["n"]) for r in rows] == [0, 55, 50, 60, 65, 90, 100]
     assert [int(r["type"]) for r in rows] == [
         LINEAR,
@@ -240,7 +233,7 @@ def test_inner_corner_is_the_intersection(tmp_path: Path) -> None:
 def test_switching_rows_keep_their_order(tmp_path: Path) -> None:
     """M, H, markers and moves of other axes stay between their motions, behind the rows of the corner."""
     text = f"{HEAD}G26\nG41 G01 X0 Y10\nN1 Y40\nN2 M8\nN3 H4\nN4 Z-3\nN5 #CONTOUR LOOKAHEAD LOG [PARAM=1]\nN6 X40\nM30\n"
-    rows = rows_of(tmp_path, text)
+    rows = compensated(tmp_path, text)
     assert [int(n) for n in rows["n"]] == [0, 1, 1, 2, 3, 4, 5, 6, 0]
     assert [int(t) for t in rows["type"][3:5]] == [M, H]
     plunge = rows[5]
@@ -284,7 +277,7 @@ def test_change_of_side(tmp_path: Path) -> None:
 def test_circle_at_the_change_of_side_becomes_a_line(tmp_path: Path) -> None:
     """A circular block with the change is driven as a line, with a warning at its place."""
     text = f"{HEAD}G41 G01 X0 Y10\nX20\nG42 G02 X40 I10 J0\nG01 X60\n"
-    part = program(tmp_path, text)
+    part = program_of(tmp_path, text)
     rows = np.concatenate([b.rows for b in part.batches()])
     assert [int(t) for t in rows["type"]] == [LINEAR] * 4
     assert [(w.code, w.place.line) for w in part.reader.warnings] == [
@@ -336,9 +329,9 @@ def test_errors_have_number_and_line(
 ) -> None:
     """Every refusal names the block; what is allowed passes."""
     if not code:
-        assert len(rows_of(tmp_path, HEAD + text))
+        assert len(compensated(tmp_path, HEAD + text))
         return
-    error = error_of(tmp_path, HEAD + text)
+    error = error_of(compensated, tmp_path, HEAD + text)
     assert (error.code, error.place.line) == (code, line)
     assert error.place.file.endswith("part.nc")
     assert error.place.source
@@ -347,14 +340,16 @@ def test_errors_have_number_and_line(
 def test_too_many_rows_between_two_motions(tmp_path: Path) -> None:
     """90011 instead of unbounded memory."""
     error = error_of(
-        tmp_path, f"{HEAD}G41 G01 X0 Y10\nX50\n" + "M8\n" * 1001 + "X60\n"
+        compensated,
+        tmp_path,
+        f"{HEAD}G41 G01 X0 Y10\nX50\n" + "M8\n" * 1001 + "X60\n",
     )
     assert (error.code, error.place.line) == (90011, 1005)
 
 
 def test_rows_ahead_of_an_error_are_handed_out(tmp_path: Path) -> None:
     """The contour up to the refused block is executed, then the error comes, and it stays."""
-    part = program(
+    part = program_of(
         tmp_path, f"{HEAD}G42 G01 X0 Y10\nY20\nY30\nG02 X6 I3 J0\nG01 X50\n"
     )
     first = part.read()
@@ -369,7 +364,7 @@ def test_rows_ahead_of_an_error_are_handed_out(tmp_path: Path) -> None:
 
 def test_nothing_of_a_refused_block_is_handed_out(tmp_path: Path) -> None:
     """An M function in the block of a refused motion is not executed."""
-    part = program(tmp_path, f"{HEAD}X1 Y1\nG41\nM8 G02 X9 I4 J0\n")
+    part = program_of(tmp_path, f"{HEAD}X1 Y1\nG41\nM8 G02 X9 I4 J0\n")
     first = part.read()
     assert first is not None
     assert not isinstance(first, Wait)
@@ -379,7 +374,7 @@ def test_nothing_of_a_refused_block_is_handed_out(tmp_path: Path) -> None:
 def test_all_errors_are_collected(tmp_path: Path) -> None:
     """Behind an error the program goes on uncompensated up to the next selection."""
     arc = "G42 G01 X0 Y10\nY20\nG02 X6 I3 J0\nG40 G01 X50\n"
-    part = program(tmp_path, HEAD + arc + "X0 Y0\n" + arc, collect=True)
+    part = program_of(tmp_path, HEAD + arc + "X0 Y0\n" + arc, collect=True)
     assert sum(len(b) for b in part.batches())
     assert [(e.code, e.place.line) for e in part.errors] == [
         (90017, 5),
@@ -392,7 +387,7 @@ def test_flush_behind_deselection(tmp_path: Path) -> None:
     text = (
         "G00 X0 Y40 D1\nF1200\nG41 G01 X0 Y0\nX40\nG40\n#FLUSH WAIT\nX40 Y-30\n"
     )
-    part = program(tmp_path, text)
+    part = program_of(tmp_path, text)
     items = list(iter(part.read, None))
     assert [isinstance(i, Wait) for i in items].count(True) == 1
     rows = np.concatenate([i.rows for i in items if not isinstance(i, Wait)])
@@ -401,7 +396,9 @@ def test_flush_behind_deselection(tmp_path: Path) -> None:
 
 def test_program_may_end_under_compensation(tmp_path: Path) -> None:
     """The last block ends beside its programmed end, M30 behind it."""
-    rows = rows_of(tmp_path, "G00 X0 Y40 D1\nF1200\nG41 G01 X0 Y0\nX40\nM30\n")
+    rows = compensated(
+        tmp_path, "G00 X0 Y40 D1\nF1200\nG41 G01 X0 Y0\nX40\nM30\n"
+    )
     assert ends(rows)[2] == (40, 5)
     assert rows[-1]["type"] == M
 
@@ -411,7 +408,7 @@ def test_long_programs_need_bounded_memory(tmp_path: Path) -> None:
     steps = [
         f"X{i * 0.2:.4f} Y{20 * math.cos(i / 50):.4f}" for i in range(100_000)
     ]
-    part = program(
+    part = program_of(
         tmp_path,
         "G00 X-1 Y0 D2\nF1200\nG26 G41 G01 X-1 Y20\n"
         + "\n".join(steps)

@@ -59,7 +59,7 @@ def lines_of(path):
             yield {"wait": item.value}
         else:
             if item.profile is not None:
-                item = profiles.push(item)  # noqa: PLW2901
+                item = profiles.push(item)
             yield from (
                 block.as_json()
                 for block in blocks(item, start, MACHINE.axes, MACHINE.main)

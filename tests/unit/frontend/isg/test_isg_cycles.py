@@ -42,7 +42,7 @@ class LivePort(OfflinePort):
     answers = True
 
 
-def run(tmp_path, text, machine_=None, port_type=OfflinePort, **files):
+def cycle_run(tmp_path, text, machine_=None, port_type=OfflinePort, **files):
     """Front end and port behind the whole program, and its rows."""
     (tmp_path / "main.nc").write_text(text)
     for name, content in files.items():
@@ -72,7 +72,7 @@ def test_plain_message_has_a_time_stamp_in_front(tmp_path):
     """`#MSG SAVE` without EXCLUSIVE: date, time, blank, text."""
     text = "#VAR\nV.CYC.SysRetNormalZ\n#ENDVAR\nL CYCLE [NAME=SysCalcPlane.ecy @P50=1 @P60=0 @P70=0 @P51=0 @P61=1"
     text += ' @P71=0 @P52=1 @P62=1 @P72=0]\n#FILE NAME[MSG="r.txt"]\n#MSG SAVE ["Normal Z = %f",V.CYC.SysRetNormalZ]\n'
-    _, port, _, _ = run(tmp_path, text)
+    _, port, _, _ = cycle_run(tmp_path, text)
     assert re.fullmatch(
         r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d Normal Z = 1\.000000\n",
         port.texts["r.txt"],
@@ -83,7 +83,9 @@ def test_no_output_is_written_by_a_cycle_that_fails(tmp_path):
     """V.CYC keeps what it held if the parameters are wrong or the points degenerate."""
     text = "#VAR\nV.CYC.SysRetRadius = 7\n#ENDVAR\n"
     text += "L CYCLE [NAME=SysCalcCircle @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=2]\n"
-    _, port, _, _ = run(tmp_path, text + '#MSG ["%f", V.CYC.SysRetRadius]\n')
+    _, port, _, _ = cycle_run(
+        tmp_path, text + '#MSG ["%f", V.CYC.SysRetRadius]\n'
+    )
     assert port.messages == ["7.000000"]
 
 
@@ -98,7 +100,7 @@ def test_no_output_is_written_if_one_does_not_fit(tmp_path, declared, code):
     """A variable of another type or shape is an error, and the others keep what they held."""
     text = f"#VAR\nV.CYC.SysRetRadius = 7\n{declared}\n#ENDVAR\n"
     text += "L CYCLE [NAME=SysCalcCircle @P50=0 @P60=0 @P51=1 @P61=1 @P52=2 @P62=0]\n"
-    reader, port, _, _ = run(
+    reader, port, _, _ = cycle_run(
         tmp_path, text + '#MSG ["%f", V.CYC.SysRetRadius]\n'
     )
     assert [e.code for e in reader.errors] == [code]
@@ -109,7 +111,7 @@ def test_outputs_are_in_the_unit_of_the_program(tmp_path):
     """Under G70 inches go in and come out, the variance in square inches."""
     text = "#VAR\nV.CYC.SysRetRadius\nV.CYC.SysRetVariance\n#ENDVAR\nG70\n"
     text += "L CYCLE [NAME=SysCalcCircle @P50=1 @P60=0 @P51=0 @P61=1 @P52=-1 @P62=0 @P53=0 @P63=-1.1]\n"
-    _, port, _, _ = run(
+    _, port, _, _ = cycle_run(
         tmp_path,
         text + '#MSG ["%.9f %.9f", V.CYC.SysRetRadius, V.CYC.SysRetVariance]\n',
     )
@@ -160,7 +162,7 @@ AXES = {
 def test_result_file_of_the_acceptance_programs(tmp_path, case):
     """Mode 4 writes the axes of the plane and does nothing else; the origin does not matter."""
     definition, axes = AXES[case]
-    reader, port, rows, _ = run(
+    reader, port, rows, _ = cycle_run(
         tmp_path,
         f"L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=4 @P3=140 @P20=1 {definition}]\nM30\n",
     )
@@ -191,7 +193,7 @@ SEQUENCES |= {
 def test_every_sequence_intrinsic_and_extrinsic(tmp_path, sequence, kind):
     """New X and Z axis of 10, 20, 30 degrees in all six sequences, both ways."""
     text = f"L CYCLE [NAME=SysPosRotationToPlane @P1=4 @P20=1 @P15=10 @P16=20 @P17=30 @P18={kind} @P19={sequence}]\n"
-    _, port, _, _ = run(tmp_path, text)
+    _, port, _, _ = cycle_run(tmp_path, text)
     lines = port.texts["SysPosRotationToPlaneResult.txt"].splitlines()
     assert [lines[0][8:], lines[2][8:]] == SEQUENCES[sequence, kind].split("|")
 
@@ -212,7 +214,7 @@ def test_hsc_settings_call_the_subprogram_once(tmp_path):
     """HSC-1: one call, the tolerance readable, the position unchanged; a state without program does nothing."""
     text = "G00 Z150\nL CYCLE [NAME=SysHscSettings.ecy \\\n  @P1 = 4 \\\n]\nL CYCLE [NAME=SysHscSettings.ecy @P1=2]\nG70\n"
     text += '#MSG ["%f %f", V.G.HSCS.FINISH.TOLERANCE, V.G.HSCS.ROUGH.TOLERANCE]\nX1\nM30\n'
-    reader, port, rows, _ = run(
+    reader, port, rows, _ = cycle_run(
         tmp_path,
         text,
         hsc_machine(),
@@ -225,7 +227,7 @@ def test_hsc_settings_call_the_subprogram_once(tmp_path):
 
 def test_hsc_settings_without_its_file_says_which(tmp_path):
     """A configured subprogram that does not exist is an error by name."""
-    reader, _, _, _ = run(
+    reader, _, _, _ = cycle_run(
         tmp_path, "L CYCLE [NAME=SysHscSettings.ecy @P1=4]\n", hsc_machine()
     )
     assert [(e.code, "finish.nc" in e.text) for e in reader.errors] == [
@@ -240,7 +242,7 @@ def test_wrong_calls_are_refused_before_any_row_all_at_once(tmp_path):
     """A machine that would move gets no row: every problem of every call comes first."""
     text = "V.P.N = 1\nG00 X50\nL CYCLE [NAME=SysCalcCircle @P50=V.P.N @P51=0 @P61=1 @P53=2]\nG00 X60\n"
     text += "L CYCLE [NAME=SysHscSettings @P1=9]\nM30\n"
-    reader, _, rows, error = run(tmp_path, text, port_type=LivePort)
+    reader, _, rows, error = cycle_run(tmp_path, text, port_type=LivePort)
     assert rows == []
     assert error.code == 13320
     assert len(reader.errors) == 5
@@ -253,7 +255,7 @@ def test_wrong_calls_in_called_files_are_found_too(tmp_path):
         "a__nc": "L b.nc\nM17\n",
         "b__nc": "L CYCLE [NAME=SysHscSettings @P1=9]\nM17\n",
     }
-    _, _, rows, error = run(
+    _, _, rows, error = cycle_run(
         tmp_path, "G00 X50\nN10L a.nc\nM30\n", port_type=LivePort, **files
     )
     assert rows == []
@@ -264,7 +266,7 @@ def test_wrong_calls_in_called_files_are_found_too(tmp_path):
 def test_the_dry_run_leaves_what_only_the_machine_knows_alone(tmp_path):
     """A program that asks the machine is executed; its wrong call stops it when it comes."""
     text = "G00 X50\n#TIMER READ [ID=1]\nL CYCLE [NAME=SysHscSettings @P1=9]\nM30\n"
-    _, _, rows, error = run(tmp_path, text, port_type=LivePort)
+    _, _, rows, error = cycle_run(tmp_path, text, port_type=LivePort)
     assert [row["end"][0] for row in rows] == [50.0]
     assert error.code == 13320
 
@@ -272,17 +274,17 @@ def test_the_dry_run_leaves_what_only_the_machine_knows_alone(tmp_path):
 def test_a_wrong_call_that_is_not_executed_does_not_stop_a_run(tmp_path):
     """`check` reports it; a machine executes the program."""
     text = "G00 X1\n$IF 0\nL CYCLE [NAME=SysHscSettings @P1=9]\n$ENDIF\nL CYCLE [NAME=SysHscSettings @P1=1]\nM30\n"
-    _, _, rows, error = run(tmp_path, text, port_type=LivePort)
+    _, _, rows, error = cycle_run(tmp_path, text, port_type=LivePort)
     assert error is None
     assert len(rows) == 2
-    reader, _, _, _ = run(tmp_path, text)
+    reader, _, _, _ = cycle_run(tmp_path, text)
     assert [e.code for e in reader.errors] == [13320]
 
 
 def test_the_dry_run_writes_nothing(tmp_path):
     """Messages and files come once, of the real run."""
     text = 'G00 X1\n#MSG SAVE EXCLUSIVE ["once"]\nL CYCLE [NAME=SysHscSettings @P1=1]\nM30\n'
-    _, port, rows, error = run(tmp_path, text, port_type=LivePort)
+    _, port, rows, error = cycle_run(tmp_path, text, port_type=LivePort)
     assert error is None
     assert port.texts == {"message.txt": "once\n"}
     assert len(rows) == 2
@@ -525,7 +527,7 @@ def test_user_cycle_finds_its_place_and_its_parameters(tmp_path):
     text = f'{AT}G01 F100 X5\nL CYCLE [NAME=c.ecy @P1=0.1 @P7="a b" PATTERN_ID=1 PATTERN_RETRACT=100]\n'
     text += '#MSG ["%d %d", V.G.CS_ACTIVE, V.G.CS_COUNT]\nM30\n'
     cycle = '#MSG ["%s %.17f %f %f %f", @P7, @P1, V.A.ABS.X, V.A.ABS.Y, V.A.ABS.Z]\nG01 X3\nM17\n'
-    reader, port, _, _ = run(tmp_path, text, c__ecy=cycle)
+    reader, port, _, _ = cycle_run(tmp_path, text, c__ecy=cycle)
     assert not reader.errors
     at = "a b 0.10000000000000001 0.000000 0.000000"
     assert port.messages == [
@@ -567,7 +569,7 @@ def test_pocket_under_other_modes(tmp_path):
 def test_local_cycle_at_a_pattern(tmp_path):
     """LL CYCLE finds the local subprogram of the caller's file."""
     text = f'%L C\n#MSG ["%f", V.A.ABS.Z]\nM17\n%MAIN\n{AT}LL CYCLE [NAME=C PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n'
-    reader, port, _, _ = run(tmp_path, text)
+    reader, port, _, _ = cycle_run(tmp_path, text)
     assert not reader.errors
     assert port.messages == ["20.000000", "15.000000", "10.000000"]
 
@@ -575,7 +577,7 @@ def test_local_cycle_at_a_pattern(tmp_path):
 def test_wrong_cycle_at_a_pattern_is_refused_before_the_first_place(tmp_path):
     """The parameters of a built-in cycle are checked ahead of all motion."""
     text = f"{AT}L CYCLE [NAME=SysHscSettings @P1=7 PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n"
-    reader, _, rows, _ = run(tmp_path, text)
+    reader, _, rows, _ = cycle_run(tmp_path, text)
     assert [e.code for e in reader.errors] == [13320]
     assert [int(row["type"]) for row in rows] == [5]
 

@@ -19,8 +19,8 @@ from cnc_core.frontend import create, detect
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.machine import ProgramMachine, Tool
-from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort, Wait
+from support.programs import error_of, rows_of
 
 MACHINE = ProgramMachine(
     axes=("X", "Y", "Z", "X1", "XR"),
@@ -50,24 +50,11 @@ def front_end(tmp_path):
         reader.close()
 
 
-def rows_of(reader, rows=100):
-    """All rows of a program in one array."""
-    return np.concatenate(
-        [b.rows for b in read_all(reader, rows) if not isinstance(b, Wait)]
-    )
-
-
-def error_of(reader):
-    with pytest.raises(CncError) as caught:
-        list(read_all(reader))
-    return caught.value
-
-
 def test_batches_of_any_size_give_the_same_rows(front_end):
     """Reading one row at a time loses and repeats nothing."""
     text = "G01 F600 X1\nM3 S5 X2 M00\n#FLUSH WAIT\nX3\nX4\nM30\n"
     whole = rows_of(front_end(text))
-    assert (rows_of(front_end(text), rows=1) == whole).all()
+    assert (rows_of(front_end(text), size=1) == whole).all()
     assert len(whole) == 9
 
 
@@ -115,7 +102,7 @@ def test_collecting_reports_all_errors(front_end):
 
 def test_error_in_continuation_names_its_physical_line(front_end):
     """An error behind a line break points at the line the user sees."""
-    error = error_of(front_end("G00 X1 \\\n  Y[2 + \\\n  QQ]\n"))
+    error = error_of(rows_of, front_end("G00 X1 \\\n  Y[2 + \\\n  QQ]\n"))
     assert (error.place.line, error.place.column, error.place.source) == (
         3,
         3,
@@ -133,8 +120,8 @@ def test_program_lines(front_end):
     reader = front_end("%L SUB\nG00 X5\nM17\n%MAIN\nG00 X1\n%L BEHIND\nX3\n")
     assert rows_of(reader)["end"][:, 0].tolist() == [1.0]
     assert not reader.warnings
-    assert error_of(front_end("%L SUB\nM17\n")).code == 907033
-    assert error_of(front_end("G00 X1\n%MAIN\n")).code == 900017
+    assert error_of(rows_of, front_end("%L SUB\nM17\n")).code == 907033
+    assert error_of(rows_of, front_end("G00 X1\n%MAIN\n")).code == 900017
 
 
 @pytest.mark.parametrize("end", ["M02", "M30", "M17", "M29"])
@@ -195,7 +182,7 @@ def test_expressions(front_end, text, value):
 
 def test_deep_brackets_are_refused(front_end):
     """Nesting is bounded."""
-    assert error_of(front_end("X" + "[" * 2000)).code == 20927
+    assert error_of(rows_of, front_end("X" + "[" * 2000)).code == 20927
 
 
 def test_block_too_long(front_end):

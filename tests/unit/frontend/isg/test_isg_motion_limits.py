@@ -1,5 +1,7 @@
 """Limits that a program sets for its motions: weights, #VECTOR LIMIT, #OVERRIDE, #SLOPE, #HSC; closed formulas."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from cnc_core.engine import Engine, Event
 from cnc_core.geometry.shapes.polynomial import joined
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.programs import ended_program, planned
 
 CELL = """
 [axes.X]
@@ -27,18 +30,12 @@ j_max_mm_s3 = 0.0
 USABLE = 0.999  # share of the acceleration that the planner plans with
 
 
-def program_of(tmp_path, text, **options):
-    (tmp_path / "cell.toml").write_text(CELL)
-    (tmp_path / "a.nc").write_text(text + "\nM30\n")
-    return Program(
-        tmp_path / "a.nc", load_config(tmp_path / "cell.toml"), **options
-    )
+program_of = partial(ended_program, cell=CELL)
 
 
-def planned(tmp_path, text):
-    """(motion time, samples)"""
-    result = plan_program(program_of(tmp_path, text), keep_samples=True)
-    return result.motion_time_s, result.samples
+def samples_of(tmp_path, text):
+    """Samples of a program's plan."""
+    return planned(program_of(tmp_path, text)).samples
 
 
 def ramp_time(length, speed, accel):
@@ -100,14 +97,14 @@ def test_a_straight_line_takes_the_time_its_limits_ask_for(
 ):
     """Velocity and acceleration as weighted, each weight relative to 100 %."""
     usable = accel if "VECTOR" in text and accel < 3000 else USABLE * accel
-    assert planned(tmp_path, text)[0] == pytest.approx(
+    assert planned(program_of(tmp_path, text)).motion_time_s == pytest.approx(
         ramp_time(100, speed, usable), rel=2e-3
     )
 
 
 def test_weights_hold_from_their_block_on(tmp_path):
     """The samples of the second line accelerate with a quarter of what those of the first one do."""
-    _, samples = planned(
+    samples = samples_of(
         tmp_path, "G01 X100 F12000\nG60 X100\nG04 0.1\nG131=25\nX200"
     )
     accel = np.abs(np.diff(samples["pos"][:, 0], 2)) / 1e-6
@@ -118,7 +115,7 @@ def test_weights_hold_from_their_block_on(tmp_path):
 
 def test_radial_acceleration_bounds_arcs(tmp_path):
     """v^2 / r on a full circle."""
-    _, samples = planned(
+    samples = samples_of(
         tmp_path, "#VECTOR LIMIT ON [RADIAL_ACC=1800000]\nG02 I50 F18000"
     )
     assert samples["v"].max() == pytest.approx(np.sqrt(500 * 50), rel=1e-3)
@@ -128,7 +125,7 @@ def test_corners_keep_the_weighted_acceleration(tmp_path):
     """The jump of velocity at a corner is bounded by what is allowed on both sides."""
     zigzag = "\n".join(f"G01 X{i} Y{i % 2} F12000" for i in range(1, 20))
     for weight in (100, 20, 2):
-        _, samples = planned(tmp_path, f"G131={weight}\n{zigzag}")
+        samples = samples_of(tmp_path, f"G131={weight}\n{zigzag}")
         accel = np.abs(np.diff(samples["pos"], 2, axis=0)) / 1e-6
         assert accel.max() <= 30.0 * weight * 1.001
 
@@ -205,9 +202,12 @@ def test_chains_are_smoothed_within_the_tolerance(tmp_path, on):
 def test_long_blocks_and_sharp_corners_stay_exact_under_hsc(tmp_path):
     """MAX_PATH_LENGTH, MAX_ANGLE."""
     text = "#HSC ON [BSPLINE PATH_DEV=0.1 {}]\nG01 X10 F6000\nX20 Y1\nX21 Y11\n#HSC OFF\nX40"
-    kinds = lambda keys: joined(
-        list(program_of(tmp_path, text.format(keys)).batches())
-    ).rows["type"]  # noqa: E731
+
+    def kinds(keys):
+        return joined(
+            list(program_of(tmp_path, text.format(keys)).batches())
+        ).rows["type"]
+
     assert POLYNOMIAL in kinds("")
     assert POLYNOMIAL not in kinds("MAX_PATH_LENGTH=5")
     assert (kinds("MAX_ANGLE=45") == POLYNOMIAL).sum() < (

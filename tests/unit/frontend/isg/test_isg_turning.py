@@ -1,33 +1,21 @@
 """Threads, tapping, constant cutting speed, software limits, feed groups: feeds against closed formulas."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
 from cnc_core.blocks import LINEAR, POLYNOMIAL, S
-from cnc_core.config import load_config
-from cnc_core.geometry.shapes.polynomial import joined
-from cnc_core.program import Program
+from support.programs import ended_program, rows_of
 
 CELL = "[axes.X]\nmin_mm = -200\nmax_mm = 200\n[axes.Y]\n[axes.Z]\n[axes.U]\n[axes.C]\nkind = 'rotary'\n"
-
-
-def program_of(tmp_path, text, **options):
-    (tmp_path / "cell.toml").write_text(CELL)
-    (tmp_path / "a.nc").write_text(text + "\nM30\n")
-    return Program(
-        tmp_path / "a.nc", load_config(tmp_path / "cell.toml"), **options
-    )
-
-
-def rows_of(tmp_path, text):
-    return joined(list(program_of(tmp_path, text).batches())).rows
+program_of = partial(ended_program, cell=CELL)
 
 
 def feeds(tmp_path, text):
     """mm/s of the motions."""
-    rows = rows_of(tmp_path, text)
+    rows = rows_of(program_of(tmp_path, text))
     return rows["feed"][rows["type"] <= POLYNOMIAL].tolist()
 
 
@@ -90,7 +78,7 @@ def test_errors(tmp_path, text, code):
 def test_cutting_speed_follows_the_diameter(tmp_path):
     """S = v / (pi d), bounded by G196, not in G00; G97 keeps the last speed."""
     text = "G00 X50\nG196 S2000\nG96 S100\nG01 X25 F100\nG00 X10\nG01 X1\nG97\nX2\nS500 X3"
-    rows = rows_of(tmp_path, text)
+    rows = rows_of(program_of(tmp_path, text))
     speeds = rows["value"][rows["type"] == S]
     assert speeds == pytest.approx(
         [1e5 / (math.pi * 100), 1e5 / (math.pi * 50), 2000, 500]
@@ -118,7 +106,9 @@ def test_software_limits_of_the_program(tmp_path):
     )
     assert len(list(program.batches())) == 1 or True
     assert [w.code for w in program.reader.warnings] == [21648]
-    rows = rows_of(tmp_path, "G91 G99 X-20\nG90 G01 X=V.A.+SWE.X F100")
+    rows = rows_of(
+        program_of(tmp_path, "G91 G99 X-20\nG90 G01 X=V.A.+SWE.X F100")
+    )
     assert rows["end"][0, 0] == 180
     assert rows["type"].tolist()[0] == LINEAR
 

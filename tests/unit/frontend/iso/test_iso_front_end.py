@@ -24,6 +24,7 @@ from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.programs import error_of
 
 MACHINE = ProgramMachine(
     axes=("X", "Y", "Z", "A"),
@@ -52,12 +53,6 @@ def read(tmp_path):
         return (np.concatenate(batches) if batches else np.empty(0)), reader
 
     return run
-
-
-def error_of(read, text):
-    with pytest.raises(CncError) as caught:
-        read(text)
-    return caught.value
 
 
 @pytest.mark.parametrize("scan", [True, False])

@@ -6,20 +6,14 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import CIRCULAR, DWELL, LINEAR
-from cnc_core.errors import CncError
 from support.isons_programs import run
+from support.programs import error_of
 
 SQUARE = "G0 X100 Y100\nG1 X150 Y100\nX150 Y50\nX100 Y50\nX100 Y100\n"
 
 
 def near(values, tolerance=1e-3):
     return pytest.approx(np.array(values), abs=tolerance)
-
-
-def error_of(tmp_path, text, **options):
-    with pytest.raises(CncError) as caught:
-        run(tmp_path, text, **options)
-    return caught.value
 
 
 def test_t01_absolute_and_incremental(tmp_path):
@@ -87,7 +81,7 @@ def test_t07_arrays(tmp_path):
     """T-07."""
     text = "DIM $ARR[10]\n$VAR=2\n$I=0\nLOOP 10\n$ARR[$I]=$VAR*$I\n$I=$I+1\nEND_LOOP\n"
     assert run(tmp_path, text).array("ARR") == [2.0 * i for i in range(10)]
-    error = error_of(tmp_path, text + "$A=$ARR[10]\n")
+    error = error_of(run, tmp_path, text + "$A=$ARR[10]\n")
     assert (error.code, error.place.line) == (907014, 8)
 
 
@@ -124,7 +118,7 @@ def test_t11_variable_list(tmp_path):
     text = "DIM_VAR 10\nCOUNT_VAR $A\nADD_VAR 10.23\nCOUNT_VAR $B\nGET_VAR $C,10\nREMOVE_VAR 1\nCOUNT_VAR $D\n"
     out = run(tmp_path, text + "CLEAR_VAR\nCOUNT_VAR $E\n")
     assert [out.variable(name) for name in "ABCDE"] == [10, 11, 10.23, 10, 0]
-    assert error_of(tmp_path, text + "WRITE_VAR $A,10\n").code == 909106
+    assert error_of(run, tmp_path, text + "WRITE_VAR $A,10\n").code == 909106
 
 
 @pytest.mark.parametrize(
@@ -319,7 +313,7 @@ def test_t29_limits(tmp_path):
     """T-29: G81 X3 makes the negative secondary limit active, X1 the primary one."""
     limits = "[isons]\nLIMITE_N_X = -100000\n2ND_LIMITE_N_X = -50000\n"
     assert len(run(tmp_path, "G0X-90\n", limits).moves) == 1
-    error = error_of(tmp_path, "G81 X3\nG0X-40\nX-90\n", config=limits)
+    error = error_of(run, tmp_path, "G81 X3\nG0X-40\nX-90\n", config=limits)
     assert (error.code, error.place.line) == (903001, 3)
     out = run(tmp_path, "$A=$_S0\nG81 X3\n$B=$_S0\nG81X1\nG0X-90\n", limits)
     assert (out.variable("A"), out.variable("B")) == (-100, -50)
@@ -335,7 +329,7 @@ def test_t32_sdo_and_opt(tmp_path):
     )
     assert (out.variable("VAR1"), out.variable("B")) == (77, -5)
     assert (
-        error_of(tmp_path, "SDO_UL 3,24596,0,4,$A\n", config=node).code
+        error_of(run, tmp_path, "SDO_UL 3,24596,0,4,$A\n", config=node).code
         == 909142
     )
     assert run(
@@ -351,4 +345,4 @@ def test_t33_positioners(tmp_path):
     text = "PA[0,0] 1000\n$A=$_PM[0,0]\nPS[0]\n$B=$_PM[0,0]\nPA[1,3] 0\n$C=$_PM[1,3]\nPA[1,3]=1\n$D=$_PM[1,3]\n"
     out = run(tmp_path, text)
     assert [out.variable(name) for name in "ABCD"] == [1, 0, 0, 1]
-    assert error_of(tmp_path, "PA[0,3] 0\nPA[0] 5\n").code == 909141
+    assert error_of(run, tmp_path, "PA[0,3] 0\nPA[0] 5\n").code == 909141

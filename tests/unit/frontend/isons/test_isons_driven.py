@@ -7,8 +7,8 @@ import shapely
 from cnc_core.blocks import LINEAR, BlockBatch
 from cnc_core.config import parse_config
 from cnc_core.geometry.filters.run_filter import distances, farthest
-from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.programs import planned, program_of
 
 AXIS = "[axes.{}]\nv_max_mm_s = 300.0\na_max_mm_s2 = 3000.0\nj_max_mm_s3 = 50000.0\n"
 CELL = (
@@ -40,15 +40,12 @@ def micro(count=120):
     return points.round(4)
 
 
-def planned(folder, points, head, feed, tail=""):
-    path = folder / "part.isons"
+def driven_plan(folder, points, head, feed, tail=""):
+    """The plan of lines through the points behind a head."""
     body = "".join(f"X{x}Y{y}\n" for x, y in points[1:])
-    path.write_text(
-        f"G60F3\n{head}\nG0X{points[0, 0]}Y{points[0, 1]}\nG1F{feed}\n{body}{tail}"
-    )
-    return plan_program(
-        Program(path, parse_config(CELL), "isons"), keep_samples=True
-    )
+    begin = f"G60F3\n{head}\nG0X{points[0, 0]}Y{points[0, 1]}\n"
+    text = f"{begin}G1F{feed}\n{body}{tail}"
+    return planned(program_of(folder, text, CELL, "isons"))
 
 
 def measured(out, points):
@@ -96,7 +93,7 @@ def apart(points, line):
 def test_micro_segments_are_driven_as_reported(tmp_path, head):
     """The total bounds what is measured and is hardly above it; the first filter's own number is the total."""
     points = micro()
-    out = planned(tmp_path, points, "G69X200\n" + head, 0.3)
+    out = driven_plan(tmp_path, points, "G69X200\n" + head, 0.3)
     deviation, cut, between = measured(out, points)
     assert deviation <= out.filtered["deviation_mm"] + 1e-6
     assert out.filtered["deviation_mm"] <= deviation + between + SMALL_MM
@@ -113,7 +110,7 @@ def test_micro_segments_are_driven_as_reported(tmp_path, head):
 )
 def test_coarse_paths_are_driven_as_reported(tmp_path, head):
     """The path of the specification's filter cases, what stands behind the filter's end included."""
-    out = planned(
+    out = driven_plan(
         tmp_path,
         COARSE,
         "G69X200\n" + head,
@@ -154,16 +151,16 @@ def test_the_way_ahead_of_a_filter_does_not_count(tmp_path, head, between):
 
 def test_splines_of_the_lowest_orders_are_not_slower(tmp_path):
     """Orders 1 and 2 keep the path: no deviation, and no more time than without a filter."""
-    bare = planned(tmp_path, COARSE, "", 3)
+    bare = driven_plan(tmp_path, COARSE, "", 3)
     for order in (1, 2):
-        out = planned(tmp_path, COARSE, f"G69X200\nG72X1Y7Z{order}", 3)
+        out = driven_plan(tmp_path, COARSE, f"G69X200\nG72X1Y7Z{order}", 3)
         assert out.motion_time_s <= bare.motion_time_s * (1 + 1e-9)
         assert out.filtered["deviation_mm"] < 1e-9
 
 
 def test_without_a_filter_nothing_is_reported(tmp_path):
     """The edges that --tolerance or G49 round are no deviation of a filter."""
-    out = planned(tmp_path, COARSE, "G69X200", 3)
+    out = driven_plan(tmp_path, COARSE, "G69X200", 3)
     assert out.filters == []
     assert out.filtered == {"deviation_mm": 0.0, "cut_mm": 0.0}
 

@@ -10,6 +10,7 @@ from cnc_core.config import parse_config
 from cnc_core.geometry.filters.run_filter import distances
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
+from support.programs import planned, program_of
 
 AXIS = "[axes.{}]\nv_max_mm_s = 300.0\na_max_mm_s2 = 3000.0\nj_max_mm_s3 = 50000.0\n"
 CELL = 'name = "cell"\n' + "".join(AXIS.format(name) for name in "XYZ")
@@ -29,14 +30,11 @@ def micro(head, count=160):
     return points, text + "".join(f"X{x}Y{y}\n" for x, y in points[1:])
 
 
-def planned(folder, head, config="", **options):
+def micro_plan(folder, head, config="", **options):
+    """(points, plan) of the micro-segment program with a head."""
     points, text = micro(head)
-    path = folder / "part.isons"
-    path.write_text(text)
-    return points, plan_program(
-        Program(path, parse_config(CELL + config), "isons"),
-        keep_samples=True,
-        **options,
+    return points, planned(
+        program_of(folder, text, CELL + config, "isons"), **options
     )
 
 
@@ -54,8 +52,8 @@ def planned(folder, head, config="", **options):
 )
 def test_machining_time_falls(tmp_path, head):
     """Every filter: less than half of the time, inside all limits, near the programmed path, end point exact."""
-    points, bare = planned(tmp_path, "")
-    _, out = planned(tmp_path, "G69X200\n" + head, AFC)
+    points, bare = micro_plan(tmp_path, "")
+    _, out = micro_plan(tmp_path, "G69X200\n" + head, AFC)
     assert out.motion_time_s < 0.5 * bare.motion_time_s
     assert all(
         value < 1.03 for value in out.max_ratio.values() if value is not None
@@ -72,8 +70,8 @@ def test_machining_time_falls(tmp_path, head):
 
 def test_speed_steps_stay_behind_afc(tmp_path):
     """SGLAFC: no axis is asked for a larger step of speed at a vertex than it may take, driven smoothly or not."""
-    points, out = planned(tmp_path, "G69X200\nG66X1", AFC)
-    _, free = planned(tmp_path, "G69X200\nG66X1")
+    points, out = micro_plan(tmp_path, "G69X200\nG66X1", AFC)
+    _, free = micro_plan(tmp_path, "G69X200\nG66X1")
     assert out.motion_time_s > free.motion_time_s
     pos, speed = out.samples["pos"][:, :2], out.samples["v"]
     directions = (

@@ -1,6 +1,5 @@
 """The IsoNs front end: text, errors with their places, macros and events, files, origins, planes, parameters."""
 
-# ruff: noqa: E501 - programs in one line
 import math
 
 import numpy as np
@@ -21,12 +20,7 @@ from cnc_core.frontend import create
 from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.program import Program
 from support.isons_programs import CELL, run
-
-
-def error_of(tmp_path, text, config="", files=None):
-    with pytest.raises(CncError) as caught:
-        run(tmp_path, text, config, files)
-    return caught.value
+from support.programs import error_of
 
 
 @pytest.mark.parametrize(
@@ -88,7 +82,7 @@ def error_of(tmp_path, text, config="", files=None):
 )  # fmt: skip
 def test_wrong_programs_are_refused(tmp_path, text, code, line):
     """Number and line of the error."""
-    error = error_of(tmp_path, text)
+    error = error_of(run, tmp_path, text)
     assert (error.code, error.place.line) == (code, line), str(error)
 
 
@@ -153,13 +147,13 @@ def test_macro_arguments(tmp_path):
     }
     out = run(tmp_path, "GLOBAL $S\n$V=4\nHM4 $V -3\n", files=files)
     assert out.reader.store.common.values["S"] == 37
-    error = error_of(tmp_path, "HM5 1\n", files=files)
+    error = error_of(run, tmp_path, "HM5 1\n", files=files)
     assert (error.code, error.place.line, error.place.file[-9:]) == (
         909121,
         2,
         "HM5.isons",
     )
-    assert error_of(tmp_path, "GET $A\n").code == 909121
+    assert error_of(run, tmp_path, "GET $A\n").code == 909121
 
 
 def test_macros_wait(tmp_path):
@@ -236,11 +230,12 @@ def test_imports(tmp_path):
         files,
     )
     assert out.variable("A") == 20
-    error = error_of(tmp_path, 'IMPORT "bad.isons"\n', files=files)
+    error = error_of(run, tmp_path, 'IMPORT "bad.isons"\n', files=files)
     assert (error.code, error.place.line) == (900001, 2)
     assert error.place.file.endswith("bad.isons")
     assert (
         error_of(
+            run,
             tmp_path,
             'IMPORT "me.isons"\n',
             files={"me.isons": 'IMPORT "me.isons"\n'},
@@ -260,7 +255,9 @@ def test_list_files(tmp_path):
     assert [out.variable(n) for n in "ABCD"] == [1, 0, -2, 3]
     assert out.port.texts == {"a.txt": "1.5\n-2.0\n"}
     assert (
-        error_of(tmp_path, "LOAD_VAR bad.txt\n", files={"bad.txt": "x\n"}).code
+        error_of(
+            run, tmp_path, "LOAD_VAR bad.txt\n", files={"bad.txt": "x\n"}
+        ).code
         == 909107
     )
 
@@ -459,7 +456,7 @@ def test_outputs_and_generics(tmp_path):
         ("global", "ISONS_K", 2): -9,
         ("global", "ISONS_PARM_", 0): 5,
     }
-    assert error_of(tmp_path, "$_K0=3000000000\n").code == 900012
+    assert error_of(run, tmp_path, "$_K0=3000000000\n").code == 900012
 
 
 def test_corners_come_out_before_a_wait(tmp_path):
@@ -485,7 +482,9 @@ def test_corners_come_out_before_a_wait(tmp_path):
 def test_slots_do_not_change_under_compensation(tmp_path):
     """Nor do heads."""
     for word in ("USER_ZERO 1", "USER_OFFSET 1", "H1"):
-        assert error_of(tmp_path, f"D5\nG41\nG1X5\n{word}\n").code == 906003
+        assert (
+            error_of(run, tmp_path, f"D5\nG41\nG1X5\n{word}\n").code == 906003
+        )
 
 
 def test_limits_hold_on_arcs(tmp_path):
@@ -545,7 +544,7 @@ def test_g94_beside_user_offset_stores_an_offset(tmp_path):
 @pytest.mark.parametrize("text", ["G30R-1A0", "G81", "G93", "G94", "G89"])
 def test_functions_without_what_they_need(tmp_path, text):
     """Negative radii, no axes."""
-    assert error_of(tmp_path, text + "\n").place.line == 1
+    assert error_of(run, tmp_path, text + "\n").place.line == 1
 
 
 def test_parameters_that_the_cell_has_are_read_as_they_are(tmp_path):
@@ -562,7 +561,7 @@ def test_parameters_that_the_cell_has_are_read_as_they_are(tmp_path):
 def test_a_loop_that_waits_for_an_input_ends_where_nobody_moves_it(tmp_path):
     """`check` says soon that the program does not come on."""
     assert (
-        error_of(tmp_path, "@W\nIF $_I2=0\nGOTO W\nEND_IF\nG1X1\n").code
+        error_of(run, tmp_path, "@W\nIF $_I2=0\nGOTO W\nEND_IF\nG1X1\n").code
         == 907001
     )
 
@@ -583,10 +582,10 @@ def test_functions_with_their_own_words_in_one_block(tmp_path):
     assert out.xy.tolist() == [[6, 2], [8, 2], pytest.approx([1, 3])]
     kinds = [int(row["type"]) for row in out.rows]
     assert kinds == [4, 1, 1, 14, 1]
-    error = error_of(tmp_path, "G69X200G72X1Z9\n")
+    error = error_of(run, tmp_path, "G69X200G72X1Z9\n")
     assert (error.code, error.place.column) == (900012, 13)
-    assert error_of(tmp_path, "G0G1X1\n").code == 900011
-    assert error_of(tmp_path, "G1X5G1X6\n").code == 900011
+    assert error_of(run, tmp_path, "G0G1X1\n").code == 900011
+    assert error_of(run, tmp_path, "G1X5G1X6\n").code == 900011
 
 
 def test_tools_of_a_machine_without_a_table(tmp_path):

@@ -11,10 +11,10 @@ from support.osai_programs import (
     CELL_5,
     SETUP_3,
     SETUP_5,
-    Workshop,
     changed,
     curves,
 )
+from support.programs import planned
 
 BENDS = {
     "CRV": None,
@@ -25,18 +25,8 @@ BENDS = {
 LINE = "X0Y0Z0F6000\nX40Y30"
 
 
-@pytest.fixture
-def shop(tmp_path):
-    made = Workshop(tmp_path)
-    yield made
-    made.close()
-
-
-def planned(shop, body, setup, **options):
-    return plan_program(
-        shop.profile(body, setup, programmed=False, **options),
-        keep_samples=True,
-    )
+def profile_plan(shop, body, setup, **options):
+    return planned(shop.profile(body, setup, programmed=False, **options))
 
 
 def largest(result, order):
@@ -57,7 +47,7 @@ def wave():
 def test_s_ramps_have_no_jerk_limit(shop):
     """JRK DIS: faster than with the machine's jerk, which is exceeded; velocity and acceleration hold."""
     made = {
-        mode: planned(
+        mode: profile_plan(
             shop, wave(), changed(SETUP_3, JRK=f"(JRK,{mode})", CRV=None)
         )
         for mode in ("ENA", "DIS")
@@ -95,7 +85,7 @@ def test_jerk_of_the_profile_and_of_the_axes(shop, mode, y):
         DIN_X="(DIN,X,,,5000)",
         DIN_Y="(DIN,Y,,,20000)",
     )
-    result = planned(shop, "X0Y0Z0F6000\nX1Y40", setup)
+    result = profile_plan(shop, "X0Y0Z0F6000\nX1Y40", setup)
     found = largest(result, 3)
     assert found[1] == pytest.approx(y, rel=0.02)
     assert found[0] <= 5000.0 * 1.02
@@ -105,7 +95,7 @@ def test_changes_of_speed_are_spread(shop):
     """Tintgr: the more time changes of speed may take, the less the path accelerates; nothing is faster."""
     rough, speeds = [], []
     for jrk in ("(JRK,ENA)", "(JRK,ENA,,,,50,)", "(JRK,ENA,,,,400,)"):
-        result = planned(shop, wave(), changed(SETUP_3, JRK=jrk, **BENDS))
+        result = profile_plan(shop, wave(), changed(SETUP_3, JRK=jrk, **BENDS))
         acceleration = np.diff(result.samples["v"]) / 1e-3
         rough.append(float(np.sqrt((acceleration**2).mean())))
         speeds.append(result.motion_time_s)
@@ -188,7 +178,7 @@ def test_the_parameter_runs_with_the_feed(shop, five):
         JRK="(JRK,ENA)",
     )
     for span in SCALES:
-        result = planned(shop, polynomials(span, five), setup, **cell)
+        result = profile_plan(shop, polynomials(span, five), setup, **cell)
         q = result.samples["pos"]
         angles = np.radians(q[:, 3:5]) if five else np.zeros((len(q), 2))
         d = np.column_stack(
@@ -241,7 +231,7 @@ def test_contact_polynomials_run_with_their_parameter(shop):
             *versors,
         ]
     )
-    result = planned(shop, body, setup)
+    result = profile_plan(shop, body, setup)
     x, z = result.samples["pos"][:, 0], result.samples["pos"][:, 2]
     s = np.linspace(0.0, 40.0, 200001)
     n = (
@@ -263,7 +253,7 @@ def test_no_stop_inside_a_curve_that_ends_at_rest(shop):
     body += (
         "<*,40,2,1200,0\n<X,40,1.5,0.0125,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0"
     )
-    result = planned(
+    result = profile_plan(
         shop,
         body,
         changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)", JRK="(JRK,ENA)"),
@@ -281,7 +271,7 @@ def test_the_approach_is_a_line_of_the_axes(shop):
         JRK="(JRK,ENA)",
         CRV=None,
     )
-    result = planned(
+    result = profile_plan(
         shop, "X10Y20Z30i0.3j0.4k0.5F3000\nX30\nX50", setup, cell=CELL_5
     )
     q = result.samples["pos"]
@@ -324,7 +314,7 @@ def test_polynomials_stop_at_g66_and_pass_g67(shop, form):
             if form != "BSP"
             else CORNER_SPLINES.format(f"G6{5 + code}")
         )
-        result = planned(
+        result = profile_plan(
             shop, body, setup, head="G61" if form != "BSP" else "G61 P3"
         )
         off = np.linalg.norm(result.samples["pos"][:, :2] - [10.0, 0.0], axis=1)
@@ -389,7 +379,7 @@ def test_edge_speed_of_g67(shop, acc, turn):
         THR="(THR,0.05,0.0001,0,0,0.05)",
     )
     body = f"X0Y0Z0F6000\nX30\nX{30 + 30 * np.cos(a):.9f}Y{30 * np.sin(a):.9f}"
-    result = planned(shop, body, setup, cell=NO_JERK)
+    result = profile_plan(shop, body, setup, cell=NO_JERK)
     wanted = acc * 1000.0 * 0.002 / max(1.0 - np.cos(a), np.sin(a))
     if (acc, turn) in ((1, 90), (1, 45)):
         assert 60.0 * wanted == pytest.approx(
@@ -413,7 +403,7 @@ def test_edge_speed_of_g67_within_a_small_tolerance(shop):
         EDG="(EDG,30,0,G67,20)",
         THR="(THR,0.01,0.0001,0,0,0.05)",
     )
-    result = planned(shop, "X0Y0Z0F6000\nX30\nY30", setup, cell=NO_JERK)
+    result = profile_plan(shop, "X0Y0Z0F6000\nX30\nY30", setup, cell=NO_JERK)
     bend = gentle_bend(round(np.pi / 2.0, 3))[0]
     slowest = result.samples["v"][30:-30].min()
     along_one_axis = np.sqrt(1000.0 * 0.01 / bend)
@@ -445,7 +435,7 @@ def test_the_jerk_is_the_profiles_or_the_axes(shop, end, moving):
     """On a line ENA limits the jerk along the profile, AXI that of every axis: the root of their number more."""
     body, jerk = f"X0Y0Z0F9000\n{end}", {}
     for mode in ("ENA", "AXI"):
-        result = planned(
+        result = profile_plan(
             shop, body, changed(SETUP_3, JRK=f"(JRK,{mode})", CRV=None)
         )
         along = np.diff(result.samples["pos"][:, :3], n=3, axis=0) / 1e-9
@@ -463,7 +453,7 @@ CORNERS = {
 @pytest.mark.parametrize("body", CORNERS.values(), ids=CORNERS)
 def test_control_points_that_coincide_make_a_corner(shop, body):
     """The curve passes its triple control point at rest while the parameter runs on: driven to its end, legally."""
-    result = planned(
+    result = profile_plan(
         shop, body, changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)"), head="G61P3"
     )
     assert result.samples["pos"][-1] == pytest.approx(

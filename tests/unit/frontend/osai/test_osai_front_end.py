@@ -22,22 +22,11 @@ from support.osai_programs import (
     value,
 )
 from support.paths import docs_page
+from support.programs import rows_of
 
 POL = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
 BSP = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")
 CUBE = "X0Y0Z0F1000\nX1\nX2\n"
-
-
-@pytest.fixture
-def shop(tmp_path):
-    made = Workshop(tmp_path)
-    yield made
-    made.close()
-
-
-def rows_of(program):
-    batches = [b.rows for b in program.batches() if len(b)]
-    return np.concatenate(batches) if batches else np.empty(0)
 
 
 def refusal(program):

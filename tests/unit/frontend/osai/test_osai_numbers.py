@@ -8,7 +8,7 @@ import pytest
 
 from cnc_core.errors import CncError
 from cnc_core.planning import plan_program
-from support.osai_programs import SETUP_3, Workshop, changed
+from support.osai_programs import SETUP_3, changed
 
 HUGE = "1" + "0" * 400
 LONG = "9" * 3000
@@ -17,14 +17,7 @@ POL = "(PNT,AXI,AXI,QUI,POL)"
 BSP = "(PNT,AXI,AXI,QUI,BSP)"
 
 
-@pytest.fixture
-def shop(tmp_path):
-    made = Workshop(tmp_path)
-    yield made
-    made.close()
-
-
-def run(shop, body, setup, head="G61"):
+def plan_of(shop, body, setup, head="G61"):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         return plan_program(
@@ -49,7 +42,7 @@ def run(shop, body, setup, head="G61"):
 def test_words_of_points(shop, body, number, line, column):
     """The word that is wrong is told, with its place."""
     with pytest.raises(CncError) as caught:
-        run(shop, body, changed(SETUP_3))
+        plan_of(shop, body, changed(SETUP_3))
     place = caught.value.place
     assert (caught.value.code, place.line, place.column) == (
         number,
@@ -92,7 +85,7 @@ def test_words_of_points(shop, body, number, line, column):
 def test_polynomials(shop, body, number, line):
     """Length, feed and coefficients, and what they come to at the end."""
     with pytest.raises(CncError) as caught:
-        run(shop, body, changed(SETUP_3, PNT=POL))
+        plan_of(shop, body, changed(SETUP_3, PNT=POL))
     assert (caught.value.code, caught.value.place.line) == (number, line)
 
 
@@ -101,7 +94,7 @@ def test_knots(shop):
     knots = "\n".join(f"K{k}" for k in ("1", "1", "1", "1"))
     body = f"X0Y0Z0K0F100\nX1K0\nX2K0\nX3K0\nX4K{TINY}\n{knots}"
     with pytest.raises(CncError) as caught:
-        run(shop, body, changed(SETUP_3, PNT=BSP), head="G61 P3")
+        plan_of(shop, body, changed(SETUP_3, PNT=BSP), head="G61 P3")
     assert (caught.value.code, caught.value.place.line) == (909242, 12)
 
 
@@ -109,7 +102,7 @@ def test_points_that_nearly_coincide(shop):
     """A move of less than a picometre is none, whatever NullMov says."""
     setup = changed(SETUP_3, THR="(THR,0.01,0.0001,0,0,0.05)", CRV=None)
     far, near = (
-        run(shop, f"X0Y0Z0F3000\nX10\n{more}X20", setup)
+        plan_of(shop, f"X0Y0Z0F3000\nX10\n{more}X20", setup)
         for more in ("", f"X10Y{TINY}\nX10Y0\n")
     )
     assert near.motion_time_s == pytest.approx(far.motion_time_s)
@@ -126,7 +119,7 @@ def test_points_that_nearly_coincide(shop):
 def test_setups(shop, code, line):
     """Fields of the setup, with the line of the setup."""
     with pytest.raises(CncError) as caught:
-        run(shop, "X0Y0Z0F3000\nX10", changed(SETUP_3, **{code: line}))
+        plan_of(shop, "X0Y0Z0F3000\nX10", changed(SETUP_3, **{code: line}))
     assert caught.value.code == 909205
     assert caught.value.place.line > 0
     assert len(caught.value.text) < 200
