@@ -191,17 +191,21 @@ def test_exchange_with_a_slow_server_sleeps_and_is_woken(
 
 def test_two_processes_exchange_without_a_torn_read() -> None:
     """Every answer fits its request, element by element, over thousands of exchanges."""
-    measured = bench.measure_python_both(n_blocks=128, seconds=0.2)
-    assert measured.torn == 0
-    assert measured.payload_bytes == 128 * 72
-    assert len(measured.ns) > 0
+    exchanges = 0
+    while exchanges < 2000:
+        measured = bench.measure_python_both(n_blocks=128, seconds=0.2)
+        assert measured.torn == 0
+        assert measured.payload_bytes == 128 * 72
+        exchanges += len(measured.ns)
 
 
 def test_raw_reference_has_no_torn_read() -> None:
-    """The C reference verifies its answers too."""
-    measured = bench.measure_raw(n_blocks=50, seconds=0.05)
-    assert measured.torn == 0
-    assert len(measured.ns) > 0
+    """The C reference verifies its answers, too, over thousands of exchanges."""
+    exchanges = 0
+    while exchanges < 2000:
+        measured = bench.measure_raw(n_blocks=50, seconds=0.05)
+        assert measured.torn == 0
+        exchanges += len(measured.ns)
 
 
 @pytest.mark.parametrize("n", [0, 129])
@@ -230,7 +234,7 @@ def test_snapshots_under_a_stressed_writer_are_consistent(areas: Areas) -> None:
                 seen.add(n)
         finally:
             areas.gpPform.plc_present_w = True
-        assert int(writer.stdout.readline()) > 0
+        assert int(writer.stdout.readline()) >= max(seen)
     assert len(seen) > 1
 
 

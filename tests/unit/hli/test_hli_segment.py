@@ -282,7 +282,10 @@ def test_process_identity() -> None:
     """This process lives; with another start time, or as a zombie, it does not."""
     pid = os.getpid()
     start = lib.hs_process_start(pid)
-    assert start > 0
+    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    assert start == int(
+        fields[19]
+    )  # starttime is field 22, two stand before the bracket
     assert lib.hs_process_alive(pid, start)
     assert not lib.hs_process_alive(pid, start + 1)
     assert not lib.hs_process_alive(0, 0)

@@ -281,14 +281,15 @@ def test_filters_are_off_at_program_start_and_need_g69(tmp_path):
 def test_mild_rounds_corners(tmp_path):
     """G49: the smaller MILD, the more; G49 0 suspends, G49 1 resumes, G49 alone ends."""
     text = "G60F1\nG63\n{}\nG1X10\nY10\n"
-    kinds = {}
+    kinds, ways = {}, {}
     for mild in (200, 100, 1000):
         rows = run(
             tmp_path, text.format("G49 XY"), f"[isons]\nMILD_X = {mild}\n"
         ).moves
         kinds[mild] = (rows["type"] != LINEAR).sum()
-    assert kinds[200] > 0 < kinds[100]
-    assert kinds[1000] == 0
+        ways[mild] = rows["length"].sum()
+    assert kinds == {200: 1, 100: 1, 1000: 0}
+    assert ways[100] < ways[200]
     for words in ("G49 XY\nG49", "G49 XY\nG49 0"):
         assert all(
             run(tmp_path, text.format(words), "[isons]\nMILD_X = 200\n").moves[

@@ -118,10 +118,12 @@ def test_points_that_nearly_coincide(shop):
 )
 def test_setups(shop, code, line):
     """Fields of the setup, with the line of the setup."""
+    setup = changed(SETUP_3, **{code: line})
     with pytest.raises(CncError) as caught:
-        plan_of(shop, "X0Y0Z0F3000\nX10", changed(SETUP_3, **{code: line}))
+        plan_of(shop, "X0Y0Z0F3000\nX10", setup)
     assert caught.value.code == 909205
-    assert caught.value.place.line > 0
+    assert caught.value.place.file.endswith("CONFIG1")
+    assert caught.value.place.line == setup.splitlines().index(line) + 1
     assert len(caught.value.text) < 200
 
 
