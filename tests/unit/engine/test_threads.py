@@ -104,7 +104,7 @@ def command(cnc: Inside, turn: int, rng: np.random.Generator) -> None:
 
 
 def test_starting_and_stopping_threads(tmp_path: Path) -> None:
-    """Threads stop and start again in the middle of the motion."""
+    """Threads stop and start again in the middle of the motion, which then goes on without a jump."""
     with Inside(
         tmp_path,
         PROGRAM,
@@ -118,4 +118,10 @@ def test_starting_and_stopping_threads(tmp_path: Path) -> None:
                 cnc.preparation.pump()
             cnc.engine.stop()
             cnc.engine.serve_stop()
-        assert cnc.engine.state.cycle > 0
+            cnc._take()
+        stopped = float(cnc.engine.state.path)
+        cnc.run(200)
+        waits = cnc.state.wait_techno_acknowledge_r  # for M20
+        assert waits or cnc.engine.state.path > stopped
+        assert not cnc.engine.state.record_lost
+        legal(cnc.pos, cnc.cell)

@@ -257,12 +257,12 @@ def test_contact_points_get_every_versor(bench):
         TOL="(TOL,0,5,1,-90,)",
         CRV=None,
     )
-    bench.run(words(surface(passes=1)), setup + SMT.format("G66"))
+    result = bench.run(words(surface(passes=1)), setup + SMT.format("G66"))
     lines = (bench.folder / "out.osai").read_text().splitlines()
     assert {line[1] for line in lines if line.startswith("<")} == set(
         "*XYZmnopqd"
     )
-    assert len(bench.made()) > 0
+    assert len(bench.made()) == result.polynomials
 
 
 @pytest.mark.parametrize(

@@ -102,7 +102,13 @@ def test_other_clocks_end_cleanly_too(tmp_path: Path, clock: int) -> None:
     )
     assert (status, text) == (0, "")
     cnc.communicate(timeout=60)
-    assert json.loads(report.read_text())["overruns"] >= 0
+    content = json.loads(report.read_text())
+    tasks = content["tasks"].values()
+    assert content["error"] is None
+    assert content["overruns"] == sum(task["overruns"] for task in tasks)
+    assert content["result"] == {
+        name: task["scans"] for name, task in content["tasks"].items()
+    }
 
 
 @pytest.mark.parametrize(
