@@ -17,6 +17,8 @@ from support.drive import FloatArray, curve_rows, line_rows
 from support.fake_cnc import unique_name
 from support.limits import ratios
 
+pytestmark = pytest.mark.sanitize("engine")
+
 
 def corners(rng: np.random.Generator) -> FloatArray:
     """Short lines at angles, and a wave in small steps."""

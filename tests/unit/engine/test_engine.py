@@ -16,6 +16,8 @@ from cnc_core.errors import CncError
 from support.command_line import Outcome
 from support.drive import line_rows
 
+pytestmark = pytest.mark.sanitize("engine")
+
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
 

@@ -15,6 +15,8 @@ from support.drive import FloatArray, curve_rows, drive, line_rows
 from support.inside import Inside
 from support.limits import legal, ratios
 
+pytestmark = pytest.mark.sanitize("engine")
+
 QUICK = "cycle_s = 0.00025\n"
 
 

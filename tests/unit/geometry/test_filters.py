@@ -25,6 +25,8 @@ from cnc_core.geometry.filters.short_segments import ShortSegments
 from cnc_core.geometry.filters.spline_filter import SplineFilter
 from support.drive import line_rows
 
+pytestmark = pytest.mark.sanitize("stages/polyline_distance")
+
 CASES = [
     (Noise, {"angle": 0.4, "length": 0.4}),
     (Noise, {"angle": 0.2, "length": 1.0, "value": 1}),

@@ -16,6 +16,8 @@ from cnc_core.geometry.stages.contouring import Contouring, ContourMachine
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
+pytestmark = pytest.mark.sanitize("stages/contouring")
+
 ON = "#CONTOUR MODE ON [DEV PATH_DEV=0.1]\n"
 
 
