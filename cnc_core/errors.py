@@ -1,7 +1,7 @@
 """One error base and one table of numbers.
 
 Vendor numbers are used where they are public (companion specifications, "DG" pages); everything else lies in our own
-range 900000..909999.  The table is printed into the docs by ``docs/errors.md`` and checked for completeness by a test.
+range 900000..909999.  The table is printed into the docs by ``docs/reference/errors.md`` and checked for completeness by a test.
 """
 
 from __future__ import annotations

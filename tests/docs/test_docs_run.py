@@ -99,9 +99,9 @@ def test_links_pictures_and_languages_exist(page: Path) -> None:
 
 
 def diagrams() -> dict[str, set[str]]:
-    """State names of the diagrams of docs/plc.md by the name of their Enum."""
+    """State names of the diagrams of docs/reference/plc.md by the name of their Enum."""
     found: dict[str, set[str]] = {}
-    text = (ROOT / "docs" / "plc.md").read_text()
+    text = (ROOT / "docs" / "reference" / "plc.md").read_text()
     section = re.compile(r"^### [^\n]*`(\w+)`\n(?:(?!^###).)*?```mermaid\n(.*?)```", re.DOTALL | re.MULTILINE)
     for title, body in section.findall(text):
         names = re.findall(r"^\s*(\S+) --> ([\w\[\]*]+)", body, re.MULTILINE)
@@ -124,8 +124,8 @@ def test_every_state_of_every_block_is_drawn() -> None:
 
 
 def test_every_block_is_in_the_table() -> None:
-    """docs/plc.md names every function block."""
-    text = (ROOT / "docs" / "plc.md").read_text()
+    """docs/reference/plc.md names every function block."""
+    text = (ROOT / "docs" / "reference" / "plc.md").read_text()
     for name in set(blocks.__all__) - {"FunctionBlock", "ExecuteBlock"}:
         value = getattr(blocks, name)
         if isinstance(value, type) and issubclass(value, FunctionBlock):
@@ -134,5 +134,5 @@ def test_every_block_is_in_the_table() -> None:
 
 def test_ten_lines_from_import_to_the_plot() -> None:
     """The notebook snippet of the tutorial has ten lines."""
-    snippet = [b.text for b in blocks_of(ROOT / "docs" / "tutorial.md") if b.language == "python"][-1]
+    snippet = [b.text for b in blocks_of(ROOT / "docs" / "tutorial" / "ten_minutes.md") if b.language == "python"][-1]
     assert len(snippet.strip().splitlines()) == 10

@@ -1,4 +1,4 @@
-"""docs/cycles.md says what the registry says."""
+"""docs/reference/cycles.md says what the registry says."""
 
 import re
 from pathlib import Path
@@ -8,7 +8,7 @@ import pytest
 from cnc_core.frontend.isg.cycles.preview import CODES
 from cnc_core.frontend.isg.cycles.registry import CYCLES
 
-PAGE = (Path(__file__).parents[2] / "docs" / "cycles.md").read_text()
+PAGE = (Path(__file__).parents[2] / "docs" / "reference" / "cycles.md").read_text()
 
 
 def section(name):

@@ -16,7 +16,7 @@ from cnc_core.frontend.isg import command_table, gcodes
 from cnc_core.frontend.machine import External
 from cnc_core.program import Program
 
-DOCS = Path(__file__).parents[2] / "docs" / "isg.md"
+DOCS = Path(__file__).parents[2] / "docs" / "reference" / "isg.md"
 
 
 def test_lenient_turns_unknown_things_into_warnings(tmp_path):
@@ -155,7 +155,7 @@ def test_zero_offsets_and_user_codes_of_the_cell(tmp_path):
 
 # ------------------------------------------------------------------------------------------------ the tables
 def _rows(heading: str) -> list[tuple[str, str]]:
-    """(first cell, first word of the second one) of the table below a heading of docs/isg.md."""
+    """(first cell, first word of the second one) of the table below a heading of docs/reference/isg.md."""
     section = DOCS.read_text().split(f"\n## {heading}\n")[1].split("\n## ")[0]
     cells = [line.split("|")[1:3] for line in section.splitlines() if line.startswith("|")]
     return [(a.strip(), re.split(r"\W", b.strip())[0]) for a, b in cells if not a.strip().startswith("---")][1:]

@@ -1,4 +1,4 @@
-"""The tables of docs/isons.md against the code: every function, instruction, variable, property and parameter."""
+"""The tables of docs/reference/isons.md against the code: every function, instruction, variable, property and parameter."""
 
 import re
 from pathlib import Path
@@ -12,7 +12,7 @@ from cnc_core.frontend.isons.formulas import FUNCTIONS, OF_ANGLES, OPERATORS, TO
 from cnc_core.frontend.isons.system import INDICES
 from cnc_core.frontend.isons_cell import EVENTS
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "isons.md").read_text()
+PAGE = (Path(__file__).resolve().parents[2] / "docs" / "reference" / "isons.md").read_text()
 
 
 def section(title):

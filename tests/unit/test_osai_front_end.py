@@ -15,7 +15,7 @@ from cnc_core.frontend.osai.codes import CODES, TRANSITIONS, VIRTUALISATIONS
 from cnc_core.frontend.osai.front_end import ARCS, SUPPORTED_G
 from cnc_core.port import OfflinePort
 
-DOCS = Path(__file__).parents[2] / "docs" / "osai.md"
+DOCS = Path(__file__).parents[2] / "docs" / "reference" / "osai.md"
 POL = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
 BSP = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)")
 CUBE = "X0Y0Z0F1000\nX1\nX2\n"
@@ -439,7 +439,7 @@ def test_two_b_splines(shop):
     assert refusal(shop.profile(f"{SPLINE}\nG66\n{SPLINE}", BSP, head="G61 P3"))[:2] == (909244, 15)
 
 
-# the tables of docs/osai.md
+# the tables of docs/reference/osai.md
 
 
 def table(heading):

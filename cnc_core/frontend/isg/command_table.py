@@ -1,4 +1,4 @@
-"""Every # command of the manual by name, and what becomes of it.  ``docs/isg.md`` prints the same table.
+"""Every # command of the manual by name, and what becomes of it.  ``docs/reference/isg.md`` prints the same table.
 
 WORKS: executed.  STORED: accepted and kept, without effect on the rows, said once in a warning.  REFUSED: an error.
 """
