@@ -63,7 +63,7 @@ def compile_args() -> tuple[list[str], list[str]]:
     if sanitize:
         args += [f"-fsanitize={sanitize}", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]
         if "thread" in sanitize:
-            args.append("-Wno-tsan")  # it says that fences are not modelled: docs/reliability.md
+            args.append("-Wno-tsan")  # it says that fences are not modelled: docs/explanation/reliability.md
         link.append(f"-fsanitize={sanitize}")
     return args, link
 

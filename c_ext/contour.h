@@ -1,5 +1,5 @@
 /* Contouring: corners are replaced by two polynomials of degree 4 per axis (the stage around it is
- * cnc_core/geometry/contour.py, the mathematics is told in docs/contouring.md).
+ * cnc_core/geometry/contour.py, the mathematics is told in docs/explanation/contouring.md).
  *
  *   contour.c         rows: which blocks meet in a corner, what stands between them, what is written
  *   contour_corner.c  one corner: corner distances, curve, deviation

@@ -161,7 +161,7 @@ int hs_techno_next(const void *units, uint32_t count, uint32_t from);
 void hs_techno_fetch(void *unit, void *copy);
 void hs_techno_done(void *unit);
 /* Fetched and acknowledged at once: copy, done_w TRUE, please_rw FALSE. A unit nobody waits for (MOS) is free as soon as
- * please_rw is FALSE; a done_w behind that would acknowledge the next function in it (docs/model/techno.pml). */
+ * please_rw is FALSE; a done_w behind that would acknowledge the next function in it (docs/explanation/model/techno.pml). */
 void hs_techno_take(void *unit, void *copy);
 /* cdef end */
 #endif

@@ -99,7 +99,7 @@ static double tangent_variation(engine *e, const piece *p) {
 
 static void push_element(engine *e, const piece *p, const nc_block *row) {
     element *el = element_at(e, e->element_head);
-    __atomic_thread_fence(__ATOMIC_RELEASE); /* who sees the slot change sees at least the present head (docs/model/ring.pml) */
+    __atomic_thread_fence(__ATOMIC_RELEASE); /* who sees the slot change sees at least the present head (docs: ring.pml) */
     HLI_CONTOUR_LOOKAHEAD_BLOCK *f = &el->facts;
     memset(el, 0, sizeof *el);
     f->block_type = row->type == NC_CIRCULAR     ? HLI_CLAH_CIRCULAR

@@ -1,5 +1,5 @@
 /* Smoothing of micro-segments and corners within a tolerance: programmed rows in, element rows and pieces out (the stage
- * around it is cnc_core/geometry/smoothing.py, the mathematics is told in docs/smoothing.md).
+ * around it is cnc_core/geometry/smoothing.py, the mathematics is told in docs/explanation/smoothing.md).
  *
  *   smooth.c          rows to nodes: what belongs to one smooth section, long lines, corners, breaks
  *   smooth_window.c   one section through a sliding window: knots, weights, iteration, fallback

@@ -1,7 +1,7 @@
 """Cell configuration: ``cell.toml`` into validated values.
 
 Unknown keys are errors that name the nearest known one; every number has its range.  Names follow the parameters of the
-manual where there is one (P-CHAN-00650 and friends, see ``docs/glossary.md``).
+manual where there is one (P-CHAN-00650 and friends, see ``docs/reference/glossary.md``).
 """
 
 from __future__ import annotations

@@ -16,5 +16,5 @@
     kin.driven_jets(programmed_jets, length) # (n, 3, axes): axis positions with exact first and second derivatives
 
 Errors are CncError: 910101 direction not reachable, 910102 reachable beyond the limits only.  Mathematics, cell keys
-and the stage: ``docs/kinematics.md``.
+and the stage: ``docs/reference/kinematics.md``.
 """

@@ -230,7 +230,7 @@ def shortest_by_programs(path: Arc, s: FloatArray, dt: float, acc: FloatArray, j
     return best
 
 
-LONGER = pytest.mark.xfail(reason="1.09: the shorter stop is missed by halving the distance (docs/planner.md, Limits)")
+LONGER = pytest.mark.xfail(reason="1.09: the shorter stop is missed by halving the distance (docs/explanation/planner.md, Limits)")
 
 
 @pytest.mark.parametrize(
