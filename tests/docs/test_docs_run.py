@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUNS = ("python", "bash", "sh")
 KNOWN = (*RUNS, "text", "toml", "mermaid", "nc", "c", "json", "")
-FENCE = re.compile(r"^```(\w*)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
+FENCE = re.compile(r"^```(\{?\w*\}?)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
 SKIP = re.compile(r"<!-- docs-test: skip, (.+?) -->\n$")
 PART = "N10 G01 X40 Y0 F6000\nN20 G03 X42 Y2 I0 J2\nN30 G01 Y30\nN40 X0\nN50 M30\n"
 
@@ -44,6 +44,8 @@ class Block:
 def blocks_of(page: Path) -> Iterator[Block]:
     text = page.read_text()
     for match in FENCE.finditer(text):
+        if match[1].startswith("{"):
+            continue  # a directive of the site (toctree): nothing to run
         options = dict(item.split("=", 1) for item in match[2].split())
         skip = SKIP.search(text[: match.start()])
         line = text[: match.start()].count("\n") + 1
