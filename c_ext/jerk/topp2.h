@@ -1,7 +1,8 @@
 /* Acceleration-limited path planning (TOPP2): controllable speeds backwards, as fast as they allow forwards.
  *
  * The path comes in the intervals of planner.h and goes in its laws (c = jerk = 0).  Between two knots the path
- * acceleration is constant; every axis meets its acceleration at both ends of every interval.  docs/planner.md.
+ * acceleration is constant; every axis meets its acceleration at both ends of every
+ * interval.  docs/explanation/planner.md.
  */
 #ifndef TOPP2_H
 #define TOPP2_H
