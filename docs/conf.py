@@ -1,4 +1,7 @@
-"""Settings of the documentation site; ``sphinx-build -W --keep-going -b html docs OUT`` builds it without a network."""
+"""Settings of the documentation site.
+
+``sphinx-build -W --keep-going -b html docs OUT`` builds it without a network.
+"""
 
 from __future__ import annotations
 
