@@ -8,6 +8,7 @@ the code; with ``--write`` it writes them.
 from __future__ import annotations
 
 import ast
+import functools
 import re
 import sys
 from collections.abc import Callable, Iterable, Iterator
@@ -41,7 +42,7 @@ DOCS = Path(__file__).resolve().parent
 ROOT = DOCS.parent
 WORKS, STORED, REFUSED = "works", "stored", "refused"
 REGION = re.compile(
-    r"(<!-- generated: (\S+) ?(.*?) -->\n).*?(<!-- end -->)", re.DOTALL
+    r"(<!-- generated: (\S+)(?: (\S+))? -->\n).*?(<!-- end -->)", re.DOTALL
 )
 
 
@@ -441,10 +442,11 @@ def numbers_in(path: Path) -> set[int]:
         found = {n.value for n in nodes if isinstance(n, ast.Constant)}
         return {n for n in found if isinstance(n, int) and n in ERRORS}
     return {
-        int(word) for word in re.findall(r"\b\d{4,6}\b", text)
+        int(word) for word in re.findall(r"\b(\d{4,6})u?\b", text)
     } & ERRORS.keys()
 
 
+@functools.cache
 def found_by() -> dict[int, set[str]]:
     """Number -> parts of the program that report it."""
     out: dict[int, set[str]] = {number: set() for number in ERRORS}
@@ -487,7 +489,7 @@ def place_text(places: set[str]) -> str:
     dialects = {p for p in places if p.endswith(" program")}
     if len(dialects) > 1 or "program" in places:
         places = places - dialects | {"program"}
-    return ", ".join(sorted(places)) or "-"
+    return ", ".join(sorted(places)) or "reserved"
 
 
 # ------------------------------------------------------------ the HLI members
@@ -577,7 +579,7 @@ def generated(text: str) -> str:
     """The page's text with its regions as the code has them."""
 
     def fill(region: re.Match[str]) -> str:
-        body = TABLES[region[2]](region[3])
+        body = TABLES[region[2]](region[3] or "")
         return f"{region[1]}\n{body}\n{region[4]}"
 
     return REGION.sub(fill, text)
