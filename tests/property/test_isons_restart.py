@@ -88,7 +88,7 @@ def test_restart_at_any_line(tmp_path, seed):
         assert [told(row) for row in moves[1:]] == [told(row) for row in whole[k:]]
         assert other.store.scope.values == reader.store.scope.values
         assert ports._external == port._external
-        assert other.executor.frame.total == pytest.approx(reader.executor.frame.total)
+        assert other.channel.frame.total == pytest.approx(reader.channel.frame.total)
         functions = [(int(row["type"]), int(row["code"]), float(row["value"])) for row in again[:3]]
         assert functions == [(T, 1, 0), (S, 0, 500), (M, 3, 0)]
 

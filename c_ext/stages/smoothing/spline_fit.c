@@ -1,146 +1,260 @@
-/* Quintic B-splines: every span's basis as polynomials, the fairness matrix, the banded system. Two numbers at a time. */
+/* Quintic B-splines: every span's basis as polynomials, the fairness matrix,
+ * the banded system. Two numbers at a time. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3") /* loops of fixed length are written out */
 #endif
 #include "stages/smoothing/state.h"
 
 /* Product of polynomial p (degree n) and a + b x. */
-static void times_linear(const double *p, int n, double a, double b, double *out) {
-    out[0] = a * p[0];
-    for (int k = 1; k <= n; k++) out[k] = a * p[k] + b * p[k - 1];
-    out[n + 1] = b * p[n];
+static void times_linear(const double *coef,
+                         int count,
+                         double constant,
+                         double slope,
+                         double *out) {
+    out[0] = constant * coef[0];
+    for (int k = 1; k <= count; k++) {
+        out[k] = constant * coef[k] + slope * coef[k - 1];
+    }
+    out[count + 1] = slope * coef[count];
 }
 
-/* m[j][k]: coefficient of x^k of the basis function of control point span + j, on the knot span tau[span + 5],
- * tau[span + 6] (de Boor's recursion on polynomials). */
-static void span_basis(const double *tau, int span, double m[ORDER][ORDER]) {
-    const double *k = tau + span + 5; /* the span is k[0]..k[1] */
-    double h = k[1] - k[0], now[ORDER][ORDER] = {{1.0}}, next[ORDER][ORDER];
-    for (int p = 1; p < ORDER; p++) { /* now[i]: function of degree p - 1 that begins at k[i - p + 1] */
+/* m[j][k]: coefficient of x^k of the basis function of control point span + j,
+ * on the knot span tau[span + 5], tau[span + 6] (de Boor's recursion on
+ * polynomials). */
+static void span_basis(const double *tau,
+                       int span,
+                       double basis[ORDER][ORDER]) {
+    const double *knot = tau + span + 5; /* the span is k[0]..k[1] */
+    double length = knot[1] - knot[0];
+    double now[ORDER][ORDER] = {{1.0}};
+    double next[ORDER][ORDER];
+    for (int degree = 1; degree < ORDER;
+         degree++) { /* now[i]: function of degree p - 1 that
+         begins at k[i - p + 1] */
         memset(next, 0, sizeof next);
-        for (int i = 0; i < p; i++) {
-            double from = k[i - p + 1], to = k[i + 1], width = to - from, up[ORDER + 1], down[ORDER + 1];
-            times_linear(now[i], p - 1, (k[0] - from) / width, h / width, up);
-            times_linear(now[i], p - 1, (to - k[0]) / width, -h / width, down);
-            for (int d = 0; d <= p; d++) {
-                next[i + 1][d] += up[d];
-                next[i][d] += down[d];
+        for (int i = 0; i < degree; i++) {
+            double from = knot[i - degree + 1];
+            double to = knot[i + 1];
+            double width = to - from;
+            double up[ORDER + 1], down[ORDER + 1];
+            times_linear(now[i],
+                         degree - 1,
+                         (knot[0] - from) / width,
+                         length / width,
+                         up);
+            times_linear(now[i],
+                         degree - 1,
+                         (to - knot[0]) / width,
+                         -length / width,
+                         down);
+            for (int off = 0; off <= degree; off++) {
+                next[i + 1][off] += up[off];
+                next[i][off] += down[off];
             }
         }
         memcpy(now, next, sizeof now);
     }
-    memcpy(m, now, sizeof now);
+    memcpy(basis, now, sizeof now);
 }
 
 /* Bernstein coefficients from those of powers. */
-static void to_bernstein(const double *p, double *out) {
-    static const double up[ORDER][ORDER] = {{1}, {1, 0.2}, {1, 0.4, 0.1}, {1, 0.6, 0.3, 0.1}, {1, 0.8, 0.6, 0.4, 0.2}, {1, 1, 1, 1, 1, 1}};
+static void to_bernstein(const double *coef, double *out) {
+    static const double up[ORDER][ORDER] = {{1},
+                                            {1, 0.2},
+                                            {1, 0.4, 0.1},
+                                            {1, 0.6, 0.3, 0.1},
+                                            {1, 0.8, 0.6, 0.4, 0.2},
+                                            {1, 1, 1, 1, 1, 1}};
     for (int j = 0; j < ORDER; j++) {
         out[j] = 0.0;
-        for (int i = 0; i <= j; i++) out[j] += up[j][i] * p[i];
+        for (int i = 0; i <= j; i++) {
+            out[j] += up[j][i] * coef[i];
+        }
     }
 }
 
-/* Integrals of the products of third derivatives over a span. What is behind the triangle stays zero. */
-static void fairness(window *w, int span) {
-    double h = w->tau[span + 6] - w->tau[span + 5], h2 = h * h, f = 1.0 / (h2 * h2 * h), d[ORDER][3];
+/* Integrals of the products of third derivatives over a span. What is behind
+ * the triangle stays zero. */
+static void fairness(struct window *window, int span) {
+    double length = window->tau[span + 6] - window->tau[span + 5];
+    double h2 = length * length;
+    double scale = 1.0 / (h2 * h2 * length);
+    double third[ORDER][3];
     for (int j = 0; j < ORDER; j++) {
-        d[j][0] = 6.0 * w->m[span][j][3];
-        d[j][1] = 24.0 * w->m[span][j][4];
-        d[j][2] = 60.0 * w->m[span][j][5];
+        third[j][0] = 6.0 * window->basis[span][j][3];
+        third[j][1] = 24.0 * window->basis[span][j][4];
+        third[j][2] = 60.0 * window->basis[span][j][5];
     }
-    for (int i = 0; i < ORDER; i++)
-        for (int j = i; j < ORDER; j++)
-            w->fair[span][i][j - i] = f * (d[i][0] * d[j][0] + (d[i][0] * d[j][1] + d[i][1] * d[j][0]) / 2.0 +
-                          (d[i][0] * d[j][2] + d[i][1] * d[j][1] + d[i][2] * d[j][0]) / 3.0 +
-                          (d[i][1] * d[j][2] + d[i][2] * d[j][1]) / 4.0 + d[i][2] * d[j][2] / 5.0);
+    for (int i = 0; i < ORDER; i++) {
+        for (int j = i; j < ORDER; j++) {
+            window->fair[span][i][j - i] =
+                scale
+                * (third[i][0] * third[j][0]
+                   + (third[i][0] * third[j][1] + third[i][1] * third[j][0])
+                         / 2.0
+                   + (third[i][0] * third[j][2] + third[i][1] * third[j][1]
+                      + third[i][2] * third[j][0])
+                         / 3.0
+                   + (third[i][1] * third[j][2] + third[i][2] * third[j][1])
+                         / 4.0
+                   + third[i][2] * third[j][2] / 5.0);
+        }
+    }
 }
 
 /* Everything about a span that its knots say. */
-void spline_span(window *w, int span) {
-    span_basis(w->tau, span, w->m[span]);
-    fairness(w, span);
+void spline_span(struct window *window, int span) {
+    span_basis(window->tau, span, window->basis[span]);
+    fairness(window, span);
     for (int j = 0; j < ORDER; j++) {
-        const double *m = w->m[span][j];
-        to_bernstein(m, w->hull[span][j]);
-        w->middle[span][0][j] = m[1] + m[2] + 0.75 * m[3] + 0.5 * m[4] + 0.3125 * m[5];
-        w->middle[span][1][j] = 2.0 * m[2] + 3.0 * m[3] + 3.0 * m[4] + 2.5 * m[5];
+        const double *basis = window->basis[span][j];
+        to_bernstein(basis, window->hull[span][j]);
+        window->middle[span][0][j] = basis[1] + basis[2] + 0.75 * basis[3]
+                                     + 0.5 * basis[4] + 0.3125 * basis[5];
+        window->middle[span][1][j] =
+            2.0 * basis[2] + 3.0 * basis[3] + 3.0 * basis[4] + 2.5 * basis[5];
     }
 }
 
-void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]) {
-    for (int j = 0; j < ORDER; j++)
-        b[j] = m[j][0] + x * (m[j][1] + x * (m[j][2] + x * (m[j][3] + x * (m[j][4] + x * m[j][5]))));
+void spline_basis_at(const double basis[ORDER][ORDER],
+                     double x,
+                     double out[ORDER]) {
+    for (int j = 0; j < ORDER; j++) {
+        out[j] =
+            basis[j][0]
+            + x
+                  * (basis[j][1]
+                     + x
+                           * (basis[j][2]
+                              + x
+                                    * (basis[j][3]
+                                       + x * (basis[j][4] + x * basis[j][5]))));
+    }
 }
 
-static pair both(double v) { return (pair){v, v}; }
-static pair at(const double *p) { return *(const pair *)p; }
-static void put(double *p, pair v) { *(pair *)p = v; }
+static pair both(double v) {
+    return (pair){v, v};
+}
+static pair at(const double *from) {
+    return *(const pair *)from;
+}
+static void put(double *to, pair v) {
+    *(pair *)to = v;
+}
 
-static void combine(const double m[ORDER][ORDER], const double c[][AXES_EVEN], int axes, double out[][ORDER]) {
-    for (int a = 0; a < axes; a++) {
+static void combine(const double basis[ORDER][ORDER],
+                    const double control[][AXES_EVEN],
+                    int axes,
+                    double out[][ORDER]) {
+    for (int axis = 0; axis < axes; axis++) {
         pair sum[PAIRS] = {both(0.0), both(0.0), both(0.0)};
-        for (int j = 0; j < ORDER; j++)
-            for (int k = 0; k < PAIRS; k++) sum[k] += at(m[j] + 2 * k) * both(c[j][a]);
-        for (int k = 0; k < PAIRS; k++) put(out[a] + 2 * k, sum[k]);
+        for (int j = 0; j < ORDER; j++) {
+            for (int k = 0; k < PAIRS; k++) {
+                sum[k] += at(basis[j] + 2 * k) * both(control[j][axis]);
+            }
+        }
+        for (int k = 0; k < PAIRS; k++) {
+            put(out[axis] + 2 * k, sum[k]);
+        }
     }
 }
 
 /* Coefficients of the curve on one span, over x = 0..1. */
-void spline_piece(const window *w, int span, int axes, double out[][ORDER]) { combine(w->m[span], w->c + span, axes, out); }
+void spline_piece(const struct window *window,
+                  int span,
+                  int axes,
+                  double out[][ORDER]) {
+    combine(window->basis[span], window->control + span, axes, out);
+}
 
 /* Its Bernstein coefficients. */
-void spline_hull(const window *w, int span, int axes, double out[][ORDER]) { combine(w->hull[span], w->c + span, axes, out); }
+void spline_hull(const struct window *window,
+                 int span,
+                 int axes,
+                 double out[][ORDER]) {
+    combine(window->hull[span], window->control + span, axes, out);
+}
 
-/* The system: rows of the band and right-hand sides, from control point 0 on. ORDER rows before and behind it stand zeros. */
+/* The system: rows of the band and right-hand sides, from control point 0 on.
+ * ORDER rows before and behind it stand zeros. */
 typedef struct equations {
     double (*band)[ORDER];
     pair *right;
-    int n;
+    int count;
 } equations;
 
-static void add_fairness(const equations *e, const window *w, int span) {
-    pair rho = both(w->rho[span]);
-    for (int i = 0; i < ORDER; i++)
-        for (int k = 0; 2 * k < ORDER - i; k++) {
-            double *to = e->band[span + i] + 2 * k;
-            put(to, at(to) + rho * at(w->fair[span][i] + 2 * k));
-        }
-}
-
-static inline void add_site(const equations *e, const site *p, int pairs) {
+static void add_fairness(const struct equations *equations,
+                         const struct window *window,
+                         int span) {
+    pair rho = both(window->rho[span]);
     for (int i = 0; i < ORDER; i++) {
-        pair f = both(p->weight * p->basis[i]), *to = e->right + (p->span + i) * pairs;
-        double *row = e->band[p->span + i];
-        for (int k = 0; 2 * k < ORDER - i; k++) put(row + 2 * k, at(row + 2 * k) + f * at(p->basis + i + 2 * k));
-        for (int a = 0; a < pairs; a++) to[a] += f * at(p->q + 2 * a);
-    }
-}
-
-/* Fixed control points go to the right-hand side; their own equations become trivial. */
-static void fix(const equations *e, const double *c, int k, int pairs) {
-    pair *x = e->right + k * pairs;
-    for (int d = 1; d < ORDER; d++) {
-        pair behind = both(k + d < e->n ? e->band[k][d] : 0.0), before = both(k - d >= 0 ? e->band[k - d][d] : 0.0);
-        for (int a = 0; a < pairs; a++) {
-            x[d * pairs + a] -= behind * at(c + 2 * a);
-            x[a - d * pairs] -= before * at(c + 2 * a);
+        for (int k = 0; 2 * k < ORDER - i; k++) {
+            double *to = equations->band[span + i] + 2 * k;
+            put(to, at(to) + rho * at(window->fair[span][i] + 2 * k));
         }
-        if (k - d >= 0) e->band[k - d][d] = 0.0;
-        e->band[k][d] = 0.0;
     }
-    e->band[k][0] = 1.0;
-    for (int a = 0; a < pairs; a++) x[a] = at(c + 2 * a);
 }
 
-/* LDL^T of the band, in place: row i becomes 1 / D and the factors L(i + 1.., i). */
-static void factor(const equations *e) {
-    for (int i = 0; i < e->n; i++) {
-        double *row = e->band[i];
-        pair c01 = at(row), c23 = at(row + 2), c45 = at(row + 4), c12 = {c01[1], c23[0]}, c34 = {c23[1], c45[0]}, c5 = {c45[1], 0.0};
+static inline void add_site(const struct equations *equations,
+                            const struct site *site,
+                            int pairs) {
+    for (int i = 0; i < ORDER; i++) {
+        pair factor = both(site->weight * site->basis[i]);
+        pair *to = equations->right + (site->span + i) * pairs;
+        double *row = equations->band[site->span + i];
+        for (int k = 0; 2 * k < ORDER - i; k++) {
+            put(row + 2 * k,
+                at(row + 2 * k) + factor * at(site->basis + i + 2 * k));
+        }
+        for (int axis = 0; axis < pairs; axis++) {
+            to[axis] += factor * at(site->position + 2 * axis);
+        }
+    }
+}
+
+/* Fixed control points go to the right-hand side; their own equations become
+ * trivial. */
+static void fix(const struct equations *equations,
+                const double *control,
+                int k,
+                int pairs) {
+    pair *x = equations->right + k * pairs;
+    for (int off = 1; off < ORDER; off++) {
+        pair behind =
+            both(k + off < equations->count ? equations->band[k][off] : 0.0);
+        pair before = both(k - off >= 0 ? equations->band[k - off][off] : 0.0);
+        for (int axis = 0; axis < pairs; axis++) {
+            x[off * pairs + axis] -= behind * at(control + 2 * axis);
+            x[axis - off * pairs] -= before * at(control + 2 * axis);
+        }
+        if (k - off >= 0) {
+            equations->band[k - off][off] = 0.0;
+        }
+        equations->band[k][off] = 0.0;
+    }
+    equations->band[k][0] = 1.0;
+    for (int axis = 0; axis < pairs; axis++) {
+        x[axis] = at(control + 2 * axis);
+    }
+}
+
+/* LDL^T of the band, in place: row i becomes 1 / D and the factors L(i + 1..,
+ * i). */
+static void factor(const struct equations *equations) {
+    for (int i = 0; i < equations->count; i++) {
+        double *row = equations->band[i];
+        pair c01 = at(row);
+        pair c23 = at(row + 2);
+        pair c45 = at(row + 4);
+        pair c12 = {c01[1], c23[0]};
+        pair c34 = {c23[1], c45[0]};
+        pair c5 = {c45[1], 0.0};
         double inverse = 1.0 / row[0];
-        const pair l1 = both(c01[1] * inverse), l2 = both(c23[0] * inverse), l3 = both(c23[1] * inverse);
-        const pair l4 = both(c45[0] * inverse), l5 = both(c45[1] * inverse);
+        const pair l1 = both(c01[1] * inverse);
+        const pair l2 = both(c23[0] * inverse);
+        const pair l3 = both(c23[1] * inverse);
+        const pair l4 = both(c45[0] * inverse);
+        const pair l5 = both(c45[1] * inverse);
         put(row, (pair){inverse, l1[0]});
         put(row + 2, (pair){l2[0], l3[0]});
         put(row + 4, (pair){l4[0], l5[0]});
@@ -161,70 +275,115 @@ static void factor(const equations *e) {
     }
 }
 
-static inline void substitute(const equations *e, int pairs) {
-    for (int i = 1; i < e->n; i++)
-        for (int a = 0; a < pairs; a++) {
-            pair *x = e->right + i * pairs + a, sum = *x;
-            for (int d = ORDER - 1; d > 0; d--) sum -= both(e->band[i - d][d]) * x[-d * pairs];
+static inline void substitute(const struct equations *equations, int pairs) {
+    for (int i = 1; i < equations->count; i++) {
+        for (int axis = 0; axis < pairs; axis++) {
+            pair *x = equations->right + i * pairs + axis;
+            pair sum = *x;
+            for (int off = ORDER - 1; off > 0; off--) {
+                sum -= both(equations->band[i - off][off]) * x[-off * pairs];
+            }
             *x = sum;
         }
-    for (int i = e->n; i-- > 0;)
-        for (int a = 0; a < pairs; a++) {
-            pair *x = e->right + i * pairs + a, sum = *x * both(e->band[i][0]);
-            for (int d = ORDER - 1; d > 0; d--) sum -= both(e->band[i][d]) * x[d * pairs];
+    }
+    for (int i = equations->count; i-- > 0;) {
+        for (int axis = 0; axis < pairs; axis++) {
+            pair *x = equations->right + i * pairs + axis;
+            pair sum = *x * both(equations->band[i][0]);
+            for (int off = ORDER - 1; off > 0; off--) {
+                sum -= both(equations->band[i][off]) * x[off * pairs];
+            }
             *x = sum;
         }
+    }
 }
 
-static inline void solve(window *w, int pairs) {
+static inline void solve(struct window *window, int pairs) {
     pair room[(ORDER + CONTROLS + ORDER) * AXES_EVEN / 2];
-    equations e = {w->band + ORDER, room + ORDER * pairs, w->spans + 5};
-    memset(room, 0, sizeof *room * (size_t)((e.n + 2 * ORDER) * pairs));
-    memset(w->band, 0, sizeof w->band[0] * (size_t)(e.n + 2 * ORDER));
-    for (int k = 0; k < w->spans; k++) add_fairness(&e, w, k);
-    for (int k = 0; k < w->sites_n; k++) add_site(&e, &w->sites[k], pairs);
-    for (int k = 0; k < w->fixed_head; k++) fix(&e, w->c[k], k, pairs);
-    for (int k = e.n - w->fixed_tail; k < e.n; k++) fix(&e, w->c[k], k, pairs);
-    factor(&e);
-    substitute(&e, pairs);
-    for (int k = w->fixed_head; k < e.n - w->fixed_tail; k++) memcpy(w->c[k], e.right + k * pairs, sizeof *e.right * (size_t)pairs);
+    struct equations equations = {window->band + ORDER,
+                                  room + ORDER * pairs,
+                                  window->spans + 5};
+    memset(room,
+           0,
+           sizeof *room * (size_t)((equations.count + 2 * ORDER) * pairs));
+    memset(window->band,
+           0,
+           sizeof window->band[0] * (size_t)(equations.count + 2 * ORDER));
+    for (int k = 0; k < window->spans; k++) {
+        add_fairness(&equations, window, k);
+    }
+    for (int k = 0; k < window->sites_n; k++) {
+        add_site(&equations, &window->sites[k], pairs);
+    }
+    for (int k = 0; k < window->fixed_head; k++) {
+        fix(&equations, window->control[k], k, pairs);
+    }
+    for (int k = equations.count - window->fixed_tail; k < equations.count;
+         k++) {
+        fix(&equations, window->control[k], k, pairs);
+    }
+    factor(&equations);
+    substitute(&equations, pairs);
+    for (int k = window->fixed_head; k < equations.count - window->fixed_tail;
+         k++) {
+        memcpy(window->control[k],
+               equations.right + k * pairs,
+               sizeof *equations.right * (size_t)pairs);
+    }
 }
 
-/* Control points that minimise the weighted fairness and residuals; fixed ones stay. */
-void spline_solve(window *w, int axes) {
+/* Control points that minimise the weighted fairness and residuals; fixed ones
+ * stay. */
+void spline_solve(struct window *window, int axes) {
     int pairs = (axes + 1) / 2;
-    if (pairs == 2) solve(w, 2);
-    else solve(w, pairs);
+    if (pairs == 2) {
+        solve(window, 2);
+    } else {
+        solve(window, pairs);
+    }
 }
 
-/* Inverse of the system that was solved last, within its band; control points that are fixed do not give. */
-void spline_invert(window *w) {
-    int n = w->spans + 5;
-    double (*z)[ORDER] = w->inverse;
-    memset(z[n], 0, sizeof *z * ORDER);
-    for (int i = n; i-- > 0;) {
-        const double *l = w->band[ORDER + i];
-        double give = l[0];
+/* Inverse of the system that was solved last, within its band; control points
+ * that are fixed do not give. */
+void spline_invert(struct window *window) {
+    int count = window->spans + 5;
+    double (*z)[ORDER] = window->inverse;
+    memset(z[count], 0, sizeof *z * ORDER);
+    for (int i = count; i-- > 0;) {
+        const double *factors = window->band[ORDER + i];
+        double give = factors[0];
         for (int j = 1; j < ORDER; j++) {
             double sum = 0.0;
-            for (int k = 1; k < ORDER; k++) sum -= l[k] * (k <= j ? z[i + k][j - k] : z[i + j][k - j]);
+            for (int k = 1; k < ORDER; k++) {
+                sum -=
+                    factors[k] * (k <= j ? z[i + k][j - k] : z[i + j][k - j]);
+            }
             z[i][j] = sum;
         }
-        for (int k = 1; k < ORDER; k++) give -= l[k] * z[i][k];
+        for (int k = 1; k < ORDER; k++) {
+            give -= factors[k] * z[i][k];
+        }
         z[i][0] = give;
     }
-    for (int k = 0; k < w->fixed_head; k++) z[k][0] = 0.0;
-    for (int k = n - w->fixed_tail; k < n; k++) z[k][0] = 0.0;
+    for (int k = 0; k < window->fixed_head; k++) {
+        z[k][0] = 0.0;
+    }
+    for (int k = count - window->fixed_tail; k < count; k++) {
+        z[k][0] = 0.0;
+    }
 }
 
-/* How far the curve of spline_invert gives way to a force of 1 at a point. With a weight w more there, the residual is divided by
- * 1 + give * w. */
-double spline_give(const window *w, const site *p) {
+/* How far the curve of spline_invert gives way to a force of 1 at a point. With
+ * a weight w more there, the residual is divided by 1 + give * w. */
+double spline_give(const struct window *window, const struct site *site) {
     double sum = 0.0;
-    for (int a = 0; a < ORDER; a++) {
-        double part = 0.5 * w->inverse[p->span + a][0] * p->basis[a];
-        for (int b = a + 1; b < ORDER; b++) part += w->inverse[p->span + a][b - a] * p->basis[b];
-        sum += part * p->basis[a];
+    for (int i = 0; i < ORDER; i++) {
+        double part = 0.5 * window->inverse[site->span + i][0] * site->basis[i];
+        for (int other = i + 1; other < ORDER; other++) {
+            part +=
+                window->inverse[site->span + i][other - i] * site->basis[other];
+        }
+        sum += part * site->basis[i];
     }
     return fmax(2.0 * sum, 1e-300);
 }
