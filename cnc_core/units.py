@@ -1,7 +1,8 @@
 """Units, stated once.
 
-Inside: mm, degrees for rotary axes, mm/s, s, rad for circle angles.  Name suffixes carry other units:
-``_tenth_um`` 0.1 um, ``_um_s`` 1 um/s, ``_us``, ``_ns``.
+Inside: mm, degrees for rotary axes, mm/s, s, rad for circle angles.  Name
+suffixes carry other units: ``_tenth_um`` 0.1 um, ``_um_s`` 1 um/s, ``_us``,
+``_ns``.
 """
 
 from __future__ import annotations

@@ -1,4 +1,6 @@
-"""What all commands share: the app, the two consoles, options, programs and errors as they are printed."""
+"""What all commands share: the app, the two consoles, options, programs and
+errors as they are printed.
+"""
 
 from __future__ import annotations
 
@@ -27,25 +29,66 @@ err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
 
 DIALECT_HELP = "isg, iso, isons or osai; default: by content and file extension"
 File = Annotated[Path, typer.Argument(help="NC program")]
-Config = Annotated[Path | None, typer.Option("--config", help="cell.toml; default: the built-in machine X Y Z")]
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        "--config", help="cell.toml; default: the built-in machine X Y Z"
+    ),
+]
 Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
 Lenient = Annotated[
-    bool, typer.Option("--lenient", help="isg: unknown # commands and undefined M functions are warnings")
+    bool,
+    typer.Option(
+        "--lenient",
+        help="isg: unknown # commands and undefined M functions are warnings",
+    ),
 ]
 Answers = Annotated[
-    Path | None, typer.Option("--answers", help="JSON list of answers to the program's dialogs (isons)")
+    Path | None,
+    typer.Option(
+        "--answers",
+        help="JSON list of answers to the program's dialogs (isons)",
+    ),
 ]
-StartLine = Annotated[int | None, typer.Option("--start-line", help="take the program up at this line (isons)")]
-StartPass = Annotated[int, typer.Option("--start-pass", min=1, help="which time that line is reached")]
+StartLine = Annotated[
+    int | None,
+    typer.Option(
+        "--start-line", help="take the program up at this line (isons)"
+    ),
+]
+StartPass = Annotated[
+    int,
+    typer.Option("--start-pass", min=1, help="which time that line is reached"),
+]
 StartMarker = Annotated[
-    str | None, typer.Option("--start-marker", metavar="NAME=VALUE", help="take it up where a variable gets a value")
+    str | None,
+    typer.Option(
+        "--start-marker",
+        metavar="NAME=VALUE",
+        help="take it up where a variable gets a value",
+    ),
 ]
-Json = Annotated[bool, typer.Option("--json", help="print JSON on standard output and nothing else")]
+Json = Annotated[
+    bool,
+    typer.Option(
+        "--json", help="print JSON on standard output and nothing else"
+    ),
+]
 Watched = Annotated[
-    list[str] | None, typer.Option("--watch", metavar="SYMBOL", help="record this symbol at every scan; repeatable")
+    list[str] | None,
+    typer.Option(
+        "--watch",
+        metavar="SYMBOL",
+        help="record this symbol at every scan; repeatable",
+    ),
 ]
 Forced = Annotated[
-    list[str] | None, typer.Option("--force", metavar="SYMBOL=VALUE", help="hold this symbol at a value; repeatable")
+    list[str] | None,
+    typer.Option(
+        "--force",
+        metavar="SYMBOL=VALUE",
+        help="hold this symbol at a value; repeatable",
+    ),
 ]
 
 
@@ -59,14 +102,20 @@ def emit(value: Any) -> None:
 
 
 def say_error(error: object) -> None:
-    """An error on standard error, as FILE:LINE:COL: CODE: text with the source line under it."""
+    """An error on standard error, as FILE:LINE:COL: CODE: text with the source
+    line under it.
+    """
     sys.stderr.write(f"{error}\n")
 
 
 @contextmanager
 def progress(title: str) -> Iterator[Callable[[float], None]]:
-    """A bar on a terminal, nothing in a pipe; call the result with the share done (None-length: pulsing)."""
-    with Progress(console=err, transient=True, disable=not err.is_terminal) as bar:
+    """A bar on a terminal, nothing in a pipe; call the result with the share
+    done (None-length: pulsing).
+    """
+    with Progress(
+        console=err, transient=True, disable=not err.is_terminal
+    ) as bar:
         task = bar.add_task(title, total=None)
 
         def tick(share: float) -> None:
@@ -98,7 +147,7 @@ def open_program(
 ) -> Any:
     """The program, its dialect said on standard error when it was not given."""
     from ..program import Program  # noqa: PLC0415
-    from ..restart import Restart  # noqa: PLC0415
+    from ..program.restart import Restart  # noqa: PLC0415
 
     program = Program(
         file,
@@ -112,7 +161,9 @@ def open_program(
         restart=Restart.of(*restart),
     )
     if dialect is None:
-        err.print(f"dialect: {program.dialect} (by content and name; --dialect chooses another)")
+        err.print(
+            f"dialect: {program.dialect} (by content and name; --dialect chooses another)"
+        )
     return program
 
 
@@ -125,7 +176,9 @@ def say_warnings(program: Any) -> None:
 
 def one_of(option: str, value: str, choices: tuple[str, ...]) -> None:
     if value not in choices:
-        raise typer.BadParameter(f"{option} {value}: choose from {', '.join(choices)}")
+        raise typer.BadParameter(
+            f"{option} {value}: choose from {', '.join(choices)}"
+        )
 
 
 def say_run_errors(result: Any) -> None:
@@ -134,7 +187,11 @@ def say_run_errors(result: Any) -> None:
     for e in result.errors:
         place = f"{e['file']}:{e['line']}:{e['column']}: " if e["line"] else ""
         say_error(f"{place}{e['code']}: {e['text']}")
-        if e["line"] and result.error_text and e["line"] == result.errors[0]["line"]:
+        if (
+            e["line"]
+            and result.error_text
+            and e["line"] == result.errors[0]["line"]
+        ):
             say_error(f"    {result.error_text}")
 
 

@@ -13,7 +13,7 @@ from cnc_core.blocks import CIRCULAR
 from cnc_core.errors import CncError
 from cnc_core.frontend import create
 from cnc_core.frontend.offline import read_all
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 
 WRAP = 1000
 

@@ -10,9 +10,9 @@ from isons_programs import CELL
 from cnc_core.blocks import ELEMENT, EVENT, EVENT_OVERRIDE, LINEAR, PIECE, POLYNOMIAL, M, S, T
 from cnc_core.config import load_config, parse_config
 from cnc_core.errors import CncError
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
-from cnc_core.restart import Restart
+from cnc_core.program.restart import Restart
 
 CONFIG = CELL + "[isons]\nVRIPOSO = 600\n[isons.tools.1]\ndiameter = 4\n"
 

@@ -11,7 +11,7 @@ from cnc_core.blocks import CIRCULAR, EXACT_STOP, FLUSH, PATH_MODE, STANDSTILL, 
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError, ConfigError
 from cnc_core.frontend import create
-from cnc_core.port import OfflinePort, Wait
+from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.program import Program
 
 

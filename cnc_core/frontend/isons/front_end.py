@@ -1,4 +1,6 @@
-"""IsoNs front end: plain lines through the C scanner, every other block compiled, kept if it comes again, executed."""
+"""IsoNs front end: plain lines through the C scanner, every other block
+compiled, kept if it comes again, executed.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +14,20 @@ import numpy.typing as npt
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import CncError
-from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
+from cnc_core.frontend.base.block_text import (
+    BlockText,
+    PhysicalLine,
+    check_length,
+    read_line,
+)
 from cnc_core.frontend.base.flow import START, Level, Mark
 from cnc_core.frontend.base.lexer import TokenStream, fail
-from cnc_core.frontend.base.reader import WAIT_BLOCKS, BlockReader, Prepared, located
+from cnc_core.frontend.base.reader import (
+    WAIT_BLOCKS,
+    BlockReader,
+    Prepared,
+    located,
+)
 from cnc_core.frontend.base.scanner import (
     CENTRE_DISTANCE,
     FEED_POSITIVE,
@@ -31,36 +43,50 @@ from cnc_core.frontend.base.scanner import (
     Row,
     Rules,
 )
-from cnc_core.frontend.isons import codes
-from cnc_core.frontend.isons.canopen import Nodes
-from cnc_core.frontend.isons.clock import Clock
-from cnc_core.frontend.isons.control import Control
-from cnc_core.frontend.isons.endless import Endless
-from cnc_core.frontend.isons.execute import Executor
-from cnc_core.frontend.isons.forms import Forms
-from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
-from cnc_core.frontend.isons.instructions import Instructions
-from cnc_core.frontend.isons.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
-from cnc_core.frontend.isons.lookahead import look_ahead_command
-from cnc_core.frontend.isons.macros import Macros
-from cnc_core.frontend.isons.output import OFF
-from cnc_core.frontend.isons.parameters import Parameters
-from cnc_core.frontend.isons.positioners import Positioners
-from cnc_core.frontend.isons.retained import take_over
-from cnc_core.frontend.isons.searching import GO_BLOCK, NORMAL, RETRACE, Search
-from cnc_core.frontend.isons.store import Store, UserScope
-from cnc_core.frontend.isons.system import System
-from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
-from cnc_core.frontend.isons.words import WordBlock, WordParser
-from cnc_core.frontend.isons_cell import IsonsCell
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
 
-RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
+from ..port import ChannelPort, Wait
+from .base import codes
+from .base.machine import IsonsCell
+from .base.parameters import Parameters
+from .base.store import Store, UserScope
+from .base.text import PATTERN, label_of, parts_of, strip_remark
+from .devices.canopen import Nodes
+from .devices.clock import Clock
+from .devices.positioners import Positioners
+from .flow.control import Control
+from .flow.endless import Endless
+from .flow.instructions import Instructions
+from .flow.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
+from .flow.lookahead import look_ahead_command
+from .flow.retained import take_over
+from .flow.searching import GO_BLOCK, NORMAL, RETRACE, Search
+from .language.formulas import BEHIND_MOTION, TIMED, Formulas
+from .language.macros import Macros
+from .language.words import WordBlock, WordParser
+from .motion.executor import Executor
+from .motion.output import OFF
+from .motion.system import System
+from .operator.forms import Forms
+
+RULE_BITS = (
+    RADIUS_ONCE
+    | NO_PITCH
+    | KEEP_CENTRE
+    | NO_EQUALS
+    | PLANE_CENTRE
+    | CENTRE_DISTANCE
+    | NO_BRACKETS
+    | NO_PLANES
+)
 RULE_BITS |= FEED_POSITIVE
 LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
-SHARED_WORDS = (900005, 900011, 908005)  # words of several functions in one block
+SHARED_WORDS = (
+    900005,
+    900011,
+    908005,
+)  # words of several functions in one block
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
@@ -83,7 +109,14 @@ class IsonsFrontEnd(BlockReader):
     ) -> None:
         cell = machine.isons or IsonsCell()
         self.parameters = Parameters(cell.parameters)
-        modal = Modal(machine, Rules(RULE_BITS, centre_limit_mm=self.parameters.length("SGLR"), centre_ratio=0.0))
+        modal = Modal(
+            machine,
+            Rules(
+                RULE_BITS,
+                centre_limit_mm=self.parameters.length("SGLR"),
+                centre_ratio=0.0,
+            ),
+        )
         super().__init__(path, modal, port, collect=collect, scan=scan)
         self.port = port
         self.clock = Clock(port)
@@ -100,9 +133,13 @@ class IsonsFrontEnd(BlockReader):
         self.system.executor = self.executor
         self.system.message_result = lambda: self.forms.result
         self.executor.positioner_offset = positioners.set_offset
-        self.executor.speed_copied = lambda speed: self.system.shared.write("K", 9, speed, 0)
+        self.executor.speed_copied = lambda speed: self.system.shared.write(
+            "K", 9, speed, 0
+        )
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
-        before: Executor | None = caller.executor if caller else port.retained.get("isons")
+        before: Executor | None = (
+            caller.executor if caller else port.retained.get("isons")
+        )
         if before is not None:
             take_over(self.executor, before)
         if caller is None:
@@ -110,17 +147,24 @@ class IsonsFrontEnd(BlockReader):
         self._queue.extend(self.executor.mode_rows(0))
         self._endless = Endless(self)
         self.control = Control(
-            self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
+            self.flow,
+            lambda: self.modal.line,
+            self._error if collect else None,
+            self._visit if collect else None,
             self._endless.jumped_back,
         )
         self.idle_blocks_max = IDLE_BLOCKS
         self._ticks = 0  # waits so far: time has passed between them
-        self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
+        # when a block has read the running machine last
+        self._read_at: dict[tuple[int, int], int] = {}
         self.search = Search(self)
         self.steps = 0  # blocks executed
         self._block_mark = START  # of the block that is being executed
-        self.tool_place: tuple[int, Mark, list[Any]] | None = None  # of the last T: level, block, open loops
-        self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
+        # of the last T: level, block, open loops
+        self.tool_place: tuple[int, Mark, list[Any]] | None = None
+        self.waits: dict[
+            int, float
+        ] = {}  # when a WAIT_INPUT has begun, by its place
         self._written: set[str] = set()  # files of this program
         self.flow.level.user = LevelData(MAIN, self.store.scope)
         self._closing = False
@@ -172,7 +216,9 @@ class IsonsFrontEnd(BlockReader):
         return Prepared(block, run, drain, live=live)
 
     def _compile(self, text: str) -> tuple[Run, bool, int]:
-        """What the block does, whether everything before has to be executed first, and what it reads live."""
+        """What the block does, whether everything before has to be executed
+        first, and what it reads live.
+        """
         if not text.strip():
             return _nothing, False, 0
         if label_of(text) is not None:
@@ -182,23 +228,35 @@ class IsonsFrontEnd(BlockReader):
         formulas = Formulas(stream, self.store, self.system)
         parser = WordParser(stream, formulas, self.executor.axes)
         parser.n_number()
-        command = look_ahead_command(stream, formulas, self.executor, parser.block.n)
+        command = look_ahead_command(
+            stream, formulas, self.executor, parser.block.n
+        )
         if command is not None:
             return command, formulas.drain, formulas.live
         instructions = Instructions(self, stream, formulas)
         run = instructions.parse()
         if run is not None:
-            return run, formulas.drain or instructions.drain, formulas.live | instructions.live
+            return (
+                run,
+                formulas.drain or instructions.drain,
+                formulas.live | instructions.live,
+            )
         try:
             block = parser.parse()
         except CncError as error:
-            parts = parts_of(text, codes.TAKERS, codes.MOTIONS) if error.code in SHARED_WORDS else [text]
+            parts = (
+                parts_of(text, codes.TAKERS, codes.MOTIONS)
+                if error.code in SHARED_WORDS
+                else [text]
+            )
             if len(parts) < 2:
                 raise
             return self._parts([self._compile(part) for part in parts])
         return (lambda: self._words(block)), formulas.drain, formulas.live
 
-    def _parts(self, parts: list[tuple[Run, bool, int]]) -> tuple[Run, bool, int]:
+    def _parts(
+        self, parts: list[tuple[Run, bool, int]]
+    ) -> tuple[Run, bool, int]:
         """Functions one behind the other in a block, each with its own words."""
 
         def run() -> Items:
@@ -215,11 +273,17 @@ class IsonsFrontEnd(BlockReader):
         if block.empty:
             return ()
         if "T" in block.values:
-            self.tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
+            self.tool_place = (
+                len(self.flow.levels),
+                self._block_mark,
+                copy.deepcopy(self.flow.level.nest),
+            )
         items = self.executor.execute(block)
         rows = [item for item in items if not isinstance(item, Wait)]
         self._endless.rows += len(rows)
-        self._endless.motions += sum(int(row["type"][0]) <= POLYNOMIAL for row in rows)
+        self._endless.motions += sum(
+            int(row["type"][0]) <= POLYNOMIAL for row in rows
+        )
         failure, self.executor.failure = self.executor.failure, None
         if failure is not None:
             self._queue.extend(items)
@@ -234,7 +298,9 @@ class IsonsFrontEnd(BlockReader):
         return items
 
     def _before_macro(self) -> list[Row | Wait]:
-        """M and HM wait until everything before has been executed; not while the tool is compensated."""
+        """M and HM wait until everything before has been executed; not while
+        the tool is compensated.
+        """
         if self.executor.output.side != 40:
             return []
         return [*self.held_rows(), Wait.DRAINED]
@@ -262,7 +328,9 @@ class IsonsFrontEnd(BlockReader):
         self.block_now, self.mark = before, mark
 
     def _run(self, prepared: Prepared) -> None:
-        """As the base; what the corners hold comes before a wait, and what is read live is never read twice a cycle."""
+        """As the base; what the corners hold comes before a wait, and what is
+        read live is never read twice a cycle.
+        """
         if prepared.live and not self._drained and self._not_yet(prepared):
             self.flow.source.seek(prepared.begin)
             return
@@ -273,18 +341,33 @@ class IsonsFrontEnd(BlockReader):
         super()._run(prepared)
 
     def _not_yet(self, prepared: Prepared) -> bool:
-        """A block that reads the running machine waits: for standstill under G61, and for a cycle if it comes again."""
+        """A block that reads the running machine waits: for standstill under
+        G61, and for a cycle if it comes again.
+        """
         key = (self.flow.file.number, prepared.begin)
-        if prepared.live & TIMED and not self._port.answers and key in self._read_at:
+        if (
+            prepared.live & TIMED
+            and not self._port.answers
+            and key in self._read_at
+        ):
             return False  # time passes with every look, a loop that waits for it ends
         standstill = prepared.live & BEHIND_MOTION and self.modal.exact_stop
-        if standstill and not prepared.drain and self.executor.output.side == OFF:
+        if (
+            standstill
+            and not prepared.drain
+            and self.executor.output.side == OFF
+        ):
             self._queue.extend([*self.held_rows(), Wait.DRAINED])
             self._drained = True
             self._read_at[key] = self._ticks
             return True
-        if not self._port.answers:  # nothing changes: a loop that looks again and again does not end
-            self._idle += 0 if prepared.live & TIMED else WAIT_BLOCKS * self.flow.level.repeats
+        # nothing changes: a loop that looks again and again does not end
+        if not self._port.answers:
+            self._idle += (
+                0
+                if prepared.live & TIMED
+                else WAIT_BLOCKS * self.flow.level.repeats
+            )
             return False
         if self._read_at.get(key) == self._ticks:
             self._queue.extend([*self.held_rows(), Wait.CYCLE])
@@ -307,7 +390,9 @@ class IsonsFrontEnd(BlockReader):
         line = int(out[wrong[0]]["line"])
         error = CncError(903001, wrong[1])
         self._queue.clear()
-        self._error(error, BlockText(str(file.path), lines=[PhysicalLine(0, line, "")]))
+        self._error(
+            error, BlockText(str(file.path), lines=[PhysicalLine(0, line, "")])
+        )
         if self._collect:
             return rows
         self.flow.close()
@@ -324,7 +409,10 @@ class IsonsFrontEnd(BlockReader):
     def _level_ended(self) -> None:
         """The end of a file."""
         if self._data.kind == SUBROUTINE:
-            last = BlockText(str(self.flow.file.path), lines=[PhysicalLine(0, max(1, self.modal.line), "")])
+            last = BlockText(
+                str(self.flow.file.path),
+                lines=[PhysicalLine(0, max(1, self.modal.line), "")],
+            )
             self._error(fail(909123, "the subroutine has no RETURN", 0), last)
             self._finish()
         elif len(self.flow.levels) == 1:
@@ -347,9 +435,21 @@ class IsonsFrontEnd(BlockReader):
         path = self.macros.find("M", number)
         if path is None:
             text = f"{name}: macro M{number} not found beside the program or in the macro folder"
-            self._error(CncError(909124, text), BlockText(str(self.flow.file.path), lines=[PhysicalLine(0, 1, "")]))
+            self._error(
+                CncError(909124, text),
+                BlockText(
+                    str(self.flow.file.path), lines=[PhysicalLine(0, 1, "")]
+                ),
+            )
             return False
-        self.flow.call(Level(self.flow.file_of(path), START, MACRO, user=LevelData(MACRO, UserScope())))
+        self.flow.call(
+            Level(
+                self.flow.file_of(path),
+                START,
+                MACRO,
+                user=LevelData(MACRO, UserScope()),
+            )
+        )
         BlockReader._move(self)
         self.store.scope = self._data.scope
         return True
@@ -386,7 +486,9 @@ class IsonsFrontEnd(BlockReader):
         return self.executor.pause_mode
 
     def pause_macro(self, event: str) -> Path | None:
-        """Macro of M_PAUSE, M_GOPAUSE, M_GOBLOCK or M_GORETRACE, None if there is none."""
+        """Macro of M_PAUSE, M_GOPAUSE, M_GOBLOCK or M_GORETRACE, None if there
+        is none.
+        """
         number = self.macros.event(event)
         return None if number is None else self.macros.find("M", number)
 
@@ -400,12 +502,20 @@ class IsonsFrontEnd(BlockReader):
     @property
     def pauses(self) -> bool:
         """Pausing is more than to stand still."""
-        return self.pause_mode == 4 or any(self.pause_macro(event) for event in PAUSE_EVENTS)
+        return self.pause_mode == 4 or any(
+            self.pause_macro(event) for event in PAUSE_EVENTS
+        )
 
     def macro_reader(
-        self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64], *, run_type: int = NORMAL
+        self,
+        path: Path,
+        machine: ProgramMachine,
+        place: npt.NDArray[np.float64],
+        *,
+        run_type: int = NORMAL,
     ) -> IsonsFrontEnd:
-        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C.
+        """A macro that is executed beside the program: its own variables, the
+        program's GLOBAL ones; ``place``: $_C.
 
         ``run_type``: $_X7 in the macro.
         """
@@ -416,7 +526,10 @@ class IsonsFrontEnd(BlockReader):
 
     def return_speed(self) -> float:
         """VRIPOSO in mm/s, the programmed feed if it is not given."""
-        speed = self.parameters.speed("VRIPOSO") or self.modal.feed * self.parameters["FEEDRES"]
+        speed = (
+            self.parameters.speed("VRIPOSO")
+            or self.modal.feed * self.parameters["FEEDRES"]
+        )
         return speed / 60.0
 
     @property
@@ -426,7 +539,9 @@ class IsonsFrontEnd(BlockReader):
         return number is not None and self.macros.find("M", number) is not None
 
     def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
-        """STOP: the axes stand at ``position``; the macro M_STOP is executed, then the program ends."""
+        """STOP: the axes stand at ``position``; the macro M_STOP is executed,
+        then the program ends.
+        """
         self._queue.clear()
         self.executor.output.stopped(position)
         self.modal.set_position(self.executor.tip.programmed(position))
@@ -440,7 +555,9 @@ class IsonsFrontEnd(BlockReader):
         self._event("M_STOP")
 
     def _error(self, error: CncError, block: BlockText) -> None:
-        """Behind an error that ends the program the ERROR macro is executed; the error comes last."""
+        """Behind an error that ends the program the ERROR macro is executed;
+        the error comes last.
+        """
         super()._error(error, block)
         if self._collect or self._closing:
             return
@@ -461,7 +578,9 @@ class IsonsFrontEnd(BlockReader):
 
     def read(self, rows: int) -> BlockBatch | Wait | None:
         if self.executor.stopping and self._port.answers and not self._queue:
-            self.modal.set_position(self.executor.tip.programmed(self._port.position()))
+            self.modal.set_position(
+                self.executor.tip.programmed(self._port.position())
+            )
         self.executor.stopping = self.executor.stopping and bool(self._queue)
         item = super().read(rows)
         if isinstance(item, Wait):
@@ -473,14 +592,24 @@ class IsonsFrontEnd(BlockReader):
     # files and messages
 
     def text_of(self, name: str) -> str | None:
-        """A file that the program reads: written by itself, beside the program, in the folder of the run."""
+        """A file that the program reads: written by itself, beside the program,
+        in the folder of the run.
+        """
         if name in self._written:
             return self._port.read_file(name)
         text = name.replace("\\", "/")
-        path = Path(text) if Path(text).is_absolute() else self.flow.files[0].parent / text
+        path = (
+            Path(text)
+            if Path(text).is_absolute()
+            else self.flow.files[0].parent / text
+        )
         if path.is_file():
             return path.read_text(encoding="utf-8", errors="replace")
-        return None if Path(text).is_absolute() or ".." in Path(text).parts else self._port.read_file(text)
+        return (
+            None
+            if Path(text).is_absolute() or ".." in Path(text).parts
+            else self._port.read_file(text)
+        )
 
     def write_file(self, name: str, text: str) -> None:
         self._written.add(name)

@@ -7,14 +7,18 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from cnc_core.frontend.base.flow import Level
-    from cnc_core.frontend.isg.calls import Call
+
+    from ..language.calls import Call
 
 MODAL_MOVE, MODAL_BLOCK = "MODAL_MOVE", "MODAL_BLOCK"
 
 
 @dataclass
 class ModalCycle:
-    """The active modal cycle.  It repeats behind blocks of the program level that it was called in."""
+    """The active modal cycle.
+
+    It repeats behind blocks of the program level that it was called in.
+    """
 
     call: Call | None = None
     level: Level | None = None
@@ -27,6 +31,10 @@ class ModalCycle:
 
     def behind(self, level: Level, *, motion: bool) -> Call | None:
         """The call that a block of ``level`` repeats."""
-        if self.call is None or self.level is not level or not (motion or self.call.modal == MODAL_BLOCK):
+        if (
+            self.call is None
+            or self.level is not level
+            or not (motion or self.call.modal == MODAL_BLOCK)
+        ):
             return None
         return self.call

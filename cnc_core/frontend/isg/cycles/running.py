@@ -1,4 +1,6 @@
-"""A call of a built-in cycle: checked as a whole, then its results stored and its program made a program level."""
+"""A call of a built-in cycle: checked as a whole, then its results stored and
+its program made a program level.
+"""
 
 from __future__ import annotations
 
@@ -20,33 +22,52 @@ from cnc_core.frontend.isg.cycles.declaration import (
     Problem,
     Surroundings,
 )
-from cnc_core.frontend.isg.store import VECTOR_NAMES
-from cnc_core.frontend.isg.system import PER_AXIS, SIMPLE
+
+from ..state.store import VECTOR_NAMES
+from ..state.system import PER_AXIS, SIMPLE
 
 if TYPE_CHECKING:
-    from cnc_core.frontend.isg.calls import Call
-    from cnc_core.frontend.isg.context import Context
+    from ..language.calls import Call
+    from ..state.state import Context
 
 WRAPPER = "SysPosPatternWrapper"
-FILES_MAX = 50_000  # with further calls, errors do not name the line of the call
+FILES_MAX = (
+    50_000  # with further calls, errors do not name the line of the call
+)
 ROTATION_ACTIVE = 910111
 
 
 class CycleRunner:
-    """Executes the built-in cycles of one program.  ``owner``: whose local subprograms a made program sees."""
+    """Executes the built-in cycles of one program.
+
+    ``owner``: whose local subprograms a made program sees.
+    """
 
     def __init__(self, context: Context) -> None:
         self._context = context
         self.owner: dict[int, ProgramFile] = {}
-        self.own_file: Callable[[str], bool] = lambda name: False  # there is a file of this name, which wins
-        self._lines: dict[int, int] = {}  # of the calls, by the number of the made file
+        # there is a file of this name, which wins
+        self.own_file: Callable[[str], bool] = lambda name: False
+        self._lines: dict[
+            int, int
+        ] = {}  # of the calls, by the number of the made file
 
     def surroundings(self) -> Surroundings:
         """The channel as it is now."""
         context = self._context
-        machine, modal, executor = context.machine, context.modal, context.executor
-        names = [None if axis < 0 else machine.axes[axis].upper() for axis in machine.main]
-        at = [0.0 if axis < 0 else PER_AXIS["ABS"](context, axis) for axis in machine.main]
+        machine, modal, executor = (
+            context.machine,
+            context.modal,
+            context.executor,
+        )
+        names = [
+            None if axis < 0 else machine.axes[axis].upper()
+            for axis in machine.main
+        ]
+        at = [
+            0.0 if axis < 0 else PER_AXIS["ABS"](context, axis)
+            for axis in machine.main
+        ]
         return Surroundings(
             axes=(names[0], names[1], names[2]),
             position=(at[0], at[1], at[2]),
@@ -56,26 +77,41 @@ class CycleRunner:
             trafo=context.spaces.active_kin is not None,
             absolute=modal.absolute,
             compensated=executor.compensation.choice.active,
-            programs={f"hscs.{state}.prog": s.program for state, s in machine.hsc_settings.items()},
+            programs={
+                f"hscs.{state}.prog": s.program
+                for state, s in machine.hsc_settings.items()
+            },
         )
 
     # checks
 
     def checked(self, cycle: Cycle, call: Call) -> tuple[Given, Surroundings]:
-        """Parameters and surroundings of a call; a CncError with all others in ``also`` if anything is wrong."""
+        """Parameters and surroundings of a call; a CncError with all others in
+        ``also`` if anything is wrong.
+        """
         around = self.surroundings()
         given, problems = check(cycle, call.arguments or {}, around)
         if cycle.moves:
             problems += self._unfit(cycle.name, around)
         for problem in problems:
             if problem.code == UNKNOWN:
-                self._context.warn(UNKNOWN, problem.text, self._offset(call, problem))
-        errors = [fail(p.code, p.text, self._offset(call, p)) for p in problems if p.code != UNKNOWN]
+                self._context.warn(
+                    UNKNOWN, problem.text, self._offset(call, problem)
+                )
+        errors = [
+            fail(p.code, p.text, self._offset(call, p))
+            for p in problems
+            if p.code != UNKNOWN
+        ]
         if errors:
             first, *first.also = errors
             raise first
         if cycle.moves and SIMPLE["ROT_ACTIVE"](self._context):
-            self._context.warn(ROTATION_ACTIVE, f"{cycle.name}: {ERRORS[ROTATION_ACTIVE]}", call.offset)
+            self._context.warn(
+                ROTATION_ACTIVE,
+                f"{cycle.name}: {ERRORS[ROTATION_ACTIVE]}",
+                call.offset,
+            )
         return given, around
 
     @staticmethod
@@ -86,20 +122,30 @@ class CycleRunner:
     def _unfit(name: str, around: Surroundings) -> list[Problem]:
         problems = []
         if None in around.axes:
-            problems.append(Problem(900016, f"{name} needs the three main axes"))
+            problems.append(
+                Problem(900016, f"{name} needs the three main axes")
+            )
         if around.compensated:
-            problems.append(Problem(906003, f"{name}: {ERRORS[906003]}: deselect it with G40"))
+            problems.append(
+                Problem(
+                    906003, f"{name}: {ERRORS[906003]}: deselect it with G40"
+                )
+            )
         return problems
 
     # execution
 
     def start(self, cycle: Cycle, call: Call) -> ProgramFile | None:
-        """Check and begin: outputs and files are written; the program to execute, None if there is none."""
+        """Check and begin: outputs and files are written; the program to
+        execute, None if there is none.
+        """
         given, around = self.checked(cycle, call)
         try:
             work = cycle.build(given, around)
         except CycleError as error:
-            raise fail(error.code, f"{cycle.name}: {error.text}", call.offset) from None
+            raise fail(
+                error.code, f"{cycle.name}: {error.text}", call.offset
+            ) from None
         for code, text in work.warnings:
             self._context.warn(code, f"{cycle.name}: {text}", call.offset)
         self._outputs_fit(work.outputs, call)
@@ -109,8 +155,12 @@ class CycleRunner:
             self._context.port.write_file(name, text)
         return self.made(cycle.name, work.lines) if work.lines else None
 
-    def start_pattern(self, call: Call, find: Callable[[], None]) -> ProgramFile:
-        """The program that executes a cycle at the places of a pattern; ``find`` fails if it does not exist."""
+    def start_pattern(
+        self, call: Call, find: Callable[[], None]
+    ) -> ProgramFile:
+        """The program that executes a cycle at the places of a pattern;
+        ``find`` fails if it does not exist.
+        """
         identity, context = call.pattern, self._context
         assert identity is not None
         errors: list[CncError] = []
@@ -128,22 +178,35 @@ class CycleRunner:
             except CncError as error:
                 errors += [error, *error.also]
         around = self.surroundings()
-        errors += [fail(p.code, p.text, call.offset) for p in self._unfit(WRAPPER, around)]
+        errors += [
+            fail(p.code, p.text, call.offset)
+            for p in self._unfit(WRAPPER, around)
+        ]
         if errors:
             first, *first.also = errors
             raise first
         assert call.retract is not None
         inner = pattern.call_text(call.name, call.arguments or {}, call.local)
-        return self.made(WRAPPER, pattern.wrapper(places, call.retract, inner, around))
+        return self.made(
+            WRAPPER, pattern.wrapper(places, call.retract, inner, around)
+        )
 
     def made(self, name: str, lines: list[str]) -> ProgramFile:
-        """A program that stands in no file, beside the calling one; its name says where it was called."""
+        """A program that stands in no file, beside the calling one; its name
+        says where it was called.
+        """
         flow = self._context.flow
         busy = [level.file for level in flow.levels]
         line = self._lines.get(flow.file.number, self._context.place(0).line)
-        where = f", called in line {line}" if len(flow.files) < FILES_MAX else ""
+        where = (
+            f", called in line {line}" if len(flow.files) < FILES_MAX else ""
+        )
         for depth in range(len(busy) + 1):
-            title = f"<{name}.ecy{where}>" if not depth else f"<{name}.ecy{where}, {depth + 1}>"
+            title = (
+                f"<{name}.ecy{where}>"
+                if not depth
+                else f"<{name}.ecy{where}, {depth + 1}>"
+            )
             file = flow.file_of(flow.file.path.parent / title)
             if file not in busy:
                 break
@@ -165,7 +228,9 @@ class CycleRunner:
                 variable.place([], call.offset)
 
     def _put_out(self, name: str, value: float) -> None:
-        """A V.CYC variable, if the program has declared it; vectors also as arrays or by their old names."""
+        """A V.CYC variable, if the program has declared it; vectors also as
+        arrays or by their old names.
+        """
         cycle = self._context.store.cycle
         variable = cycle.get(name)
         if variable is not None:

@@ -1,0 +1,38 @@
+/* Memory that the planner writes is there before it plans, as it is in real time (threads.c locks it): the first touch
+ * of a page takes the kernel longer than the planner takes for a block. In large pages, where the system has them. */
+#include <stdint.h>
+#include <sys/mman.h>
+#include <unistd.h>
+#include "engine/state/state.h"
+
+typedef struct pages {
+    char *first;
+    size_t bytes, page;
+} pages;
+
+static pages whole_pages(void *memory, size_t bytes) {
+    size_t page = (size_t)sysconf(_SC_PAGESIZE), skipped = (page - (uintptr_t)memory % page) % page;
+    return (pages){(char *)memory + skipped, bytes > skipped ? (bytes - skipped) / page * page : 0, page};
+}
+
+/* Large pages for what is touched in its time. */
+void memory_large(void *memory, size_t bytes) {
+    pages p = whole_pages(memory, bytes);
+#ifdef MADV_HUGEPAGE
+    if (p.bytes) (void)madvise(p.first, p.bytes, MADV_HUGEPAGE);
+#else
+    (void)p;
+#endif
+}
+
+void memory_touch(void *memory, size_t bytes) {
+    pages p = whole_pages(memory, bytes);
+    memory_large(memory, bytes);
+#ifdef MADV_POPULATE_WRITE
+    if (p.bytes) (void)madvise(p.first, p.bytes, MADV_POPULATE_WRITE);
+#endif
+    for (size_t at = 0; at < p.bytes; at += p.page) {
+        volatile char *byte = p.first + at;
+        *byte = *byte;
+    }
+}

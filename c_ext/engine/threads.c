@@ -1,0 +1,219 @@
+/* Real time: planner, GEO and the immediate look-ahead service as threads of their own. */
+#include <errno.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+#include "engine/state/state.h"
+
+#define NS 1000000000LL
+#define PLANNER_IDLE_NS 500000
+#define EVENT_POLL_NS 500000
+#define SERVICE_SPIN_NS 2000000
+#define SERVICE_POLL_NS 1000000
+#define EARLY_MAX_NS 100000 /* GEO waits awake for so long at the most, ... */
+#define EARLY_PART 10       /* ... and for this part of a cycle */
+#define REHEARSAL_NS 10000  /* the last of it is for the rehearsal, ... */
+#define REHEARSAL_PART 50   /* ... this part of a cycle at the most */
+#define EARLIER_NS 2000     /* behind a wake that was late for it ... */
+#define LATER_NS 10         /* ... and behind the others: one in two hundred is late */
+
+
+static int64_t now_ns(void) {
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return t.tv_sec * NS + t.tv_nsec;
+}
+
+static void sleep_until(int64_t t) {
+    struct timespec ts = {t / NS, t % NS};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &ts, NULL) == EINTR) {
+    }
+}
+
+/* Wakes come late by what the machine needs to leave its sleep. So GEO sleeps less, by what mostly suffices, and waits for the rest
+ * with its eyes on the clock. While others had the core its caches and branch predictors have forgotten the cycle: it rehearses
+ * what changes nothing, so that the cycle itself is short. */
+typedef struct waker {
+    int64_t early, most; /* ns that it sleeps less; at the most */
+    int64_t rehearsal;   /* ns that are left for the rehearsal */
+} waker;
+
+static waker waker_of(int64_t cycle) {
+    waker w = {.most = cycle / EARLY_PART < EARLY_MAX_NS ? cycle / EARLY_PART : EARLY_MAX_NS};
+    w.early = w.most;
+    w.rehearsal = cycle / REHEARSAL_PART < REHEARSAL_NS ? cycle / REHEARSAL_PART : REHEARSAL_NS;
+    return w;
+}
+
+/* Returns what the rehearsal took, 0 if there was no time for one. */
+static int64_t wake_at(engine *e, waker *w, int64_t t) {
+    int64_t took = 0, ready = t - w->rehearsal;
+    sleep_until(t - w->early);
+    int64_t now = now_ns(), early = w->early + (now > ready ? EARLIER_NS : -LATER_NS);
+    w->early = early < 0 ? 0 : early > w->most ? w->most : early;
+    if (now <= ready) {
+        geo_rehearse(e);
+        took = now_ns() - now;
+    }
+    while (now_ns() < t) cpu_pause();
+    return took;
+}
+
+static void *plan_main(void *arg) {
+    engine *e = arg;
+    while (ATOMIC_GET(e->run_running)) {
+        bool pumped = planner_pump(e) != 0;
+        foresight_plan(e, pumped);
+        if (!pumped) sleep_until(now_ns() + PLANNER_IDLE_NS);
+    }
+    return NULL;
+}
+
+static void timed_cycle(engine *e, int64_t late, int64_t rehearsal) {
+    if (e->timed >= e->timed_rows) {
+        geo_cycle(e);
+        return;
+    }
+    int64_t begin = now_ns();
+    geo_cycle(e);
+    e->cycle_ns[e->timed] = now_ns() - begin;
+    e->late_ns[e->timed] = late;
+    e->rehearsal_ns[e->timed] = rehearsal;
+    ATOMIC_SET(e->timed, e->timed + 1);
+}
+
+/* Absolute deadlines; a deadline missed by a whole cycle is an overrun and is not made up for. */
+static void *geo_main(void *arg) {
+    engine *e = arg;
+    int64_t cycle = (int64_t)(e->cfg.cycle_s * 1e9 + 0.5), next = now_ns() + cycle;
+    waker w = waker_of(cycle);
+    while (ATOMIC_GET(e->run_running)) {
+        int64_t rehearsal = wake_at(e, &w, next), late = now_ns() - next;
+        if (late >= cycle) {
+            e->overruns += (uint64_t)(late / cycle);
+            next += late / cycle * cycle;
+        }
+        timed_cycle(e, late, rehearsal);
+        if (e->side) hs_word_post(&e->side->cnc_turn, (uint32_t)e->geo.cycle);
+        next += cycle;
+    }
+    return NULL;
+}
+
+static int start_thread(pthread_t *thread, void *(*body)(void *), void *arg, int use_fifo) {
+    pthread_attr_t attr;
+    struct sched_param param = {.sched_priority = 50};
+    pthread_attr_init(&attr);
+    if (use_fifo) {
+        pthread_attr_setinheritsched(&attr, PTHREAD_EXPLICIT_SCHED);
+        pthread_attr_setschedpolicy(&attr, SCHED_FIFO);
+        pthread_attr_setschedparam(&attr, &param);
+    }
+    int error = pthread_create(thread, &attr, body, arg);
+    pthread_attr_destroy(&attr);
+    if (error && use_fifo) return start_thread(thread, body, arg, 0) == 0 ? 1 : -1;
+    return error ? -1 : 0;
+}
+
+typedef struct bare_loop {
+    int64_t period, rows, *late;
+} bare_loop;
+
+static void *bare_main(void *arg) {
+    bare_loop *b = arg;
+    int64_t next = now_ns() + b->period;
+    for (int64_t i = 0; i < b->rows; i++, next += b->period) {
+        sleep_until(next);
+        b->late[i] = now_ns() - next;
+        if (b->late[i] >= b->period) next += b->late[i] / b->period * b->period;
+    }
+    return NULL;
+}
+
+int engine_bare_loop(int64_t period_ns, int64_t *late_ns, int64_t rows, int use_fifo) {
+    bare_loop b = {period_ns, rows, late_ns};
+    pthread_t thread;
+    if (start_thread(&thread, bare_main, &b, use_fifo) < 0) return -1;
+    pthread_join(thread, NULL);
+    return 0;
+}
+
+static void lock_memory(engine *e) {
+    (void)!mlock(e, sizeof *e);
+    (void)!mlock(e->store, (e->store_mask + 1) * sizeof(piece));
+    (void)!mlock(e->pieces, (e->piece_mask + 1) * sizeof(piece));
+    (void)!mlock(e->curves, (e->store_mask + 1) * sizeof(curve));
+    (void)!mlock(e->phase_ring, PHASE_RING * sizeof(phase));
+    (void)!mlock(e->elements, (e->element_mask + 1) * sizeof(element));
+}
+
+/* 0: running as asked, 1: running without SCHED_FIFO, -1: no thread could be started. */
+int engine_start(engine *e, int use_fifo) {
+    if (e->threads_started) return 0;
+    lock_memory(e);
+    planner_store_tail(e);
+    ATOMIC_SET(e->run_running, 1);
+    if (pthread_create(&e->plan_thread, NULL, plan_main, e)) return -1;
+    int result = start_thread(&e->geo_thread, geo_main, e, use_fifo);
+    if (result < 0) {
+        ATOMIC_SET(e->run_running, 0);
+        pthread_join(e->plan_thread, NULL);
+        return -1;
+    }
+    e->threads_started = true;
+    return result;
+}
+
+/* Polls, so that GEO neither locks nor wakes anybody. */
+int engine_wait(engine *e, int64_t timeout_ns) {
+    int64_t until = now_ns() + timeout_ns;
+    for (;;) {
+        int event = pending_event(e);
+        if (event >= 0) return event;
+        if (now_ns() >= until) return ENGINE_DONE;
+        sleep_until(now_ns() + EVENT_POLL_NS);
+    }
+}
+
+void engine_stop(engine *e) {
+    if (!e->threads_started) return;
+    ATOMIC_SET(e->run_running, 0);
+    pthread_join(e->geo_thread, NULL);
+    pthread_join(e->plan_thread, NULL);
+    e->threads_started = false;
+}
+
+/* Spins for a while after each request, then sleeps on the bell; a PLC that only sets the byte is found by polling. */
+static void *serve_main(void *arg) {
+    engine *e = arg;
+    HLI_SIDE_WORD *bell = &e->side->clah_bell;
+    int64_t last = now_ns();
+    uint32_t rounds = 0;
+    while (ATOMIC_GET(e->serve_running)) {
+        uint32_t seen = load_u32_acquire(&bell->word);
+        if (serve_request(e)) {
+            rounds = 0;
+            continue;
+        }
+        cpu_pause();
+        if (++rounds < 2000) continue;
+        if (rounds == 2000) last = now_ns();
+        if ((rounds & 1023) == 0 && now_ns() - last > SERVICE_SPIN_NS) hs_word_wait(bell, seen + 1, 0, SERVICE_POLL_NS);
+    }
+    return NULL;
+}
+
+int engine_serve_start(engine *e) {
+    if (e->serve_started || !e->side) return e->side ? 0 : -1;
+    ATOMIC_SET(e->serve_running, 1);
+    if (pthread_create(&e->serve_thread, NULL, serve_main, e)) return -1;
+    e->serve_started = true;
+    return 0;
+}
+
+void engine_serve_stop(engine *e) {
+    if (!e->serve_started) return;
+    ATOMIC_SET(e->serve_running, 0);
+    pthread_join(e->serve_thread, NULL);
+    e->serve_started = false;
+}
