@@ -2,258 +2,370 @@
 #include <stdlib.h>
 #include "engine/state/state.h"
 
-#define TURN_SPIN_NS 500000 /* a PLC scan in Python takes some 10 us, a futex wake across cores about 20 */
+#define TURN_SPIN_NS                                                           \
+    500000 /* a PLC scan in Python takes some 10 us, a futex wake across cores \
+              about 20 */
 
-static uint64_t power_of_two(uint64_t n) {
+static uint64_t power_of_two(uint64_t count) {
     uint64_t p = 1;
-    while (p < n) p <<= 1;
+    while (p < count) {
+        p <<= 1;
+    }
     return p;
 }
 
-static bool allocate(engine *e) {
-    uint64_t behind = e->cfg.log_max < 65536u ? e->cfg.log_max : 65536u;
-    uint64_t kept = e->cfg.fb_storage_size / STORE_BYTES;
-    e->store_kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
-    uint64_t stored = power_of_two(e->store_kept + KEPT_BEHIND + STORE_AHEAD);
-    uint64_t elements = power_of_two(2 * (behind + e->store_kept > PIECE_RING ? behind + e->store_kept : PIECE_RING));
-    e->element_mask = elements - 1;
-    e->store_mask = stored - 1;
-    e->store = calloc(stored, sizeof(piece));
-    e->plan.tail_max = (spans_max(e) + 1u) * (e->cfg.window + 64);
-    if (!drive_new(e) || !foresight_new(e) || !spans_new(e)) return false;
-    e->elements = calloc(elements, sizeof(element));
-    uint64_t run = power_of_two(e->cfg.window + RUN_MORE);
-    e->piece_mask = (run < PIECE_RING ? run : PIECE_RING) - 1;
-    e->pieces = calloc(e->piece_mask + 1, sizeof(piece));
-    if (!zones_new(e)) return false;
-    e->curves = calloc(stored, sizeof(curve));
-    e->phase_ring = calloc(PHASE_RING, sizeof(phase));
-    for (int i = 0; i < 2; i++) e->plan.tails[i].phases = calloc(e->plan.tail_max, sizeof(phase));
-    if (!e->elements || !e->store || !e->pieces || !e->curves || !e->phase_ring || !e->plan.tails[0].phases || !e->plan.tails[1].phases) return false;
-    memory_large(e->store, stored * sizeof(piece));
-    memory_large(e->curves, stored * sizeof(curve));
-    memory_touch(e->pieces, (e->piece_mask + 1) * sizeof(piece));
-    memory_touch(e->plan.corners, (e->piece_mask + 1) * sizeof(used_corner));
-    memory_touch(e->phase_ring, PHASE_RING * sizeof(phase));
+static bool allocate(struct engine *engine) {
+    uint64_t behind =
+        engine->cfg.log_max < 65536u ? engine->cfg.log_max : 65536u;
+    uint64_t kept = engine->cfg.fb_storage_size / STORE_BYTES;
+    engine->store_kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
+    uint64_t stored =
+        power_of_two(engine->store_kept + KEPT_BEHIND + STORE_AHEAD);
+    uint64_t elements = power_of_two(2
+                                     * (behind + engine->store_kept > PIECE_RING
+                                            ? behind + engine->store_kept
+                                            : PIECE_RING));
+    engine->element_mask = elements - 1;
+    engine->store_mask = stored - 1;
+    engine->store = calloc(stored, sizeof(struct piece));
+    engine->plan.tail_max =
+        (spans_max(engine) + 1u) * (engine->cfg.window + 64);
+    if (!drive_new(engine) || !foresight_new(engine) || !spans_new(engine)) {
+        return false;
+    }
+    engine->elements = calloc(elements, sizeof(struct element));
+    uint64_t run = power_of_two(engine->cfg.window + RUN_MORE);
+    engine->piece_mask = (run < PIECE_RING ? run : PIECE_RING) - 1;
+    engine->pieces = calloc(engine->piece_mask + 1, sizeof(struct piece));
+    if (!zones_new(engine)) {
+        return false;
+    }
+    engine->curves = calloc(stored, sizeof(struct curve));
+    engine->phase_ring = calloc(PHASE_RING, sizeof(phase));
+    for (int i = 0; i < 2; i++) {
+        engine->plan.tails[i].phases =
+            calloc(engine->plan.tail_max, sizeof(phase));
+    }
+    if (!engine->elements || !engine->store || !engine->pieces
+        || !engine->curves || !engine->phase_ring
+        || !engine->plan.tails[0].phases || !engine->plan.tails[1].phases) {
+        return false;
+    }
+    memory_large(engine->store, stored * sizeof(struct piece));
+    memory_large(engine->curves, stored * sizeof(struct curve));
+    memory_touch(engine->pieces,
+                 (engine->piece_mask + 1) * sizeof(struct piece));
+    memory_touch(engine->plan.corners,
+                 (engine->piece_mask + 1) * sizeof(struct used_corner));
+    memory_touch(engine->phase_ring, PHASE_RING * sizeof(phase));
     return true;
 }
 
-static void attach_segment(engine *e, void *segment) {
-    e->segment = segment;
-    e->channel = &e->segment->channel[e->cfg.channel];
-    e->side = &e->segment->sidecar;
-    publish_initial(e);
+static void attach_segment(struct engine *engine, void *segment) {
+    engine->segment = segment;
+    engine->channel = &engine->segment->channel[engine->cfg.channel];
+    engine->side = &engine->segment->sidecar;
+    publish_initial(engine);
 }
 
-engine *engine_new(const engine_config *config, void *segment) {
-    engine *e = calloc(1, sizeof *e);
-    if (!e) return NULL;
-    e->cfg = *config;
-    if (!allocate(e)) {
-        engine_free(e);
+struct engine *engine_new(const engine_config *config, void *segment) {
+    struct engine *engine = calloc(1, sizeof *engine);
+    if (!engine) {
         return NULL;
     }
-    memcpy(e->last_end, config->start, sizeof e->last_end);
-    limits_reset(e);
-    memcpy(e->element_end, config->start, sizeof e->element_end);
-    memcpy(e->geo.position, config->start, sizeof e->geo.position);
-    e->plan.reserve_override = 1.0;
-    e->plan.override = e->override_now = 1.0;
-    e->plan.rapid = e->rapid_now = 1.0;
-    e->geo.piece = UINT64_MAX;
-    e->feed.dir = 1;
-    e->feed.at = -1.0;
-    e->ext_speed = e->plan.ext_speed = NEVER;
-    e->program_active = e->units_cleared = 1;
-    e->mode = 2;
-    e->mode_state = 4;
-    if (segment) attach_segment(e, segment);
-    return e;
+    engine->cfg = *config;
+    if (!allocate(engine)) {
+        engine_free(engine);
+        return NULL;
+    }
+    memcpy(engine->last_end, config->start, sizeof engine->last_end);
+    limits_reset(engine);
+    memcpy(engine->element_end, config->start, sizeof engine->element_end);
+    memcpy(engine->geo.position, config->start, sizeof engine->geo.position);
+    engine->plan.reserve_override = 1.0;
+    engine->plan.override = engine->override_now = 1.0;
+    engine->plan.rapid = engine->rapid_now = 1.0;
+    engine->geo.piece = UINT64_MAX;
+    engine->feed.dir = 1;
+    engine->feed.at = -1.0;
+    engine->ext_speed = engine->plan.ext_speed = NEVER;
+    engine->program_active = engine->units_cleared = 1;
+    engine->mode = 2;
+    engine->mode_state = 4;
+    if (segment) {
+        attach_segment(engine, segment);
+    }
+    return engine;
 }
 
-void engine_free(engine *e) {
-    if (!e) return;
-    engine_serve_stop(e);
-    engine_stop(e);
-    for (uint32_t i = 0; i < LOG_CHUNKS; i++) free(e->log.chunk[i]);
-    for (int i = 0; i < 2; i++) free(e->plan.tails[i].phases);
-    free(e->elements);
-    external_free(e);
-    drive_free(e);
-    foresight_free(e);
-    spans_free(e);
-    free(e->store);
-    free(e->pieces);
-    free(e->plan.corners);
-    free(e->curves);
-    free(e->phase_ring);
-    free(e->log.items);
-    free(e->record);
-    free(e->m_synch.synch);
-    free(e->m_synch.pre);
-    free(e->h_synch.synch);
-    free(e->h_synch.pre);
-    free(e);
+void engine_free(struct engine *engine) {
+    if (!engine) {
+        return;
+    }
+    engine_serve_stop(engine);
+    engine_stop(engine);
+    for (uint32_t i = 0; i < LOG_CHUNKS; i++) {
+        free(engine->log.chunk[i]);
+    }
+    for (int i = 0; i < 2; i++) {
+        free(engine->plan.tails[i].phases);
+    }
+    free(engine->elements);
+    external_free(engine);
+    drive_free(engine);
+    foresight_free(engine);
+    spans_free(engine);
+    free(engine->store);
+    free(engine->pieces);
+    free(engine->plan.corners);
+    free(engine->curves);
+    free(engine->phase_ring);
+    free(engine->log.items);
+    free(engine->record);
+    free(engine->m_synch.synch);
+    free(engine->m_synch.pre);
+    free(engine->h_synch.synch);
+    free(engine->h_synch.pre);
+    free(engine);
 }
 
-void engine_stay(engine *e, int stay) { ATOMIC_SET(e->stay, stay); }
-
-void engine_hold_start(engine *e, int hold) { ATOMIC_SET(e->hold_start, hold); }
-
-int engine_record(engine *e, int64_t rows) {
-    e->record = calloc((size_t)rows, sizeof(double) * (size_t)(e->cfg.axis_count + 4));
-    e->record_rows = e->record ? rows : 0;
-    return e->record ? 0 : -1;
+void engine_stay(struct engine *engine, int stay) {
+    ATOMIC_SET(engine->stay, stay);
 }
 
-int64_t engine_record_take(engine *e, double *out, int64_t max_rows) {
-    size_t width = (size_t)e->cfg.axis_count + 4;
-    int64_t head = ATOMIC_GET(e->record_head), tail = e->record_tail, n = 0;
-    for (; tail < head && n < max_rows; tail++, n++)
-        memcpy(out + (size_t)n * width, e->record + (size_t)(tail % e->record_rows) * width, width * sizeof(double));
-    ATOMIC_SET(e->record_tail, tail);
-    return n;
+void engine_hold_start(struct engine *engine, int hold) {
+    ATOMIC_SET(engine->hold_start, hold);
 }
 
-static bool record_full(const engine *e) { return e->record && e->record_head - e->record_tail >= e->record_rows; }
-
-void engine_set_override(engine *e, double factor, int hold) {
-    __atomic_store(&e->override_now, &factor, __ATOMIC_RELEASE);
-    __atomic_store(&e->rapid_now, &factor, __ATOMIC_RELEASE);
-    ATOMIC_SET(e->hold_now, hold);
+int engine_record(struct engine *engine, int64_t rows) {
+    engine->record =
+        calloc((size_t)rows,
+               sizeof(double) * (size_t)(engine->cfg.axis_count + 4));
+    engine->record_rows = engine->record ? rows : 0;
+    return engine->record ? 0 : -1;
 }
 
-void engine_time(engine *e, int64_t *cycle_ns, int64_t *late_ns, int64_t *rehearsal_ns, int64_t rows) {
-    e->cycle_ns = cycle_ns;
-    e->late_ns = late_ns;
-    e->rehearsal_ns = rehearsal_ns;
-    e->timed_rows = rows;
+int64_t engine_record_take(struct engine *engine,
+                           double *out,
+                           int64_t max_rows) {
+    size_t width = (size_t)engine->cfg.axis_count + 4;
+    int64_t head = ATOMIC_GET(engine->record_head), tail = engine->record_tail,
+            count = 0;
+    for (; tail < head && count < max_rows; tail++, count++) {
+        memcpy(out + (size_t)count * width,
+               engine->record + (size_t)(tail % engine->record_rows) * width,
+               width * sizeof(double));
+    }
+    ATOMIC_SET(engine->record_tail, tail);
+    return count;
 }
 
-int64_t engine_timed(const engine *e) { return ATOMIC_GET(e->timed); }
-
-void engine_stall_planner(engine *e, int stalled) { ATOMIC_SET(e->plan.stalled, stalled); }
-
-void engine_set_phase(engine *e, uint32_t phase) {
-    if (e->side) store_u32_release(&e->side->cnc.phase, phase);
+static bool record_full(const struct engine *engine) {
+    return engine->record
+           && engine->record_head - engine->record_tail >= engine->record_rows;
 }
 
-/* Preparation is wanted when less than a good window is ahead of the planner. */
-static bool needs_blocks(engine *e) {
-    if (!ATOMIC_GET(e->program_active) || ATOMIC_GET(e->finished) || ATOMIC_GET(e->expect_drain)) return false;
-    if (ATOMIC_GET(e->geo.cycle) < ATOMIC_GET(e->blocks_from)) return false;
-    uint64_t ahead = e->element_head - ATOMIC_GET(e->geo.active);
-    return ring_has_room(e) && (ahead < 2u * e->cfg.window + 256u || e->store_head - ATOMIC_GET(e->store_done) < 1024u);
+void engine_set_override(struct engine *engine, double factor, int hold) {
+    __atomic_store(&engine->override_now, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&engine->rapid_now, &factor, __ATOMIC_RELEASE);
+    ATOMIC_SET(engine->hold_now, hold);
 }
 
-void engine_expect_cycle(engine *e) { ATOMIC_SET(e->blocks_from, ATOMIC_GET(e->geo.cycle) + 1); }
+void engine_time(struct engine *engine,
+                 int64_t *cycle_ns,
+                 int64_t *late_ns,
+                 int64_t *rehearsal_ns,
+                 int64_t rows) {
+    engine->cycle_ns = cycle_ns;
+    engine->late_ns = late_ns;
+    engine->rehearsal_ns = rehearsal_ns;
+    engine->timed_rows = rows;
+}
 
-int engine_take_command(engine *e, engine_command *out) {
-    if (e->command_tail >= ATOMIC_GET(e->command_head)) return 0;
-    *out = e->commands[e->command_tail % COMMANDS_MAX];
-    ATOMIC_SET(e->command_tail, e->command_tail + 1);
+int64_t engine_timed(const struct engine *engine) {
+    return ATOMIC_GET(engine->timed);
+}
+
+void engine_stall_planner(struct engine *engine, int stalled) {
+    ATOMIC_SET(engine->plan.stalled, stalled);
+}
+
+void engine_set_phase(struct engine *engine, uint32_t phase) {
+    if (engine->side) {
+        store_u32_release(&engine->side->cnc.phase, phase);
+    }
+}
+
+/* Preparation is wanted when less than a good window is ahead of the planner.
+ */
+static bool needs_blocks(struct engine *engine) {
+    if (!ATOMIC_GET(engine->program_active) || ATOMIC_GET(engine->finished)
+        || ATOMIC_GET(engine->expect_drain)) {
+        return false;
+    }
+    if (ATOMIC_GET(engine->geo.cycle) < ATOMIC_GET(engine->blocks_from)) {
+        return false;
+    }
+    uint64_t ahead = engine->element_head - ATOMIC_GET(engine->geo.active);
+    return ring_has_room(engine)
+           && (ahead < 2u * engine->cfg.window + 256u
+               || engine->store_head - ATOMIC_GET(engine->store_done) < 1024u);
+}
+
+void engine_expect_cycle(struct engine *engine) {
+    ATOMIC_SET(engine->blocks_from, ATOMIC_GET(engine->geo.cycle) + 1);
+}
+
+int engine_take_command(struct engine *engine, struct engine_command *out) {
+    if (engine->command_tail >= ATOMIC_GET(engine->command_head)) {
+        return 0;
+    }
+    *out = engine->commands[engine->command_tail % COMMANDS_MAX];
+    ATOMIC_SET(engine->command_tail, engine->command_tail + 1);
     return 1;
 }
 
-static bool plc_finished(const engine *e) {
-    return ATOMIC_GET(e->program_end) && !ATOMIC_GET(e->stay) && e->side && load_u32_acquire(&e->side->plc.finished);
+static bool plc_finished(const struct engine *engine) {
+    return ATOMIC_GET(engine->program_end) && !ATOMIC_GET(engine->stay)
+           && engine->side && load_u32_acquire(&engine->side->plc.finished);
 }
 
-/* What preparation or the cell has to know, in order of urgency; -1 if nothing. */
-int pending_event(engine *e) {
-    if (e->fault) return ENGINE_FAULT;
-    if (ATOMIC_GET(e->mode_pending)) return ENGINE_MODE_COMMAND;
-    if (ATOMIC_GET(e->plc_error_id)) return ENGINE_PLC_ERROR;
-    if (ATOMIC_GET(e->watchdog_event)) {
-        ATOMIC_SET(e->watchdog_event, 0);
+/* What preparation or the cell has to know, in order of urgency; -1 if nothing.
+ */
+int pending_event(struct engine *engine) {
+    if (engine->fault) {
+        return ENGINE_FAULT;
+    }
+    if (ATOMIC_GET(engine->mode_pending)) {
+        return ENGINE_MODE_COMMAND;
+    }
+    if (ATOMIC_GET(engine->plc_error_id)) {
+        return ENGINE_PLC_ERROR;
+    }
+    if (ATOMIC_GET(engine->watchdog_event)) {
+        ATOMIC_SET(engine->watchdog_event, 0);
         return ENGINE_WATCHDOG;
     }
-    if (ATOMIC_GET(e->retraced_event)) {
-        ATOMIC_SET(e->retraced_event, 0);
+    if (ATOMIC_GET(engine->retraced_event)) {
+        ATOMIC_SET(engine->retraced_event, 0);
         return ENGINE_RETRACED;
     }
-    if (ATOMIC_GET(e->expect_drain) && ATOMIC_GET(e->geo.cycle) >= e->drain_from &&
-        ATOMIC_GET(e->store_done) >= e->drain_at && geo_drained(e)) {
-        ATOMIC_SET(e->expect_drain, 0);
+    if (ATOMIC_GET(engine->expect_drain)
+        && ATOMIC_GET(engine->geo.cycle) >= engine->drain_from
+        && ATOMIC_GET(engine->store_done) >= engine->drain_at
+        && geo_drained(engine)) {
+        ATOMIC_SET(engine->expect_drain, 0);
         return ENGINE_DRAINED;
     }
-    if (ATOMIC_GET(e->program_end) && !e->end_reported) {
-        e->end_reported = 1;
+    if (ATOMIC_GET(engine->program_end) && !engine->end_reported) {
+        engine->end_reported = 1;
         return ENGINE_PROGRAM_END;
     }
-    if (e->threads_started && plc_finished(e)) return ENGINE_PLC_FINISHED;
-    if (needs_blocks(e)) return ENGINE_NEED_BLOCKS;
+    if (engine->threads_started && plc_finished(engine)) {
+        return ENGINE_PLC_FINISHED;
+    }
+    if (needs_blocks(engine)) {
+        return ENGINE_NEED_BLOCKS;
+    }
     return -1;
 }
 
-static bool plc_attached(const engine *e) { return e->side && load_u32_acquire(&e->side->plc.attached); }
-
-/* Lockstep: may the next cycle run? Waits for the PLC's scan, at most wait_ns. */
-static bool plc_allows(engine *e, int64_t wait_ns) {
-    if (e->cfg.clock != HLI_CLOCK_LOCKSTEP || !e->side) return true;
-    if (!plc_attached(e)) return false;
-    return hs_word_wait(&e->side->plc_turn, (uint32_t)e->geo.cycle + 1, TURN_SPIN_NS, wait_ns) == HS_OK;
+static bool plc_attached(const struct engine *engine) {
+    return engine->side && load_u32_acquire(&engine->side->plc.attached);
 }
 
-/* The PLC waits for the cycle it has allowed; in lockstep only that one is worth a wake. */
-static void tell_plc(engine *e) {
-    if (!e->side) return;
-    HLI_SIDE_WORD *w = &e->side->cnc_turn;
-    bool due = e->cfg.clock != HLI_CLOCK_LOCKSTEP || load_u32_acquire(&e->side->plc_turn.word) == (uint32_t)e->geo.cycle;
-    if (due) hs_word_post(w, (uint32_t)e->geo.cycle);
-    else store_u32_release(&w->word, (uint32_t)e->geo.cycle);
+/* Lockstep: may the next cycle run? Waits for the PLC's scan, at most wait_ns.
+ */
+static bool plc_allows(struct engine *engine, int64_t wait_ns) {
+    if (engine->cfg.clock != HLI_CLOCK_LOCKSTEP || !engine->side) {
+        return true;
+    }
+    if (!plc_attached(engine)) {
+        return false;
+    }
+    return hs_word_wait(&engine->side->plc_turn,
+                        (uint32_t)engine->geo.cycle + 1,
+                        TURN_SPIN_NS,
+                        wait_ns)
+           == HS_OK;
 }
 
-int engine_run(engine *e, int64_t n, int64_t wait_ns) {
-    for (int64_t i = 0; i < n; i++) {
-        int event = pending_event(e);
-        if (event >= 0) return event;
-        if (record_full(e)) return ENGINE_RECORD_FULL;
-        if (!plc_allows(e, wait_ns)) return ENGINE_PLC_WAIT;
-        if (plc_finished(e)) return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has ended: same in every run */
-        foresight_plan(e, planner_pump(e) != 0);
-        geo_cycle(e);
-        tell_plc(e);
+/* The PLC waits for the cycle it has allowed; in lockstep only that one is
+ * worth a wake. */
+static void tell_plc(struct engine *engine) {
+    if (!engine->side) {
+        return;
+    }
+    HLI_SIDE_WORD *side_word = &engine->side->cnc_turn;
+    bool due = engine->cfg.clock != HLI_CLOCK_LOCKSTEP
+               || load_u32_acquire(&engine->side->plc_turn.word)
+                      == (uint32_t)engine->geo.cycle;
+    if (due) {
+        hs_word_post(side_word, (uint32_t)engine->geo.cycle);
+    } else {
+        store_u32_release(&side_word->word, (uint32_t)engine->geo.cycle);
+    }
+}
+
+int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
+    for (int64_t i = 0; i < count; i++) {
+        int event = pending_event(engine);
+        if (event >= 0) {
+            return event;
+        }
+        if (record_full(engine)) {
+            return ENGINE_RECORD_FULL;
+        }
+        if (!plc_allows(engine, wait_ns)) {
+            return ENGINE_PLC_WAIT;
+        }
+        if (plc_finished(engine)) {
+            return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has
+                                           ended: same in every run */
+        }
+        foresight_plan(engine, planner_pump(engine) != 0);
+        geo_cycle(engine);
+        tell_plc(engine);
     }
     return ENGINE_DONE;
 }
 
-void engine_get_state(engine *e, engine_state *out) {
+void engine_get_state(struct engine *engine, engine_state *out) {
     memset(out, 0, sizeof *out);
-    memcpy(out->position, e->geo.position, sizeof out->position);
-    out->path = e->geo.path;
-    out->speed = geo_path_speed(e);
-    out->cycle = e->geo.cycle;
-    out->element = e->geo.active;
-    out->elements = e->element_head;
-    out->overruns = e->overruns;
-    out->requests_mode1 = ATOMIC_GET(e->requests_mode1);
-    out->requests_mode2 = ATOMIC_GET(e->requests_mode2);
-    out->requests_bad = ATOMIC_GET(e->requests_bad);
-    out->bad_commands = e->bad_commands;
-    out->plan_cpu_s = e->plan.cpu_s;
-    out->motion_time_s = e->plan.committed_s;
-    out->phases = e->plan.phases;
-    out->fault = e->fault;
-    out->log_dropped = e->log_dropped;
-    out->log_ignored_areas = e->log_ignored_areas;
-    out->log_stray_params = e->log_stray_params;
-    out->log_on_closed = e->log_on_closed;
-    out->log_disabled = e->log_disabled;
-    out->program_end = e->program_end;
-    out->plc_attached = plc_attached(e);
-    out->record_lost = e->record_lost;
-    out->techno_functions = e->techno_functions;
-    out->techno_unseen = e->techno_unseen;
-    out->techno_wait_cycles = e->techno_wait_cycles;
-    out->waiting_techno = e->geo.waiting_techno;
-    out->infeasible = e->plan.infeasible;
-    uint64_t done = ATOMIC_GET(e->store_done);
-    out->rows_taken = e->rows_taken;
-    out->row_done = done > 0 ? store_at(e, done - 1)->row : 0;
-    out->halt_row = e->halt_row;
-    out->halt_s = e->halt_s;
-    out->halt_whole = e->halt_whole;
-    out->mode_warnings = e->mode_warnings;
-    out->errors_lost = e->errors_lost;
+    memcpy(out->position, engine->geo.position, sizeof out->position);
+    out->path = engine->geo.path;
+    out->speed = geo_path_speed(engine);
+    out->cycle = engine->geo.cycle;
+    out->element = engine->geo.active;
+    out->elements = engine->element_head;
+    out->overruns = engine->overruns;
+    out->requests_mode1 = ATOMIC_GET(engine->requests_mode1);
+    out->requests_mode2 = ATOMIC_GET(engine->requests_mode2);
+    out->requests_bad = ATOMIC_GET(engine->requests_bad);
+    out->bad_commands = engine->bad_commands;
+    out->plan_cpu_s = engine->plan.cpu_s;
+    out->motion_time_s = engine->plan.committed_s;
+    out->phases = engine->plan.phases;
+    out->fault = engine->fault;
+    out->log_dropped = engine->log_dropped;
+    out->log_ignored_areas = engine->log_ignored_areas;
+    out->log_stray_params = engine->log_stray_params;
+    out->log_on_closed = engine->log_on_closed;
+    out->log_disabled = engine->log_disabled;
+    out->program_end = engine->program_end;
+    out->plc_attached = plc_attached(engine);
+    out->record_lost = engine->record_lost;
+    out->techno_functions = engine->techno_functions;
+    out->techno_unseen = engine->techno_unseen;
+    out->techno_wait_cycles = engine->techno_wait_cycles;
+    out->waiting_techno = engine->geo.waiting_techno;
+    out->infeasible = engine->plan.infeasible;
+    uint64_t done = ATOMIC_GET(engine->store_done);
+    out->rows_taken = engine->rows_taken;
+    out->row_done = done > 0 ? store_at(engine, done - 1)->row : 0;
+    out->halt_row = engine->halt_row;
+    out->halt_s = engine->halt_s;
+    out->halt_whole = engine->halt_whole;
+    out->mode_warnings = engine->mode_warnings;
+    out->errors_lost = engine->errors_lost;
 }

@@ -1,14 +1,17 @@
 /* The solver for any processor, and the choice between its builds. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3")
-#pragma GCC diagnostic ignored "-Wpsabi" /* vectors are passed between static functions only */
+#pragma GCC diagnostic ignored                                                 \
+    "-Wpsabi" /* vectors are passed between static functions only */
 #endif
 #define IPM_SOLVE ipm_solve_base
 #include "jerk/interior_point_core.h"
 
-bool ipm_solve(problem *b, int max_iterations) {
+bool ipm_solve(struct problem *b, int max_iterations) {
 #ifdef JERK_AVX2
-    if (__builtin_cpu_supports("avx2")) return ipm_solve_avx2(b, max_iterations);
+    if (__builtin_cpu_supports("avx2")) {
+        return ipm_solve_avx2(b, max_iterations);
+    }
 #endif
     return ipm_solve_base(b, max_iterations);
 }

@@ -4,17 +4,35 @@
 
 #define DURATION_STEPS 12
 #define CLOSE 1e-13
-#define LEAST_SLOPE 0.1 /* of the way by the time, over the mean speed: it is one root, and stays it with other roundings */
+#define LEAST_SLOPE                                                            \
+    0.1 /* of the way by the time, over the mean speed: it is one root, and    \
+           stays it with other roundings */
 
 /* Position, speed and acceleration of a law at the time t since its start. */
 void jerk_at(const jerk_law *law, double t, jerk_state *out) {
     const double j = law->jerk, n = law->snap, c = law->crackle, p = law->pop;
-    out->s = law->s0 + t * (law->v0 + t * (law->a0 / 2 + t * (j / 6 + t * (n / 24 + t * (c / 120 + t * p / 720)))));
-    out->v = law->v0 + t * (law->a0 + t * (j / 2 + t * (n / 6 + t * (c / 24 + t * p / 120))));
+    out->s =
+        law->s0
+        + t
+              * (law->v0
+                 + t
+                       * (law->a0 / 2
+                          + t
+                                * (j / 6
+                                   + t
+                                         * (n / 24
+                                            + t * (c / 120 + t * p / 720)))));
+    out->v = law->v0
+             + t
+                   * (law->a0
+                      + t * (j / 2 + t * (n / 6 + t * (c / 24 + t * p / 120))));
     out->a = law->a0 + t * (j + t * (n / 2 + t * (c / 6 + t * p / 24)));
 }
 
-double law_jerk(const jerk_law *law, double t) { return law->jerk + t * (law->snap + t * (law->crackle / 2 + t * law->pop / 6)); }
+double law_jerk(const jerk_law *law, double t) {
+    return law->jerk
+           + t * (law->snap + t * (law->crackle / 2 + t * law->pop / 6));
+}
 
 void jerk_begin_at(jerk_law *law, double t) {
     jerk_state at;
@@ -27,7 +45,8 @@ void jerk_begin_at(jerk_law *law, double t) {
     law->crackle += t * law->pop;
 }
 
-/* Constant jerk from or to rest, with the speed v at the other end: s = jerk t^3 / 6, v = jerk t^2 / 2, h = v t / 3. */
+/* Constant jerk from or to rest, with the speed v at the other end: s = jerk
+ * t^3 / 6, v = jerk t^2 / 2, h = v t / 3. */
 static void rest_law(jerk_law *law, double h, double v, bool to_rest) {
     law->time = 3.0 * h / v;
     law->jerk = 2.0 * v / (law->time * law->time);
@@ -36,23 +55,44 @@ static void rest_law(jerk_law *law, double h, double v, bool to_rest) {
     law->a0 = to_rest ? -law->jerk * law->time : 0.0;
 }
 
-/* Time over h: the integral of the polynomial through the speeds, accelerations and jerks at both ends. NAN: there is none near that
- * of a linear jerk (the speed would all but vanish inside). */
-static double duration(double h, double v0, double a0, double j0, double v1, double a1, double j1) {
-    double mean = 0.5 * (v0 + v1), turn = (a0 - a1) / 10.0, twist = (j0 + j1) / 120.0;
-    double t = 2.0 * h / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * h / 3.0)));
+/* Time over h: the integral of the polynomial through the speeds, accelerations
+ * and jerks at both ends. NAN: there is none near that of a linear jerk (the
+ * speed would all but vanish inside). */
+static double duration(double h,
+                       double v0,
+                       double a0,
+                       double j0,
+                       double v1,
+                       double a1,
+                       double j1) {
+    double mean = 0.5 * (v0 + v1), turn = (a0 - a1) / 10.0,
+           twist = (j0 + j1) / 120.0;
+    double t =
+        2.0 * h / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * h / 3.0)));
     for (int i = 0; i < DURATION_STEPS; i++) {
-        double slope = mean + t * (2.0 * turn + 3.0 * t * twist), step = (h - t * (mean + t * (turn + t * twist))) / slope;
+        double slope = mean + t * (2.0 * turn + 3.0 * t * twist),
+               step = (h - t * (mean + t * (turn + t * twist))) / slope;
         t += step;
-        if (fabs(step) <= CLOSE * t) return slope > LEAST_SLOPE * mean ? t : NAN;
+        if (fabs(step) <= CLOSE * t) {
+            return slope > LEAST_SLOPE * mean ? t : NAN;
+        }
     }
     return NAN;
 }
 
-/* The law over h between two states and the jerks there: Hermite's polynomial for the speed. */
-void law_between(jerk_law *law, double h, double v0, double a0, double j0, double v1, double a1, double j1) {
+/* The law over h between two states and the jerks there: Hermite's polynomial
+ * for the speed. */
+void law_between(jerk_law *law,
+                 double h,
+                 double v0,
+                 double a0,
+                 double j0,
+                 double v1,
+                 double a1,
+                 double j1) {
     double t = duration(h, v0, a0, j0, v1, a1, j1), t2 = t * t;
-    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2, a = (a1 - a0 - j0 * t) * t, j = (j1 - j0) * t2;
+    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2, a = (a1 - a0 - j0 * t) * t,
+           j = (j1 - j0) * t2;
     law->length = h;
     law->v0 = v0;
     law->a0 = a0;
@@ -63,22 +103,50 @@ void law_between(jerk_law *law, double h, double v0, double a0, double j0, doubl
     law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / (t2 * t2 * t);
 }
 
-/* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x = 0: it starts at rest, x1 = 0: it ends at rest. */
-void law_from(jerk_law *law, double h, double x, double u, double x1, double u1, const double c[2], double scale) {
-    double f2 = scale * scale, v = scale * sqrt(fmax(0.0, x)), v1 = scale * sqrt(fmax(0.0, x1));
+/* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x =
+ * 0: it starts at rest, x1 = 0: it ends at rest. */
+void law_from(jerk_law *law,
+              double h,
+              double x,
+              double u,
+              double x1,
+              double u1,
+              const double c[2],
+              double scale) {
+    double f2 = scale * scale, v = scale * sqrt(fmax(0.0, x)),
+           v1 = scale * sqrt(fmax(0.0, x1));
     law->length = h;
-    if (x <= 0.0) rest_law(law, h, v1, false);
-    else if (x1 <= 0.0) rest_law(law, h, v, true);
-    else law_between(law, h, v, f2 * u, f2 * c[0] * v, v1, f2 * u1, f2 * c[1] * v1);
+    if (x <= 0.0) {
+        rest_law(law, h, v1, false);
+    } else if (x1 <= 0.0) {
+        rest_law(law, h, v, true);
+    } else {
+        law_between(law,
+                    h,
+                    v,
+                    f2 * u,
+                    f2 * c[0] * v,
+                    v1,
+                    f2 * u1,
+                    f2 * c[1] * v1);
+    }
 }
 
-/* States every `dt` over consecutive laws; `phase` is the time of the first sample in the first law, and is left as
- * that of the next one behind the last law.  Returns the number of samples. */
-int64_t jerk_sample(const jerk_law *laws, int64_t n, double dt, double *phase, jerk_state *out, int64_t max) {
+/* States every `dt` over consecutive laws; `phase` is the time of the first
+ * sample in the first law, and is left as that of the next one behind the last
+ * law.  Returns the number of samples. */
+int64_t jerk_sample(const jerk_law *laws,
+                    int64_t number,
+                    double dt,
+                    double *phase,
+                    jerk_state *out,
+                    int64_t max) {
     int64_t count = 0;
     double t = *phase;
-    for (int64_t i = 0; i < n; i++) {
-        for (; t < laws[i].time && count < max; t += dt) jerk_at(&laws[i], t, &out[count++]);
+    for (int64_t i = 0; i < number; i++) {
+        for (; t < laws[i].time && count < max; t += dt) {
+            jerk_at(&laws[i], t, &out[count++]);
+        }
         t -= laws[i].time;
     }
     *phase = t;

@@ -1,151 +1,204 @@
-/* From rest to rest on a straight line the time-optimal motion is known: at most seven phases of constant path jerk. */
+/* From rest to rest on a straight line the time-optimal motion is known: at
+ * most seven phases of constant path jerk. */
 #include <math.h>
 #include "jerk/state.h"
 
-#define SAME 1e-12        /* difference of directions */
-#define LEAST_TIME 1e-12  /* s: shorter phases are left out */
+#define SAME 1e-12       /* difference of directions */
+#define LEAST_TIME 1e-12 /* s: shorter phases are left out */
 
 typedef struct line_limits {
     double v, a, j; /* along the line */
 } line_limits;
 
-static bool straight(const jerk_planner *p, const jerk_interval *q, const jerk_interval *first) {
-    for (int i = 0; i < p->cfg.axes; i++) {
-        if (q->d2[0][i] != 0.0 || q->d2[1][i] != 0.0 || q->d3[0][i] != 0.0 || q->d3[1][i] != 0.0) return false;
-        if (q->acc_share[i] != first->acc_share[i] || q->jerk_share[i] != first->jerk_share[i]) return false;
-        if (fabs(q->d1[0][i] - first->d1[0][i]) > SAME || fabs(q->d1[1][i] - first->d1[0][i]) > SAME) return false;
+static bool straight(const jerk_planner *planner,
+                     const jerk_interval *interval,
+                     const jerk_interval *first) {
+    for (int i = 0; i < planner->cfg.axes; i++) {
+        if (interval->d2[0][i] != 0.0 || interval->d2[1][i] != 0.0
+            || interval->d3[0][i] != 0.0 || interval->d3[1][i] != 0.0) {
+            return false;
+        }
+        if (interval->acc_share[i] != first->acc_share[i]
+            || interval->jerk_share[i] != first->jerk_share[i]) {
+            return false;
+        }
+        if (fabs(interval->d1[0][i] - first->d1[0][i]) > SAME
+            || fabs(interval->d1[1][i] - first->d1[0][i]) > SAME) {
+            return false;
+        }
     }
     return true;
 }
 
-/* Length of the line ahead, to where the axes must stand; 0: something else is ahead. */
-static double line_ahead(const jerk_planner *p, uint64_t *end) {
-    const jerk_interval *first = ring_at(p, p->head);
-    double length = 0.0, speed = asked_speed(p, first);
+/* Length of the line ahead, to where the axes must stand; 0: something else is
+ * ahead. */
+static double line_ahead(const jerk_planner *planner, uint64_t *end) {
+    const jerk_interval *first = ring_at(planner, planner->head);
+    double length = 0.0, speed = asked_speed(planner, first);
     int blocks = 0;
-    for (uint64_t i = p->head; i != p->tail; i++) {
-        const jerk_interval *q = ring_at(p, i);
-        blocks += (int)q->blocks;
-        if (!straight(p, q, first) || asked_speed(p, q) != speed || q->v_hard != first->v_hard || blocks > p->cfg.window_blocks) return 0.0;
-        length += q->length;
+    for (uint64_t i = planner->head; i != planner->tail; i++) {
+        const jerk_interval *interval = ring_at(planner, i);
+        blocks += (int)interval->blocks;
+        if (!straight(planner, interval, first)
+            || asked_speed(planner, interval) != speed
+            || interval->v_hard != first->v_hard
+            || blocks > planner->cfg.window_blocks) {
+            return 0.0;
+        }
+        length += interval->length;
         *end = i + 1;
-        if (q->flags & JERK_STAND) return length;
+        if (interval->flags & JERK_STAND) {
+            return length;
+        }
     }
-    return p->finished ? length : 0.0;
+    return planner->finished ? length : 0.0;
 }
 
-static line_limits limits_along(const jerk_planner *p, const jerk_interval *q) {
-    line_limits m = {asked_speed(p, q), 1e30, 1e30};
-    if (q->v_hard > 0.0) m.v = fmin(m.v, q->v_hard);
-    for (int i = 0; i < p->cfg.axes; i++) {
-        double share = fmax(fabs(q->d1[0][i]), 1e-12);
-        m.v = fmin(m.v, p->cfg.v_max[i] / share);
-        m.a = fmin(m.a, acc_max(p, q, i) / share);
-        m.j = fmin(m.j, jerk_max(p, q, i) / share);
+static line_limits limits_along(const jerk_planner *planner,
+                                const jerk_interval *interval) {
+    line_limits limits = {asked_speed(planner, interval), 1e30, 1e30};
+    if (interval->v_hard > 0.0) {
+        limits.v = fmin(limits.v, interval->v_hard);
     }
-    return (line_limits){m.v, m.a * ACC_USABLE, m.j * JERK_USABLE};
+    for (int i = 0; i < planner->cfg.axes; i++) {
+        double share = fmax(fabs(interval->d1[0][i]), 1e-12);
+        limits.v = fmin(limits.v, planner->cfg.v_max[i] / share);
+        limits.a = fmin(limits.a, acc_max(planner, interval, i) / share);
+        limits.j = fmin(limits.j, jerk_max(planner, interval, i) / share);
+    }
+    return (
+        line_limits){limits.v, limits.a * ACC_USABLE, limits.j * JERK_USABLE};
 }
 
 typedef struct profile {
-    double ramp, hold, cruise; /* s: times of jerk, of constant acceleration, of constant speed */
+    double ramp, hold, cruise; /* s: times of jerk, of constant acceleration, of
+                                  constant speed */
 } profile;
 
-static profile fastest(line_limits m, double length) {
-    double full = m.a / m.j; /* time to full acceleration */
-    profile t = {0};
-    if (m.v * m.j >= m.a * m.a) t = (profile){.ramp = full, .hold = m.v / m.a - full};
-    else t.ramp = sqrt(m.v / m.j);
-    double way = m.v * (2.0 * t.ramp + t.hold);
-    if (way <= length) {
-        t.cruise = (length - way) / m.v;
-        return t;
+static struct profile fastest(line_limits limits, double length) {
+    double full = limits.a / limits.j; /* time to full acceleration */
+    struct profile profile = {0};
+    if (limits.v * limits.j >= limits.a * limits.a) {
+        profile =
+            (struct profile){.ramp = full, .hold = limits.v / limits.a - full};
+    } else {
+        profile.ramp = sqrt(limits.v / limits.j);
     }
-    double v = 0.5 * m.a * (sqrt(full * full + 4.0 * length / m.a) - full);
-    if (v >= m.a * full) return (profile){.ramp = full, .hold = v / m.a - full};
-    return (profile){.ramp = cbrt(0.5 * length / m.j)};
+    double way = limits.v * (2.0 * profile.ramp + profile.hold);
+    if (way <= length) {
+        profile.cruise = (length - way) / limits.v;
+        return profile;
+    }
+    double v =
+        0.5 * limits.a * (sqrt(full * full + 4.0 * length / limits.a) - full);
+    if (v >= limits.a * full) {
+        return (struct profile){.ramp = full, .hold = v / limits.a - full};
+    }
+    return (struct profile){.ramp = cbrt(0.5 * length / limits.j)};
 }
 
-/* Time from rest to rest over a line of this direction at this speed at most, s. */
-double jerk_line_time(const jerk_planner *p, const double *direction, double length, double speed) {
-    line_limits m = {speed, 1e30, 1e30};
-    for (int i = 0; i < p->cfg.axes; i++) {
+/* Time from rest to rest over a line of this direction at this speed at most,
+ * s. */
+double jerk_line_time(const jerk_planner *planner,
+                      const double *direction,
+                      double length,
+                      double speed) {
+    line_limits limits = {speed, 1e30, 1e30};
+    for (int i = 0; i < planner->cfg.axes; i++) {
         double share = fmax(fabs(direction[i]), 1e-12);
-        m.v = fmin(m.v, p->cfg.v_max[i] / share);
-        m.a = fmin(m.a, p->cfg.a_max[i] / share);
-        m.j = fmin(m.j, p->cfg.j_max[i] / share);
+        limits.v = fmin(limits.v, planner->cfg.v_max[i] / share);
+        limits.a = fmin(limits.a, planner->cfg.a_max[i] / share);
+        limits.j = fmin(limits.j, planner->cfg.j_max[i] / share);
     }
-    profile t = fastest((line_limits){m.v * VEL_USABLE, m.a * ACC_USABLE, m.j * JERK_USABLE}, length);
-    return 4.0 * t.ramp + 2.0 * t.hold + t.cruise;
+    struct profile profile = fastest((line_limits){limits.v * VEL_USABLE,
+                                                   limits.a * ACC_USABLE,
+                                                   limits.j * JERK_USABLE},
+                                     length);
+    return 4.0 * profile.ramp + 2.0 * profile.hold + profile.cruise;
 }
 
 typedef struct pen {
     jerk_planner *p;
-    uint64_t i;        /* ring interval, and */
-    double at;         /* where in it */
+    uint64_t i; /* ring interval, and */
+    double at;  /* where in it */
     double v, a;
     bool fits;
 } pen;
 
 static double time_over(const jerk_law *law, double h) {
-    double low = 0.0, high = law->time, t = fmin(high, 2.0 * h / fmax(1e-9, 2.0 * law->v0 + law->a0 * high));
+    double low = 0.0, high = law->time,
+           t = fmin(high, 2.0 * h / fmax(1e-9, 2.0 * law->v0 + law->a0 * high));
     for (int k = 0; k < 80; k++) {
         jerk_state at;
         jerk_at(law, t, &at);
-        if (at.s >= h) high = t;
-        else low = t;
+        if (at.s >= h) {
+            high = t;
+        } else {
+            low = t;
+        }
         double next = at.v > 0.0 ? t + (h - at.s) / at.v : 0.5 * (low + high);
-        if (!(next > low && next < high)) next = 0.5 * (low + high);
-        if (fabs(next - t) <= 1e-15) break;
+        if (!(next > low && next < high)) {
+            next = 0.5 * (low + high);
+        }
+        if (fabs(next - t) <= 1e-15) {
+            break;
+        }
         t = next;
     }
     return t;
 }
 
 /* One entry of the plan: `time` of constant jerk over `h` mm. */
-static void put(pen *w, double jerk, double time, double h, bool whole) {
-    jerk_planner *p = w->p;
-    plan *pl = &p->plan;
-    const jerk_interval *q = ring_at(p, w->i);
-    double f2 = p->scale * p->scale;
-    if (pl->n >= p->capacity) {
-        w->fits = false;
+static void put(struct pen *pen,
+                double jerk,
+                double time,
+                double h,
+                bool whole) {
+    jerk_planner *planner = pen->p;
+    plan *pl = &planner->plan;
+    const jerk_interval *interval = ring_at(planner, pen->i);
+    double f2 = planner->scale * planner->scale;
+    if (pl->n >= planner->capacity) {
+        pen->fits = false;
         return;
     }
     int k = pl->n++;
     pl->h[k] = h;
-    pl->x[k] = w->v * w->v / f2;
-    pl->u[k] = w->a / f2;
+    pl->x[k] = pen->v * pen->v / f2;
+    pl->u[k] = pen->a / f2;
     pl->jerk[k] = jerk;
     pl->snap[k] = pl->crackle[k] = pl->pop[k] = 0.0;
     pl->time[k] = time;
-    pl->tag[k] = q->tag;
-    pl->offset[k] = q->offset + w->at;
-    pl->last[k] = (uint8_t)(whole + 2 * (whole && q->blocks > 0));
+    pl->tag[k] = interval->tag;
+    pl->offset[k] = interval->offset + pen->at;
+    pl->last[k] = (uint8_t)(whole + 2 * (whole && interval->blocks > 0));
 }
 
 /* A phase of the profile, cut where the pushed intervals end. */
-static void phase(pen *w, double jerk, double time, bool ends) {
-    while (time > LEAST_TIME && w->fits) {
-        const jerk_interval *q = ring_at(w->p, w->i);
-        jerk_law law = {.v0 = w->v, .a0 = w->a, .jerk = jerk, .time = time};
+static void phase(struct pen *pen, double jerk, double time, bool ends) {
+    while (time > LEAST_TIME && pen->fits) {
+        const jerk_interval *interval = ring_at(pen->p, pen->i);
+        jerk_law law = {.v0 = pen->v, .a0 = pen->a, .jerk = jerk, .time = time};
         jerk_state end;
         jerk_at(&law, time, &end);
-        double left = q->length - w->at, part = time, h = end.s;
-        bool final = ends && w->i + 1 == w->p->plan.end;
+        double left = interval->length - pen->at, part = time, h = end.s;
+        bool final = ends && pen->i + 1 == pen->p->plan.end;
         bool whole = final || h >= left - 1e-12;
-        if (whole) h = left;
+        if (whole) {
+            h = left;
+        }
         if (!final && h < end.s) {
             part = time_over(&law, h);
             jerk_at(&law, part, &end);
         }
-        put(w, jerk, part, h, whole);
-        w->v = end.v;
-        w->a = end.a;
-        w->at += h;
+        put(pen, jerk, part, h, whole);
+        pen->v = end.v;
+        pen->a = end.a;
+        pen->at += h;
         time = final ? 0.0 : time - part;
-        if (whole && w->i + 1 < w->p->plan.end) {
-            w->i++;
-            w->at = 0.0;
+        if (whole && pen->i + 1 < pen->p->plan.end) {
+            pen->i++;
+            pen->at = 0.0;
         }
     }
 }
@@ -153,11 +206,16 @@ static void phase(pen *w, double jerk, double time, bool ends) {
 /* Plan from rest to the next stand if a straight line leads there. */
 bool plan_straight(jerk_planner *p) {
     uint64_t end = p->head;
-    double length = p->at_rest && p->head != p->tail ? line_ahead(p, &end) : 0.0;
-    if (!(length > 0.0)) return false;
+    double length =
+        p->at_rest && p->head != p->tail ? line_ahead(p, &end) : 0.0;
+    if (!(length > 0.0)) {
+        return false;
+    }
     line_limits m = limits_along(p, ring_at(p, p->head));
-    if (!(m.v > 0.0)) return false;
-    profile t = fastest(m, length);
+    if (!(m.v > 0.0)) {
+        return false;
+    }
+    struct profile t = fastest(m, length);
     plan *pl = &p->plan;
     pl->n = pl->next = pl->since = 0;
     pl->edition++;
@@ -166,7 +224,7 @@ bool plan_straight(jerk_planner *p) {
     pl->rest_start = pl->final = pl->stands = true;
     pl->length = length;
     pl->lasts = 0.0;
-    pen w = {.p = p, .i = p->head, .fits = true};
+    struct pen w = {.p = p, .i = p->head, .fits = true};
     phase(&w, m.j, t.ramp, false);
     w.a = m.j * t.ramp;
     phase(&w, 0.0, t.hold, false);

@@ -1,113 +1,154 @@
-/* Laws that were handed out and are not driven after all: they become the beginning of the plan again. */
+/* Laws that were handed out and are not driven after all: they become the
+ * beginning of the plan again. */
 #include <string.h>
 #include "jerk/state.h"
 
 #define LEAST_TIME 1e-9 /* s */
 
-static handed *handed_at(const jerk_planner *p, uint64_t i) { return &p->handed[i % HANDED_MAX]; }
-
-/* Segment k of the plan is about to be handed out, as a whole or its beginning: the law. */
-void remember_law(jerk_planner *p, int k, const jerk_law *law, bool whole) {
-    const plan *pl = &p->plan;
-    handed *h = handed_at(p, p->handed_count++);
-    h->interval = *ring_at(p, p->head);
-    h->head = p->head;
-    h->x = pl->x[k];
-    h->u = pl->u[k];
-    h->at_x = p->x;
-    h->at_u = p->u;
-    h->behind_mm = p->behind_mm;
-    h->behind_share = p->behind_share;
-    h->driven = p->driven;
-    h->at_rest = p->at_rest;
-    h->rest_start = pl->rest_start && k == 0;
-    h->tag = law->tag;
-    h->offset = law->s0;
-    h->length = law->length;
-    h->time = law->time;
-    h->jerk = law->jerk;
-    h->snap = law->snap;
-    h->crackle = law->crackle;
-    h->pop = law->pop;
-    for (int i = 0; i < 2; i++) h->c[i] = pl->c[i][k];
-    h->last = whole ? pl->last[k] : 0;
+static struct handed *handed_at(const jerk_planner *planner, uint64_t i) {
+    return &planner->handed[i % HANDED_MAX];
 }
 
-void forget_laws(jerk_planner *p) { p->handed_count = 0; }
+/* Segment k of the plan is about to be handed out, as a whole or its beginning:
+ * the law. */
+void remember_law(jerk_planner *planner,
+                  int k,
+                  const jerk_law *law,
+                  bool whole) {
+    const plan *pl = &planner->plan;
+    struct handed *handed = handed_at(planner, planner->handed_count++);
+    handed->interval = *ring_at(planner, planner->head);
+    handed->head = planner->head;
+    handed->x = pl->x[k];
+    handed->u = pl->u[k];
+    handed->at_x = planner->x;
+    handed->at_u = planner->u;
+    handed->behind_mm = planner->behind_mm;
+    handed->behind_share = planner->behind_share;
+    handed->driven = planner->driven;
+    handed->at_rest = planner->at_rest;
+    handed->rest_start = pl->rest_start && k == 0;
+    handed->tag = law->tag;
+    handed->offset = law->s0;
+    handed->length = law->length;
+    handed->time = law->time;
+    handed->jerk = law->jerk;
+    handed->snap = law->snap;
+    handed->crackle = law->crackle;
+    handed->pop = law->pop;
+    for (int i = 0; i < 2; i++) {
+        handed->c[i] = pl->c[i][k];
+    }
+    handed->last = whole ? pl->last[k] : 0;
+}
+
+void forget_laws(jerk_planner *planner) {
+    planner->handed_count = 0;
+}
 
 /* The plan moves `by` places up in its arrays. */
 static void shift_plan(plan *pl, int by) {
-    size_t n = (size_t)(pl->n - pl->next);
-    double *knots[] = {pl->x, pl->u}, *segments[] = {pl->h, pl->time, pl->jerk, pl->snap, pl->crackle, pl->pop, pl->c[0], pl->c[1], pl->offset};
+    size_t count = (size_t)(pl->n - pl->next);
+    double *knots[] = {pl->x, pl->u}, *segments[] = {pl->h,
+                                                     pl->time,
+                                                     pl->jerk,
+                                                     pl->snap,
+                                                     pl->crackle,
+                                                     pl->pop,
+                                                     pl->c[0],
+                                                     pl->c[1],
+                                                     pl->offset};
     int from = pl->next, to = from + by;
-    for (size_t i = 0; i < sizeof knots / sizeof *knots; i++) memmove(knots[i] + to, knots[i] + from, sizeof(double) * (n + 1));
-    for (size_t i = 0; i < sizeof segments / sizeof *segments; i++) memmove(segments[i] + to, segments[i] + from, sizeof(double) * n);
-    memmove(pl->tag + to, pl->tag + from, sizeof *pl->tag * n);
-    memmove(pl->last + to, pl->last + from, n);
+    for (size_t i = 0; i < sizeof knots / sizeof *knots; i++) {
+        memmove(knots[i] + to, knots[i] + from, sizeof(double) * (count + 1));
+    }
+    for (size_t i = 0; i < sizeof segments / sizeof *segments; i++) {
+        memmove(segments[i] + to, segments[i] + from, sizeof(double) * count);
+    }
+    memmove(pl->tag + to, pl->tag + from, sizeof *pl->tag * count);
+    memmove(pl->last + to, pl->last + from, count);
     pl->next += by;
     pl->n += by;
 }
 
-static void put_back(jerk_planner *p, const handed *h) {
-    plan *pl = &p->plan;
+static void put_back(jerk_planner *planner, const struct handed *handed) {
+    plan *pl = &planner->plan;
     int k = --pl->next;
-    pl->x[k] = h->x;
-    pl->u[k] = h->u;
-    pl->h[k] = h->length;
-    pl->offset[k] = h->offset;
-    pl->tag[k] = h->tag;
-    pl->last[k] = h->last;
-    pl->time[k] = h->time;
-    pl->jerk[k] = h->jerk;
-    pl->snap[k] = h->snap;
-    pl->crackle[k] = h->crackle;
-    pl->pop[k] = h->pop;
-    for (int i = 0; i < 2; i++) pl->c[i][k] = h->c[i];
-    pl->length += h->length;
-    pl->rest_start = k == 0 && h->rest_start;
-    jerk_interval *q = &p->ring[h->head & p->mask];
-    uint32_t stand = h->head == p->head ? q->flags & JERK_STAND : h->interval.flags & JERK_STAND; /* it may have come or gone since */
-    *q = h->interval;
-    q->flags = (q->flags & ~JERK_STAND) | stand;
-    p->head = h->head;
-    p->x = h->at_x;
-    p->u = h->at_u;
-    p->behind_mm = h->behind_mm;
-    p->behind_share = h->behind_share;
-    turns_back(p, h->driven);
-    p->at_rest = h->at_rest;
+    pl->x[k] = handed->x;
+    pl->u[k] = handed->u;
+    pl->h[k] = handed->length;
+    pl->offset[k] = handed->offset;
+    pl->tag[k] = handed->tag;
+    pl->last[k] = handed->last;
+    pl->time[k] = handed->time;
+    pl->jerk[k] = handed->jerk;
+    pl->snap[k] = handed->snap;
+    pl->crackle[k] = handed->crackle;
+    pl->pop[k] = handed->pop;
+    for (int i = 0; i < 2; i++) {
+        pl->c[i][k] = handed->c[i];
+    }
+    pl->length += handed->length;
+    pl->rest_start = k == 0 && handed->rest_start;
+    jerk_interval *interval = &planner->ring[handed->head & planner->mask];
+    uint32_t stand =
+        handed->head == planner->head
+            ? interval->flags & JERK_STAND
+            : handed->interval.flags
+                  & JERK_STAND; /* it may have come or gone since */
+    *interval = handed->interval;
+    interval->flags = (interval->flags & ~JERK_STAND) | stand;
+    planner->head = handed->head;
+    planner->x = handed->at_x;
+    planner->u = handed->at_u;
+    planner->behind_mm = handed->behind_mm;
+    planner->behind_share = handed->behind_share;
+    turns_back(planner, handed->driven);
+    planner->at_rest = handed->at_rest;
 }
 
-/* Law h has come to rest, so the plan that it was of ended behind it: it ends there again. */
-static void end_plan(jerk_planner *p, const handed *h) {
-    plan *pl = &p->plan;
+/* Law h has come to rest, so the plan that it was of ended behind it: it ends
+ * there again. */
+static void end_plan(jerk_planner *planner, const struct handed *handed) {
+    plan *pl = &planner->plan;
     pl->n = pl->next;
     pl->x[pl->n] = pl->u[pl->n] = pl->length = 0.0;
-    pl->end = p->head;
-    pl->stands = pl->final = h->last && (h->interval.flags & JERK_STAND);
+    pl->end = planner->head;
+    pl->stands = pl->final =
+        handed->last && (handed->interval.flags & JERK_STAND);
 }
 
-int64_t jerk_laws_kept(void) { return HANDED_MAX; }
+int64_t jerk_laws_kept(void) {
+    return HANDED_MAX;
+}
 
-double jerk_take_back(jerk_planner *p, double seconds) {
-    plan *pl = &p->plan;
+double jerk_take_back(jerk_planner *planner, double seconds) {
+    plan *pl = &planner->plan;
     double t = 0.0;
-    uint64_t n = 0;
-    for (; t < seconds - LEAST_TIME; n++) {
-        if (n >= p->handed_count || n >= HANDED_MAX) return 0.0;
-        t += handed_at(p, p->handed_count - 1 - n)->time;
+    uint64_t count = 0;
+    for (; t < seconds - LEAST_TIME; count++) {
+        if (count >= planner->handed_count || count >= HANDED_MAX) {
+            return 0.0;
+        }
+        t += handed_at(planner, planner->handed_count - 1 - count)->time;
     }
-    if ((uint64_t)pl->next < n) {
-        int by = (int)n - pl->next;
-        if (pl->n + by > p->capacity + HANDED_MAX) return 0.0;
+    if ((uint64_t)pl->next < count) {
+        int by = (int)count - pl->next;
+        if (pl->n + by > planner->capacity + HANDED_MAX) {
+            return 0.0;
+        }
         shift_plan(pl, by);
     }
     pl->edition++;
-    for (uint64_t i = 0; i < n; i++) {
-        const handed *h = handed_at(p, --p->handed_count);
-        if (p->at_rest) end_plan(p, h);
-        put_back(p, h);
+    for (uint64_t i = 0; i < count; i++) {
+        const struct handed *handed =
+            handed_at(planner, --planner->handed_count);
+        if (planner->at_rest) {
+            end_plan(planner, handed);
+        }
+        put_back(planner, handed);
     }
-    pl->since = pl->since > (int)n ? pl->since - (int)n : 0;
-    return t - seconds > LEAST_TIME ? t - hand_out_again(p, t - seconds) : t;
+    pl->since = pl->since > (int)count ? pl->since - (int)count : 0;
+    return t - seconds > LEAST_TIME ? t - hand_out_again(planner, t - seconds)
+                                    : t;
 }

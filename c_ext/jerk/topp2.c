@@ -1,7 +1,8 @@
 /* TOPP2 on a stream: see topp2.h.
  *
- * need[k] is the largest x = v^2 at knot k from which the end of the window can be met at rest.  More path can only
- * raise it, and where a new value equals the old one nothing before it changes: the backward pass stops there, so that
+ * need[k] is the largest x = v^2 at knot k from which the end of the window can
+ * be met at rest.  More path can only raise it, and where a new value equals
+ * the old one nothing before it changes: the backward pass stops there, so that
  * a knot is visited a bounded number of times whatever the length of the path.
  */
 #include <math.h>
@@ -10,16 +11,20 @@
 #include "jerk/state.h"
 #include "jerk/topp2.h"
 
-#define USABLE 0.9995    /* share of the acceleration limits that is planned with */
+#define USABLE                                                                 \
+    0.9995 /* share of the acceleration limits that is planned with */
 #define SPACING_MM 1.0
-#define STOP_PARTS 8     /* planner intervals at least between two stands */
-#define BATCH 0.25       /* share of the window that is used up before the backward pass runs again */
+#define STOP_PARTS 8 /* planner intervals at least between two stands */
+#define BATCH                                                                  \
+    0.25 /* share of the window that is used up before the backward pass runs  \
+            again */
 #define SAME 1e-12
 
-typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the start and, through x + 2 h u, at the end */
+typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
+                              start and, through x + 2 h u, at the end */
     double h, cap, feed;
     double cu[2 * JERK_AXES], cx[2 * JERK_AXES];
-    double need;           /* largest x at the start */
+    double need; /* largest x at the start */
     bool last, stand, rapid;
     uint64_t tag;
     double offset;
@@ -29,18 +34,25 @@ typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
 struct topp2 {
     jerk_config cfg;
     knot_rows *ring;
-    uint64_t head, tail, planned, mask; /* intervals; `planned`: first whose need is not of the present window */
-    uint64_t rest_from;                 /* first interval that does not know of the standstill before it */
+    uint64_t head, tail, planned, mask; /* intervals; `planned`: first whose
+                                           need is not of the present window */
+    uint64_t rest_from; /* first interval that does not know of the standstill
+                           before it */
     double x, feed_factor, rapid_factor, spacing;
     bool hold, changed;
     uint64_t steps;
 };
 
-static knot_rows *row_at(const topp2 *p, uint64_t i) { return &p->ring[i & p->mask]; }
+static knot_rows *row_at(const topp2 *topp, uint64_t i) {
+    return &topp->ring[i & topp->mask];
+}
 
-static double soft_cap_of(const topp2 *p, const knot_rows *r) {
-    double v = r->feed > 0 ? r->feed * (r->rapid ? p->rapid_factor : p->feed_factor) : 1e30;
-    return fmin(r->cap, v * v);
+static double soft_cap_of(const topp2 *topp, const knot_rows *rows) {
+    double v = rows->feed > 0 ? rows->feed
+                                    * (rows->rapid ? topp->rapid_factor
+                                                   : topp->feed_factor)
+                              : 1e30;
+    return fmin(rows->cap, v * v);
 }
 
 /* Range of u at x, with the lines (value and slope by x) that bound it. */
@@ -49,260 +61,429 @@ typedef struct range {
 } range;
 
 /* `least`: smallest x allowed at the end. */
-static range range_at(const topp2 *p, const knot_rows *r, double x, double least, double next) {
-    range o = {(least - x) / (2.0 * r->h), (next - x) / (2.0 * r->h), -0.5 / r->h, -0.5 / r->h};
-    for (int a = 0; a < 2 * p->cfg.axes; a++) {
-        double cu = r->cu[a], cx = r->cx[a];
-        if (fabs(cu) < 1e-12) continue;
+static struct range range_at(const topp2 *topp,
+                             const knot_rows *rows,
+                             double x,
+                             double least,
+                             double next) {
+    struct range range = {(least - x) / (2.0 * rows->h),
+                          (next - x) / (2.0 * rows->h),
+                          -0.5 / rows->h,
+                          -0.5 / rows->h};
+    for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
+        double cu = rows->cu[axis], cx = rows->cx[axis];
+        if (fabs(cu) < 1e-12) {
+            continue;
+        }
         double inv = 1.0 / cu, middle = -cx * x * inv, half = fabs(inv);
-        if (middle + half < o.high) o.high = middle + half, o.high_slope = -cx * inv;
-        if (middle - half > o.low) o.low = middle - half, o.low_slope = -cx * inv;
+        if (middle + half < range.high) {
+            range.high = middle + half, range.high_slope = -cx * inv;
+        }
+        if (middle - half > range.low) {
+            range.low = middle - half, range.low_slope = -cx * inv;
+        }
     }
-    return o;
+    return range;
 }
 
-/* Largest x at the start of the interval with an input that leads to at most `next`. */
-static double controllable(const topp2 *p, const knot_rows *r, double next) {
-    double x = soft_cap_of(p, r);
+/* Largest x at the start of the interval with an input that leads to at most
+ * `next`. */
+static double controllable(const topp2 *topp,
+                           const knot_rows *rows,
+                           double next) {
+    double x = soft_cap_of(topp, rows);
     for (int i = 0; i < 4 * JERK_AXES; i++) {
-        range o = range_at(p, r, x, 0.0, next);
-        double gap = o.low - o.high, slope = o.low_slope - o.high_slope;
-        if (gap <= 1e-13 * (fabs(o.low) + 1.0)) return x;
-        if (!(slope > 0.0)) return 0.0;
+        struct range range = range_at(topp, rows, x, 0.0, next);
+        double gap = range.low - range.high,
+               slope = range.low_slope - range.high_slope;
+        if (gap <= 1e-13 * (fabs(range.low) + 1.0)) {
+            return x;
+        }
+        if (!(slope > 0.0)) {
+            return 0.0;
+        }
         x = fmax(0.0, x - gap / slope);
     }
     return x;
 }
 
-/* Needs of the window: from its end, where the axes stand, back to where nothing changes any more. */
-static void backward(topp2 *p) {
-    uint64_t end = p->head;
+/* Needs of the window: from its end, where the axes stand, back to where
+ * nothing changes any more. */
+static void backward(topp2 *topp) {
+    uint64_t end = topp->head;
     int blocks = 0;
-    while (end != p->tail && blocks < p->cfg.window_blocks && end - p->head < (uint64_t)p->cfg.window_knots) blocks += (int)row_at(p, end++)->blocks;
-    uint64_t fresh = p->changed ? end : p->planned;
-    double next = 0.0;
-    for (uint64_t i = end; i-- > p->head;) {
-        knot_rows *r = row_at(p, i);
-        if (r->stand) next = 0.0;
-        double need = controllable(p, r, next);
-        p->steps++;
-        if (i < fresh && fabs(need - r->need) <= SAME * need) break;
-        r->need = next = need;
+    while (end != topp->tail && blocks < topp->cfg.window_blocks
+           && end - topp->head < (uint64_t)topp->cfg.window_knots) {
+        blocks += (int)row_at(topp, end++)->blocks;
     }
-    p->planned = end;
-    p->changed = false;
+    uint64_t fresh = topp->changed ? end : topp->planned;
+    double next = 0.0;
+    for (uint64_t i = end; i-- > topp->head;) {
+        knot_rows *rows = row_at(topp, i);
+        if (rows->stand) {
+            next = 0.0;
+        }
+        double need = controllable(topp, rows, next);
+        topp->steps++;
+        if (i < fresh && fabs(need - rows->need) <= SAME * need) {
+            break;
+        }
+        rows->need = next = need;
+    }
+    topp->planned = end;
+    topp->changed = false;
 }
 
-static void add_part(topp2 *p, const jerk_interval *q, bool stand) {
-    knot_rows *r = row_at(p, p->tail++);
-    double v = q->v_hard > 0 ? q->v_hard : 1e15;
-    *r = (knot_rows){.h = q->length, .feed = q->feed, .rapid = q->flags & JERK_RAPID, .tag = q->tag, .offset = q->offset,
-                     .blocks = q->blocks, .last = q->blocks != 0, .stand = stand};
-    for (int a = 0; a < p->cfg.axes; a++) {
-        double most = fmax(fabs(q->d1[0][a]), fabs(q->d1[1][a])), acc = USABLE * p->cfg.a_max[a] * (q->acc_share[a] > 0.0f ? (double)q->acc_share[a] : 1.0);
-        if (most * v > p->cfg.v_max[a]) v = p->cfg.v_max[a] / most;
+static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
+    knot_rows *rows = row_at(topp, topp->tail++);
+    double v = interval->v_hard > 0 ? interval->v_hard : 1e15;
+    *rows = (knot_rows){.h = interval->length,
+                        .feed = interval->feed,
+                        .rapid = interval->flags & JERK_RAPID,
+                        .tag = interval->tag,
+                        .offset = interval->offset,
+                        .blocks = interval->blocks,
+                        .last = interval->blocks != 0,
+                        .stand = stand};
+    for (int axis = 0; axis < topp->cfg.axes; axis++) {
+        double most = fmax(fabs(interval->d1[0][axis]),
+                           fabs(interval->d1[1][axis])),
+               acc = USABLE * topp->cfg.a_max[axis]
+                     * (interval->acc_share[axis] > 0.0f
+                            ? (double)interval->acc_share[axis]
+                            : 1.0);
+        if (most * v > topp->cfg.v_max[axis]) {
+            v = topp->cfg.v_max[axis] / most;
+        }
         for (int e = 0; e < 2; e++) {
-            int k = 2 * a + e;
-            r->cx[k] = q->d2[e][a] / acc;
-            r->cu[k] = q->d1[e][a] / acc + (e ? 2.0 * q->length * r->cx[k] : 0.0);
-            double bend = fabs(q->d2[e][a]) / acc;
-            if (fabs(q->d1[e][a]) < 1e-9 && bend * v * v > 1.0) v = sqrt(1.0 / bend);
+            int k = 2 * axis + e;
+            rows->cx[k] = interval->d2[e][axis] / acc;
+            rows->cu[k] = interval->d1[e][axis] / acc
+                          + (e ? 2.0 * interval->length * rows->cx[k] : 0.0);
+            double bend = fabs(interval->d2[e][axis]) / acc;
+            if (fabs(interval->d1[e][axis]) < 1e-9 && bend * v * v > 1.0) {
+                v = sqrt(1.0 / bend);
+            }
         }
     }
-    r->cap = v * v;
+    rows->cap = v * v;
 }
 
-static int parts_of(const topp2 *p, const jerk_interval *q) {
-    bool alone = (p->tail == p->rest_from) && (q->flags & JERK_STAND);
-    return (int)fmin(4096.0, fmax(alone ? STOP_PARTS : 1.0, ceil(q->length / p->spacing - 1e-9)));
+static int parts_of(const topp2 *topp, const jerk_interval *interval) {
+    bool alone =
+        (topp->tail == topp->rest_from) && (interval->flags & JERK_STAND);
+    return (int)fmin(4096.0,
+                     fmax(alone ? STOP_PARTS : 1.0,
+                          ceil(interval->length / topp->spacing - 1e-9)));
 }
 
-int64_t topp2_room(const topp2 *p) { return (int64_t)(p->mask + 1 - (p->tail - p->head)); }
-
-static int64_t refusal(const topp2 *p, const jerk_interval *q) {
-    double sum = q->length + q->feed + q->v_hard + q->offset;
-    for (int e = 0; e < 2; e++)
-        for (int a = 0; a < p->cfg.axes; a++) sum += q->d1[e][a] + q->d2[e][a];
-    return !isfinite(sum) ? JERK_NOT_FINITE : !(q->length > 1e-9) ? JERK_BAD_LENGTH : 0;
+int64_t topp2_room(const topp2 *topp) {
+    return (int64_t)(topp->mask + 1 - (topp->tail - topp->head));
 }
 
-int64_t topp2_push(topp2 *p, const jerk_interval *intervals, int64_t n) {
-    for (int64_t i = 0; i < n; i++) {
-        const jerk_interval *q = &intervals[i];
-        int64_t error = refusal(p, q);
-        if (error) return i > 0 ? i : error;
-        int parts = parts_of(p, q);
-        if (topp2_room(p) < parts) return i;
+static int64_t refusal(const topp2 *topp, const jerk_interval *interval) {
+    double sum =
+        interval->length + interval->feed + interval->v_hard + interval->offset;
+    for (int e = 0; e < 2; e++) {
+        for (int axis = 0; axis < topp->cfg.axes; axis++) {
+            sum += interval->d1[e][axis] + interval->d2[e][axis];
+        }
+    }
+    return !isfinite(sum)               ? JERK_NOT_FINITE
+           : !(interval->length > 1e-9) ? JERK_BAD_LENGTH
+                                        : 0;
+}
+
+int64_t topp2_push(topp2 *topp, const jerk_interval *intervals, int64_t count) {
+    for (int64_t i = 0; i < count; i++) {
+        const jerk_interval *interval = &intervals[i];
+        int64_t error = refusal(topp, interval);
+        if (error) {
+            return i > 0 ? i : error;
+        }
+        int parts = parts_of(topp, interval);
+        if (topp2_room(topp) < parts) {
+            return i;
+        }
         for (int k = 0; k < parts; k++) {
             jerk_interval part;
-            interval_part(q, q->length * k / parts, k + 1 == parts ? q->length : q->length * (k + 1) / parts, p->cfg.axes, &part);
-            part.blocks = k + 1 == parts ? q->blocks : 0;
-            add_part(p, &part, k + 1 == parts && (q->flags & JERK_STAND));
-            row_at(p, p->tail - 1)->last = k + 1 == parts;
+            interval_part(interval,
+                          interval->length * k / parts,
+                          k + 1 == parts ? interval->length
+                                         : interval->length * (k + 1) / parts,
+                          topp->cfg.axes,
+                          &part);
+            part.blocks = k + 1 == parts ? interval->blocks : 0;
+            add_part(topp,
+                     &part,
+                     k + 1 == parts && (interval->flags & JERK_STAND));
+            row_at(topp, topp->tail - 1)->last = k + 1 == parts;
         }
-        if (q->flags & JERK_STAND) p->rest_from = p->tail;
+        if (interval->flags & JERK_STAND) {
+            topp->rest_from = topp->tail;
+        }
     }
-    return n;
+    return count;
 }
 
-static void set_law(const knot_rows *r, double h, double x, double u, jerk_law *law, bool last) {
+static void set_law(const knot_rows *rows,
+                    double h,
+                    double x,
+                    double u,
+                    jerk_law *law,
+                    bool last) {
     double x1 = fmax(0.0, x + 2.0 * h * u), v = sqrt(x), v1 = sqrt(x1);
-    *law = (jerk_law){.tag = r->tag, .s0 = r->offset, .v0 = v, .a0 = u, .time = 2.0 * h / (v + v1), .length = h, .last = last};
+    *law = (jerk_law){.tag = rows->tag,
+                      .s0 = rows->offset,
+                      .v0 = v,
+                      .a0 = u,
+                      .time = 2.0 * h / (v + v1),
+                      .length = h,
+                      .last = last};
     law->flags = x1 <= 0.0 ? JERK_STAND : 0;
 }
 
 /* Path acceleration that all axes allow at both ends at a standstill. */
-static double standing_acc(const topp2 *p, const knot_rows *r) {
+static double standing_acc(const topp2 *topp, const knot_rows *rows) {
     double most = 1e-30;
-    for (int a = 0; a < p->cfg.axes; a++) {
-        double end = r->cu[2 * a + 1] - 2.0 * r->h * r->cx[2 * a + 1];
-        most = fmax(most, fmax(fabs(r->cu[2 * a]), fabs(end)));
+    for (int axis = 0; axis < topp->cfg.axes; axis++) {
+        double end =
+            rows->cu[2 * axis + 1] - 2.0 * rows->h * rows->cx[2 * axis + 1];
+        most = fmax(most, fmax(fabs(rows->cu[2 * axis]), fabs(end)));
     }
     return 1.0 / most;
 }
 
-/* From rest to rest over one interval, accelerating over one half and braking over the other: two laws. */
-static void hop(const topp2 *p, const knot_rows *r, jerk_law *laws) {
-    double half = 0.5 * r->h, u = fmin(0.5 * standing_acc(p, r), soft_cap_of(p, r) / (2.0 * half)), bend = 0.0;
-    for (int a = 0; a < 2 * p->cfg.axes; a++) bend = fmax(bend, fabs(r->cx[a]));
+/* From rest to rest over one interval, accelerating over one half and braking
+ * over the other: two laws. */
+static void hop(const topp2 *topp, const knot_rows *rows, jerk_law *laws) {
+    double half = 0.5 * rows->h,
+           u = fmin(0.5 * standing_acc(topp, rows),
+                    soft_cap_of(topp, rows) / (2.0 * half)),
+           bend = 0.0;
+    for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
+        bend = fmax(bend, fabs(rows->cx[axis]));
+    }
     u = fmin(u, 0.5 / fmax(1e-30, 2.0 * half * bend));
     double v = sqrt(2.0 * half * u), t = v / u;
-    laws[0] = (jerk_law){.tag = r->tag, .s0 = r->offset, .a0 = u, .time = t, .length = half};
-    laws[1] = (jerk_law){.tag = r->tag, .s0 = r->offset + half, .v0 = v, .a0 = -u, .time = t, .length = half, .last = r->last, .flags = JERK_STAND};
+    laws[0] = (jerk_law){.tag = rows->tag,
+                         .s0 = rows->offset,
+                         .a0 = u,
+                         .time = t,
+                         .length = half};
+    laws[1] = (jerk_law){.tag = rows->tag,
+                         .s0 = rows->offset + half,
+                         .v0 = v,
+                         .a0 = -u,
+                         .time = t,
+                         .length = half,
+                         .last = rows->last,
+                         .flags = JERK_STAND};
 }
 
-/* What a step over interval i does: as fast as `next` allows, or braking with all there is. */
+/* What a step over interval i does: as fast as `next` allows, or braking with
+ * all there is. */
 typedef struct step {
     double h, u, x1;
     bool whole;
 } step;
 
-static step brake_over(const topp2 *p, const knot_rows *r, double x, double next) {
-    step o = {r->h, 0.0, 0.0, true};
-    range at = range_at(p, r, x, -1e30, next);
-    o.u = fmin(at.low, at.high);
-    if (x + 2.0 * r->h * o.u <= 0.0) { /* the stop lies inside, or at the end */
-        o.u = fmin(fmax(o.u, -standing_acc(p, r)), -x / (2.0 * r->h));
-        o.h = -x / (2.0 * o.u);
-        o.whole = o.h >= r->h * (1.0 - 1e-9);
-        if (o.whole) o.h = r->h;
-        return o;
+static struct step brake_over(const topp2 *topp,
+                              const knot_rows *rows,
+                              double x,
+                              double next) {
+    struct step step = {rows->h, 0.0, 0.0, true};
+    struct range at = range_at(topp, rows, x, -1e30, next);
+    step.u = fmin(at.low, at.high);
+    if (x + 2.0 * rows->h * step.u
+        <= 0.0) { /* the stop lies inside, or at the end */
+        step.u =
+            fmin(fmax(step.u, -standing_acc(topp, rows)), -x / (2.0 * rows->h));
+        step.h = -x / (2.0 * step.u);
+        step.whole = step.h >= rows->h * (1.0 - 1e-9);
+        if (step.whole) {
+            step.h = rows->h;
+        }
+        return step;
     }
-    o.x1 = x + 2.0 * r->h * o.u;
-    return o;
+    step.x1 = x + 2.0 * rows->h * step.u;
+    return step;
 }
 
-static step step_over(const topp2 *p, uint64_t i, double x, bool brake, double next) {
-    const knot_rows *r = row_at(p, i);
-    if (brake) return brake_over(p, r, x, next);
-    range at = range_at(p, r, x, 0.0, next);
-    step o = {r->h, at.high, fmin(next, fmax(0.0, x + 2.0 * r->h * at.high)), true};
-    return o;
+static struct step step_over(const topp2 *topp,
+                             uint64_t i,
+                             double x,
+                             bool brake,
+                             double next) {
+    const knot_rows *rows = row_at(topp, i);
+    if (brake) {
+        return brake_over(topp, rows, x, next);
+    }
+    struct range at = range_at(topp, rows, x, 0.0, next);
+    struct step step = {rows->h,
+                        at.high,
+                        fmin(next, fmax(0.0, x + 2.0 * rows->h * at.high)),
+                        true};
+    return step;
 }
 
-static double next_need(const topp2 *p, uint64_t i) {
-    return row_at(p, i)->stand || i + 1 >= p->planned ? 0.0 : row_at(p, i + 1)->need;
+static double next_need(const topp2 *topp, uint64_t i) {
+    return row_at(topp, i)->stand || i + 1 >= topp->planned
+               ? 0.0
+               : row_at(topp, i + 1)->need;
 }
 
-/* The step from the head: a hold brakes; so does a speed that a reduced override no longer allows, and then what the
- * caps ask of the next knot cannot be met yet. */
-static step next_step(const topp2 *p) {
-    bool above = p->x > row_at(p, p->head)->need * (1.0 + 1e-9);
-    return step_over(p, p->head, p->x, p->hold || above, above ? 1e30 : next_need(p, p->head));
+/* The step from the head: a hold brakes; so does a speed that a reduced
+ * override no longer allows, and then what the caps ask of the next knot cannot
+ * be met yet. */
+static struct step next_step(const topp2 *topp) {
+    bool above = topp->x > row_at(topp, topp->head)->need * (1.0 + 1e-9);
+    return step_over(topp,
+                     topp->head,
+                     topp->x,
+                     topp->hold || above,
+                     above ? 1e30 : next_need(topp, topp->head));
 }
 
-static void consume(topp2 *p, const step *s) {
-    knot_rows *r = row_at(p, p->head);
-    p->x = s->x1;
-    if (s->whole) {
-        p->head++;
+static void consume(topp2 *topp, const struct step *step) {
+    knot_rows *rows = row_at(topp, topp->head);
+    topp->x = step->x1;
+    if (step->whole) {
+        topp->head++;
         return;
     }
-    double share = s->h / r->h; /* a stop inside: rows of the rest stay those of the ends, cut linearly */
-    for (int a = 0; a < p->cfg.axes; a++) {
-        double cx = r->cx[2 * a], cu = r->cu[2 * a], ex = r->cx[2 * a + 1], eu = r->cu[2 * a + 1] - 2.0 * r->h * ex;
-        r->cx[2 * a] = cx + share * (ex - cx);
-        r->cu[2 * a] = cu + share * (eu - cu);
-        r->cu[2 * a + 1] = eu + 2.0 * (r->h - s->h) * ex;
+    double share = step->h / rows->h; /* a stop inside: rows of the rest stay
+                                         those of the ends, cut linearly */
+    for (int axis = 0; axis < topp->cfg.axes; axis++) {
+        double cx = rows->cx[2 * axis], cu = rows->cu[2 * axis],
+               ex = rows->cx[2 * axis + 1],
+               eu = rows->cu[2 * axis + 1] - 2.0 * rows->h * ex;
+        rows->cx[2 * axis] = cx + share * (ex - cx);
+        rows->cu[2 * axis] = cu + share * (eu - cu);
+        rows->cu[2 * axis + 1] = eu + 2.0 * (rows->h - step->h) * ex;
     }
-    r->h -= s->h;
-    r->offset += s->h;
-    p->changed = true;
+    rows->h -= step->h;
+    rows->offset += step->h;
+    topp->changed = true;
 }
 
-static bool due(const topp2 *p) {
-    if (p->changed || p->head >= p->planned) return true;
-    return p->tail != p->planned && (double)(p->planned - p->head) < (1.0 - BATCH) * fmin(p->cfg.window_knots, p->cfg.window_blocks);
+static bool due(const topp2 *topp) {
+    if (topp->changed || topp->head >= topp->planned) {
+        return true;
+    }
+    return topp->tail != topp->planned
+           && (double)(topp->planned - topp->head)
+                  < (1.0 - BATCH)
+                        * fmin(topp->cfg.window_knots, topp->cfg.window_blocks);
 }
 
-int64_t topp2_take(topp2 *p, jerk_law *laws, int64_t max, double seconds) {
-    int64_t n = 0;
+int64_t topp2_take(topp2 *topp, jerk_law *laws, int64_t max, double seconds) {
+    int64_t count = 0;
     double t = 0.0;
-    while (n < max && t < seconds && p->head != p->tail) {
-        if (due(p)) backward(p);
-        knot_rows *r = row_at(p, p->head);
-        if (p->x <= 0.0 && (p->hold || soft_cap_of(p, r) <= 0.0)) break;
-        step s = next_step(p);
-        if (!(p->x + s.x1 > 0.0)) { /* between two standstills */
-            if (n + 2 > max || !(next_need(p, p->head) <= 0.0)) break;
-            hop(p, r, &laws[n]);
-            t += laws[n].time + laws[n + 1].time;
-            n += 2;
-            p->head++;
+    while (count < max && t < seconds && topp->head != topp->tail) {
+        if (due(topp)) {
+            backward(topp);
+        }
+        knot_rows *rows = row_at(topp, topp->head);
+        if (topp->x <= 0.0 && (topp->hold || soft_cap_of(topp, rows) <= 0.0)) {
+            break;
+        }
+        struct step step = next_step(topp);
+        if (!(topp->x + step.x1 > 0.0)) { /* between two standstills */
+            if (count + 2 > max || !(next_need(topp, topp->head) <= 0.0)) {
+                break;
+            }
+            hop(topp, rows, &laws[count]);
+            t += laws[count].time + laws[count + 1].time;
+            count += 2;
+            topp->head++;
             continue;
         }
-        s.u = (s.x1 - p->x) / (2.0 * s.h);
-        set_law(r, s.h, p->x, s.u, &laws[n], s.whole && r->last);
-        t += laws[n++].time;
-        p->steps++;
-        consume(p, &s);
+        step.u = (step.x1 - topp->x) / (2.0 * step.h);
+        set_law(rows,
+                step.h,
+                topp->x,
+                step.u,
+                &laws[count],
+                step.whole && rows->last);
+        t += laws[count++].time;
+        topp->steps++;
+        consume(topp, &step);
     }
-    return n;
+    return count;
 }
 
-int64_t topp2_tail(const topp2 *p, jerk_law *laws, int64_t max) {
-    int64_t n = 0;
-    double x = p->x;
-    for (uint64_t i = p->head; i != p->tail && n < max && x > 0.0; i++) {
-        step s = step_over(p, i, x, true, 1e30);
-        if (row_at(p, i)->stand) s.x1 = 0.0;
-        s.u = (s.x1 - x) / (2.0 * s.h);
-        set_law(row_at(p, i), s.h, x, s.u, &laws[n++], s.whole && row_at(p, i)->last);
-        x = s.x1;
+int64_t topp2_tail(const topp2 *topp, jerk_law *laws, int64_t max) {
+    int64_t count = 0;
+    double x = topp->x;
+    for (uint64_t i = topp->head; i != topp->tail && count < max && x > 0.0;
+         i++) {
+        struct step step = step_over(topp, i, x, true, 1e30);
+        if (row_at(topp, i)->stand) {
+            step.x1 = 0.0;
+        }
+        step.u = (step.x1 - x) / (2.0 * step.h);
+        set_law(row_at(topp, i),
+                step.h,
+                x,
+                step.u,
+                &laws[count++],
+                step.whole && row_at(topp, i)->last);
+        x = step.x1;
     }
-    return n;
+    return count;
 }
 
-void topp2_override(topp2 *p, double feed, double rapid) {
-    if (!isfinite(feed) || !isfinite(rapid)) return;
-    p->changed = p->changed || feed != p->feed_factor || rapid != p->rapid_factor;
-    p->feed_factor = fmax(0.0, feed);
-    p->rapid_factor = fmax(0.0, rapid);
+void topp2_override(topp2 *topp, double feed, double rapid) {
+    if (!isfinite(feed) || !isfinite(rapid)) {
+        return;
+    }
+    topp->changed = topp->changed || feed != topp->feed_factor
+                    || rapid != topp->rapid_factor;
+    topp->feed_factor = fmax(0.0, feed);
+    topp->rapid_factor = fmax(0.0, rapid);
 }
 
-void topp2_hold(topp2 *p, int hold) { p->hold = hold != 0; }
+void topp2_hold(topp2 *topp, int hold) {
+    topp->hold = hold != 0;
+}
 
-uint64_t topp2_steps(const topp2 *p) { return p->steps; }
+uint64_t topp2_steps(const topp2 *topp) {
+    return topp->steps;
+}
 
 topp2 *topp2_new(const jerk_config *config, int capacity) {
-    jerk_config c = *config;
-    for (int a = 0; a < JERK_AXES; a++) c.j_max[a] = 1.0;
-    if (jerk_check_config(&c)) return NULL;
-    topp2 *p = calloc(1, sizeof *p);
-    if (!p) return NULL;
-    p->cfg = c;
-    p->spacing = c.spacing_mm > 0 ? c.spacing_mm : SPACING_MM;
-    p->feed_factor = p->rapid_factor = 1.0;
-    p->mask = 1023;
-    while (p->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) p->mask = 2 * p->mask + 1;
-    p->ring = calloc(p->mask + 1, sizeof *p->ring);
-    if (p->ring) return p;
-    free(p);
+    jerk_config this_config = *config;
+    for (int axis = 0; axis < JERK_AXES; axis++) {
+        this_config.j_max[axis] = 1.0;
+    }
+    if (jerk_check_config(&this_config)) {
+        return NULL;
+    }
+    topp2 *topp = calloc(1, sizeof *topp);
+    if (!topp) {
+        return NULL;
+    }
+    topp->cfg = this_config;
+    topp->spacing =
+        this_config.spacing_mm > 0 ? this_config.spacing_mm : SPACING_MM;
+    topp->feed_factor = topp->rapid_factor = 1.0;
+    topp->mask = 1023;
+    while (topp->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) {
+        topp->mask = 2 * topp->mask + 1;
+    }
+    topp->ring = calloc(topp->mask + 1, sizeof *topp->ring);
+    if (topp->ring) {
+        return topp;
+    }
+    free(topp);
     return NULL;
 }
 
-void topp2_free(topp2 *p) {
-    if (!p) return;
-    free(p->ring);
-    free(p);
+void topp2_free(topp2 *topp) {
+    if (!topp) {
+        return;
+    }
+    free(topp->ring);
+    free(topp);
 }

@@ -4,7 +4,11 @@
 #include <stdlib.h>
 #include "stages/polyline_distance.h"
 
-enum { GROUP = 16, BESIDE = 3, HALVINGS = 48 };
+enum {
+    GROUP = 16,
+    BESIDE = 3,
+    HALVINGS = 48
+};
 
 typedef struct {
     double *low, *high; /* n x dim */
@@ -23,74 +27,109 @@ typedef struct {
     int64_t segment;
 } near;
 
-static int64_t segments(const line *l) { return l->m > 1 ? l->m - 1 : 1; }
+static int64_t segments(const line *line) {
+    return line->m > 1 ? line->m - 1 : 1;
+}
 
-static bool make(boxes *b, int64_t n, int dim) {
-    b->n = n;
-    b->low = malloc(2 * (size_t)(n * dim) * sizeof *b->low);
-    if (!b->low) return false;
-    b->high = b->low + n * dim;
-    for (int64_t i = 0; i < n * dim; i++) {
-        b->low[i] = INFINITY;
-        b->high[i] = -INFINITY;
+static bool make(boxes *boxes, int64_t count, int dim) {
+    boxes->n = count;
+    boxes->low = malloc(2 * (size_t)(count * dim) * sizeof *boxes->low);
+    if (!boxes->low) {
+        return false;
+    }
+    boxes->high = boxes->low + count * dim;
+    for (int64_t i = 0; i < count * dim; i++) {
+        boxes->low[i] = INFINITY;
+        boxes->high[i] = -INFINITY;
     }
     return true;
 }
 
-static void widen(boxes *b, int dim, int64_t box, const double *low, const double *high) {
-    for (int a = 0; a < dim; a++) {
-        b->low[box * dim + a] = fmin(b->low[box * dim + a], low[a]);
-        b->high[box * dim + a] = fmax(b->high[box * dim + a], high[a]);
+static void widen(boxes *boxes,
+                  int dim,
+                  int64_t box,
+                  const double *low,
+                  const double *high) {
+    for (int axis = 0; axis < dim; axis++) {
+        boxes->low[box * dim + axis] =
+            fmin(boxes->low[box * dim + axis], low[axis]);
+        boxes->high[box * dim + axis] =
+            fmax(boxes->high[box * dim + axis], high[axis]);
     }
 }
 
-static void drop(line *l) {
-    free(l->lower.low);
-    free(l->upper.low);
+static void drop(line *line) {
+    free(line->lower.low);
+    free(line->upper.low);
 }
 
-static bool prepare(line *l) {
-    int64_t groups = (segments(l) + GROUP - 1) / GROUP;
-    if (!make(&l->lower, groups, l->dim) || !make(&l->upper, (groups + GROUP - 1) / GROUP, l->dim)) return false;
-    for (int64_t i = 0; i < l->m; i++) {
-        const double *p = l->at + i * l->dim;
-        if (i < segments(l)) widen(&l->lower, l->dim, i / GROUP, p, p);
-        if (i) widen(&l->lower, l->dim, (i - 1) / GROUP, p, p);
+static bool prepare(line *line) {
+    int64_t groups = (segments(line) + GROUP - 1) / GROUP;
+    if (!make(&line->lower, groups, line->dim)
+        || !make(&line->upper, (groups + GROUP - 1) / GROUP, line->dim)) {
+        return false;
     }
-    for (int64_t g = 0; g < groups; g++)
-        widen(&l->upper, l->dim, g / GROUP, l->lower.low + g * l->dim, l->lower.high + g * l->dim);
+    for (int64_t i = 0; i < line->m; i++) {
+        const double *p = line->at + i * line->dim;
+        if (i < segments(line)) {
+            widen(&line->lower, line->dim, i / GROUP, p, p);
+        }
+        if (i) {
+            widen(&line->lower, line->dim, (i - 1) / GROUP, p, p);
+        }
+    }
+    for (int64_t g = 0; g < groups; g++) {
+        widen(&line->upper,
+              line->dim,
+              g / GROUP,
+              line->lower.low + g * line->dim,
+              line->lower.high + g * line->dim);
+    }
     return true;
 }
 
 /* Square of the distance to one segment. */
-static double to_segment(const line *l, int64_t i, const double *p) {
-    const double *a = l->at + i * l->dim, *b = i + 1 < l->m ? a + l->dim : a;
+static double to_segment(const line *line, int64_t i, const double *p) {
+    const double *a = line->at + i * line->dim,
+                 *b = i + 1 < line->m ? a + line->dim : a;
     double way = 0.0, along = 0.0, square = 0.0;
-    for (int k = 0; k < l->dim; k++) {
+    for (int k = 0; k < line->dim; k++) {
         double d = b[k] - a[k];
         way += d * d;
         along += (p[k] - a[k]) * d;
     }
     double share = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
-    for (int k = 0; k < l->dim; k++) {
+    for (int k = 0; k < line->dim; k++) {
         double rest = p[k] - a[k] - share * (b[k] - a[k]);
         square += rest * rest;
     }
     return square;
 }
 
-static double to_box(const boxes *b, int dim, int64_t box, const double *p) {
+static double to_box(const boxes *boxes,
+                     int dim,
+                     int64_t box,
+                     const double *p) {
     double square = 0.0;
     for (int k = 0; k < dim; k++) {
-        double out = fmax(b->low[box * dim + k] - p[k], p[k] - b->high[box * dim + k]);
-        if (out > 0.0) square += out * out;
+        double out = fmax(boxes->low[box * dim + k] - p[k],
+                          p[k] - boxes->high[box * dim + k]);
+        if (out > 0.0) {
+            square += out * out;
+        }
     }
     return square;
 }
 
-static void look(const line *l, int64_t first, int64_t end, const double *p, double *best, int64_t *segment) {
-    for (int64_t i = first < 0 ? 0 : first; i < end && i < segments(l); i++) {
-        double square = to_segment(l, i, p);
+static void look(const line *line,
+                 int64_t first,
+                 int64_t end,
+                 const double *p,
+                 double *best,
+                 int64_t *segment) {
+    for (int64_t i = first < 0 ? 0 : first; i < end && i < segments(line);
+         i++) {
+        double square = to_segment(line, i, p);
         if (square < *best) {
             *best = square;
             *segment = i;
@@ -98,78 +137,142 @@ static void look(const line *l, int64_t first, int64_t end, const double *p, dou
     }
 }
 
-/* The nearest segment, or one near `hint` if that is no farther than `enough`. */
-static near nearest(const line *l, const double *p, int64_t hint, double enough) {
+/* The nearest segment, or one near `hint` if that is no farther than `enough`.
+ */
+static near nearest(const line *line,
+                    const double *p,
+                    int64_t hint,
+                    double enough) {
     double best = INFINITY;
     int64_t segment = hint;
-    look(l, hint - BESIDE, hint + BESIDE + 1, p, &best, &segment);
-    for (int64_t s = 0; s < l->upper.n && best > enough * enough; s++) {
-        if (to_box(&l->upper, l->dim, s, p) >= best) continue;
-        for (int64_t g = s * GROUP; g < (s + 1) * GROUP && g < l->lower.n; g++)
-            if (to_box(&l->lower, l->dim, g, p) < best) look(l, g * GROUP, (g + 1) * GROUP, p, &best, &segment);
+    look(line, hint - BESIDE, hint + BESIDE + 1, p, &best, &segment);
+    for (int64_t s = 0; s < line->upper.n && best > enough * enough; s++) {
+        if (to_box(&line->upper, line->dim, s, p) >= best) {
+            continue;
+        }
+        for (int64_t g = s * GROUP; g < (s + 1) * GROUP && g < line->lower.n;
+             g++) {
+            if (to_box(&line->lower, line->dim, g, p) < best) {
+                look(line, g * GROUP, (g + 1) * GROUP, p, &best, &segment);
+            }
+        }
     }
     return (near){sqrt(best), segment};
 }
 
-/* Neighbouring segments: up to the point next to their common vertex the one counts, behind it the other. */
-static double around_vertex(const line *l, const double *a, const double *b, near at_a, near at_b) {
-    const double *v = l->at + (at_a.segment > at_b.segment ? at_a.segment : at_b.segment) * l->dim;
+/* Neighbouring segments: up to the point next to their common vertex the one
+ * counts, behind it the other. */
+static double around_vertex(const line *line,
+                            const double *a,
+                            const double *b,
+                            near at_a,
+                            near at_b) {
+    const double *v =
+        line->at
+        + (at_a.segment > at_b.segment ? at_a.segment : at_b.segment)
+              * line->dim;
     double way = 0.0, along = 0.0, middle[NC_AXES];
-    for (int k = 0; k < l->dim; k++) {
+    for (int k = 0; k < line->dim; k++) {
         way += (b[k] - a[k]) * (b[k] - a[k]);
         along += (v[k] - a[k]) * (b[k] - a[k]);
     }
     double share = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
-    for (int k = 0; k < l->dim; k++) middle[k] = a[k] + share * (b[k] - a[k]);
-    double both = fmax(to_segment(l, at_a.segment, middle), to_segment(l, at_b.segment, middle));
+    for (int k = 0; k < line->dim; k++) {
+        middle[k] = a[k] + share * (b[k] - a[k]);
+    }
+    double both = fmax(to_segment(line, at_a.segment, middle),
+                       to_segment(line, at_b.segment, middle));
     return fmax(sqrt(both), fmax(at_a.distance, at_b.distance));
 }
 
 /* What no distance between a and b exceeds. */
-static double bound(const line *l, const double *a, const double *b, near at_a, near at_b) {
+static double bound(const line *line,
+                    const double *a,
+                    const double *b,
+                    near at_a,
+                    near at_b) {
     double square = 0.0;
-    for (int k = 0; k < l->dim; k++) square += (b[k] - a[k]) * (b[k] - a[k]);
+    for (int k = 0; k < line->dim; k++) {
+        square += (b[k] - a[k]) * (b[k] - a[k]);
+    }
     double most = (at_a.distance + at_b.distance + sqrt(square)) / 2.0;
-    if (at_a.segment == at_b.segment) return fmin(most, fmax(at_a.distance, at_b.distance));
-    if (llabs(at_a.segment - at_b.segment) == 1) most = fmin(most, around_vertex(l, a, b, at_a, at_b));
-    most = fmin(most, fmax(at_a.distance, sqrt(to_segment(l, at_a.segment, b))));
-    return fmin(most, fmax(at_b.distance, sqrt(to_segment(l, at_b.segment, a))));
+    if (at_a.segment == at_b.segment) {
+        return fmin(most, fmax(at_a.distance, at_b.distance));
+    }
+    if (llabs(at_a.segment - at_b.segment) == 1) {
+        most = fmin(most, around_vertex(line, a, b, at_a, at_b));
+    }
+    most = fmin(most,
+                fmax(at_a.distance, sqrt(to_segment(line, at_a.segment, b))));
+    return fmin(most,
+                fmax(at_b.distance, sqrt(to_segment(line, at_b.segment, a))));
 }
 
-static void halve(const line *l, const double *a, const double *b, near at_a, near at_b, int left, double close, double *most) {
-    if (!left || bound(l, a, b, at_a, at_b) <= *most + close) return;
+static void halve(const line *line,
+                  const double *a,
+                  const double *b,
+                  near at_a,
+                  near at_b,
+                  int left,
+                  double close,
+                  double *most) {
+    if (!left || bound(line, a, b, at_a, at_b) <= *most + close) {
+        return;
+    }
     double middle[NC_AXES];
-    for (int k = 0; k < l->dim; k++) middle[k] = 0.5 * (a[k] + b[k]);
-    near at = nearest(l, middle, at_a.segment, *most);
+    for (int k = 0; k < line->dim; k++) {
+        middle[k] = 0.5 * (a[k] + b[k]);
+    }
+    near at = nearest(line, middle, at_a.segment, *most);
     *most = fmax(*most, at.distance);
-    halve(l, a, middle, at_a, at, left - 1, close, most);
-    halve(l, middle, b, at, at_b, left - 1, close, most);
+    halve(line, a, middle, at_a, at, left - 1, close, most);
+    halve(line, middle, b, at, at_b, left - 1, close, most);
 }
 
-double nc_farthest(const double *mine, int64_t n, const double *other, int64_t m, int32_t dim, double known, double close) {
-    line l = {.at = other, .m = m, .dim = dim};
-    near *found = malloc((size_t)(n + 1) * sizeof *found);
-    double most = found && prepare(&l) ? known : -1.0;
-    for (int64_t i = 0; most >= 0.0 && i < n; i++) {
-        found[i] = nearest(&l, mine + i * dim, i ? found[i - 1].segment : 0, most);
+double nc_farthest(const double *mine,
+                   int64_t count,
+                   const double *other,
+                   int64_t m,
+                   int32_t dim,
+                   double known,
+                   double close) {
+    line line = {.at = other, .m = m, .dim = dim};
+    near *found = malloc((size_t)(count + 1) * sizeof *found);
+    double most = found && prepare(&line) ? known : -1.0;
+    for (int64_t i = 0; most >= 0.0 && i < count; i++) {
+        found[i] =
+            nearest(&line, mine + i * dim, i ? found[i - 1].segment : 0, most);
         most = fmax(most, found[i].distance);
     }
-    for (int64_t i = 0; most >= 0.0 && i + 1 < n; i++)
-        halve(&l, mine + i * dim, mine + (i + 1) * dim, found[i], found[i + 1], HALVINGS, close, &most);
+    for (int64_t i = 0; most >= 0.0 && i + 1 < count; i++) {
+        halve(&line,
+              mine + i * dim,
+              mine + (i + 1) * dim,
+              found[i],
+              found[i + 1],
+              HALVINGS,
+              close,
+              &most);
+    }
     free(found);
-    drop(&l);
+    drop(&line);
     return most;
 }
 
-int nc_distances(const double *points, int64_t n, const double *other, int64_t m, int32_t dim, double *out) {
-    line l = {.at = other, .m = m, .dim = dim};
-    bool ready = prepare(&l);
+int nc_distances(const double *points,
+                 int64_t count,
+                 const double *other,
+                 int64_t m,
+                 int32_t dim,
+                 double *out) {
+    line line = {.at = other, .m = m, .dim = dim};
+    bool ready = prepare(&line);
     int64_t segment = 0;
-    for (int64_t i = 0; ready && i < n; i++) {
-        near at = nearest(&l, points + i * dim, segment, 0.0);
+    for (int64_t i = 0; ready && i < count; i++) {
+        near at = nearest(&line, points + i * dim, segment, 0.0);
         out[i] = at.distance;
         segment = at.segment;
     }
-    drop(&l);
+    drop(&line);
     return ready ? 0 : -1;
 }

@@ -1,12 +1,13 @@
-/* Tool radius compensation: programmed rows in, rows of the tool centre out (the stage around it is
- * cnc_core/geometry/radius_comp.py).
+/* Tool radius compensation: programmed rows in, rows of the tool centre out
+ * (the stage around it is cnc_core/geometry/radius_comp.py).
  *
- *   offset.c           which row is what: selection, compensation, change of side, deselection
- *   join.c      two neighbours and what lies between them: intersection, corner lines, corner arc
- *   intersect.c  points, tangents, intersections; no state
+ *   offset.c           which row is what: selection, compensation, change of
+ * side, deselection join.c      two neighbours and what lies between them:
+ * intersection, corner lines, corner arc intersect.c  points, tangents,
+ * intersections; no state
  *
- * One element is held back until the next one in the plane is known, with all rows behind it. Offsets are signed: positive
- * to the left of the path.
+ * One element is held back until the next one in the plane is known, with all
+ * rows behind it. Offsets are signed: positive to the left of the path.
  */
 #ifndef OFFSET_H
 #define OFFSET_H
@@ -16,8 +17,9 @@
 #include "rows/nc_block.h"
 
 /* cdef begin */
-#define NC_OFFSET_HELD 1000  /* rows behind the element held back */
-#define NC_OFFSET_GROWTH 5   /* rows written for one row read, at most; and the held ones */
+#define NC_OFFSET_HELD 1000 /* rows behind the element held back */
+#define NC_OFFSET_GROWTH                                                       \
+    5 /* rows written for one row read, at most; and the held ones */
 
 #define NC_OFFSET_LINES 25
 #define NC_OFFSET_ARCS 26
@@ -43,12 +45,12 @@
 
 /* A motion in the plane. Index 0: at its start, 1: at its end. */
 typedef struct nc_element {
-    nc_block row;       /* as programmed */
-    double p[2][2];     /* programmed points */
-    double t[2][2];     /* tangents */
-    double d[2];        /* offsets; they differ while the tool radius changes */
-    double start[2];    /* compensated start */
-    double curvature;   /* positive: to the left */
+    nc_block row;     /* as programmed */
+    double p[2][2];   /* programmed points */
+    double t[2][2];   /* tangents */
+    double d[2];      /* offsets; they differ while the tool radius changes */
+    double start[2];  /* compensated start */
+    double curvature; /* positive: to the left */
     int32_t role;
     int32_t mode; /* of the selection or deselection it makes */
 } nc_element;
@@ -66,7 +68,8 @@ typedef struct nc_offset {
     int32_t main_axis[3];
     int32_t state;
     int32_t has_prev;
-    int32_t shifted; /* G239: axes stay beside the programmed position until they are programmed */
+    int32_t shifted; /* G239: axes stay beside the programmed position until
+                        they are programmed */
     int32_t mode;
     int32_t corner;
     int32_t warning; /* nc_offset_push came back early to have it reported */
@@ -76,12 +79,21 @@ typedef struct nc_offset {
     size_t made, room;
 } nc_offset;
 
-void nc_offset_init(nc_offset *o);
-int nc_offset_idle(const nc_offset *o);
-int nc_offset_push(nc_offset *o, const nc_block *in, size_t count, size_t *taken, nc_block *out, size_t room, size_t *made);
-int nc_offset_drain(nc_offset *o, nc_block *out, size_t room, size_t *made);
-void nc_offset_resync(nc_offset *o, const double *position);
-void nc_offset_forget(nc_offset *o);
+void nc_offset_init(nc_offset *offset);
+int nc_offset_idle(const nc_offset *offset);
+int nc_offset_push(nc_offset *offset,
+                   const nc_block *in,
+                   size_t count,
+                   size_t *taken,
+                   nc_block *out,
+                   size_t room,
+                   size_t *made);
+int nc_offset_drain(nc_offset *offset,
+                    nc_block *out,
+                    size_t room,
+                    size_t *made);
+void nc_offset_resync(nc_offset *offset, const double *position);
+void nc_offset_forget(nc_offset *offset);
 /* cdef end */
 
 #endif

@@ -5,20 +5,22 @@
 #include "stages/contouring/contouring.h"
 #include "curve/curve.h"
 
-#define CONTOUR_SKIPPED 16   /* short blocks between two rounded ones */
-#define CONTOUR_HELD 512     /* rows between two motions */
+#define CONTOUR_SKIPPED 16 /* short blocks between two rounded ones */
+#define CONTOUR_HELD 512   /* rows between two motions */
 #define CONTOUR_NUMBERS 65536
 
 /* How corners are rounded: an NC_CONTOUR row, unpacked. */
 typedef struct contour_mode {
-    int mode;                 /* NC_CONTOUR_OFF, ... */
+    int mode; /* NC_CONTOUR_OFF, ... */
     bool active, const_vel;
     uint8_t action;
-    double path_dev, pre, post, track_dev, relevant_path, relevant_track, remain, max_angle, share;
+    double path_dev, pre, post, track_dev, relevant_path, relevant_track,
+        remain, max_angle, share;
     double interim[NC_AXES];
 } contour_mode;
 
-/* One block of a corner: `length` of what is left of it, `whole` as programmed. */
+/* One block of a corner: `length` of what is left of it, `whole` as programmed.
+ */
 typedef struct leg {
     nc_block row;
     double start[NC_AXES];
@@ -30,17 +32,32 @@ typedef struct leg {
 typedef struct corner {
     double coef[2][NC_AXES][5]; /* over 0..1 each */
     double length[2], mid[NC_AXES];
-    double pre, post;           /* corner distances */
+    double pre, post; /* corner distances */
     double deviation;
 } corner;
 
-void leg_set(const nc_contour_config *cfg, leg *l, const nc_block *row, const double *start);
-void leg_at(const nc_contour_config *cfg, const leg *l, double s, double *q, double *d1, double *d2);
-void leg_cut_end(const nc_contour_config *cfg, leg *l, double d);
-void leg_cut_start(const nc_contour_config *cfg, leg *l, double d);
-double leg_track(const nc_contour_config *cfg, const leg *l);
+void leg_set(const nc_contour_config *cfg,
+             struct leg *leg,
+             const nc_block *row,
+             const double *start);
+void leg_at(const nc_contour_config *cfg,
+            const struct leg *leg,
+            double s,
+            double *q,
+            double *d1,
+            double *d2);
+void leg_cut_end(const nc_contour_config *cfg, struct leg *leg, double d);
+void leg_cut_start(const nc_contour_config *cfg, struct leg *leg, double d);
+double leg_track(const nc_contour_config *cfg, const struct leg *leg);
 
-/* The curve from a to b; `skipped` blocks between them are left out. False: the corner stays as it is. */
-bool corner_make(const nc_contour_config *cfg, const contour_mode *m, const leg *a, const leg *b, const leg *skipped, int n,
-                 corner *out, bool *irregular);
+/* The curve from a to b; `skipped` blocks between them are left out. False: the
+ * corner stays as it is. */
+bool corner_make(const nc_contour_config *cfg,
+                 const struct contour_mode *m,
+                 const struct leg *a,
+                 const struct leg *b,
+                 const struct leg *skipped,
+                 int n,
+                 struct corner *out,
+                 bool *irregular);
 #endif
