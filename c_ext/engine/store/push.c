@@ -167,7 +167,7 @@ static void push_element(struct engine *engine,
     struct element *el = element_at(engine, engine->element_head);
     __atomic_thread_fence(
         __ATOMIC_RELEASE); /* who sees the slot change sees at least the present
-                              head (docs/model/ring.pml) */
+                              head (docs/explanation/model/ring.pml) */
     HLI_CONTOUR_LOOKAHEAD_BLOCK *facts = &el->facts;
 >>>>>>> bb5bb8d1b3688d3f2b1d5233ea7753b62b05028d
     memset(el, 0, sizeof *el);
