@@ -255,14 +255,9 @@ int hs_clah_serve(void *unit,
 int hs_techno_next(const void *units, uint32_t count, uint32_t from);
 void hs_techno_fetch(void *unit, void *copy);
 void hs_techno_done(void *unit);
-<<<<<<< HEAD
-/* Fetched and acknowledged at once: copy, done_w TRUE, please_rw FALSE. A unit nobody waits for (MOS) is free as soon as
- * please_rw is FALSE; a done_w behind that would acknowledge the next function in it (docs/explanation/model/techno.pml). */
-=======
 /* Fetched and acknowledged at once: copy, done_w TRUE, please_rw FALSE. A unit
  * nobody waits for (MOS) is free as soon as please_rw is FALSE; a done_w behind
  * that would acknowledge the next function in it (docs/explanation/model/techno.pml). */
->>>>>>> bb5bb8d1b3688d3f2b1d5233ea7753b62b05028d
 void hs_techno_take(void *unit, void *copy);
 /* cdef end */
 #endif

@@ -1,19 +1,12 @@
 /* Jerk-limited path planning: a receding horizon over knots of a path, and the
  * acceleration-limited sibling.
  *
-<<<<<<< HEAD
- * The module knows neither the engine nor the HLI.  The caller pushes intervals of a path (length, derivatives of the
- * axes by path length at both ends, feed) and takes time laws, one after the other, that a cyclic interpolator
- * evaluates in constant time.  Whatever happens to the solver, what has not been taken yet always ends at rest.
- * Mathematics and argument for legality: docs/explanation/planner.md.  No function but jerk_new and topp2_new allocates.
-=======
  * The module knows neither the engine nor the HLI.  The caller pushes intervals
  * of a path (length, derivatives of the axes by path length at both ends, feed)
  * and takes time laws, one after the other, that a cyclic interpolator
  * evaluates in constant time.  Whatever happens to the solver, what has not
  * been taken yet always ends at rest. Mathematics and argument for legality:
  * docs/explanation/planner.md.  No function but jerk_new and topp2_new allocates.
->>>>>>> bb5bb8d1b3688d3f2b1d5233ea7753b62b05028d
  */
 #ifndef JERK_PLANNER_H
 #define JERK_PLANNER_H

@@ -1,14 +1,9 @@
 /* Acceleration-limited path planning (TOPP2): controllable speeds backwards, as
  * fast as they allow forwards.
  *
-<<<<<<< HEAD
- * The path comes in the intervals of planner.h and goes in its laws (c = jerk = 0).  Between two knots the path
- * acceleration is constant; every axis meets its acceleration at both ends of every interval.  docs/explanation/planner.md.
-=======
  * The path comes in the intervals of planner.h and goes in its laws (c = jerk =
  * 0).  Between two knots the path acceleration is constant; every axis meets
  * its acceleration at both ends of every interval.  docs/explanation/planner.md.
->>>>>>> bb5bb8d1b3688d3f2b1d5233ea7753b62b05028d
  */
 #ifndef TOPP2_H
 #define TOPP2_H

@@ -155,12 +155,6 @@ static double tangent_variation(struct engine *engine,
     return angle;
 }
 
-<<<<<<< HEAD
-static void push_element(engine *e, const piece *p, const nc_block *row) {
-    element *el = element_at(e, e->element_head);
-    __atomic_thread_fence(__ATOMIC_RELEASE); /* who sees the slot change sees at least the present head (docs: ring.pml) */
-    HLI_CONTOUR_LOOKAHEAD_BLOCK *f = &el->facts;
-=======
 static void push_element(struct engine *engine,
                          const struct piece *piece,
                          const nc_block *row) {
@@ -169,7 +163,6 @@ static void push_element(struct engine *engine,
         __ATOMIC_RELEASE); /* who sees the slot change sees at least the present
                               head (docs/explanation/model/ring.pml) */
     HLI_CONTOUR_LOOKAHEAD_BLOCK *facts = &el->facts;
->>>>>>> bb5bb8d1b3688d3f2b1d5233ea7753b62b05028d
     memset(el, 0, sizeof *el);
     facts->block_type = row->type == NC_CIRCULAR     ? HLI_CLAH_CIRCULAR
                         : row->type == NC_POLYNOMIAL ? HLI_CLAH_POLYNOMIAL

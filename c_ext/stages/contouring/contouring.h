@@ -1,11 +1,6 @@
-<<<<<<< HEAD
-/* Contouring: corners are replaced by two polynomials of degree 4 per axis (the stage around it is
- * cnc_core/geometry/contour.py, the mathematics is told in docs/explanation/contouring.md).
-=======
 /* Contouring: corners are replaced by two polynomials of degree 4 per axis (the
  * stage around it is cnc_core/geometry/contour.py, the mathematics is told in
  * docs/explanation/contouring.md).
->>>>>>> bb5bb8d1b3688d3f2b1d5233ea7753b62b05028d
  *
  *   contouring.c         rows: which blocks meet in a corner, what stands
  * between them, what is written corner.c  one corner: corner distances, curve,
