@@ -1,4 +1,4 @@
-"""The import rules of docs/architecture.md: front end -> blocks -> geometry -> kinematics -> engine -> hli -> plc."""
+"""The import rules of docs/explanation/architecture.md: front end -> blocks -> geometry -> kinematics -> engine -> hli -> plc."""
 
 from __future__ import annotations
 
