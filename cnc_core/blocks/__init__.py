@@ -18,6 +18,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.units import FloatArray
+
 from .profile_columns import ProfileChunk
 
 NC_AXES = 9
@@ -146,7 +148,7 @@ class BlockBatch:
     """
 
     rows: npt.NDArray[Any]
-    pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    pool: FloatArray = field(default_factory=lambda: np.empty(0))
     profile: ProfileChunk | None = None
 
     @classmethod
@@ -194,10 +196,10 @@ class Block:
     def __init__(
         self,
         row: Any,
-        start: npt.NDArray[np.float64],
+        start: FloatArray,
         axes: Sequence[str],
         main: Sequence[int],
-        pool: npt.NDArray[np.float64] | None = None,
+        pool: FloatArray | None = None,
     ) -> None:
         self.row, self.start, self.axes, self.main, self.pool = (
             row,
@@ -207,7 +209,7 @@ class Block:
             pool,
         )
 
-    def _named(self, values: npt.NDArray[np.float64]) -> dict[str, float]:
+    def _named(self, values: FloatArray) -> dict[str, float]:
         return {name: float(values[i]) for i, name in enumerate(self.axes)}
 
     def _motion(self) -> dict[str, Any]:
@@ -305,7 +307,7 @@ class Block:
 
 def blocks(
     batch: BlockBatch,
-    start: npt.NDArray[np.float64],
+    start: FloatArray,
     axes: Sequence[str],
     main: Sequence[int],
 ) -> Iterator[Block]:
@@ -367,12 +369,12 @@ def whole_polynomials(
 
 def _whole(
     rows: Any,
-    pool: npt.NDArray[np.float64],
+    pool: FloatArray,
     ends: tuple[int, int],
     span: float,
     axes: int,
     main: Sequence[int],
-) -> npt.NDArray[np.float64]:
+) -> FloatArray:
     """(axes, 6) coefficients over 0..``span`` of the parts from ``ends[0]`` to
     ``ends[1]``.
     """

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..units import FloatArray
 from . import motion_planes
-
-FloatArray = npt.NDArray[np.float64]
 
 
 def arc_extremes(

@@ -11,11 +11,10 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from ..units import FloatArray
 from . import LENGTH_ONLY, PTP
 
-FloatArray = npt.NDArray[np.float64]
 EXACT = 1e-14
 
 

@@ -45,6 +45,7 @@ from cnc_core.frontend.base.scanner import (
 )
 from cnc_core.frontend.machine import ProgramMachine
 
+from ..front_end import Restartable
 from ..port import ChannelPort, Wait
 from .base import codes
 from .base.machine import IsonsCell
@@ -107,7 +108,7 @@ class IsonsFrontEnd(BlockReader):
         scan: bool = True,
         caller: IsonsFrontEnd | None = None,
     ) -> None:
-        cell = machine.isons or IsonsCell()
+        cell = machine.settings(IsonsCell)
         self.parameters = Parameters(cell.parameters)
         modal = Modal(
             machine,
@@ -185,8 +186,7 @@ class IsonsFrontEnd(BlockReader):
     @property
     def asks(self) -> bool:
         """An operator may change what the program sees."""
-        operator = getattr(self.port, "operator", None)
-        return self.forms.shown or bool(operator and operator.waiting)
+        return self.forms.shown or self.port.operator_waiting
 
     @property
     def compensated(self) -> bool:
@@ -479,6 +479,10 @@ class IsonsFrontEnd(BlockReader):
             self._ended = True
 
     # pausing
+
+    @property
+    def restartable(self) -> Restartable:
+        return self
 
     @property
     def pause_mode(self) -> int:

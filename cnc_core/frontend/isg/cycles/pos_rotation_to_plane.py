@@ -5,7 +5,6 @@ both to a plane.
 from __future__ import annotations
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.frontend.isg.cycles.declaration import (
     ANGLE,
@@ -31,6 +30,7 @@ from cnc_core.geometry.shapes.rotation import (
     from_points,
     zyx_angles,
 )
+from cnc_core.units import FloatArray
 
 RESULT_FILE = "SysPosRotationToPlaneResult.txt"
 BOTH, TOOL, SYSTEM, CALCULATE = 1, 2, 3, 4
@@ -133,7 +133,7 @@ def transformation(given: Given, around: Surroundings) -> list[Problem]:
     return [Problem(NO_TRAFO, text, 1)]
 
 
-def rotation_of(given: Given) -> npt.NDArray[np.float64]:
+def rotation_of(given: Given) -> FloatArray:
     """(3, 3) the new axes as columns, in the coordinate system before the call."""
     if POINTS[0] in given:
         points = np.array([given[n] for n in POINTS], dtype=np.float64).reshape(
@@ -151,7 +151,7 @@ def rotation_of(given: Given) -> npt.NDArray[np.float64]:
     )
 
 
-def result_text(rotation: npt.NDArray[np.float64]) -> str:
+def result_text(rotation: FloatArray) -> str:
     """The file: one axis a line, six decimals, no -0."""
     lines = []
     for name, axis in zip("XYZ", np.round(rotation.T, 6) + 0.0, strict=True):

@@ -8,15 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-import numpy.typing as npt
 
 from cnc_core.blocks.coordinates import Frame
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
+from cnc_core.units import FloatArray
 
 from .offsets import Selected
 
-Array = npt.NDArray[np.float64]
 STORED_MAX = 5
 UNDEFINED, TOO_MANY = 20821, 910109
 SEQUENCES = ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX")
@@ -46,7 +45,7 @@ def frame_of(
     return Frame(rotation, v[:3] * unit_mm)
 
 
-def turn(axis: int, degrees: float) -> Array:
+def turn(axis: int, degrees: float) -> FloatArray:
     """(3, 3) right-handed; multiples of 90 degrees exactly."""
     quarter, rest = divmod(degrees, 90.0)
     c, s = float(np.cos(np.radians(rest))), float(np.sin(np.radians(rest)))
@@ -66,7 +65,7 @@ class Active:
     frame: Frame
     number: int | None
     offsets: Selected
-    shift: Array
+    shift: FloatArray
 
 
 @dataclass

@@ -176,9 +176,7 @@ class Endless:
         copy = ffi.new("nc_modal *", modal[0])
         copy.line = copy.count = copy.n = copy.programmed = 0
         port = reader.port
-        external = (
-            dict(getattr(port, "_external", {})) if not port.answers else {}
-        )
+        external = port.written_externals() if not port.answers else {}
         parts = (
             executor.frame,
             executor.transform,
