@@ -18,7 +18,8 @@ def trip(
     """
     found = []
     for i, name in enumerate(axes):
-        at, way = sensors.get(name.upper()), float(end[i] - start[i])
+        at = sensors.get(name.upper())
+        way = float(end[i] - start[i])
         if at is not None and way:
             share = (at - float(start[i])) / way
             if 0.0 <= share <= 1.0:

@@ -368,18 +368,10 @@ class Modal:
     ) -> Row:
         """A row that is not a motion, of the line being read."""
         row = np.zeros(1, NC_BLOCK)
-        row["type"], row["n"], row["code"], row["value"], row["flags"] = (
-            kind,
-            n,
-            code,
-            value,
-            flags,
-        )
-        row["line"], row["count"], row["file"] = (
-            self.line,
-            self.count,
-            self._modal.file,
-        )
+        row["type"], row["n"] = kind, n
+        row["code"], row["value"], row["flags"] = code, value, flags
+        row["line"], row["count"] = self.line, self.count
+        row["file"] = self._modal.file
         return row
 
 

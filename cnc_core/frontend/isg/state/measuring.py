@@ -60,10 +60,12 @@ def place_functions(
         EXACT_STOP
     )  # the stop belongs to the block's end
     for name in ("length", "length_min"):
-        first[name], second[name] = row[name] * share, row[name] * (1.0 - share)
+        first[name] = row[name] * share
+        second[name] = row[name] * (1.0 - share)
     parts = [
         part
         for part in (first, *mine, second)
         if part["type"][0] == M or part["length"][0] > 0.0
     ]
-    return rest, [*motion[: lines[0]], *parts, *motion[lines[0] + 1 :]]
+    at = lines[0]
+    return rest, [*motion[:at], *parts, *motion[at + 1 :]]

@@ -191,7 +191,10 @@ class Offsets:
     def put_away(self, axes: Iterable[int]) -> Selected:
         """The offsets of some axes begin at 0; what they were."""
         before = Selected(
-            self.number, self.active.copy(), self.g92.copy(), self.pset.copy()
+            self.number,
+            self.active.copy(),
+            self.g92.copy(),
+            self.pset.copy(),
         )
         for axis in axes:
             if axis >= 0:

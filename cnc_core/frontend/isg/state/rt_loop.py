@@ -68,7 +68,10 @@ class RealTimeLoop:
             raise fail(22181, ERRORS[22181], offset)
         away = float(np.abs(self._modal.position - opened.position).max())
         if away > CLOSED_WITHIN_MM:
-            text = f"the real-time loop of line {opened.place.line} ends {away:g} mm from where it begins"
+            text = (
+                f"the real-time loop of line {opened.place.line} "
+                f"ends {away:g} mm from where it begins"
+            )
             raise fail(50991, text, offset)
         return self._modal.row(RT_LOOP_END, self._modal.n)
 
