@@ -23,18 +23,18 @@ typedef struct conditions {
 } conditions;
 
 bool state_feasible(struct engine *engine, uint64_t end, double bent) {
-    if (engine->plan.v <= 0.0) {
+    if (engine->commit.v <= 0.0) {
         return true;
     }
-    if (engine->plan.piece >= end) {
+    if (engine->commit.piece >= end) {
         return false;
     }
-    return !is_motion(piece_at(engine, engine->plan.piece))
+    return !is_motion(piece_at(engine, engine->commit.piece))
            || meets_all(engine,
-                        engine->plan.piece,
+                        engine->commit.piece,
                         end,
-                        engine->plan.s,
-                        engine->plan.v,
+                        engine->commit.s,
+                        engine->commit.v,
                         bent);
 }
 
@@ -46,7 +46,7 @@ static uint64_t plan_under(struct engine *engine,
     engine->plan.single = conditions->single;
     engine->plan.m01 = conditions->m01;
     engine->plan.held_axes = conditions->held_axes;
-    engine->plan.capped = engine->plan.piece;
+    engine->accel.capped = engine->commit.piece;
     corner_caps(engine);
     uint64_t end = window_end(engine);
     backward_pass(engine, end);
@@ -70,32 +70,31 @@ static bool same_counts(const struct techno_counts *now,
 
 /* The last plan was made under the present conditions. */
 bool conditions_hold(struct engine *engine) {
-    const planner *plan = &engine->plan;
-    return reserve_wanted(engine) == plan->reserve_override
-           && ATOMIC_GET(engine->single_now) == plan->single
-           && ATOMIC_GET(engine->m01_now) == plan->m01
-           && ATOMIC_GET(engine->held_axes) == plan->held_axes
-           && same_counts(&engine->done, &plan->done)
-           && same_counts(&engine->done_again, &plan->done_again);
+    return reserve_wanted(engine) == engine->plan.reserve_override
+           && ATOMIC_GET(engine->orders.single) == engine->plan.single
+           && ATOMIC_GET(engine->orders.m01) == engine->plan.m01
+           && ATOMIC_GET(engine->orders.held_axes) == engine->plan.held_axes
+           && same_counts(&engine->technology.done, &engine->plan.done)
+           && same_counts(&engine->technology.done_again,
+                          &engine->plan.done_again);
 }
 
 static struct conditions conditions_now(const struct engine *engine) {
-    const planner *plan = &engine->plan;
-    return (struct conditions){plan->reserve_override,
-                               plan->done,
-                               plan->done_again,
-                               plan->single,
-                               plan->m01,
-                               plan->held_axes};
+    return (struct conditions){engine->plan.reserve_override,
+                               engine->plan.done,
+                               engine->plan.done_again,
+                               engine->plan.single,
+                               engine->plan.m01,
+                               engine->plan.held_axes};
 }
 
 static struct conditions conditions_wanted(struct engine *engine) {
     return (struct conditions){reserve_wanted(engine),
-                               techno_done(&engine->done),
-                               techno_done(&engine->done_again),
-                               ATOMIC_GET(engine->single_now),
-                               ATOMIC_GET(engine->m01_now),
-                               ATOMIC_GET(engine->held_axes)};
+                               techno_done(&engine->technology.done),
+                               techno_done(&engine->technology.done_again),
+                               ATOMIC_GET(engine->orders.single),
+                               ATOMIC_GET(engine->orders.m01),
+                               ATOMIC_GET(engine->orders.held_axes)};
 }
 
 /* New conditions are taken over where the present state can be continued
@@ -135,9 +134,9 @@ static uint64_t choose_conditions(struct engine *engine) {
 uint64_t choose_window(struct engine *engine) {
     watch_window(engine);
     uint64_t end = choose_conditions(engine);
-    bool wants = (engine->plan.window_motions <= engine->cfg.window
-                      ? engine->plan.capped < engine->piece_head
-                      : engine->plan.unsettled < end)
-                 && !engine->feed.final;
+    bool wants = (engine->accel.window_motions <= engine->cfg.window
+                      ? engine->accel.capped < engine->run.head
+                      : engine->accel.unsettled < end)
+                 && !engine->dispatch.final;
     return wants && feed_further(engine) ? choose_conditions(engine) : end;
 }

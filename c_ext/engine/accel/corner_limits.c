@@ -55,8 +55,8 @@ typedef struct load {
 /* Pieces this far behind committed motion are still in the ring (push.c keeps
  * KEPT_BEHIND slots). */
 static uint64_t left_floor(const struct engine *engine) {
-    return engine->plan.piece > CORNERS_BEHIND
-               ? engine->plan.piece - CORNERS_BEHIND
+    return engine->commit.piece > CORNERS_BEHIND
+               ? engine->commit.piece - CORNERS_BEHIND
                : 0;
 }
 
@@ -202,8 +202,8 @@ static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
     step_right(engine,
                &load->right,
                load,
-               engine->piece_head,
-               engine->feed.final);
+               engine->run.head,
+               engine->dispatch.final);
 }
 
 /* From the corner alone, take in neighbours until `v` does not reach the next
@@ -237,8 +237,8 @@ static bool gather(struct engine *engine,
             step_right(engine,
                        next,
                        load,
-                       engine->piece_head,
-                       engine->feed.final);
+                       engine->run.head,
+                       engine->dispatch.final);
         }
     }
     if (left->known < *v * dt) {
@@ -433,29 +433,29 @@ static bool cap_corner(struct engine *engine,
 
 /* Finish the corner limits of all pieces up to the end of what is known. */
 void corner_caps(struct engine *engine) {
-    uint64_t head = engine->piece_head;
-    if (engine->plan.capped < engine->plan.piece) {
-        engine->plan.capped = engine->plan.piece;
+    uint64_t head = engine->run.head;
+    if (engine->accel.capped < engine->commit.piece) {
+        engine->accel.capped = engine->commit.piece;
     }
-    if (engine->plan.capped < engine->plan.need_end) {
-        engine->plan.need_end = 0; /* pieces are capped anew */
+    if (engine->accel.capped < engine->accel.need_end) {
+        engine->accel.need_end = 0; /* pieces are capped anew */
     }
-    if (engine->plan.capped < engine->plan.window_to) {
-        engine->plan.window_to = engine->plan.window_from = 0;
+    if (engine->accel.capped < engine->accel.window_to) {
+        engine->accel.window_to = engine->accel.window_from = 0;
     }
-    zones_follow(engine, engine->plan.capped);
-    while (engine->plan.capped < head) {
-        struct piece *piece = piece_at(engine, engine->plan.capped);
+    zones_follow(engine, engine->accel.capped);
+    while (engine->accel.capped < head) {
+        struct piece *piece = piece_at(engine, engine->accel.capped);
         const struct piece *before = piece;
         double fastest = -1.0;
         if (is_motion(piece)
-            && !cap_corner(engine, engine->plan.capped, &before, &fastest)) {
+            && !cap_corner(engine, engine->accel.capped, &before, &fastest)) {
             return;
         }
-        zones_note(engine, engine->plan.capped, before, fastest);
+        zones_note(engine, engine->accel.capped, before, fastest);
         piece->capped = true;
         piece->spanned = piece->settled = false;
         piece->cruise2 = -1.0;
-        engine->plan.capped++;
+        engine->accel.capped++;
     }
 }

@@ -14,7 +14,7 @@ typedef struct zone_use {
     double sum[NC_AXES];
 } zone_use;
 
-bool zones_new(struct engine *e);
+bool zones_new(struct engine *engine);
 double corner_zone(const struct engine *engine,
                    double v,
                    const struct piece *piece);
@@ -28,7 +28,7 @@ void zones_use(struct engine *engine,
                const struct piece *next,
                zone_use *first,
                zone_use *last);
-bool zones_known(struct engine *e,
-                 const struct piece *p,
+bool zones_known(struct engine *engine,
+                 const struct piece *piece,
                  const struct piece *next);
 #endif

@@ -47,7 +47,7 @@ typedef struct swing {
 static bool add_strips(struct builder *builder,
                        const strip *strips,
                        bool stands) {
-    struct piece *piece = builder->p;
+    struct piece *piece = builder->piece;
     double *rows = builder->rows;
     place from = {0}, to;
     piece->span_count = 0;
@@ -82,8 +82,8 @@ static void make_room(struct builder *builder,
     builder->counting = true;
     add_strips(builder, strips, stands);
     builder->counting = false;
-    double extra = most_constant(builder, builder->p->dir > 0 ? 0.0 : 1.0);
-    spans_grow(builder->e, has, builder->count + extra, SIGNS);
+    double extra = most_constant(builder, builder->piece->dir > 0 ? 0.0 : 1.0);
+    spans_grow(builder->engine, has, builder->count + extra, SIGNS);
     builder->has = has;
     builder->spans = has->spans;
     builder->rows = has->rows;
@@ -112,7 +112,7 @@ static double seconds_about(const struct engine *engine,
 /* What constant bounds may lose of the path acceleration that the axes have: on
  * a ramp over many pieces it adds up. */
 static double gentle_loss(const struct builder *builder, double free) {
-    return builder->fast2 > 2.0 * free * MANY_PIECES * builder->p->length
+    return builder->fast2 > 2.0 * free * MANY_PIECES * builder->piece->length
                ? GENTLE_RAMP
                : GENTLE_ACCEL;
 }
@@ -143,8 +143,8 @@ static bool gentle_strip(const struct builder *builder,
             return false;
         }
     }
-    if (builder->p->limits.path_acceleration > 0) {
-        accel = lesser(accel, (double)builder->p->limits.path_acceleration);
+    if (builder->piece->limits.path_acceleration > 0) {
+        accel = lesser(accel, (double)builder->piece->limits.path_acceleration);
     }
     *out = (struct span){.length = length, .accel = accel, .v_hard = sqrt(x)};
     return true;
@@ -194,7 +194,7 @@ static bool gentle_ends(const struct builder *builder) {
 /* The bounds of its derivatives all over the piece, or a part of it between
  * `ends`; the speed squared that its axes and the program allow on it. */
 static double swings_of(const struct builder *builder, struct swing *swing) {
-    const struct piece *piece = builder->p;
+    const struct piece *piece = builder->piece;
     double h = builder->ends[1].s - builder->ends[0].s, bend = 0.0,
            x = builder->fast2, h2 = 0.125 * h * h;
     for (int i = 0; i < builder->c->axes; i++) {
@@ -226,8 +226,8 @@ static double swings_of(const struct builder *builder, struct swing *swing) {
 
 /* More than can be reached at either end: what the axes allow one by one. */
 static struct extent reach_bound(const struct builder *builder) {
-    double u = builder->p->limits.path_acceleration > 0
-                   ? (double)builder->p->limits.path_acceleration
+    double u = builder->piece->limits.path_acceleration > 0
+                   ? (double)builder->piece->limits.path_acceleration
                    : NEVER;
     for (int i = 0; i < builder->c->axes; i++) {
         double d1 = fabs(builder->ends[0].d1[i]),
@@ -297,8 +297,8 @@ double curve_cruise2(struct engine *engine,
     const struct curve *curve = curve_of(engine, piece);
     double top = reachable(piece, OVER_FEED), x = 0.0;
     struct builder builder; /* of which little is of use here: not cleared */
-    builder.e = engine;
-    builder.p = piece;
+    builder.engine = engine;
+    builder.piece = piece;
     builder.c = curve;
     builder.scale = piece->whole / curve_length(curve);
     builder.fast2 = top * top;
@@ -335,7 +335,7 @@ double curve_cruise2(struct engine *engine,
  * let the speed rise and fall on one stretch, which a constant path
  * acceleration between two knots does not. */
 static bool add_gentle(struct builder *builder, const strip *strips) {
-    const struct piece *piece = builder->p;
+    const struct piece *piece = builder->piece;
     struct swing swing[NC_AXES];
     if (!gentle_ends(builder)) {
         return false;
@@ -369,7 +369,7 @@ static bool add_gentle(struct builder *builder, const strip *strips) {
         }
         at = end;
     }
-    builder->p->span_count = (uint32_t)count;
+    builder->piece->span_count = (uint32_t)count;
     return true;
 }
 
@@ -386,8 +386,8 @@ void curve_piece_spans(struct engine *engine,
         reachable(piece, greater(engine->plan.reserve_override, OVER_FEED));
     span_room first = spans_first(engine, has);
     struct builder builder = {
-        .e = engine,
-        .p = piece,
+        .engine = engine,
+        .piece = piece,
         .c = curve,
         .spans = has->spans,
         .rows = has->rows,

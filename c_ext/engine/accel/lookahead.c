@@ -16,7 +16,7 @@
 static const struct piece *next_of(struct engine *engine, uint64_t i) {
     uint64_t count = i;
     return piece_at(engine, i)->stop_after
-                   || !next_motion(engine, &count, engine->plan.capped)
+                   || !next_motion(engine, &count, engine->accel.capped)
                ? NULL
                : piece_at(engine, count);
 }
@@ -31,21 +31,26 @@ static void make_spans(struct engine *engine, uint64_t i) {
 /* First piece behind the window: N motion pieces after the one where committed
  * motion ends, or what is known. Counted on from where it was counted to. */
 uint64_t window_end(struct engine *engine) {
-    planner *plan = &engine->plan;
-    if (plan->piece < plan->window_from || plan->piece > plan->window_to
-        || plan->window_from == plan->window_to) {
-        plan->window_from = plan->window_to = plan->piece;
-        plan->window_motions = 0;
+    if (engine->commit.piece < engine->accel.window_from
+        || engine->commit.piece > engine->accel.window_to
+        || engine->accel.window_from == engine->accel.window_to) {
+        engine->accel.window_from = engine->accel.window_to =
+            engine->commit.piece;
+        engine->accel.window_motions = 0;
     }
-    for (; plan->window_from < plan->piece; plan->window_from++) {
-        plan->window_motions -= is_motion(piece_at(engine, plan->window_from));
+    for (; engine->accel.window_from < engine->commit.piece;
+         engine->accel.window_from++) {
+        engine->accel.window_motions -=
+            is_motion(piece_at(engine, engine->accel.window_from));
     }
-    while (plan->window_to < plan->capped
-           && plan->window_motions <= engine->cfg.window
-           && plan->window_to - plan->piece <= plan->span_mask) {
-        plan->window_motions += is_motion(piece_at(engine, plan->window_to++));
+    while (engine->accel.window_to < engine->accel.capped
+           && engine->accel.window_motions <= engine->cfg.window
+           && engine->accel.window_to - engine->commit.piece
+                  <= engine->accel.span_mask) {
+        engine->accel.window_motions +=
+            is_motion(piece_at(engine, engine->accel.window_to++));
     }
-    return plan->window_to;
+    return engine->accel.window_to;
 }
 
 /* Largest speed squared at the start of the stretch from which `next` can be
@@ -118,24 +123,24 @@ void settle_spans(struct engine *engine, uint64_t i, double need2) {
                     &free);
 }
 
-static need_key key_of(const planner *plan) {
+static need_key key_of(const struct plan_conditions *plan) {
     return (need_key){plan->override, plan->rapid, plan->ext_speed, plan->hold};
 }
 
 /* Needs below this piece are those of the last pass: nothing that they depend
  * on has changed but the window's end. */
-static uint64_t kept_needs(const planner *plan) {
-    need_key now = key_of(plan), then = plan->need_key;
+static uint64_t kept_needs(const struct engine *engine) {
+    need_key now = key_of(&engine->plan), then = engine->accel.need_key;
     bool same = now.override == then.override && now.rapid == then.rapid
                 && now.ext_speed == then.ext_speed && now.hold == then.hold;
-    return same ? plan->need_end : 0;
+    return same ? engine->accel.need_end : 0;
 }
 
 /* Whether what the last pass has found holds on: nothing that it depends on has
  * changed but what lies behind its window. */
-bool needs_hold(const struct engine *e) {
-    uint64_t kept = kept_needs(&e->plan);
-    return kept > e->plan.piece && kept <= e->plan.capped;
+bool needs_hold(const struct engine *engine) {
+    uint64_t kept = kept_needs(engine);
+    return kept > engine->commit.piece && kept <= engine->accel.capped;
 }
 
 /* need2 at the start of piece i, from that behind it. `fixed`: it is the same
@@ -168,16 +173,15 @@ static double need_before(struct engine *engine,
  * window. */
 void backward_pass(struct engine *engine, uint64_t end) {
     double need2 = 0.0;
-    uint64_t kept = kept_needs(&engine->plan), fixed_to = 0,
-             unsettled = UINT64_MAX;
-    engine->plan.passed_at = engine->plan.piece;
-    engine->plan.passes++;
-    if (kept == end && end > engine->plan.piece
-        && engine->plan.unsettled == UINT64_MAX) {
+    uint64_t kept = kept_needs(engine), fixed_to = 0, unsettled = UINT64_MAX;
+    engine->accel.passed_at = engine->commit.piece;
+    engine->accel.passes++;
+    if (kept == end && end > engine->commit.piece
+        && engine->accel.unsettled == UINT64_MAX) {
         return;
     }
-    kept = kept < engine->plan.unsettled ? kept : engine->plan.unsettled;
-    for (uint64_t i = end; i-- > engine->plan.piece;) {
+    kept = kept < engine->accel.unsettled ? kept : engine->accel.unsettled;
+    for (uint64_t i = end; i-- > engine->commit.piece;) {
         struct piece *piece = piece_at(engine, i);
         bool same = i < kept && is_motion(piece) && piece->settled,
              fixed = fixed_to > 0;
@@ -196,10 +200,10 @@ void backward_pass(struct engine *engine, uint64_t end) {
         }
         piece->need2 = need2;
     }
-    if (!kept || fixed_to > engine->plan.fixed_to) {
-        engine->plan.fixed_to = fixed_to;
+    if (!kept || fixed_to > engine->accel.fixed_to) {
+        engine->accel.fixed_to = fixed_to;
     }
-    engine->plan.unsettled = unsettled;
-    engine->plan.need_end = end;
-    engine->plan.need_key = key_of(&engine->plan);
+    engine->accel.unsettled = unsettled;
+    engine->accel.need_end = end;
+    engine->accel.need_key = key_of(&engine->plan);
 }

@@ -38,7 +38,7 @@ stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
         settle_spans(engine, i, need_behind(engine, i, end));
     }
     const struct span *spans = spans_of(engine, i);
-    span_cursor *at = &engine->plan.cursor;
+    span_cursor *at = &engine->accel.cursor;
     uint32_t last = piece->span_count - 1;
     if (at->piece != i || s < at->from) {
         *at = (span_cursor){.piece = i};
@@ -100,15 +100,15 @@ static void run(struct writer *writer,
     writer->s += writer->v * room + 0.5 * a * room * room;
     writer->v = greater(0.0, writer->v + a * room);
     if (!writer->out) {
-        writer->e->plan.rest = (run_left){writer->piece,
-                                          writer->e->plan.passes,
-                                          writer->s,
-                                          writer->v,
-                                          a,
-                                          time - room,
-                                          s1,
-                                          v1,
-                                          last};
+        writer->engine->accel.rest = (run_left){writer->piece,
+                                                writer->engine->accel.passes,
+                                                writer->s,
+                                                writer->v,
+                                                a,
+                                                time - room,
+                                                s1,
+                                                v1,
+                                                last};
     }
 }
 
@@ -176,7 +176,7 @@ void drive_bent(struct writer *writer,
                 bool brake) {
     double at = writer->s - st->from, room = st->to - writer->s;
     const bent_left *left = &writer->left;
-    uint64_t made = piece_at(writer->e, writer->piece)->spans_made;
+    uint64_t made = piece_at(writer->engine, writer->piece)->spans_made;
     bool goes_on = !brake && left->to > writer->s
                    && left->piece == writer->piece && left->made == made
                    && left->s == writer->s && left->v == writer->v
@@ -264,7 +264,7 @@ static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
  * committed: a path that is fed anew (an inserted stop, a loop that ends) may
  * have other stretches than the plan has met. */
 void leave_motion(struct writer *writer, uint64_t end) {
-    struct engine *engine = writer->e;
+    struct engine *engine = writer->engine;
     const struct piece *piece = piece_at(engine, writer->piece);
     double limit = piece->stop_after || writer->piece + 1 >= end ? 0.0 : NEVER;
     if (limit > 0.0) {
@@ -289,10 +289,12 @@ void leave_motion(struct writer *writer, uint64_t end) {
 static bool cruise(struct writer *writer,
                    const struct piece *piece,
                    uint64_t end) {
-    double soft = soft_cap(writer->e, piece), room = piece->length - writer->s;
-    bool keeps = piece->cruises && soft > 0.0
-                 && fabs(writer->v - soft) <= SAME_SPEED * soft
-                 && need_behind(writer->e, writer->piece, end) >= soft * soft;
+    double soft = soft_cap(writer->engine, piece),
+           room = piece->length - writer->s;
+    bool keeps =
+        piece->cruises && soft > 0.0
+        && fabs(writer->v - soft) <= SAME_SPEED * soft
+        && need_behind(writer->engine, writer->piece, end) >= soft * soft;
     if (!keeps || room <= 0.0) {
         return false;
     }
@@ -302,15 +304,15 @@ static bool cruise(struct writer *writer,
 
 /* The phase that the end of the last commit has cut. */
 void run_on(struct writer *writer, uint64_t end) {
-    const run_left rest = writer->e->plan.rest;
-    bool fits = rest.pass == writer->e->plan.passes
+    const run_left rest = writer->engine->accel.rest;
+    bool fits = rest.pass == writer->engine->accel.passes
                 && rest.piece == writer->piece && rest.s == writer->s
                 && rest.v == writer->v && rest.v > 0.0 && !writer_full(writer);
     if (!fits) {
         return;
     }
     run(writer, rest.a, rest.time, rest.s1, rest.v1, rest.last);
-    if (writer->s >= piece_at(writer->e, writer->piece)->length) {
+    if (writer->s >= piece_at(writer->engine, writer->piece)->length) {
         leave_motion(writer, end);
     }
 }
@@ -319,13 +321,13 @@ void run_on(struct writer *writer, uint64_t end) {
  * committed until then. */
 static bool waits_for_path(const struct writer *writer) {
     return !writer->out && writer->seconds >= writer->least
-           && writer->piece >= writer->e->plan.fixed_to;
+           && writer->piece >= writer->engine->accel.fixed_to;
 }
 
 /* Forward until the budget is used up, the window ends or the path stands
  * (hold, override 0). */
 void drive_window(struct writer *writer, uint64_t end) {
-    struct engine *engine = writer->e;
+    struct engine *engine = writer->engine;
     while (writer->piece < end && !writer_full(writer)
            && !waits_for_path(writer)) {
         const struct piece *piece = piece_at(engine, writer->piece);

@@ -49,39 +49,42 @@ span_room spans_first(const struct engine *engine, const span_room *room) {
                            * (uint32_t)engine->cfg.axis_count};
 }
 
-bool spans_new(struct engine *e) {
-    planner *w = &e->plan;
+bool spans_new(struct engine *engine) {
     uint64_t slots = 1;
-    while (slots < SLOTS * ((uint64_t)e->cfg.window + 64)) {
+    while (slots < SLOTS * ((uint64_t)engine->cfg.window + 64)) {
         slots <<= 1;
     }
     size_t few = (size_t)(slots * FEW_ROOM),
-           row = SPAN_ROW * (size_t)e->cfg.axis_count;
-    w->span_mask = slots - 1;
-    w->spans = calloc(few, sizeof(struct span));
-    w->rows = calloc(few * row, sizeof(double));
-    w->span_slots = calloc((size_t)slots, sizeof(span_slot));
-    room_for(&w->made, first_count(e), ROWS_FIRST * (uint32_t)row);
-    if (!w->spans || !w->rows || !w->span_slots || !w->made.count) {
+           row = SPAN_ROW * (size_t)engine->cfg.axis_count;
+    engine->accel.span_mask = slots - 1;
+    engine->accel.spans = calloc(few, sizeof(struct span));
+    engine->accel.rows = calloc(few * row, sizeof(double));
+    engine->accel.span_slots = calloc((size_t)slots, sizeof(span_slot));
+    room_for(&engine->accel.made,
+             first_count(engine),
+             ROWS_FIRST * (uint32_t)row);
+    if (!engine->accel.spans || !engine->accel.rows || !engine->accel.span_slots
+        || !engine->accel.made.count) {
         return false;
     }
-    if (!e->traits.uses_spans) {
+    if (!engine->traits.uses_spans) {
         return true; /* it needs none of them */
     }
-    memory_touch(w->spans, few * sizeof(struct span));
-    memory_touch(w->span_slots, (size_t)slots * sizeof(span_slot));
+    memory_touch(engine->accel.spans, few * sizeof(struct span));
+    memory_touch(engine->accel.span_slots, (size_t)slots * sizeof(span_slot));
     return true;
 }
 
 void spans_free(struct engine *engine) {
-    for (uint64_t i = 0; engine->plan.span_slots && i <= engine->plan.span_mask;
+    for (uint64_t i = 0;
+         engine->accel.span_slots && i <= engine->accel.span_mask;
          i++) {
-        free_room(&engine->plan.span_slots[i].many);
+        free_room(&engine->accel.span_slots[i].many);
     }
-    free_room(&engine->plan.made);
-    free(engine->plan.spans);
-    free(engine->plan.rows);
-    free(engine->plan.span_slots);
+    free_room(&engine->accel.made);
+    free(engine->accel.spans);
+    free(engine->accel.rows);
+    free(engine->accel.span_slots);
 }
 
 /* Room for `count` stretches of so many rows per axis, or as many as a piece
@@ -101,7 +104,7 @@ void spans_grow(const struct engine *engine,
 }
 
 /* The stretches of piece i are those in the room it shares with others. */
-bool spans_known(const struct engine *e, uint64_t i) {
-    return e->pieces[i & e->piece_mask].spanned
-           && e->plan.span_slots[i & e->plan.span_mask].owner == i;
+bool spans_known(const struct engine *engine, uint64_t i) {
+    return engine->run.pieces[i & engine->run.mask].spanned
+           && engine->accel.span_slots[i & engine->accel.span_mask].owner == i;
 }

@@ -47,8 +47,8 @@
 #define ENDS 3.0 /* stretches of an arc that zones can add */
 
 typedef struct builder {
-    struct engine *e;
-    struct piece *p;
+    struct engine *engine;
+    struct piece *piece;
     struct span *spans;
     double *rows, room[NC_AXES];
     double step; /* rad of an arc between knots */
@@ -67,13 +67,13 @@ static void add_bent(struct builder *builder,
     if (to->s - from->s < TINY_MM) {
         return;
     }
-    builder->rows += bent_rows(builder->e,
-                               builder->p,
+    builder->rows += bent_rows(builder->engine,
+                               builder->piece,
                                from,
                                to,
                                builder->room,
                                NULL,
-                               &builder->spans[builder->p->span_count++],
+                               &builder->spans[builder->piece->span_count++],
                                builder->rows);
 }
 
@@ -109,18 +109,19 @@ static void arc_strip(struct builder *builder,
                       double from,
                       double to,
                       int least) {
-    double turn = fabs(builder->p->sweep) / builder->p->whole * (to - from);
+    double turn =
+        fabs(builder->piece->sweep) / builder->piece->whole * (to - from);
     int count = (int)greater(ceil(turn / builder->step - 1e-9), least);
     struct knot last, next;
-    arc_knot(builder->e, builder->p, from, &last);
-    double step = builder->p->dir * builder->p->sweep / builder->p->whole
-                  * (to - from) / count,
+    arc_knot(builder->engine, builder->piece, from, &last);
+    double step = builder->piece->dir * builder->piece->sweep
+                  / builder->piece->whole * (to - from) / count,
            c = cos(step), z = sin(step);
     next = last;
     for (int k = 1; k <= count; k++) {
         next.s = k == count ? to : from + (to - from) * k / count;
-        turn_by(next.d1, builder->p, c, z);
-        turn_by(next.d2, builder->p, c, z);
+        turn_by(next.d1, builder->piece, c, z);
+        turn_by(next.d2, builder->piece, c, z);
         add_bent(builder, &last, &next);
         last = next;
     }
@@ -145,12 +146,12 @@ static double straight_accel(const struct engine *engine,
 }
 
 static void straight_strip(struct builder *builder, double length) {
-    const struct piece *piece = builder->p;
-    struct span *span = &builder->spans[builder->p->span_count++];
-    *span =
-        (struct span){.length = length,
-                      .accel = straight_accel(builder->e, piece, builder->room),
-                      .v_hard = piece->v_hard};
+    const struct piece *piece = builder->piece;
+    struct span *span = &builder->spans[builder->piece->span_count++];
+    *span = (struct span){
+        .length = length,
+        .accel = straight_accel(builder->engine, piece, builder->room),
+        .v_hard = piece->v_hard};
     if (piece->kind != PIECE_ARC) {
         return;
     }
@@ -160,10 +161,11 @@ static void straight_strip(struct builder *builder, double length) {
     span->v_hard =
         lesser(span->v_hard, sqrt(ARC_NORMAL * room / piece->curvature));
     for (int axis = 0; axis < 2; axis++) {
-        span->v_hard = lesser(
-            span->v_hard,
-            piece_v_max(builder->e, piece, axis ? piece->axis2 : piece->axis1)
-                / piece->plane_speed);
+        span->v_hard = lesser(span->v_hard,
+                              piece_v_max(builder->engine,
+                                          piece,
+                                          axis ? piece->axis2 : piece->axis1)
+                                  / piece->plane_speed);
     }
 }
 
@@ -201,16 +203,16 @@ static bool slows_down(const struct engine *engine,
                        double x,
                        double way) {
     for (int count = 0; count < RAMP_PIECES && way > 0.0; count++) {
-        const struct piece *piece = &engine->pieces[i & engine->piece_mask];
+        const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
         if (side < 0 ? stands_before(engine, piece) || i == 0
                      : piece->stop_after) {
             return true;
         }
-        if (side > 0 && i + 1 >= engine->plan.capped) {
-            return engine->feed.final;
+        if (side > 0 && i + 1 >= engine->accel.capped) {
+            return engine->dispatch.final;
         }
         i = side < 0 ? i - 1 : i + 1;
-        piece = &engine->pieces[i & engine->piece_mask];
+        piece = &engine->run.pieces[i & engine->run.mask];
         if (!is_motion(piece)) {
             continue;
         }
@@ -227,7 +229,7 @@ static bool slows_down(const struct engine *engine,
 
 /* Whether an arc is likely to be driven with much acceleration along it. */
 static bool has_ramps(const struct engine *engine, uint64_t i, double slow) {
-    const struct piece *piece = &engine->pieces[i & engine->piece_mask];
+    const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
     double v = reachable(piece, 1.0), x = kept_speed2(engine, piece),
            way = x / (2.0 * slow);
     return x < KEPT_SPEED2 * v * v || slows_down(engine, i, -1, x, way)
@@ -238,7 +240,7 @@ static bool has_ramps(const struct engine *engine, uint64_t i, double slow) {
  * where a slow axis stands beside a quick one its share of the path changes at
  * once, and with it what it allows. */
 static double turn_step(const struct engine *engine, uint64_t i) {
-    const struct piece *piece = &engine->pieces[i & engine->piece_mask];
+    const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
     double a = piece_a_max(engine, piece, piece->axis1),
            b = piece_a_max(engine, piece, piece->axis2);
     double slow = lesser(a, b), v = reachable(piece, 1.0);
@@ -313,50 +315,51 @@ static bool cruise_curve(struct engine *engine,
  * (squared) at its end: whatever its stretches are, the largest speed at its
  * start is that one then. `next`: the motion behind it, NULL where that ends in
  * a standstill; `known`: all corners are that use up acceleration on it. */
-bool can_cruise(struct engine *e,
-                struct piece *p,
+bool can_cruise(struct engine *engine,
+                struct piece *piece,
                 const struct piece *next,
                 bool known,
                 double speed,
                 double end2) {
     bool meets = end2 >= speed * speed;
-    if (p->kind == PIECE_LINE && meets) {
+    if (piece->kind == PIECE_LINE && meets) {
         return true;
     }
     if (!known) {
         return false;
     }
-    if (p->kind == PIECE_CURVE) {
-        return meets && cruise_curve(e, p, next, speed * speed);
+    if (piece->kind == PIECE_CURVE) {
+        return meets && cruise_curve(engine, piece, next, speed * speed);
     }
-    if (p->kind == PIECE_ARC && too_many_turns(e, p)) {
+    if (piece->kind == PIECE_ARC && too_many_turns(engine, piece)) {
         return false;
     }
-    if (!meets && speed * speed > end2 + 2.0 * p->accel * p->length) {
+    if (!meets && speed * speed > end2 + 2.0 * piece->accel * piece->length) {
         return false;
     }
     double room[NC_AXES];
-    used_on(e, p, next, room);
-    for (int i = 0; i < e->cfg.axis_count; i++) {
-        room[i] = USABLE * piece_a_max(e, p, i) - room[i];
+    used_on(engine, piece, next, room);
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        room[i] = USABLE * piece_a_max(engine, piece, i) - room[i];
     }
-    double accel = straight_accel(e, p, room);
-    if (p->kind == PIECE_ARC && !cruise_arc(e, p, room, speed, &accel)) {
+    double accel = straight_accel(engine, piece, room);
+    if (piece->kind == PIECE_ARC
+        && !cruise_arc(engine, piece, room, speed, &accel)) {
         return false;
     }
-    return meets || speed * speed <= end2 + 2.0 * accel * p->length;
+    return meets || speed * speed <= end2 + 2.0 * accel * piece->length;
 }
 
 /* The path is not driven any further: one stretch that stands. */
 static void no_memory(struct builder *builder, uint64_t i) {
-    planner *plan = &builder->e->plan;
-    uint64_t slot = i & plan->span_mask;
-    ATOMIC_SET(builder->e->fault, ENGINE_NO_MEMORY);
-    builder->spans = plan->span_slots[slot].spans =
-        plan->spans + slot * FEW_ROOM;
+    struct accel_state *accel = &builder->engine->accel;
+    uint64_t slot = i & accel->span_mask;
+    ATOMIC_SET(builder->engine->fault, ENGINE_NO_MEMORY);
+    builder->spans = accel->span_slots[slot].spans =
+        accel->spans + slot * FEW_ROOM;
     builder->spans[0] =
-        (struct span){.length = builder->p->length, .accel = NEVER};
-    builder->p->span_count = 1;
+        (struct span){.length = builder->piece->length, .accel = NEVER};
+    builder->piece->span_count = 1;
 }
 
 /* Where `count` stretches of piece i go, with rows of `numbers` in all (0: one
@@ -365,18 +368,18 @@ static bool choose_room(uint64_t i,
                         double count,
                         uint32_t numbers,
                         struct builder *builder) {
-    planner *plan = &builder->e->plan;
-    uint64_t slot = i & plan->span_mask;
-    uint32_t row = SPAN_ROW * (uint32_t)builder->e->cfg.axis_count,
+    struct accel_state *accel = &builder->engine->accel;
+    uint64_t slot = i & accel->span_mask;
+    uint32_t row = SPAN_ROW * (uint32_t)builder->engine->cfg.axis_count,
              few = FEW_ROOM * row;
-    span_slot *to = &plan->span_slots[slot];
+    span_slot *to = &accel->span_slots[slot];
     to->owner = i;
     if (count <= FEW && numbers <= few) {
-        builder->spans = to->spans = plan->spans + slot * FEW_ROOM;
-        builder->rows = plan->rows + slot * few;
+        builder->spans = to->spans = accel->spans + slot * FEW_ROOM;
+        builder->rows = accel->rows + slot * few;
         return true;
     }
-    uint32_t number = (uint32_t)lesser(count, spans_max(builder->e)) + 1u;
+    uint32_t number = (uint32_t)lesser(count, spans_max(builder->engine)) + 1u;
     if (!numbers) {
         numbers = number * row;
     }
@@ -396,13 +399,18 @@ static void curve_strips(struct builder *builder,
                          const strip *strips,
                          int count,
                          bool stands) {
-    planner *plan = &builder->e->plan;
-    struct piece *piece = builder->p;
+    struct accel_state *accel = &builder->engine->accel;
+    struct piece *piece = builder->piece;
     uint32_t numbers = 0;
-    curve_piece_spans(builder->e, piece, &plan->made, strips, count, stands);
+    curve_piece_spans(builder->engine,
+                      piece,
+                      &accel->made,
+                      strips,
+                      count,
+                      stands);
     for (uint32_t k = 0; k < piece->span_count; k++) {
-        numbers += plan->made.spans[k].rows
-                       ? SPAN_ROW * plan->made.spans[k].n_rows
+        numbers += accel->made.spans[k].rows
+                       ? SPAN_ROW * accel->made.spans[k].n_rows
                        : 0u;
     }
     if (!choose_room(i, piece->span_count, numbers, builder)) {
@@ -412,7 +420,7 @@ static void curve_strips(struct builder *builder,
     double *rows = builder->rows;
     for (uint32_t k = 0; k < piece->span_count; k++) {
         struct span *span = &builder->spans[k];
-        *span = plan->made.spans[k];
+        *span = accel->made.spans[k];
         if (!span->rows) {
             continue;
         }
@@ -429,8 +437,8 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
     struct piece *piece = piece_at(engine, i);
     static const double none[NC_AXES] = {0};
     struct builder builder;
-    builder.e = engine;
-    builder.p = piece;
+    builder.engine = engine;
+    builder.piece = piece;
     builder.step = piece->kind == PIECE_ARC ? turn_step(engine, i) : 0.0;
     zone_use used1, used2;
     zones_use(engine, piece, next, &used1, &used2);
@@ -448,9 +456,9 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
     int count = apart ? 3 : 1,
         least = !next && stands_before(engine, piece) ? STOP_PARTS : 1;
     double at = 0.0;
-    engine->plan.cursor.piece = UINT64_MAX;
+    engine->accel.cursor.piece = UINT64_MAX;
     piece->span_count = 0;
-    piece->spans_made = ++engine->plan.spans_made;
+    piece->spans_made = ++engine->accel.spans_made;
     if (piece->kind == PIECE_CURVE) {
         curve_strips(&builder, i, strips, count, least > 1);
     } else if (!choose_room(

@@ -35,20 +35,19 @@ static double rest_of_cycle(struct engine *engine, double at) {
  * back (recall.c). Pumped on one thread without jerk it is cut then and there.
  */
 static void commit_phase(struct writer *writer, const phase *ph) {
-    struct engine *engine = writer->e;
+    struct engine *engine = writer->engine;
     if (!cuts_phases(engine)) {
-        engine->phase_ring[engine->plan.written++ & (PHASE_RING - 1)] = *ph;
+        engine->commit.ring[engine->commit.written++ & (PHASE_RING - 1)] = *ph;
         return;
     }
     bool motion = is_motion(piece_at(engine, ph->piece));
-    double from = 0.0,
-           to = motion
-                    ? rest_of_cycle(engine,
-                                    engine->plan.committed_s + writer->seconds)
-                    : ph->time;
+    double from = 0.0, to = motion ? rest_of_cycle(engine,
+                                                   engine->commit.committed_s
+                                                       + writer->seconds)
+                                   : ph->time;
     for (int i = 1;; i++) {
         phase *out =
-            &engine->phase_ring[engine->plan.written++ & (PHASE_RING - 1)];
+            &engine->commit.ring[engine->commit.written++ & (PHASE_RING - 1)];
         bool end =
             i >= PARTS_MAX || to >= ph->time - SHORT_PART * engine->cfg.cycle_s;
         *out = *ph;
@@ -75,7 +74,7 @@ void write_phase(struct writer *writer, const phase *ph) {
 }
 
 void pass_event(struct writer *writer) {
-    const struct piece *piece = piece_at(writer->e, writer->piece);
+    const struct piece *piece = piece_at(writer->engine, writer->piece);
     double time = piece->type == NC_DWELL ? piece->value : 0.0;
     emit_phase(writer, 0.0, time, true);
     writer->piece++;
@@ -85,7 +84,7 @@ void pass_event(struct writer *writer) {
 double ahead_s(struct engine *engine) {
     double consumed;
     __atomic_load(&engine->geo.consumed_s, &consumed, __ATOMIC_ACQUIRE);
-    return engine->plan.committed_s - consumed;
+    return engine->commit.committed_s - consumed;
 }
 
 /* So much motion is ahead of GEO behind a commit; never less than the cycle

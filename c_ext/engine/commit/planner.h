@@ -72,7 +72,7 @@ struct planner_ops {
 
 /* The stored tail, where it is due, is written now. */
 static inline void planner_store_tail(struct engine *engine) {
-    if (engine->plan.tail_due) {
+    if (engine->commit.tail_due) {
         engine->planner->store_tail(engine);
     }
 }

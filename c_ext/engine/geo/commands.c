@@ -33,7 +33,7 @@ static uint32_t level_override(struct engine *engine,
         value = load_u16_relaxed(&unit->command_w);
         if (value > OVERRIDE_MAX) {
             value = OVERRIDE_MAX;
-            engine->bad_commands++;
+            engine->orders.bad++;
         }
     }
     show_u16(&unit->state_r, (uint16_t)value);
@@ -45,7 +45,7 @@ static uint32_t level_override(struct engine *engine,
 static bool axes_released(struct engine *engine) {
     bool released = true;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        HLI_AXIS *ax = &engine->segment->axis[i];
+        HLI_AXIS *ax = &engine->hli.segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
         released &=
             level_bool(&ax->lr_mc_control.release_feedhold, present, true);
@@ -53,7 +53,7 @@ static bool axes_released(struct engine *engine) {
         released &=
             level_bool(&ax->lr_mc_control.torque_permission, present, true);
     }
-    engine->released = released;
+    engine->orders.released = released;
     return released;
 }
 
@@ -71,16 +71,16 @@ static void show_axis_override(struct engine *engine,
 static bool axes_held(struct engine *engine) {
     uint32_t held = 0;
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        HLI_AXIS *ax = &engine->segment->axis[i];
+        HLI_AXIS *ax = &engine->hli.segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
         show_axis_override(engine, ax, present);
         if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) {
             held |= 1u << i;
         }
     }
-    ATOMIC_SET(engine->held_axes, held);
+    ATOMIC_SET(engine->orders.held_axes, held);
     return held && engine->geo.piece != UINT64_MAX
-           && engine->piece_done <= engine->geo.piece
+           && engine->run.done <= engine->geo.piece
            && (piece_at(engine, engine->geo.piece)->moving & held);
 }
 
@@ -99,7 +99,7 @@ static bool take_external_speed(struct engine *engine,
     double value = valid ? fabs(speed / 1000.0) : NEVER;
     show_u32((uint32_t *)&bahn_mc_control->ext_command_speed.state_r,
              (uint32_t)speed);
-    __atomic_store(&engine->ext_speed, &value, __ATOMIC_RELEASE);
+    __atomic_store(&engine->orders.ext_speed, &value, __ATOMIC_RELEASE);
     return speed < 0;
 }
 
@@ -128,14 +128,15 @@ static void take_shortcut(struct engine *engine,
             ? load_u32_relaxed(&bahn_mc_control->del_dist_to_go_end.command_w)
             : 0;
     show_u32(&bahn_mc_control->del_dist_to_go_end.state_r, mask);
-    ATOMIC_SET(engine->shortcut_mask, mask);
+    ATOMIC_SET(engine->orders.shortcut_mask, mask);
     bool wanted =
         level_bool(&bahn_mc_control->delete_distance_to_go, present, false);
-    if (wanted && !engine->shortcut_seen && engine->store_kept
-        && !engine->program_end) {
-        ATOMIC_SET(engine->shortcut_requests, engine->shortcut_requests + 1);
+    if (wanted && !engine->orders.shortcut_seen && engine->store.kept
+        && !engine->program.end) {
+        ATOMIC_SET(engine->orders.shortcut_requests,
+                   engine->orders.shortcut_requests + 1);
     }
-    engine->shortcut_seen = wanted;
+    engine->orders.shortcut_seen = wanted;
 }
 
 /* Channel axis of a logical axis number, -1 if it is none. */
@@ -158,7 +159,8 @@ static void take_insert_command(struct engine *engine,
         || !flag(&unit->command_semaphor_rw)) {
         return;
     }
-    if (ATOMIC_GET(engine->feed.inserts) != engine->insert_requests) {
+    if (ATOMIC_GET(engine->dispatch.inserts)
+        != engine->orders.insert_requests) {
         return;
     }
     struct insert_cmd cmd = {
@@ -177,22 +179,24 @@ static void take_insert_command(struct engine *engine,
         good = false;
     }
     if (good) {
-        engine->insert_request = cmd;
-        ATOMIC_SET(engine->insert_requests, engine->insert_requests + 1);
+        engine->orders.insert_request = cmd;
+        ATOMIC_SET(engine->orders.insert_requests,
+                   engine->orders.insert_requests + 1);
     } else {
-        engine->bad_commands++;
+        engine->orders.bad++;
     }
     store_u8_release(&unit->command_semaphor_rw, 0);
 }
 
 void take_commands(struct engine *engine) {
-    HLI_BAHN_MC_CONTROL *bahn_mc_control = &engine->channel->bahn_mc_control;
-    bool present = flag(&engine->channel->head.plc_present_w);
+    HLI_BAHN_MC_CONTROL *bahn_mc_control =
+        &engine->hli.channel->bahn_mc_control;
+    bool present = flag(&engine->hli.channel->head.plc_present_w);
     mode_cycle(engine, present);
-    engine->feedhold_now =
+    engine->orders.feedhold =
         level_bool(&bahn_mc_control->feedhold, present, false);
-    bool hold = engine->feedhold_now | !axes_released(engine)
-                | axes_held(engine) | ATOMIC_GET(engine->stopped);
+    bool hold = engine->orders.feedhold | !axes_released(engine)
+                | axes_held(engine) | ATOMIC_GET(engine->modes.stopped);
     bool valid = level_bool(&bahn_mc_control->override_valid, present, false);
     double factor =
         level_override(engine, &bahn_mc_control->override, present, valid)
@@ -212,29 +216,29 @@ void take_commands(struct engine *engine) {
         engine->geo.waiting_continue = engine->geo.stands_single = false;
     }
     engine->geo.continue_seen = go_on;
-    if (ATOMIC_GET(engine->override_ignored)) {
+    if (ATOMIC_GET(engine->orders.override_ignored)) {
         factor = rapid = 1.0;
     }
-    __atomic_store(&engine->override_now, &factor, __ATOMIC_RELEASE);
-    __atomic_store(&engine->rapid_now, &rapid, __ATOMIC_RELEASE);
+    __atomic_store(&engine->orders.override, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&engine->orders.rapid, &rapid, __ATOMIC_RELEASE);
     bool external = take_external_speed(engine, bahn_mc_control, present);
-    ATOMIC_SET(engine->backward_now,
+    ATOMIC_SET(engine->orders.backward,
                (level_bool(&bahn_mc_control->backward_motion, present, false)
                 || external)
-                   && !engine->program_end);
-    ATOMIC_SET(engine->simulate_now,
+                   && !engine->program.end);
+    ATOMIC_SET(engine->orders.simulate,
                level_bool(&bahn_mc_control->simulate_motion, present, false));
     if (level_bool(&bahn_mc_control->backward_storage_off, present, false)
-        && engine->program_end) {
-        ATOMIC_SET(engine->store_first, ATOMIC_GET(engine->store_head));
+        && engine->program.end) {
+        ATOMIC_SET(engine->store.first, ATOMIC_GET(engine->store.head));
     }
     take_shortcut(engine, bahn_mc_control, present);
     take_insert_command(engine, bahn_mc_control, present);
-    ATOMIC_SET(engine->rt_loop_now,
+    ATOMIC_SET(engine->orders.rt_loop,
                level_bool(&bahn_mc_control->rt_loop_enable, present, false));
-    ATOMIC_SET(engine->single_now,
+    ATOMIC_SET(engine->orders.single,
                level_bool(&bahn_mc_control->single_block, present, false));
-    ATOMIC_SET(engine->m01_now,
+    ATOMIC_SET(engine->orders.m01,
                level_bool(&bahn_mc_control->m01_stop_enable, present, false));
-    ATOMIC_SET(engine->hold_now, hold);
+    ATOMIC_SET(engine->orders.hold, hold);
 }

@@ -119,7 +119,10 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
 
 /* A program begins: its first element begins the distance. */
 void geo_begin_distance(struct engine *engine) {
-    set_epoch(&engine->geo, engine->push_epoch, engine->element_head, 0.0);
+    set_epoch(&engine->geo,
+              engine->push.epoch,
+              engine->store.element_head,
+              0.0);
 }
 
 static void run_reset(struct geo *geo, const struct piece *piece) {
@@ -134,27 +137,27 @@ static void run_reset(struct geo *geo, const struct piece *piece) {
 /* The cell takes commands out of a small ring; what it cannot hold is counted.
  */
 static void tell_command(struct engine *engine, const struct piece *piece) {
-    uint64_t head = engine->command_head;
+    uint64_t head = engine->path_commands.head;
     external_command(engine, piece->value);
-    if (head - ATOMIC_GET(engine->command_tail) >= COMMANDS_MAX) {
-        engine->commands_lost++;
+    if (head - ATOMIC_GET(engine->path_commands.tail) >= COMMANDS_MAX) {
+        engine->path_commands.lost++;
         return;
     }
     struct engine_command *engine_command =
-        &engine->commands[head % COMMANDS_MAX];
+        &engine->path_commands.entries[head % COMMANDS_MAX];
     engine_command->value = piece->value;
     engine_command->cycle = engine->geo.cycle;
     engine_command->line = piece->line;
     memcpy(engine_command->position,
            engine->geo.position,
            sizeof engine_command->position);
-    ATOMIC_SET(engine->command_head, head + 1);
+    ATOMIC_SET(engine->path_commands.head, head + 1);
 }
 
 static void run_event(struct engine *engine, struct piece *piece) {
     struct geo *geo = &engine->geo;
     if (piece->inserted && piece->type == NC_M) {
-        ATOMIC_SET(engine->stops_done, engine->stops_done + 1);
+        ATOMIC_SET(engine->stops.done, engine->stops.done + 1);
     }
     if (piece->flags & NC_OUTPUT) {
         techno_output(engine,
@@ -169,10 +172,10 @@ static void run_event(struct engine *engine, struct piece *piece) {
             tell_command(engine, piece);
         }
         if (piece->code == NC_EVENT_OVERRIDE) {
-            ATOMIC_SET(engine->override_ignored, piece->value == 0.0);
+            ATOMIC_SET(engine->orders.override_ignored, piece->value == 0.0);
         }
         if (piece->code == NC_EVENT_STORAGE_CLEAR && piece->dir > 0) {
-            ATOMIC_SET(engine->store_first, piece->origin + 1);
+            ATOMIC_SET(engine->store.first, piece->origin + 1);
         }
         if (piece->dir > 0) {
             foresight_time(engine,
@@ -188,11 +191,11 @@ static void run_event(struct engine *engine, struct piece *piece) {
         geo->tool = piece->code;
         break;
     case NC_M:
-        if (!engine->segment) {
+        if (!engine->hli.segment) {
             break; /* nobody there who could continue */
         }
         if (piece->code == 0
-            || (piece->code == 1 && engine->m01_now && geo->v <= 0.0)) {
+            || (piece->code == 1 && engine->orders.m01 && geo->v <= 0.0)) {
             geo->waiting_continue = true;
         }
         break;
@@ -215,11 +218,11 @@ static void leave_piece(struct engine *engine) {
         run_event(engine, piece);
     }
     geo->dwelling = false;
-    ATOMIC_SET(engine->piece_done, geo->piece + 1);
+    ATOMIC_SET(engine->run.done, geo->piece + 1);
     if (piece->dir > 0 && !piece->inserted
         && piece->from + piece->length >= piece->whole - 1e-9
-        && piece->origin >= engine->store_done) {
-        ATOMIC_SET(engine->store_done, piece->origin + 1);
+        && piece->origin >= engine->store.done) {
+        ATOMIC_SET(engine->store.done, piece->origin + 1);
     }
 }
 
@@ -243,7 +246,7 @@ static bool fetch_from_tail(struct engine *engine) {
             REJOIN_NONE); /* from here on the buffer is the planner's again */
         return fetch_phase(engine);
     }
-    const struct tail *tail = &engine->plan.tails[geo->tail_index];
+    const struct tail *tail = &engine->commit.tails[geo->tail_index];
     if (geo->tail_next < tail->count) {
         geo->now = tail->phases[geo->tail_next++];
         if (geo->leaves && geo->tail_next > engine->rejoin.phase) {
@@ -253,7 +256,7 @@ static bool fetch_from_tail(struct engine *engine) {
     }
     geo->in_tail = false; /* from here on the buffer is the planner's again */
     geo->v = 0.0;
-    ATOMIC_SET(engine->tail_done, 1);
+    ATOMIC_SET(engine->commit.tail_done, 1);
     return false;
 }
 
@@ -261,12 +264,12 @@ static bool fetch_from_tail(struct engine *engine) {
  * late. */
 static bool fetch_phase(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    uint64_t word = ATOMIC_GET(engine->commit);
+    uint64_t word = ATOMIC_GET(engine->commit.word);
     if (geo->in_tail || (word & 1)) {
         return fetch_from_tail(engine);
     }
     if (geo->consumed < word >> 2) {
-        geo->now = engine->phase_ring[geo->consumed & (PHASE_RING - 1)];
+        geo->now = engine->commit.ring[geo->consumed & (PHASE_RING - 1)];
         ATOMIC_SET(geo->consumed, geo->consumed + 1);
         return true;
     }
@@ -274,7 +277,7 @@ static bool fetch_phase(struct engine *engine) {
     if (geo->v <= 0.0 && geo->consumed == word >> 2) {
         return false;
     }
-    if (!__atomic_compare_exchange_n(&engine->commit,
+    if (!__atomic_compare_exchange_n(&engine->commit.word,
                                      &word,
                                      word | 1,
                                      false,
@@ -287,7 +290,7 @@ static bool fetch_phase(struct engine *engine) {
                                         with phases that are driven already */
     geo->in_tail = true;
     geo->tail_index = index;
-    geo->tail_next = engine->plan.tails[index].first + (uint32_t)beyond;
+    geo->tail_next = engine->commit.tails[index].first + (uint32_t)beyond;
     ATOMIC_SET(geo->consumed, word >> 2);
     return fetch_phase(engine);
 }
@@ -304,7 +307,7 @@ static bool begin_phase(struct engine *engine) {
         enter_piece(engine, geo->now.piece);
         const struct piece *piece = piece_at(engine, geo->piece);
         if (stood && is_motion(piece) && piece->new_block
-            && engine->single_now) {
+            && engine->orders.single) {
             geo->waiting_continue = geo->stands_single = true;
         }
     }
@@ -362,11 +365,11 @@ void geo_advance(struct engine *engine, double dt) {
         const struct piece *piece = piece_at(engine, geo->piece);
         if (!is_motion(piece) && techno_blocked(engine, piece)) {
             geo->waiting_techno = true;
-            engine->techno_wait_cycles++;
+            engine->technology.wait_cycles++;
             return;
         }
         if (is_motion(piece) && geo->v <= 0.0 && geo->t <= 0.0
-            && (piece->moving & engine->held_axes)) {
+            && (piece->moving & engine->orders.held_axes)) {
             return; /* a held axis would begin to move */
         }
         double rest = geo->now.time - geo->t;
@@ -383,10 +386,10 @@ void geo_advance(struct engine *engine, double dt) {
 
 void geo_evaluate(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    if (geo->piece == UINT64_MAX || engine->piece_done > geo->piece) {
+    if (geo->piece == UINT64_MAX || engine->run.done > geo->piece) {
         return; /* stands at the end of what is done */
     }
-    if (ATOMIC_GET(engine->withdraw) == WITHDRAW_DONE) {
+    if (ATOMIC_GET(engine->withdrawal.state) == WITHDRAW_DONE) {
         return; /* stands; the planner looks at the position */
     }
     const struct piece *piece = piece_at(engine, geo->piece);
@@ -407,7 +410,7 @@ void geo_evaluate(struct engine *engine) {
 }
 
 /* Everything pushed up to now has been executed and the axes stand. */
-bool geo_drained(struct engine *e) {
-    return ATOMIC_GET(e->store_done) >= ATOMIC_GET(e->store_head)
-           && !e->geo.has_phase && !e->geo.waiting_continue;
+bool geo_drained(struct engine *engine) {
+    return ATOMIC_GET(engine->store.done) >= ATOMIC_GET(engine->store.head)
+           && !engine->geo.has_phase && !engine->geo.waiting_continue;
 }

@@ -32,7 +32,7 @@ static uint64_t ring_log_max(const struct engine *engine) {
  * it; the present distance epoch only. */
 static struct range range_now(struct engine *engine) {
     uint64_t active = ATOMIC_GET(engine->geo.active),
-             head = ATOMIC_GET(engine->element_head);
+             head = ATOMIC_GET(engine->store.element_head);
     uint64_t behind = ring_log_max(engine),
              first = active > behind ? active - behind : 0,
              epoch_first = ATOMIC_GET(engine->geo.epoch_first);
@@ -132,8 +132,8 @@ static uint32_t answer_distance(struct engine *engine,
             out[count++] = block;
         }
         __atomic_thread_fence(__ATOMIC_ACQUIRE);
-        if (ATOMIC_GET(engine->element_head)
-            < range.first + engine->element_mask + 1) {
+        if (ATOMIC_GET(engine->store.element_head)
+            < range.first + engine->store.element_mask + 1) {
             return count; /* no slot was used again */
         }
     }
@@ -171,11 +171,11 @@ static void close_answer(struct engine *engine,
                          HLI_CONTOUR_LOOKAHEAD_BLOCK *out,
                          uint32_t count) {
     for (uint32_t k = count;
-         k < ANSWER_MAX && (k <= count || k < engine->answered);
+         k < ANSWER_MAX && (k <= count || k < engine->service.answered);
          k++) {
         memset(&out[k], 0, sizeof out[k]);
     }
-    engine->answered = count;
+    engine->service.answered = count;
 }
 
 static void count_up(uint64_t *counter) {
@@ -187,26 +187,26 @@ static uint32_t answer(struct engine *engine,
                        double length,
                        HLI_CONTOUR_LOOKAHEAD_BLOCK *out) {
     if (!isfinite(start) || !isfinite(length)) {
-        count_up(&engine->requests_bad);
+        count_up(&engine->service.requests_bad);
         return 0;
     }
     if (length == 0.0) {
-        count_up(&engine->requests_mode1);
+        count_up(&engine->service.requests_mode1);
         return answer_index(engine, start, out);
     }
-    count_up(&engine->requests_mode2);
+    count_up(&engine->service.requests_mode2);
     return answer_distance(engine, start, length, out);
 }
 
 static void post_answer(struct engine *engine) {
-    HLI_SIDE_WORD *side_word = &engine->side->clah_answer;
+    HLI_SIDE_WORD *side_word = &engine->hli.side->clah_answer;
     hs_word_post(side_word, load_u32_relaxed(&side_word->word) + 1);
 }
 
 /* Serve a pending request; returns 1 if there was one. */
 int serve_request(struct engine *engine) {
     HLI_CONTOUR_LOOKAHEAD *contour_lookahead =
-        &engine->channel->contour_lookahead;
+        &engine->hli.channel->contour_lookahead;
     if (!load_u8_acquire(&contour_lookahead->semaphor_rw)) {
         return 0;
     }

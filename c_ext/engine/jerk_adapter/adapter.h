@@ -7,7 +7,7 @@
 #include "engine/state/state.h"
 
 bool drive_wanted(const engine_config *cfg);
-bool drive_new(struct engine *e);
+bool drive_new(struct engine *engine);
 void drive_free(struct engine *engine);
 
 extern const struct planner_ops jerk_limited_planner;

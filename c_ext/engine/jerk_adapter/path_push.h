@@ -5,7 +5,7 @@
 #include "engine/state/state.h"
 #include "jerk/planner.h"
 
-bool drive_stands_behind(struct engine *e, uint64_t i);
+bool drive_stands_behind(struct engine *engine, uint64_t i);
 void push_path(struct engine *engine);
 void adapter_restart(struct engine *engine);
 void drive_cut_run(struct engine *engine, uint64_t head);

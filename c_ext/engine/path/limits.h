@@ -6,6 +6,6 @@
 #include "rows/nc_block.h"
 
 void limits_reset(struct engine *engine);
-bool limits_row_check(const struct engine *e, const nc_block *row);
+bool limits_row_check(const struct engine *engine, const nc_block *row);
 void limits_set(struct engine *engine, const nc_block *row);
 #endif

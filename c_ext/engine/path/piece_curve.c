@@ -62,12 +62,12 @@ static bool meets(const struct engine *engine,
 
 /* The row's coefficients, checked and kept for the piece that is pushed next.
  */
-bool curve_row_check(struct engine *e,
+bool curve_row_check(struct engine *engine,
                      const nc_block *row,
                      const double *pool,
                      int64_t pool_n) {
-    int64_t n = (int64_t)e->cfg.axis_count * (row->degree + 1);
-    struct curve *c = &e->next_curve;
+    int64_t n = (int64_t)engine->cfg.axis_count * (row->degree + 1);
+    struct curve *c = &engine->push.next_curve;
     if (!pool || row->pool + n > pool_n) {
         return false;
     }
@@ -79,22 +79,23 @@ bool curve_row_check(struct engine *e,
     bool built = row->flags & NC_BY_LENGTH
                      ? curve_build_by_length(c,
                                              pool + row->pool,
-                                             e->cfg.axis_count,
+                                             engine->cfg.axis_count,
                                              row->degree,
                                              row->angle,
                                              row->length)
                      : curve_build(c,
                                    pool + row->pool,
-                                   e->cfg.axis_count,
+                                   engine->cfg.axis_count,
                                    row->degree,
                                    row->angle,
-                                   main_mask(e));
+                                   main_mask(engine));
     if (!built) {
         return false;
     }
     double miss = fabs(curve_length(c) - row->length);
     return miss <= LENGTH_MISS + 1e-9 * row->length
-           && meets(e, c, 0.0, e->last_end) && meets(e, c, 1.0, row->end);
+           && meets(engine, c, 0.0, engine->push.last_end)
+           && meets(engine, c, 1.0, row->end);
 }
 
 /* Largest magnitude of a smooth function from its samples: a peak between them
@@ -222,8 +223,9 @@ static double fastest2(const struct engine *engine,
 /* Fill p from the coefficients kept by curve_row_check; length, end and feed
  * are set. */
 void curve_piece_build(struct engine *engine, struct piece *piece) {
-    struct curve *curve = &engine->curves[piece->origin & engine->store_mask];
-    *curve = engine->next_curve;
+    struct curve *curve =
+        &engine->store.curves[piece->origin & engine->store.mask];
+    *curve = engine->push.next_curve;
     piece->kind = PIECE_CURVE;
     piece->moving = curve->moving;
     piece->v_hard = 0.0;

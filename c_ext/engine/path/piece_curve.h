@@ -5,7 +5,7 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-bool curve_row_check(struct engine *e,
+bool curve_row_check(struct engine *engine,
                      const nc_block *row,
                      const double *pool,
                      int64_t pool_n);

@@ -34,34 +34,36 @@ struct foresight {
     struct rest_search search;
 };
 
-bool foresight_new(struct engine *e) {
-    if (!(e->cfg.functions
+bool foresight_new(struct engine *engine) {
+    if (!(engine->cfg.functions
           & (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0
              | ENGINE_FCT_CALC_STATE_AT_T))) {
         return true;
     }
-    struct foresight *f = e->foresight = calloc(1, sizeof *f);
-    if (!f) {
+    struct foresight *foresight = engine->prediction =
+        calloc(1, sizeof *foresight);
+    if (!foresight) {
         return false;
     }
-    foresight_begin_program(e);
-    f->max = e->plan.tail_max;
-    f->latest = f->held = NONE;
+    foresight_begin_program(engine);
+    foresight->max = engine->commit.tail_max;
+    foresight->latest = foresight->held = NONE;
     for (uint32_t i = 0; i < BUFFERS; i++) {
-        if (!(f->of[i].phases = calloc(f->max, sizeof(phase)))) {
+        if (!(foresight->of[i].phases =
+                  calloc(foresight->max, sizeof(phase)))) {
             return false;
         }
     }
-    if (!e->traits.tries_stops
-        || !(e->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) {
+    if (!engine->traits.tries_stops
+        || !(engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) {
         return true;
     }
-    return (f->search.scratch = e->planner->spare(e)) != NULL;
+    return (foresight->search.scratch = engine->planner->spare(engine)) != NULL;
 }
 
 void foresight_begin_program(struct engine *engine) {
-    if (engine->foresight) {
-        memcpy(engine->foresight->times,
+    if (engine->prediction) {
+        memcpy(engine->prediction->times,
                engine->cfg.esa_time,
                sizeof engine->cfg.esa_time);
     }
@@ -69,29 +71,29 @@ void foresight_begin_program(struct engine *engine) {
 
 /* #CHANNEL SET [ESA_TIMEi]; any other index: not of this function. */
 void foresight_time(struct engine *engine, int index, double seconds) {
-    if (engine->foresight && index >= 0 && index < ENGINE_ESA_TIMES) {
-        engine->foresight->times[index] = seconds;
+    if (engine->prediction && index >= 0 && index < ENGINE_ESA_TIMES) {
+        engine->prediction->times[index] = seconds;
     }
 }
 
 void foresight_free(struct engine *engine) {
-    if (!engine->foresight) {
+    if (!engine->prediction) {
         return;
     }
     for (uint32_t i = 0; i < BUFFERS; i++) {
-        free(engine->foresight->of[i].phases);
+        free(engine->prediction->of[i].phases);
     }
-    jerk_free(engine->foresight->search.scratch);
-    free(engine->foresight);
+    jerk_free(engine->prediction->search.scratch);
+    free(engine->prediction);
 }
 
 static void rest_of_plan(struct engine *engine, struct forecast *to) {
-    struct writer writer = {.e = engine,
+    struct writer writer = {.engine = engine,
                             .out = to->phases,
-                            .max = engine->foresight->max,
-                            .piece = engine->plan.piece,
-                            .s = engine->plan.s,
-                            .v = engine->plan.v,
+                            .max = engine->prediction->max,
+                            .piece = engine->commit.piece,
+                            .s = engine->commit.s,
+                            .v = engine->commit.v,
                             .budget = NEVER};
     engine->planner->rest_of_plan(engine, &writer);
     to->count = writer.count;
@@ -155,7 +157,7 @@ static void marks_behind_plan(struct engine *engine,
                               uint64_t i) {
     uint64_t first = i;
     for (uint32_t motions = 0;
-         i < engine->piece_head && motions <= engine->cfg.window && at < NEVER;
+         i < engine->run.head && motions <= engine->cfg.window && at < NEVER;
          i++) {
         const struct piece *piece = piece_at(engine, i);
         if (!is_motion(piece)) {
@@ -183,13 +185,13 @@ static void marks_behind_plan(struct engine *engine,
 static void find_marks(struct engine *engine, struct forecast *to) {
     double at = to->begin_s;
     uint64_t first = ATOMIC_GET(engine->geo.consumed);
-    for (uint64_t k = engine->plan.written; k-- > first;) {
-        at -= engine->phase_ring[k & (PHASE_RING - 1)].time;
+    for (uint64_t k = engine->commit.written; k-- > first;) {
+        at -= engine->commit.ring[k & (PHASE_RING - 1)].time;
     }
     for (uint64_t k = first;
-         k < engine->plan.written && to->mark_count < MARKS_MAX;
+         k < engine->commit.written && to->mark_count < MARKS_MAX;
          k++) {
-        const phase *ph = &engine->phase_ring[k & (PHASE_RING - 1)];
+        const phase *ph = &engine->commit.ring[k & (PHASE_RING - 1)];
         if (ph->s0 <= 0.0 && begins_feed(engine, ph->piece)) {
             add_mark(to, at);
         }
@@ -207,20 +209,20 @@ static void find_marks(struct engine *engine, struct forecast *to) {
         return;
     }
     const phase *end = to->count ? &to->phases[to->count - 1] : NULL;
-    if (!end || end->last || engine->plan.v <= 0.0) {
+    if (!end || end->last || engine->commit.v <= 0.0) {
         marks_behind_plan(engine,
                           to,
                           at,
-                          end ? end->piece + 1 : engine->plan.piece);
+                          end ? end->piece + 1 : engine->commit.piece);
     }
 }
 
 /* Axis positions `way` mm behind the commit's end; false: the path has no place
  * there. */
 static bool position_behind(struct engine *engine, double way, double *q) {
-    double at = engine->plan.s + way;
-    uint64_t i = engine->plan.piece;
-    for (; i < engine->piece_head; i++) {
+    double at = engine->commit.s + way;
+    uint64_t i = engine->commit.piece;
+    for (; i < engine->run.head; i++) {
         const struct piece *piece = piece_at(engine, i);
         if (!is_motion(piece)) {
             continue;
@@ -231,7 +233,7 @@ static bool position_behind(struct engine *engine, double way, double *q) {
         }
         at -= piece->length;
     }
-    while (i-- > 0 && engine->piece_head - i < KEPT_BEHIND) {
+    while (i-- > 0 && engine->run.head - i < KEPT_BEHIND) {
         if (is_motion(piece_at(engine, i))) {
             memcpy(q, piece_at(engine, i)->end, sizeof(double) * NC_AXES);
             return true;
@@ -252,13 +254,13 @@ static struct forecast *free_buffer(struct foresight *foresight) {
 
 /* Behind a turn of the planner. */
 void foresight_plan(struct engine *engine, bool pumped) {
-    struct foresight *foresight = engine->foresight;
+    struct foresight *foresight = engine->prediction;
     if (!foresight
         || (!pumped && foresight->latest != NONE
-            && foresight->seen == engine->plan.written)) {
+            && foresight->seen == engine->commit.written)) {
         return;
     }
-    if ((ATOMIC_GET(engine->commit) & 1)
+    if ((ATOMIC_GET(engine->commit.word) & 1)
         || ATOMIC_GET(engine->rejoin.state) != REJOIN_NONE) {
         return; /* GEO drives the stored tail */
     }
@@ -266,17 +268,17 @@ void foresight_plan(struct engine *engine, bool pumped) {
     if (!to) {
         return;
     }
-    to->begin_s = engine->plan.committed_s;
+    to->begin_s = engine->commit.committed_s;
     to->count = to->mark_count = 0;
     rest_of_plan(engine, to);
     uint64_t last =
-        to->count ? to->phases[to->count - 1].piece + 1 : engine->plan.piece;
-    to->complete = engine->feed.final && last >= engine->piece_head;
+        to->count ? to->phases[to->count - 1].piece + 1 : engine->commit.piece;
+    to->complete = engine->dispatch.final && last >= engine->run.head;
     if (!engine->plan.hold) {
         find_marks(engine, to);
     }
-    to->piece = engine->plan.piece;
-    to->s = engine->plan.s;
+    to->piece = engine->commit.piece;
+    to->s = engine->commit.s;
     if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
         double way[2];
         engine->planner->ways_to_rest(engine, &foresight->search, way);
@@ -285,7 +287,7 @@ void foresight_plan(struct engine *engine, bool pumped) {
             to->rest[i].moving = position_behind(engine, way[i], to->rest[i].q);
         }
     }
-    foresight->seen = engine->plan.written;
+    foresight->seen = engine->commit.written;
     __atomic_store_n(&foresight->latest,
                      (uint32_t)(to - foresight->of),
                      __ATOMIC_SEQ_CST);
@@ -310,7 +312,7 @@ static void publish_feed_block(struct engine *engine,
             at = fmin(at, forecast->marks[i]);
         }
     }
-    bool known = at < NEVER && !engine->program_end;
+    bool known = at < NEVER && !engine->program.end;
     show_f64(&bahn_state->eta_time_r, known ? (at - now) * SECOND_US : 0.0);
     show_u8(&bahn_state->eta_valid_r, known);
 }
@@ -319,12 +321,12 @@ static void publish_feed_block(struct engine *engine,
 static double committed_way(struct engine *engine,
                             const struct forecast *forecast) {
     const struct geo *geo = &engine->geo;
-    bool inside = geo->piece != UINT64_MAX
-                  && ATOMIC_GET(engine->piece_done) <= geo->piece;
+    bool inside =
+        geo->piece != UINT64_MAX && ATOMIC_GET(engine->run.done) <= geo->piece;
     double sum =
         forecast->s
         - (inside && is_motion(piece_at(engine, geo->piece)) ? geo->s : 0.0);
-    for (uint64_t i = inside ? geo->piece : ATOMIC_GET(engine->piece_done);
+    for (uint64_t i = inside ? geo->piece : ATOMIC_GET(engine->run.done);
          i < forecast->piece;
          i++) {
         if (is_motion(piece_at(engine, i))) {
@@ -340,7 +342,7 @@ static void publish_rest(struct engine *engine,
     const struct geo *geo = &engine->geo;
     bool stands = geo->v <= 0.0 && !geo->has_phase;
     bool later =
-        forecast && !ATOMIC_GET(engine->hold_now)
+        forecast && !ATOMIC_GET(engine->orders.hold)
         && forecast->begin_s - geo->consumed_s < commit_low(
                engine); /* the planner is first, then the hold is seen */
     const struct place_of_rest *place_of_rest =
@@ -393,10 +395,10 @@ static double speed_at(struct engine *engine,
     if (geo->in_tail) {
         return -1.0;
     }
-    for (uint64_t k = geo->consumed, end = ATOMIC_GET(engine->commit) >> 2;
+    for (uint64_t k = geo->consumed, end = ATOMIC_GET(engine->commit.word) >> 2;
          k < end;
          k++) {
-        const phase *ph = &engine->phase_ring[k & (PHASE_RING - 1)];
+        const phase *ph = &engine->commit.ring[k & (PHASE_RING - 1)];
         if (t <= ph->time) {
             return speed_in(ph, t);
         }
@@ -409,8 +411,8 @@ static void publish_speeds(struct engine *engine,
                            HLI_BAHN_STATE *bahn_state,
                            const struct forecast *forecast) {
     for (int i = 0; i < ENGINE_ESA_TIMES; i++) {
-        double ahead = engine->foresight->times[i],
-               v = ahead > 0.0 && !engine->program_end
+        double ahead = engine->prediction->times[i],
+               v = ahead > 0.0 && !engine->program.end
                        ? speed_at(engine, forecast, ahead)
                        : -1.0;
         show_f64(&bahn_state->esa_vb[i], v < 0.0 ? -1.0 : v * 1000.0);
@@ -420,12 +422,12 @@ static void publish_speeds(struct engine *engine,
 
 /* In each cycle, inside the seqlock. */
 void foresight_publish(struct engine *engine) {
-    struct foresight *foresight = engine->foresight;
+    struct foresight *foresight = engine->prediction;
     if (!foresight) {
         return;
     }
     const struct forecast *now = hold_latest(foresight);
-    HLI_BAHN_STATE *bahn_state = &engine->channel->bahn_state;
+    HLI_BAHN_STATE *bahn_state = &engine->hli.channel->bahn_state;
     if (engine->cfg.functions & ENGINE_FCT_CALC_TIME) {
         publish_feed_block(engine, bahn_state, now);
     }

@@ -27,7 +27,7 @@ typedef struct forecast {
     phase *phases;
 } forecast;
 
-bool foresight_new(struct engine *e);
+bool foresight_new(struct engine *engine);
 void foresight_begin_program(struct engine *engine);
 void foresight_time(struct engine *engine, int index, double seconds);
 void foresight_free(struct engine *engine);

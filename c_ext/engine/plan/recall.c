@@ -28,7 +28,7 @@ typedef struct cut {
 } cut;
 
 static const phase *phase_at(const struct engine *engine, uint64_t i) {
-    return &engine->phase_ring[i & (PHASE_RING - 1)];
+    return &engine->commit.ring[i & (PHASE_RING - 1)];
 }
 
 static double consumed_s(struct engine *engine) {
@@ -52,7 +52,7 @@ static void end_present_phase(struct engine *engine) {
         || geo->now.time - t < SHORT_REST * dt) {
         return;
     }
-    phase *rest = &engine->phase_ring[(geo->consumed - 1) & (PHASE_RING - 1)];
+    phase *rest = &engine->commit.ring[(geo->consumed - 1) & (PHASE_RING - 1)];
     *rest = geo->now;
     rest->s0 = geo->now.s0 + (geo->now.v0 + 0.5 * geo->now.a * t) * t;
     rest->v0 = greater(0.0, geo->now.v0 + geo->now.a * t);
@@ -60,11 +60,11 @@ static void end_present_phase(struct engine *engine) {
     geo->now.time = t;
     geo->now.last = false;
     ATOMIC_SET(geo->consumed, geo->consumed - 1);
-    engine->plan.phases++;
+    engine->commit.phases++;
 }
 
 static double margin_s(struct engine *engine) {
-    return ATOMIC_GET(engine->run_running)
+    return ATOMIC_GET(engine->threads.running)
                ? greater(THREAD_MARGIN_S,
                          THREAD_MARGIN_CYCLES * engine->cfg.cycle_s)
                : 0.0;
@@ -74,7 +74,8 @@ static double margin_s(struct engine *engine) {
 static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
     double earliest = consumed_s(engine) + margin;
     uint64_t first = ATOMIC_GET(engine->geo.consumed);
-    *cut = (struct cut){engine->plan.written, engine->plan.committed_s, 0.0};
+    *cut =
+        (struct cut){engine->commit.written, engine->commit.committed_s, 0.0};
     while (cut->phase > first) {
         const phase *ph = phase_at(engine, cut->phase - 1);
         if (cut->at_s - ph->time < earliest - SAME_TIME) {
@@ -86,10 +87,10 @@ static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
             cut->motion_s += ph->time;
         }
     }
-    if (cut->phase >= engine->plan.written || !(cut->motion_s > 0.0)) {
+    if (cut->phase >= engine->commit.written || !(cut->motion_s > 0.0)) {
         return false;
     }
-    return !ATOMIC_GET(engine->run_running)
+    return !ATOMIC_GET(engine->threads.running)
            || phase_at(engine, cut->phase)->v0 > GEO_MOVES;
 }
 
@@ -98,9 +99,9 @@ static bool longer_tail(const struct engine *engine,
                         const struct cut *cut,
                         const struct tail *old,
                         struct tail *tail) {
-    uint64_t count = engine->plan.written - cut->phase,
+    uint64_t count = engine->commit.written - cut->phase,
              kept = old->count - old->first;
-    if (count + kept > engine->plan.tail_max) {
+    if (count + kept > engine->commit.tail_max) {
         return false;
     }
     for (uint64_t i = 0; i < count; i++) {
@@ -119,18 +120,18 @@ static bool longer_tail(const struct engine *engine,
 
 static void go_back(struct engine *engine, const struct cut *cut) {
     const phase *ph = phase_at(engine, cut->phase);
-    engine->plan.phases -= engine->plan.written - cut->phase;
-    engine->plan.written = cut->phase;
-    engine->plan.committed_s = cut->at_s;
-    engine->plan.piece = ph->piece;
-    engine->plan.s = ph->s0;
-    engine->plan.v = ph->v0;
+    engine->commit.phases -= engine->commit.written - cut->phase;
+    engine->commit.written = cut->phase;
+    engine->commit.committed_s = cut->at_s;
+    engine->commit.piece = ph->piece;
+    engine->commit.s = ph->s0;
+    engine->commit.v = ph->v0;
 }
 
 /* GEO has come too near to the cut: it may be about to read the next phase, so
  * that one is not written any more. */
 static bool too_late(struct engine *engine, const struct cut *cut) {
-    return ATOMIC_GET(engine->run_running)
+    return ATOMIC_GET(engine->threads.running)
            && consumed_s(engine) > cut->at_s - engine->cfg.cycle_s;
 }
 
@@ -151,14 +152,14 @@ static bool publish_cut(struct engine *engine,
                         uint64_t word,
                         const struct cut *cut) {
     uint32_t old = (word >> 1) & 1, next = old ^ 1;
-    if (cut->phase >= engine->plan.written
+    if (cut->phase >= engine->commit.written
         || !longer_tail(engine,
                         cut,
-                        &engine->plan.tails[old],
-                        &engine->plan.tails[next])) {
+                        &engine->commit.tails[old],
+                        &engine->commit.tails[next])) {
         return false;
     }
-    if (!__atomic_compare_exchange_n(&engine->commit,
+    if (!__atomic_compare_exchange_n(&engine->commit.word,
                                      &word,
                                      cut->phase << 2 | next << 1,
                                      false,
@@ -167,14 +168,14 @@ static bool publish_cut(struct engine *engine,
         return false;
     }
     go_back(engine, cut);
-    engine->plan.late = too_late(engine, cut);
-    return !engine->plan.late;
+    engine->commit.late = too_late(engine, cut);
+    return !engine->commit.late;
 }
 
 void recall_commit(struct engine *engine) {
-    uint64_t word = ATOMIC_GET(engine->commit);
+    uint64_t word = ATOMIC_GET(engine->commit.word);
     struct cut cut;
-    if ((word & 1) || ATOMIC_GET(engine->withdraw) != WITHDRAW_NONE
+    if ((word & 1) || ATOMIC_GET(engine->withdrawal.state) != WITHDRAW_NONE
         || engine->planner->stands_elsewhere(engine)) {
         return;
     }
@@ -192,5 +193,5 @@ void recall_commit(struct engine *engine) {
     }
     cut_later(engine, &cut, seconds);
     bool in_time = publish_cut(engine, word, &cut);
-    engine->planner->taken_back(engine, in_time || engine->plan.late);
+    engine->planner->taken_back(engine, in_time || engine->commit.late);
 }

@@ -32,7 +32,7 @@ typedef struct place {
 
 static double margin_s(struct engine *engine) {
     double least = MARGIN_CYCLES * engine->cfg.cycle_s;
-    return ATOMIC_GET(engine->run_running)
+    return ATOMIC_GET(engine->threads.running)
                ? fmax(engine->traits.rejoin_margin_s, least)
                : least;
 }
@@ -46,7 +46,7 @@ static bool find_place(struct engine *engine,
                      shortest = SHORTEST * engine->cfg.cycle_s;
     bool found = false;
     __atomic_load(&engine->geo.consumed_s, &consumed, __ATOMIC_ACQUIRE);
-    double from = consumed + margin_s(engine) - engine->plan.committed_s;
+    double from = consumed + margin_s(engine) - engine->commit.committed_s;
     for (uint32_t i = tail->first; i < tail->count; i++) {
         const phase *ph = &tail->phases[i];
         bool moves = is_motion(piece_at(engine, ph->piece));
@@ -65,9 +65,10 @@ static bool find_place(struct engine *engine,
 }
 
 /* GEO drives the tail, and the planner is where that begins. */
-bool rejoin_possible(struct engine *e) {
-    return e->planner->may_rejoin(e) && e->plan.v > 0.0
-           && (ATOMIC_GET(e->commit) & 1) && !ATOMIC_GET(e->tail_done);
+bool rejoin_possible(struct engine *engine) {
+    return engine->planner->may_rejoin(engine) && engine->commit.v > 0.0
+           && (ATOMIC_GET(engine->commit.word) & 1)
+           && !ATOMIC_GET(engine->commit.tail_done);
 }
 
 static void place_writer(struct engine *engine,
@@ -78,7 +79,7 @@ static void place_writer(struct engine *engine,
     const jerk_law law = law_of_phase(ph);
     jerk_state state;
     jerk_at(&law, at->t, &state);
-    *writer = (struct writer){.e = engine,
+    *writer = (struct writer){.engine = engine,
                               .piece = ph->piece,
                               .s = state.s,
                               .v = state.v,
@@ -88,29 +89,29 @@ static void place_writer(struct engine *engine,
 /* What was committed last, as long as the offer is not taken. */
 static void remember_end(struct engine *engine) {
     struct rejoin *rejoin = &engine->rejoin;
-    rejoin->piece = engine->plan.piece;
-    rejoin->s = engine->plan.s;
-    rejoin->v = engine->plan.v;
-    rejoin->committed_s = engine->plan.committed_s;
-    rejoin->written = engine->plan.written;
+    rejoin->piece = engine->commit.piece;
+    rejoin->s = engine->commit.s;
+    rejoin->v = engine->commit.v;
+    rejoin->committed_s = engine->commit.committed_s;
+    rejoin->written = engine->commit.written;
 }
 
 static void go_back(struct engine *engine) {
     const struct rejoin *rejoin = &engine->rejoin;
-    engine->plan.piece = rejoin->piece;
-    engine->plan.s = rejoin->s;
-    engine->plan.v = rejoin->v;
-    engine->plan.committed_s = rejoin->committed_s;
-    engine->plan.written = rejoin->written;
+    engine->commit.piece = rejoin->piece;
+    engine->commit.s = rejoin->s;
+    engine->commit.v = rejoin->v;
+    engine->commit.committed_s = rejoin->committed_s;
+    engine->commit.written = rejoin->written;
     engine->planner->stand_elsewhere(engine);
 }
 
 /* The offer, as far as the planner has written it. */
 static void offer(struct engine *engine, const place *at, uint32_t next) {
-    engine->plan.late = false;
+    engine->commit.late = false;
     engine->rejoin.phase = at->phase;
     engine->rejoin.t = at->t;
-    engine->rejoin.word = engine->plan.written << 2 | next << 1;
+    engine->rejoin.word = engine->commit.written << 2 | next << 1;
     ATOMIC_SET(engine->rejoin.state, REJOIN_OFFERED);
 }
 
@@ -118,17 +119,20 @@ static void offer(struct engine *engine, const place *at, uint32_t next) {
  * its end. */
 void rejoin_offer(struct engine *engine) {
     const struct planner_ops *planner = engine->planner;
-    uint32_t old = (ATOMIC_GET(engine->commit) >> 1) & 1, next = old ^ 1;
+    uint32_t old = (ATOMIC_GET(engine->commit.word) >> 1) & 1, next = old ^ 1;
     place at;
     struct writer writer;
     remember_end(engine);
-    if (!find_place(engine, &engine->plan.tails[old], &at)
+    if (!find_place(engine, &engine->commit.tails[old], &at)
         || !planner->follow(engine, at.motion_s)) {
         planner->give_up_rejoin(engine);
         return;
     }
-    place_writer(engine, &engine->plan.tails[old], &at, &writer);
-    if (!planner->write(engine, at.at_s, &writer, &engine->plan.tails[next])) {
+    place_writer(engine, &engine->commit.tails[old], &at, &writer);
+    if (!planner->write(engine,
+                        at.at_s,
+                        &writer,
+                        &engine->commit.tails[next])) {
         go_back(engine);
         return;
     }
@@ -136,15 +140,15 @@ void rejoin_offer(struct engine *engine) {
 }
 
 /* No offer is out, and GEO has left the tail. */
-bool rejoin_settled(struct engine *e) {
-    int state = ATOMIC_GET(e->rejoin.state);
+bool rejoin_settled(struct engine *engine) {
+    int state = ATOMIC_GET(engine->rejoin.state);
     if (state == REJOIN_NONE) {
         return true;
     }
     if (state != REJOIN_REFUSED) {
         return false;
     }
-    go_back(e);
-    ATOMIC_SET(e->rejoin.state, REJOIN_NONE);
+    go_back(engine);
+    ATOMIC_SET(engine->rejoin.state, REJOIN_NONE);
     return true;
 }

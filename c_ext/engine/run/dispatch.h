@@ -13,5 +13,5 @@ void feed_motion(struct engine *engine, const struct piece *from);
 void feed_event(struct engine *engine, const struct piece *from);
 uint64_t feed_oldest(struct engine *engine);
 void feed(struct engine *engine);
-bool feed_further(struct engine *e);
+bool feed_further(struct engine *engine);
 #endif

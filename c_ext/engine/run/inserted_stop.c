@@ -55,20 +55,20 @@ static double dist_shift(struct engine *engine) {
 double feed_stop_in(struct engine *engine,
                     const struct piece *piece,
                     double begin) {
-    if (!engine->feed.armed) {
+    if (!engine->dispatch.armed) {
         return -1.0;
     }
-    if (engine->feed.insert.axis) {
+    if (engine->dispatch.insert.axis) {
         return axis_crossing(engine,
                              piece,
-                             engine->feed.insert.axis - 1,
-                             engine->feed.target,
+                             engine->dispatch.insert.axis - 1,
+                             engine->dispatch.target,
                              begin);
     }
     if (piece->dist_rate <= 0.0) {
         return -1.0;
     }
-    double s = (engine->feed.target - (dist_shift(engine) + piece->dist0))
+    double s = (engine->dispatch.target - (dist_shift(engine) + piece->dist0))
                / piece->dist_rate;
     return s > begin + 1e-9 && s <= piece->length + 1e-9
                ? fmin(s, piece->length)
@@ -83,7 +83,7 @@ static double run_dist(struct engine *engine,
 
 /* The stop stands behind the piece `before`. */
 void feed_stop(struct engine *engine, const struct piece *before) {
-    const struct insert_cmd *insert_cmd = &engine->feed.insert;
+    const struct insert_cmd *insert_cmd = &engine->dispatch.insert;
     struct piece stop;
     memset(&stop, 0, sizeof stop);
     stop.kind = PIECE_EVENT;
@@ -100,9 +100,10 @@ void feed_stop(struct engine *engine, const struct piece *before) {
     stop.origin = before->origin;
     stop.from = before->from + before->length;
     stop.whole = before->whole;
-    stop.path0 = engine->feed.target;
+    stop.path0 = engine->dispatch.target;
     memcpy(stop.end, before->end, sizeof stop.end);
-    inserted_stop *entry = &engine->stops[engine->stops_fed % STOPS_MAX];
+    inserted_stop *entry =
+        &engine->stops.entries[engine->stops.fed % STOPS_MAX];
     store_f64_relaxed(
         &entry->dist,
         run_dist(engine,
@@ -111,38 +112,38 @@ void feed_stop(struct engine *engine, const struct piece *before) {
     for (int i = 0; i < NC_AXES; i++) {
         store_f64_relaxed(&entry->position[i], before->end[i]);
     }
-    ATOMIC_SET(engine->stops_fed, engine->stops_fed + 1);
-    engine->feed.armed = insert_cmd->mode == INSERT_RELATIVE_REPEATED;
-    if (engine->feed.armed) {
-        engine->feed.target =
+    ATOMIC_SET(engine->stops.fed, engine->stops.fed + 1);
+    engine->dispatch.armed = insert_cmd->mode == INSERT_RELATIVE_REPEATED;
+    if (engine->dispatch.armed) {
+        engine->dispatch.target =
             (insert_cmd->axis ? before->end[insert_cmd->axis - 1] : entry->dist)
             + insert_cmd->value;
     }
     if (insert_cmd->m_function > 1) {
         feed_function(engine, &stop, SYNCH_MVS_SVS);
-        engine->feed.stop = true;
+        engine->dispatch.stop = true;
         return;
     }
     struct piece *piece = feed_copy(engine, &stop);
     piece->stop_before = insert_cmd->m_function == 0;
     piece->m01 = insert_cmd->m_function == 1;
     feed_publish(engine);
-    engine->feed.stop = piece->stop_before;
-    engine->feed.m01 = piece->m01;
+    engine->dispatch.stop = piece->stop_before;
+    engine->dispatch.m01 = piece->m01;
 }
 
 /* The program ends ahead of an inserted stop: it stands at the end. */
 void feed_stop_at_end(struct engine *engine) {
-    if (!engine->feed.final || engine->feed.dir < 0 || !engine->feed.armed
-        || !engine->feed.has_motion) {
+    if (!engine->dispatch.final || engine->dispatch.dir < 0
+        || !engine->dispatch.armed || !engine->dispatch.has_motion) {
         return;
     }
-    if (engine->feed.insert.axis
-        || engine->feed.insert.mode == INSERT_RELATIVE_REPEATED
-        || engine->piece_head == ATOMIC_GET(engine->piece_done)) {
+    if (engine->dispatch.insert.axis
+        || engine->dispatch.insert.mode == INSERT_RELATIVE_REPEATED
+        || engine->run.head == ATOMIC_GET(engine->run.done)) {
         return;
     }
-    feed_stop(engine, piece_at(engine, engine->feed.last_motion));
+    feed_stop(engine, piece_at(engine, engine->dispatch.last_motion));
 }
 
 static bool is_inserted_stop(const struct piece *piece) {
@@ -156,17 +157,17 @@ static void feed_again_from(struct engine *engine, uint64_t i) {
     uint64_t next = behind ? piece->origin + 1 : piece->origin;
     double at = !behind && piece->from > 0.0 ? piece->from : -1.0;
     feed_cut(engine, i);
-    engine->feed.next = next;
-    engine->feed.at = at;
+    engine->dispatch.next = next;
+    engine->dispatch.at = at;
 }
 
 /* Where the path would come to rest if it braked now. */
 static uint64_t rest_piece(struct engine *engine, double *s) {
     planner_store_tail(engine);
-    uint64_t word = ATOMIC_GET(engine->commit);
-    const struct tail *tail = &engine->plan.tails[(word >> 1) & 1];
-    *s = engine->plan.v > 0.0 ? tail->s : engine->plan.s;
-    return engine->plan.v > 0.0 ? tail->piece : engine->plan.piece;
+    uint64_t word = ATOMIC_GET(engine->commit.word);
+    const struct tail *tail = &engine->commit.tails[(word >> 1) & 1];
+    *s = engine->commit.v > 0.0 ? tail->s : engine->commit.s;
+    return engine->commit.v > 0.0 ? tail->piece : engine->commit.piece;
 }
 
 /* The stop lies in the piece in which the path could come to rest: that one is
@@ -174,28 +175,28 @@ static uint64_t rest_piece(struct engine *engine, double *s) {
 static bool cut_rest_piece(struct engine *engine) {
     double rest;
     uint64_t i = rest_piece(engine, &rest);
-    if (i >= engine->piece_head) {
+    if (i >= engine->run.head) {
         return false;
     }
     struct piece *piece = piece_at(engine, i);
     if (!is_motion(piece) || piece->shortcut || piece->dir < 0) {
         return false;
     }
-    if (!engine->feed.insert.axis
-        && engine->feed.target < run_dist(engine, piece, rest)) {
-        engine->feed.target = run_dist(engine, piece, rest + 1e-6);
+    if (!engine->dispatch.insert.axis
+        && engine->dispatch.target < run_dist(engine, piece, rest)) {
+        engine->dispatch.target = run_dist(engine, piece, rest + 1e-6);
     }
     double stop = feed_stop_in(engine, piece, rest);
     if (stop < 0.0) {
         return false;
     }
-    bool armed = engine->feed.armed;
-    double target = engine->feed.target;
+    bool armed = engine->dispatch.armed;
+    double target = engine->dispatch.target;
     feed_cut(engine, i + 1);
-    engine->feed.armed = armed;
-    engine->feed.target = target;
-    engine->feed.last_motion = i;
-    engine->feed.has_motion = true;
+    engine->dispatch.armed = armed;
+    engine->dispatch.target = target;
+    engine->dispatch.last_motion = i;
+    engine->dispatch.has_motion = true;
     bool cut = stop < piece->length - 1e-9;
     if (cut) {
         feed_shorten(engine, piece, stop);
@@ -208,10 +209,10 @@ static bool cut_rest_piece(struct engine *engine) {
         + piece
               ->length; /* behind an earlier stop the piece is a part already */
     bool left = at < piece->whole - 1e-9;
-    engine->feed.next = left ? piece->origin : piece->origin + 1;
-    engine->feed.at = left ? at : -1.0;
+    engine->dispatch.next = left ? piece->origin : piece->origin + 1;
+    engine->dispatch.at = left ? at : -1.0;
     feed_stop(engine, piece);
-    engine->feed.stop = true; /* the path comes to rest here, whatever is
+    engine->dispatch.stop = true; /* the path comes to rest here, whatever is
                                  inserted: only that is sure to be possible */
     return true;
 }
@@ -219,32 +220,32 @@ static bool cut_rest_piece(struct engine *engine) {
 /* A new insert_cmd: what has been fed is fed again from where that is free, so
  * that the stop finds its place. */
 void feed_take_insert(struct engine *engine) {
-    uint32_t request = ATOMIC_GET(engine->insert_requests);
-    if (request == engine->feed.inserts || engine->feed.dir < 0
+    uint32_t request = ATOMIC_GET(engine->orders.insert_requests);
+    if (request == engine->dispatch.inserts || engine->dispatch.dir < 0
         || !engine->planner->shorten_tail(engine)) {
         return;
     }
     uint64_t i = feed_first_free(engine);
     while (
-        i < engine->piece_head && !is_inserted_stop(piece_at(engine, i))
+        i < engine->run.head && !is_inserted_stop(piece_at(engine, i))
         && (!is_motion(piece_at(engine, i)) || piece_at(engine, i)->shortcut)) {
         i++;
     }
-    if (i < engine->piece_head) {
+    if (i < engine->run.head) {
         feed_again_from(engine,
                         i); /* this drops the stops of the command before */
     }
-    struct insert_cmd *insert_cmd = &engine->feed.insert;
-    *insert_cmd = engine->insert_request;
-    engine->feed.target = insert_cmd->mode == INSERT_ABSOLUTE
-                              ? insert_cmd->value
-                              : insert_cmd->base + insert_cmd->value;
-    engine->feed.armed =
+    struct insert_cmd *insert_cmd = &engine->dispatch.insert;
+    *insert_cmd = engine->orders.insert_request;
+    engine->dispatch.target = insert_cmd->mode == INSERT_ABSOLUTE
+                                  ? insert_cmd->value
+                                  : insert_cmd->base + insert_cmd->value;
+    engine->dispatch.armed =
         insert_cmd->mode == INSERT_ABSOLUTE
             ? insert_cmd->axis || insert_cmd->value >= insert_cmd->base
             : insert_cmd->value != 0.0;
-    if (engine->feed.armed) {
+    if (engine->dispatch.armed) {
         cut_rest_piece(engine);
     }
-    ATOMIC_SET(engine->feed.inserts, request);
+    ATOMIC_SET(engine->dispatch.inserts, request);
 }

@@ -10,12 +10,12 @@
 #include "rows/nc_block.h"
 
 bool run_has_room(struct engine *engine) {
-    return engine->piece_head - ATOMIC_GET(engine->piece_done)
-           < engine->piece_mask + 1 - KEPT_BEHIND - 8;
+    return engine->run.head - ATOMIC_GET(engine->run.done)
+           < engine->run.mask + 1 - KEPT_BEHIND - 8;
 }
 
 struct piece *feed_copy(struct engine *engine, const struct piece *from) {
-    struct piece *piece = piece_at(engine, engine->piece_head);
+    struct piece *piece = piece_at(engine, engine->run.head);
     memcpy(piece, from, offsetof(struct piece, capped));
     piece->capped = piece->spanned = piece->settled = piece->cruises = false;
     piece->corner_v = piece->need2 = 0.0;
@@ -25,7 +25,7 @@ struct piece *feed_copy(struct engine *engine, const struct piece *from) {
 }
 
 void feed_publish(struct engine *engine) {
-    engine->piece_head++;
+    engine->run.head++;
 }
 
 static struct piece *feed_gate(struct engine *engine,
@@ -36,7 +36,7 @@ static struct piece *feed_gate(struct engine *engine,
     piece->code = EVENT_GATE;
     piece->flags = 0;
     piece->need = need;
-    piece->dir = (int8_t)engine->feed.dir;
+    piece->dir = (int8_t)engine->dispatch.dir;
     piece->gated = piece->replay = true;
     piece->stop_before = false;
     feed_publish(engine);
@@ -49,7 +49,7 @@ void feed_function(struct engine *engine,
                    const struct piece *from,
                    uint32_t synch) {
     struct techno_counts need = {0};
-    need.std_freed = engine->feed.pushed.std_freed;
+    need.std_freed = engine->dispatch.pushed.std_freed;
     if (need.std_freed) {
         feed_gate(engine, from, need);
     }
@@ -58,38 +58,39 @@ void feed_function(struct engine *engine,
     piece->replay = true;
     piece->put_out = false;
     piece->synch = synch;
-    piece->dir = (int8_t)engine->feed.dir;
+    piece->dir = (int8_t)engine->dispatch.dir;
     piece->stop_before = false;
     feed_publish(engine);
-    engine->feed.pushed.std_freed++;
+    engine->dispatch.pushed.std_freed++;
     if (!(synch & SYNCH_MVS_SVS)) {
         return;
     }
-    engine->feed.pushed.std_acked++;
-    need = (struct techno_counts){.std_acked = engine->feed.pushed.std_acked};
+    engine->dispatch.pushed.std_acked++;
+    need =
+        (struct techno_counts){.std_acked = engine->dispatch.pushed.std_acked};
     feed_gate(engine, from, need);
 }
 
 /* First piece of the run ring that may still be changed: none that is
  * committed, none that the tail runs over. */
 uint64_t feed_first_free(struct engine *engine) {
-    if (engine->plan.v <= 0.0) {
-        return engine->plan.piece + (engine->plan.s > 0.0);
+    if (engine->commit.v <= 0.0) {
+        return engine->commit.piece + (engine->commit.s > 0.0);
     }
     planner_store_tail(engine);
-    uint64_t word = ATOMIC_GET(engine->commit);
-    return engine->plan.tails[(word >> 1) & 1].piece + 1;
+    uint64_t word = ATOMIC_GET(engine->commit.word);
+    return engine->commit.tails[(word >> 1) & 1].piece + 1;
 }
 
 /* An inserted stop that is dropped has to be found again; of several the first.
  */
 static void drop_stop(struct engine *engine, const struct piece *piece) {
-    ATOMIC_SET(engine->stops_fed, engine->stops_fed - 1);
-    if (engine->feed.dropped_stop) {
+    ATOMIC_SET(engine->stops.fed, engine->stops.fed - 1);
+    if (engine->dispatch.dropped_stop) {
         return;
     }
-    engine->feed.dropped_stop = engine->feed.armed = true;
-    engine->feed.target = piece->path0;
+    engine->dispatch.dropped_stop = engine->dispatch.armed = true;
+    engine->dispatch.target = piece->path0;
 }
 
 /* An inserted stop that stays is one for the motion behind it too, when that is
@@ -99,20 +100,20 @@ static void stop_behind(struct engine *engine, const struct piece *piece) {
         return;
     }
     if (piece->m01) {
-        engine->feed.m01 = true;
+        engine->dispatch.m01 = true;
     } else {
-        engine->feed.stop = true;
+        engine->dispatch.stop = true;
     }
 }
 
 /* Drop what has been fed from `head` on. */
 void feed_cut(struct engine *engine, uint64_t head) {
-    for (uint64_t i = head; i < engine->piece_head; i++) {
+    for (uint64_t i = head; i < engine->run.head; i++) {
         const struct piece *piece = piece_at(engine, i);
-        engine->feed.displaced |=
+        engine->dispatch.displaced |=
             piece->shortcut
-            && (i > engine->plan.piece
-                || engine->plan.s <= 0.0); /* not begun: the way back to the
+            && (i > engine->commit.piece
+                || engine->commit.s <= 0.0); /* not begun: the way back to the
                                               path is still to go */
         if (piece->inserted && piece->type == NC_M) {
             drop_stop(engine, piece);
@@ -120,23 +121,25 @@ void feed_cut(struct engine *engine, uint64_t head) {
         if (!piece->replay || !(piece->flags & NC_OUTPUT)) {
             continue;
         }
-        engine->feed.pushed.std_freed--;
+        engine->dispatch.pushed.std_freed--;
         if (piece->synch & SYNCH_MVS_SVS) {
-            engine->feed.pushed.std_acked--;
+            engine->dispatch.pushed.std_acked--;
         }
     }
-    engine->feed.dropped_stop = false;
-    engine->plan.fed_anew |= engine->plan.v > 0.0;
+    engine->dispatch.dropped_stop = false;
+    engine->commit.fed_anew |= engine->commit.v > 0.0;
     engine->planner->cut(engine, head);
-    engine->piece_head = head;
-    engine->feed.has_motion = engine->feed.stop = engine->feed.m01 = false;
-    for (uint64_t i = head; i-- > 0 && i + KEPT_BEHIND > engine->plan.piece;) {
+    engine->run.head = head;
+    engine->dispatch.has_motion = engine->dispatch.stop = engine->dispatch.m01 =
+        false;
+    for (uint64_t i = head;
+         i-- > 0 && i + KEPT_BEHIND > engine->commit.piece;) {
         if (!is_motion(piece_at(engine, i))) {
             stop_behind(engine, piece_at(engine, i));
             continue;
         }
-        engine->feed.last_motion = i;
-        engine->feed.has_motion = true;
+        engine->dispatch.last_motion = i;
+        engine->dispatch.has_motion = true;
         return;
     }
 }

@@ -23,26 +23,29 @@ static double length_mm(struct engine *engine, uint64_t i) {
 
 /* The motion behind the element pushed last: pieces that follow begin there. */
 void map_behind_element(struct engine *engine) {
-    engine->map_element = engine->element_head;
-    engine->map_from = 0.0;
+    engine->element_map.element = engine->store.element_head;
+    engine->element_map.from = 0.0;
 }
 
 /* SDA: a piece that covers `programmed` mm of the elements from where the piece
  * before ended. */
 void map_piece(struct engine *engine, struct piece *piece, double programmed) {
-    while (engine->map_element + 1 < engine->element_head
-           && engine->map_from
-                  >= length_mm(engine, engine->map_element) - ROUNDING) {
-        engine->map_from =
-            fmax(engine->map_from - length_mm(engine, engine->map_element++),
+    while (engine->element_map.element + 1 < engine->store.element_head
+           && engine->element_map.from
+                  >= length_mm(engine, engine->element_map.element)
+                         - ROUNDING) {
+        engine->element_map.from =
+            fmax(engine->element_map.from
+                     - length_mm(engine, engine->element_map.element++),
                  0.0);
     }
     piece->mapped = true;
-    piece->element = engine->map_element;
-    piece->element_end = engine->element_head;
-    piece->dist0 = start_mm(engine, engine->map_element) + engine->map_from;
+    piece->element = engine->element_map.element;
+    piece->element_end = engine->store.element_head;
+    piece->dist0 = start_mm(engine, engine->element_map.element)
+                   + engine->element_map.from;
     piece->dist_rate = programmed / piece->length;
-    engine->map_from += programmed;
+    engine->element_map.from += programmed;
 }
 
 /* GEO: the element under the tool, by the displayed distance. */

@@ -23,9 +23,9 @@ typedef struct loop_item {
     int action; /* NC_MARKER_... or MARKER_NONE */
 } loop_item;
 
-bool log_available(const struct engine *e) {
-    return (e->cfg.functions & ENGINE_FCT_CONTOUR_LAH) && e->cfg.log_max > 0
-           && e->cfg.fb_storage_size > 0;
+bool log_available(const struct engine *engine) {
+    return (engine->cfg.functions & ENGINE_FCT_CONTOUR_LAH)
+           && engine->cfg.log_max > 0 && engine->cfg.fb_storage_size > 0;
 }
 
 const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const struct engine *engine,
@@ -38,7 +38,7 @@ static void append(struct engine *engine,
     marked_log *log = &engine->log;
     uint32_t i = log->count;
     if (i >= engine->cfg.log_max || i / LOG_CHUNK >= LOG_CHUNKS) {
-        engine->log_dropped++;
+        engine->log.dropped++;
         return;
     }
     if (!log->chunk[i / LOG_CHUNK]) {
@@ -82,10 +82,10 @@ static void log_on(struct engine *engine,
     if (engine->log.active
         || engine->log.ignoring) { /* the manual's loop examples close an area
                                       with ON */
-        engine->log_on_closed++;
+        engine->log.on_closed++;
         log_off(engine, marker);
     } else if (engine->log.complete) {
-        engine->log_ignored_areas++;
+        engine->log.ignored_areas++;
         engine->log.ignoring = true;
     } else {
         append_typed(engine, *marker, HLI_CLAH_LOG_ON);
@@ -115,7 +115,7 @@ static void mark(struct engine *engine,
     } else if (engine->log.active) {
         append_typed(engine, *marker, HLI_CLAH_LOG_PARAM);
     } else if (!engine->log.ignoring) {
-        engine->log_stray_params++;
+        engine->log.stray_params++;
     }
 }
 
@@ -141,20 +141,20 @@ static void keep(struct engine *engine,
 void log_reset(struct engine *engine) {
     log_clear(engine);
     engine->log.in_loop = false;
-    engine->log_dropped = engine->log_ignored_areas = engine->log_stray_params =
-        engine->log_on_closed = engine->log_disabled = 0;
+    engine->log.dropped = engine->log.ignored_areas = engine->log.stray_params =
+        engine->log.on_closed = engine->log.disabled = 0;
 }
 
 void log_marker(struct engine *engine, const nc_block *row) {
     if (!log_available(engine)) {
-        engine->log_disabled++;
+        engine->log.disabled++;
         return;
     }
     HLI_CONTOUR_LOOKAHEAD_BLOCK marker;
     memset(&marker, 0, sizeof marker);
     marker.block_number = row->n;
     marker.block_count_r = row->count;
-    marker.start_position = engine->distance;
+    marker.start_position = engine->push.distance;
     marker.length = row->flags & NC_HAS_PARAM ? row->value : 0.0;
     if (engine->log.in_loop) {
         keep(engine, &marker, row->code);
@@ -214,7 +214,7 @@ static void log_repetitions(struct engine *engine,
     }
     if (first < engine->log.item_count) {
         engine->log.items[first].entry.tangent_variation =
-            angle_between(engine->last_tangent, engine->loop_tangent);
+            angle_between(engine->push.last_tangent, engine->push.loop_tangent);
     }
     for (int copy = 1; copy < LOOP_COPIES; copy++) {
         engine->log.shift += length;

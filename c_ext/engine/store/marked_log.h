@@ -5,7 +5,7 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-bool log_available(const struct engine *e);
+bool log_available(const struct engine *engine);
 const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const struct engine *engine,
                                              uint32_t i);
 void log_reset(struct engine *engine);

@@ -31,8 +31,8 @@ static bool tangents_are_given(struct engine *engine,
         return false;
     }
     for (int i = 0; i < 6; i++) {
-        engine->next_tangents[i] = pool[row->pool + i];
-        if (!isfinite(engine->next_tangents[i])) {
+        engine->push.next_tangents[i] = pool[row->pool + i];
+        if (!isfinite(engine->push.next_tangents[i])) {
             return false;
         }
     }
@@ -51,7 +51,7 @@ bool row_is_supported(struct engine *engine,
         return false;
     }
     if (row->flags & NC_PIECE
-        && !(row->value >= 0 && engine->element_head > 0)) {
+        && !(row->value >= 0 && engine->store.element_head > 0)) {
         return false;
     }
     switch (row->type) {
@@ -91,9 +91,9 @@ bool row_is_supported(struct engine *engine,
     case NC_DYNAMICS:
         return limits_row_check(engine, row);
     case NC_RT_LOOP_BEGIN:
-        return !engine->in_loop;
+        return !engine->push.in_loop;
     case NC_RT_LOOP_END:
-        return engine->in_loop;
+        return engine->push.in_loop;
     default:
         return false;
     }

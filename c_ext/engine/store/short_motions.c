@@ -26,12 +26,14 @@
 static bool too_short(const struct engine *engine, const nc_block *row) {
     if (row->type == NC_POLYNOMIAL
         || row->flags & (NC_EXACT_STOP | NC_BY_PARAMETER | NC_OF_TIP)
-        || engine->carried.rows >= CARRIED_ROWS) {
+        || engine->push.short_motions.rows >= CARRIED_ROWS) {
         return false;
     }
-    double way = axis_distance(engine, engine->last_end, row->end),
+    double way = axis_distance(engine, engine->push.last_end, row->end),
            path = row->length
-                  + (engine->carried.rows ? engine->carried.path : 0.0);
+                  + (engine->push.short_motions.rows
+                         ? engine->push.short_motions.path
+                         : 0.0);
     return way <= CARRIED_MM
            && (path <= CARRIED_MM
                || (row->type == NC_LINEAR && way <= STEPPED_OVER_MM
@@ -40,48 +42,50 @@ static bool too_short(const struct engine *engine, const nc_block *row) {
 
 /* A motion row: true if it is carried. What cannot take the displacement with
  * it has it driven first. */
-bool carry_row(struct engine *e, const nc_block *row) {
-    struct carried *c = &e->carried;
-    if (!too_short(e, row)) {
+bool carry_row(struct engine *engine, const nc_block *row) {
+    struct carried *carried = &engine->push.short_motions;
+    if (!too_short(engine, row)) {
         bool bent = row->type != NC_LINEAR;
-        if (c->rows >= CARRIED_ROWS || (bent && row->length < FADE_MM)
+        if (carried->rows >= CARRIED_ROWS || (bent && row->length < FADE_MM)
             || row->flags & (NC_BY_PARAMETER | NC_OF_TIP)) {
-            carry_flush(e);
+            carry_flush(engine);
         }
         return false;
     }
-    if (!c->rows) {
-        c->path = c->programmed = 0.0;
+    if (!carried->rows) {
+        carried->path = carried->programmed = 0.0;
     }
-    c->rows++;
-    c->row = *row;
-    c->path += row->length;
-    c->number = e->rows_taken;
-    c->element = e->element_head;
+    carried->rows++;
+    carried->row = *row;
+    carried->path += row->length;
+    carried->number = engine->push.rows_taken;
+    carried->element = engine->store.element_head;
     if (row->flags & NC_PIECE) {
-        c->programmed += row->value;
+        carried->programmed += row->value;
     } else {
-        push_programmed(e, row);
-        map_behind_element(e);
+        push_programmed(engine, row);
+        map_behind_element(engine);
     }
-    e->pushed_path += row->length;
+    engine->push.path += row->length;
     if (row->end_speed > 0.0f) {
-        e->end_speed = e->end_speed > 0.0f ? fminf(e->end_speed, row->end_speed)
-                                           : row->end_speed;
+        engine->push.end_speed =
+            engine->push.end_speed > 0.0f
+                ? fminf(engine->push.end_speed, row->end_speed)
+                : row->end_speed;
     }
     return true;
 }
 
 /* Something comes that is no motion: the displacement is driven ahead of it. */
 void carry_flush(struct engine *engine) {
-    struct carried *carried = &engine->carried;
+    struct carried *carried = &engine->push.short_motions;
     if (!carried->rows) {
         return;
     }
     nc_block row = carried->row;
     carried->rows = 0;
     row.type = NC_LINEAR;
-    row.length = axis_distance(engine, engine->last_end, row.end);
+    row.length = axis_distance(engine, engine->push.last_end, row.end);
     row.end_speed = 0.0f;
     if (!(row.length > 0.0)) {
         return;
@@ -93,7 +97,7 @@ void carry_flush(struct engine *engine) {
         map_piece(engine, piece, carried->programmed);
     } else {
         piece->element = carried->element;
-        piece->dist0 = engine->distance / TENTH_UM;
+        piece->dist0 = engine->push.distance / TENTH_UM;
     }
     store_publish(engine);
 }
