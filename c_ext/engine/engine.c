@@ -38,23 +38,25 @@ static bool allocate(struct engine *engine) {
     engine->store.kept = kept < STORE_KEPT_MAX ? kept : STORE_KEPT_MAX;
     uint64_t stored =
         power_of_two(engine->store.kept + KEPT_BEHIND + STORE_AHEAD);
-    uint64_t elements = power_of_two(2
-                                     * (behind + engine->store.kept > PIECE_RING
-                                            ? behind + engine->store.kept
-                                            : PIECE_RING));
+    uint64_t elements =
+        power_of_two(2
+                     * (behind + engine->store.kept > RUN_RING_MAX
+                            ? behind + engine->store.kept
+                            : RUN_RING_MAX));
     engine->store.element_mask = elements - 1;
     engine->store.mask = stored - 1;
     engine->store.pieces = calloc(stored, sizeof(struct piece));
     engine->commit.tail_max =
         (spans_max(engine) + 1u) * (engine->cfg.window + 64);
-    if (!drive_new(engine) || !foresight_new(engine) || !spans_new(engine)) {
+    if (!jerk_adapter_new(engine) || !prediction_new(engine)
+        || !spans_new(engine)) {
         return false;
     }
     engine->store.elements = calloc(elements, sizeof(struct element));
     uint64_t run = power_of_two(engine->cfg.window + RUN_MORE);
-    engine->run.mask = (run < PIECE_RING ? run : PIECE_RING) - 1;
+    engine->run.mask = (run < RUN_RING_MAX ? run : RUN_RING_MAX) - 1;
     engine->run.pieces = calloc(engine->run.mask + 1, sizeof(struct piece));
-    if (!zones_new(engine)) {
+    if (!corner_zones_new(engine)) {
         return false;
     }
     engine->store.curves = calloc(stored, sizeof(struct curve));
@@ -92,7 +94,7 @@ struct engine *engine_new(const engine_config *config, void *segment) {
     }
     engine->cfg = *config;
     engine->planner =
-        drive_wanted(config) ? &jerk_limited_planner : &accel_planner;
+        jerk_adapter_wanted(config) ? &jerk_limited_planner : &accel_planner;
     engine->traits = engine->planner->traits;
     if (!allocate(engine)) {
         engine_free(engine);
@@ -134,8 +136,8 @@ void engine_free(struct engine *engine) {
     }
     free(engine->store.elements);
     external_free(engine);
-    drive_free(engine);
-    foresight_free(engine);
+    jerk_adapter_free(engine);
+    prediction_free(engine);
     spans_free(engine);
     free(engine->store.pieces);
     free(engine->run.pieces);
@@ -288,7 +290,7 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
             return ENGINE_PLC_FINISHED; /* looked at where the PLC's scan has
                                            ended: same in every run */
         }
-        foresight_plan(engine, planner_pump(engine) != 0);
+        prediction_plan(engine, planner_pump(engine) != 0);
         geo_cycle(engine);
         tell_plc(engine);
     }

@@ -19,7 +19,7 @@ static bool needs_blocks(struct engine *engine) {
     }
     uint64_t ahead =
         engine->store.element_head - ATOMIC_GET(engine->geo.active);
-    return ring_has_room(engine)
+    return store_has_room(engine)
            && (ahead < 2u * engine->cfg.window + 256u
                || engine->store.head - ATOMIC_GET(engine->store.done) < 1024u);
 }

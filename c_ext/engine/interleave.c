@@ -40,7 +40,7 @@ static void run_geo(void) {
 }
 
 static void run_planner(void) {
-    foresight_plan(now.engine, planner_pump(now.engine) != 0);
+    prediction_plan(now.engine, planner_pump(now.engine) != 0);
 }
 
 /* Mostly a cycle or two; now and then as many as pass while the planner gets no
@@ -55,7 +55,7 @@ static void other_side(void) {
         return;
     }
     int64_t burst = bursts[draw(draw(4) ? 4 : BURSTS)];
-    for (int64_t i = 0; i < burst && now.cycles < now.enginend; i++) {
+    for (int64_t i = 0; i < burst && now.cycles < now.end; i++) {
         run_geo();
     }
     if (draw(4) == 0) {

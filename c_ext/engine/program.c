@@ -37,7 +37,7 @@ void engine_resync(struct engine *engine) {
     memcpy(engine->push.element_end,
            engine->geo.position,
            sizeof engine->push.element_end);
-    map_behind_element(engine);
+    element_map_behind(engine);
     engine->push.has_tangent = engine->push.has_motion_piece =
         engine->push.stop_pending = false;
     engine->push.path = engine->geo.path - engine->geo.path_shift;
@@ -76,7 +76,7 @@ static void begin_preparation(struct engine *engine) {
     memcpy(engine->push.element_end,
            engine->geo.position,
            sizeof engine->push.element_end);
-    map_behind_element(engine);
+    element_map_behind(engine);
     engine->push.has_tangent = engine->push.has_motion_piece =
         engine->push.stop_pending = engine->push.m01_pending =
             engine->push.in_loop = false;
@@ -135,7 +135,7 @@ void engine_stand_by(struct engine *engine) {
 void engine_begin_program(struct engine *engine) {
     begin_preparation(engine);
     begin_motion(engine);
-    feed_begin_program(engine);
-    foresight_begin_program(engine);
+    dispatch_begin_program(engine);
+    prediction_begin_program(engine);
     ATOMIC_SET(engine->program.active, 1);
 }

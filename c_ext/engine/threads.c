@@ -89,7 +89,7 @@ static void *plan_main(void *arg) {
     struct engine *engine = arg;
     while (ATOMIC_GET(engine->threads.running)) {
         bool pumped = planner_pump(engine) != 0;
-        foresight_plan(engine, pumped);
+        prediction_plan(engine, pumped);
         if (!pumped) {
             sleep_until(now_ns() + PLANNER_IDLE_NS);
         }

@@ -18,7 +18,7 @@
     0.004 /* a place to rejoin at is so far ahead of GEO: plans take little    \
              time */
 #define LEAST_CYCLES 1.0 /* ... and that is at least so many */
-#define FEASIBLE_BENT                                                          \
+#define FEASIBLE_CURVED                                                        \
     1.002 /* ... inside a curved stretch by what the chord of its limits is    \
              off */
 
@@ -43,7 +43,7 @@ static bool write_tail(struct engine *engine,
         stretch st = stretch_at(engine, writer.piece, end, writer.s);
         bool ends = st.to >= piece_at(engine, writer.piece)->length;
         if (st.span->rows) {
-            drive_bent(&writer, &st, ends, true);
+            drive_curved(&writer, &st, ends, true);
         } else {
             brake_to(&writer, &st, 0.0, ends);
         }
@@ -174,7 +174,7 @@ static bool write_from_tail(struct engine *engine,
                             struct writer *writer,
                             struct tail *tail) {
     uint64_t end = choose_window(engine);
-    if (!state_feasible(engine, end, FEASIBLE_BENT)) {
+    if (!state_feasible(engine, end, FEASIBLE_CURVED)) {
         return false;
     }
     writer->least =
@@ -215,7 +215,7 @@ static bool write_behind(struct engine *engine,
 
 /* No plan is stored: the window once more, to where the last backward pass
  * began. */
-static void rest_of_plan(struct engine *engine, struct writer *writer) {
+static void remainder_of_plan(struct engine *engine, struct writer *writer) {
     uint64_t end = engine->accel.need_end;
     if (engine->accel.capped < end) {
         return; /* pieces have come anew since */
@@ -238,9 +238,9 @@ static double tail_way(struct engine *engine) {
     return fmax(0.0, sum + (tail->piece < engine->run.head ? tail->s : 0.0));
 }
 
-static void ways_to_rest(struct engine *engine,
-                         struct rest_search *search,
-                         double way[2]) {
+static void ways_to_standstill(struct engine *engine,
+                               struct standstill_search *search,
+                               double way[2]) {
     (void)search;
     way[0] = way[1] = engine->commit.v > 0.0 ? tail_way(engine) : 0.0;
 }
@@ -315,8 +315,8 @@ const struct planner_ops accel_planner = {
     .may_rejoin = may_rejoin,
     .follow = follow,
     .give_up_rejoin = give_up_rejoin,
-    .rest_of_plan = rest_of_plan,
-    .ways_to_rest = ways_to_rest,
+    .remainder_of_plan = remainder_of_plan,
+    .ways_to_standstill = ways_to_standstill,
     .spare = no_spare,
     .traits =
         {

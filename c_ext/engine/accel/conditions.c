@@ -9,7 +9,7 @@
 #include "engine/state/state.h"
 
 #define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
-#define FEASIBLE_BENT                                                          \
+#define FEASIBLE_CURVED                                                        \
     1.002 /* ... inside a curved stretch by what the chord of its limits is    \
              off */
 
@@ -22,7 +22,7 @@ typedef struct conditions {
     uint32_t held_axes;
 } conditions;
 
-bool state_feasible(struct engine *engine, uint64_t end, double bent) {
+bool state_feasible(struct engine *engine, uint64_t end, double curved) {
     if (engine->commit.v <= 0.0) {
         return true;
     }
@@ -35,7 +35,7 @@ bool state_feasible(struct engine *engine, uint64_t end, double bent) {
                         end,
                         engine->commit.s,
                         engine->commit.v,
-                        bent);
+                        curved);
 }
 
 static uint64_t plan_under(struct engine *engine,
@@ -114,7 +114,7 @@ static uint64_t choose_conditions(struct engine *engine) {
     if (state_feasible(engine,
                        end,
                        want.reserve_override == old.reserve_override
-                           ? FEASIBLE_BENT
+                           ? FEASIBLE_CURVED
                            : FEASIBLE)) {
         return end; /* else cut anew */
     }
@@ -124,7 +124,7 @@ static uint64_t choose_conditions(struct engine *engine) {
     }
     want.reserve_override = old.reserve_override;
     end = plan_under(engine, &want);
-    return state_feasible(engine, end, FEASIBLE_BENT)
+    return state_feasible(engine, end, FEASIBLE_CURVED)
                ? end
                : plan_under(engine, &old);
 }
@@ -138,5 +138,5 @@ uint64_t choose_window(struct engine *engine) {
                       ? engine->accel.capped < engine->run.head
                       : engine->accel.unsettled < end)
                  && !engine->dispatch.final;
-    return wants && feed_further(engine) ? choose_conditions(engine) : end;
+    return wants && dispatch_further(engine) ? choose_conditions(engine) : end;
 }

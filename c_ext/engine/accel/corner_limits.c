@@ -443,7 +443,7 @@ void corner_caps(struct engine *engine) {
     if (engine->accel.capped < engine->accel.window_to) {
         engine->accel.window_to = engine->accel.window_from = 0;
     }
-    zones_follow(engine, engine->accel.capped);
+    corner_zones_follow(engine, engine->accel.capped);
     while (engine->accel.capped < head) {
         struct piece *piece = piece_at(engine, engine->accel.capped);
         const struct piece *before = piece;
@@ -452,7 +452,7 @@ void corner_caps(struct engine *engine) {
             && !cap_corner(engine, engine->accel.capped, &before, &fastest)) {
             return;
         }
-        zones_note(engine, engine->accel.capped, before, fastest);
+        corner_zones_note(engine, engine->accel.capped, before, fastest);
         piece->capped = true;
         piece->spanned = piece->settled = false;
         piece->cruise2 = -1.0;

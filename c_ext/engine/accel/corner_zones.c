@@ -12,7 +12,7 @@
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
 
-bool zones_new(struct engine *engine) {
+bool corner_zones_new(struct engine *engine) {
     engine->accel.corners =
         calloc(engine->run.mask + 1, sizeof(struct used_corner));
     return engine->accel.corners != NULL;
@@ -36,7 +36,7 @@ double corner_zone(const struct engine *engine,
 
 /* Piece i is the next one that is capped: behind the one capped last, or again
  * behind one that has been. */
-void zones_follow(struct engine *engine, uint64_t i) {
+void corner_zones_follow(struct engine *engine, uint64_t i) {
     if (i == engine->accel.zones_to) {
         return;
     }
@@ -55,10 +55,10 @@ void zones_follow(struct engine *engine, uint64_t i) {
 
 /* Piece i has been capped. `v`: fastest at its start if its jumps use up
  * acceleration, else below 0. */
-void zones_note(struct engine *engine,
-                uint64_t i,
-                const struct piece *before,
-                double v) {
+void corner_zones_note(struct engine *engine,
+                       uint64_t i,
+                       const struct piece *before,
+                       double v) {
     struct piece *piece = piece_at(engine, i);
     piece->at = engine->accel.capped_at;
     if (v >= 0.0) {
@@ -170,20 +170,20 @@ static void used_behind(struct engine *engine,
 
 /* What jumps use up at both ends of p. `next`: the motion behind it, NULL where
  * that ends in a standstill or is not known. */
-void zones_use(struct engine *engine,
-               const struct piece *piece,
-               const struct piece *next,
-               zone_use *first,
-               zone_use *last) {
+void corner_zones_use(struct engine *engine,
+                      const struct piece *piece,
+                      const struct piece *next,
+                      zone_use *first,
+                      zone_use *last) {
     used_ahead(engine, piece, first);
     used_behind(engine, piece, next, last);
 }
 
 /* Whether all corners are known that can use up acceleration on piece. Nobody
  * waits for what lies behind a standstill. */
-bool zones_known(struct engine *engine,
-                 const struct piece *piece,
-                 const struct piece *next) {
+bool corner_zones_known(struct engine *engine,
+                        const struct piece *piece,
+                        const struct piece *next) {
     if (!next) {
         return piece->stop_after;
     }

@@ -219,7 +219,7 @@ static void add_stretch(struct builder *builder,
     if (h < TINY_MM) {
         return;
     }
-    bent_loss lost;
+    chord_loss lost;
     struct extent most = extent_between(&from->most, &to->most, h);
     bool more_rows = has_more_rows(builder);
     for (int i = 0; i < builder->c->axes; i++) {
@@ -246,16 +246,16 @@ static void add_stretch(struct builder *builder,
     struct knot knot = from->at, knot_z = to->at;
     knot.bend = knot_z.bend = greater(knot.bend, knot_z.bend) + sqrt(turn2);
     struct span *span = &builder->spans[builder->piece->span_count++];
-    builder->rows += bent_rows(builder->engine,
-                               builder->piece,
-                               &knot,
-                               &knot_z,
-                               room,
-                               &lost,
-                               span,
-                               builder->rows);
+    builder->rows += curved_rows(builder->engine,
+                                 builder->piece,
+                                 &knot,
+                                 &knot_z,
+                                 room,
+                                 &lost,
+                                 span,
+                                 builder->rows);
     for (int k = 0; k < 2; k++) {
-        span->cap2[k] = lesser(span->cap2[k], builder->fast2);
+        span->v2_limit[k] = lesser(span->v2_limit[k], builder->fast2);
     }
 }
 

@@ -60,20 +60,21 @@ static double back_over_span(const struct span *sp,
                              double soft2,
                              double next,
                              bool *free) {
-    double cap2 =
-        lesser(soft2, sp->rows ? sp->cap2[0] : sp->v_hard * sp->v_hard);
-    double need2 =
+    double v2_limit =
+        lesser(soft2, sp->rows ? sp->v2_limit[0] : sp->v_hard * sp->v_hard);
+    double controllable_v2 =
         sp->rows
-            ? bent_need(sp, 0.0, soft2, next)
-            : lesser(cap2, lesser(next, cap2) + 2.0 * sp->accel * sp->length);
-    *free |= need2 >= cap2;
-    return need2;
+            ? curved_controllable_v2(sp, 0.0, soft2, next)
+            : lesser(v2_limit,
+                     lesser(next, v2_limit) + 2.0 * sp->accel * sp->length);
+    *free |= controllable_v2 >= v2_limit;
+    return controllable_v2;
 }
 
 static double back_over_spans(struct engine *engine,
                               uint64_t i,
                               double soft,
-                              double need2,
+                              double controllable_v2,
                               bool *free) {
     struct piece *piece = piece_at(engine, i);
     if (!spans_known(engine, i)) {
@@ -82,44 +83,48 @@ static double back_over_spans(struct engine *engine,
     struct span *spans = spans_of(engine, i);
     piece->cruises = false;
     for (uint32_t k = piece->span_count; k-- > 0;) {
-        need2 = spans[k].need2 =
-            back_over_span(&spans[k], soft * soft, need2, free);
+        controllable_v2 = spans[k].controllable_v2 =
+            back_over_span(&spans[k], soft * soft, controllable_v2, free);
     }
     *free &= piece->settled; /* corners further on may leave less */
-    return need2;
+    return controllable_v2;
 }
 
 /* Where the feed can be kept all over a piece, and what lies behind it can be
  * met from there, nothing else has to be known. */
 static double back_over(struct engine *engine,
                         uint64_t i,
-                        double need2,
+                        double controllable_v2,
                         bool *free) {
     struct piece *piece = piece_at(engine, i);
     double soft = soft_cap(engine, piece);
     const struct piece *next = next_of(engine, i);
     if (!piece->settled) {
         piece->spanned = false; /* more is known now */
-        piece->settled = zones_known(engine, piece, next);
+        piece->settled = corner_zones_known(engine, piece, next);
     }
-    piece->cruises =
-        soft > 0.0
-        && can_cruise(engine, piece, next, piece->settled, soft, need2);
+    piece->cruises = soft > 0.0
+                     && can_cruise(engine,
+                                   piece,
+                                   next,
+                                   piece->settled,
+                                   soft,
+                                   controllable_v2);
     if (!piece->cruises) {
-        return back_over_spans(engine, i, soft, need2, free);
+        return back_over_spans(engine, i, soft, controllable_v2, free);
     }
     *free = true;
     return soft * soft;
 }
 
-/* The stretches of a piece over which feed is not kept after all; `need2`: to
- * be met at its end. */
-void settle_spans(struct engine *engine, uint64_t i, double need2) {
+/* The stretches of a piece over which feed is not kept after all;
+ * `controllable_v2`: to be met at its end. */
+void settle_spans(struct engine *engine, uint64_t i, double controllable_v2) {
     bool free = false;
     back_over_spans(engine,
                     i,
                     soft_cap(engine, piece_at(engine, i)),
-                    need2,
+                    controllable_v2,
                     &free);
 }
 
@@ -143,36 +148,37 @@ bool needs_hold(const struct engine *engine) {
     return kept > engine->commit.piece && kept <= engine->accel.capped;
 }
 
-/* need2 at the start of piece i, from that behind it. `fixed`: it is the same
- * whatever comes behind the window. */
+/* controllable_v2 at the start of piece i, from that behind it. `fixed`: it is
+ * the same whatever comes behind the window. */
 static double need_before(struct engine *engine,
                           uint64_t i,
-                          double need2,
+                          double controllable_v2,
                           bool *fixed) {
     struct piece *piece = piece_at(engine, i);
     if (is_motion(piece)) {
         double corner2 = piece->corner_v * piece->corner_v;
         if (piece->stop_after) {
-            need2 = 0.0;
+            controllable_v2 = 0.0;
         }
         *fixed |= piece->stop_after;
-        need2 = back_over(engine, i, need2, fixed);
-        *fixed |= need2 >= corner2 && (piece->settled || piece->cruises);
-        need2 = lesser(need2, corner2);
+        controllable_v2 = back_over(engine, i, controllable_v2, fixed);
+        *fixed |=
+            controllable_v2 >= corner2 && (piece->settled || piece->cruises);
+        controllable_v2 = lesser(controllable_v2, corner2);
     }
     if (!stands_before(engine, piece)) {
-        return need2;
+        return controllable_v2;
     }
     *fixed = true;
     return 0.0;
 }
 
-/* need2 of every piece from `end` back to where committed motion ends; the
- * window ends at standstill. Where a piece comes to the value it has had, all
- * those ahead of it keep theirs: so the cost for a block does not grow with the
- * window. */
+/* controllable_v2 of every piece from `end` back to where committed motion
+ * ends; the window ends at standstill. Where a piece comes to the value it has
+ * had, all those ahead of it keep theirs: so the cost for a block does not grow
+ * with the window. */
 void backward_pass(struct engine *engine, uint64_t end) {
-    double need2 = 0.0;
+    double controllable_v2 = 0.0;
     uint64_t kept = kept_needs(engine), fixed_to = 0, unsettled = UINT64_MAX;
     engine->accel.passed_at = engine->commit.piece;
     engine->accel.passes++;
@@ -185,7 +191,7 @@ void backward_pass(struct engine *engine, uint64_t end) {
         struct piece *piece = piece_at(engine, i);
         bool same = i < kept && is_motion(piece) && piece->settled,
              fixed = fixed_to > 0;
-        need2 = need_before(engine, i, need2, &fixed);
+        controllable_v2 = need_before(engine, i, controllable_v2, &fixed);
         if (is_motion(piece) && !piece->settled) {
             unsettled = i;
         }
@@ -195,10 +201,10 @@ void backward_pass(struct engine *engine, uint64_t end) {
         if (fixed && !fixed_to) {
             fixed_to = i;
         }
-        if (same && need2 == piece->need2) {
+        if (same && controllable_v2 == piece->controllable_v2) {
             break;
         }
-        piece->need2 = need2;
+        piece->controllable_v2 = controllable_v2;
     }
     if (!kept || fixed_to > engine->accel.fixed_to) {
         engine->accel.fixed_to = fixed_to;

@@ -26,8 +26,9 @@
 /* Speed squared to be met at the end of piece i. */
 static double need_behind(struct engine *engine, uint64_t i, uint64_t end) {
     const struct piece *piece = piece_at(engine, i);
-    return piece->stop_after || i + 1 >= end ? 0.0
-                                             : piece_at(engine, i + 1)->need2;
+    return piece->stop_after || i + 1 >= end
+               ? 0.0
+               : piece_at(engine, i + 1)->controllable_v2;
 }
 
 /* The stretch of piece i that holds s, s < length; its needs are those of the
@@ -49,7 +50,8 @@ stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
     uint32_t k = at->k;
     double from = at->from;
     double soft = soft_cap(engine, piece),
-           need = k < last ? spans[k + 1].need2 : need_behind(engine, i, end);
+           need = k < last ? spans[k + 1].controllable_v2
+                           : need_behind(engine, i, end);
     return (stretch){&spans[k],
                      from,
                      k < last ? from + spans[k].length : piece->length,
@@ -65,13 +67,15 @@ bool meets_all(struct engine *engine,
                uint64_t end,
                double s,
                double v,
-               double bent) {
+               double curved) {
     stretch st = stretch_at(engine, i, end, s);
     if (st.span->rows) {
-        return v * v
-               <= bent_need(st.span, s - st.from, st.soft * st.soft, st.end2)
-                          * bent
-                      + 1e-12;
+        return v * v <= curved_controllable_v2(st.span,
+                                               s - st.from,
+                                               st.soft * st.soft,
+                                               st.end2)
+                                * curved
+                            + 1e-12;
     }
     return v * v <= lesser(st.cap * st.cap,
                            lesser(st.end2, st.cap * st.cap)
@@ -100,15 +104,16 @@ static void run(struct writer *writer,
     writer->s += writer->v * room + 0.5 * a * room * room;
     writer->v = greater(0.0, writer->v + a * room);
     if (!writer->out) {
-        writer->engine->accel.rest = (run_left){writer->piece,
-                                                writer->engine->accel.passes,
-                                                writer->s,
-                                                writer->v,
-                                                a,
-                                                time - room,
-                                                s1,
-                                                v1,
-                                                last};
+        writer->engine->accel.remainder =
+            (run_remainder){writer->piece,
+                            writer->engine->accel.passes,
+                            writer->s,
+                            writer->v,
+                            a,
+                            time - room,
+                            s1,
+                            v1,
+                            last};
     }
 }
 
@@ -170,25 +175,25 @@ static void brake(struct writer *writer,
 
 /* One step over a curved stretch with constant acceleration along the path, cut
  * at the budget. */
-void drive_bent(struct writer *writer,
-                const stretch *st,
-                bool ends,
-                bool brake) {
+void drive_curved(struct writer *writer,
+                  const stretch *st,
+                  bool ends,
+                  bool brake) {
     double at = writer->s - st->from, room = st->to - writer->s;
-    const bent_left *left = &writer->left;
+    const curved_remainder *left = &writer->left;
     uint64_t made = piece_at(writer->engine, writer->piece)->spans_made;
     bool goes_on = !brake && left->to > writer->s
                    && left->piece == writer->piece && left->made == made
                    && left->s == writer->s && left->v == writer->v
                    && left->soft == st->soft && left->end2 == st->end2;
-    bent_step step =
-        goes_on ? (bent_step){.h = left->to - writer->s, .x1 = left->x1}
-                : bent_forward(st->span,
-                               at,
-                               writer->v * writer->v,
-                               st->soft * st->soft,
-                               st->end2,
-                               brake);
+    curved_step step =
+        goes_on ? (curved_step){.h = left->to - writer->s, .x1 = left->x1}
+                : curved_forward(st->span,
+                                 at,
+                                 writer->v * writer->v,
+                                 st->soft * st->soft,
+                                 st->end2,
+                                 brake);
     double to = writer->s + step.h;
     bool whole = step.h >= room - TINY_MM;
     double v1 = sqrt(step.x1), time = 2.0 * (whole ? room : step.h)
@@ -205,21 +210,22 @@ void drive_bent(struct writer *writer,
         whole ? st->to : to,
         v1,
         whole && ends);
-    writer->left = (bent_left){writer->piece,
-                               made,
-                               writer->s,
-                               writer->v,
-                               to,
-                               step.x1,
-                               st->soft,
-                               st->end2}; /* of use if the budget has cut it */
+    writer->left =
+        (curved_remainder){writer->piece,
+                           made,
+                           writer->s,
+                           writer->v,
+                           to,
+                           step.x1,
+                           st->soft,
+                           st->end2}; /* of use if the budget has cut it */
 }
 
 /* One step over the stretch: accelerate, cruise or brake, each cut at the
  * budget. */
 static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
     if (st->span->rows) {
-        drive_bent(writer, st, ends, false);
+        drive_curved(writer, st, ends, false);
         return;
     }
     double room = st->to - writer->s, v = writer->v, a = st->accel,
@@ -304,14 +310,20 @@ static bool cruise(struct writer *writer,
 
 /* The phase that the end of the last commit has cut. */
 void run_on(struct writer *writer, uint64_t end) {
-    const run_left rest = writer->engine->accel.rest;
-    bool fits = rest.pass == writer->engine->accel.passes
-                && rest.piece == writer->piece && rest.s == writer->s
-                && rest.v == writer->v && rest.v > 0.0 && !writer_full(writer);
+    const run_remainder remainder = writer->engine->accel.remainder;
+    bool fits = remainder.pass == writer->engine->accel.passes
+                && remainder.piece == writer->piece && remainder.s == writer->s
+                && remainder.v == writer->v && remainder.v > 0.0
+                && !writer_full(writer);
     if (!fits) {
         return;
     }
-    run(writer, rest.a, rest.time, rest.s1, rest.v1, rest.last);
+    run(writer,
+        remainder.a,
+        remainder.time,
+        remainder.s1,
+        remainder.v1,
+        remainder.last);
     if (writer->s >= piece_at(writer->engine, writer->piece)->length) {
         leave_motion(writer, end);
     }

@@ -61,20 +61,20 @@ static double room_of(const struct engine *engine,
     return USABLE * piece_a_max(engine, piece, axis) - reserve[axis];
 }
 
-static void add_bent(struct builder *builder,
-                     const struct knot *from,
-                     const struct knot *to) {
+static void add_curved(struct builder *builder,
+                       const struct knot *from,
+                       const struct knot *to) {
     if (to->s - from->s < TINY_MM) {
         return;
     }
-    builder->rows += bent_rows(builder->engine,
-                               builder->piece,
-                               from,
-                               to,
-                               builder->room,
-                               NULL,
-                               &builder->spans[builder->piece->span_count++],
-                               builder->rows);
+    builder->rows += curved_rows(builder->engine,
+                                 builder->piece,
+                                 from,
+                                 to,
+                                 builder->room,
+                                 NULL,
+                                 &builder->spans[builder->piece->span_count++],
+                                 builder->rows);
 }
 
 static void arc_knot(const struct engine *engine,
@@ -122,7 +122,7 @@ static void arc_strip(struct builder *builder,
         next.s = k == count ? to : from + (to - from) * k / count;
         turn_by(next.d1, builder->piece, c, z);
         turn_by(next.d2, builder->piece, c, z);
-        add_bent(builder, &last, &next);
+        add_curved(builder, &last, &next);
         last = next;
     }
 }
@@ -285,7 +285,7 @@ static void used_on(struct engine *engine,
                     const struct piece *next,
                     double *reserve) {
     zone_use first, last;
-    zones_use(engine, piece, next, &first, &last);
+    corner_zones_use(engine, piece, next, &first, &last);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         reserve[i] = greater(first.reach > 0.0 ? first.reserve[i] : 0.0,
                              last.reach > 0.0 ? last.reserve[i] : 0.0);
@@ -441,7 +441,7 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
     builder.piece = piece;
     builder.step = piece->kind == PIECE_ARC ? turn_step(engine, i) : 0.0;
     zone_use used1, used2;
-    zones_use(engine, piece, next, &used1, &used2);
+    corner_zones_use(engine, piece, next, &used1, &used2);
     double first = used1.reach, last = used2.reach, both[NC_AXES];
     const strip parts[3] = {{first, used1.reserve},
                             {piece->length - first - last, none},

@@ -24,11 +24,12 @@ static void begin_at(phase *ph, double t) {
 
 /* From `at` (committed motion, s) to the end of the cycle of GEO in which it is
  * driven. */
-static double rest_of_cycle(struct engine *engine, double at) {
+static double remainder_of_cycle(struct engine *engine, double at) {
     double now, dt = engine->cfg.cycle_s;
     __atomic_load(&engine->geo.consumed_s, &now, __ATOMIC_ACQUIRE);
-    double cycles = (at - now) / dt, rest = (floor(cycles) + 1.0 - cycles) * dt;
-    return rest < SHORT_PART * dt ? rest + dt : rest;
+    double cycles = (at - now) / dt,
+           remainder = (floor(cycles) + 1.0 - cycles) * dt;
+    return remainder < SHORT_PART * dt ? remainder + dt : remainder;
 }
 
 /* Committed motion is written cycle by cycle: what has not begun can be taken
@@ -41,10 +42,11 @@ static void commit_phase(struct writer *writer, const phase *ph) {
         return;
     }
     bool motion = is_motion(piece_at(engine, ph->piece));
-    double from = 0.0, to = motion ? rest_of_cycle(engine,
-                                                   engine->commit.committed_s
-                                                       + writer->seconds)
-                                   : ph->time;
+    double from = 0.0, to = motion
+                                ? remainder_of_cycle(engine,
+                                                     engine->commit.committed_s
+                                                         + writer->seconds)
+                                : ph->time;
     for (int i = 1;; i++) {
         phase *out =
             &engine->commit.ring[engine->commit.written++ & (PHASE_RING - 1)];

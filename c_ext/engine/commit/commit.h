@@ -18,7 +18,7 @@ typedef struct writer {
                      it drive faster */
     uint64_t too_fast; /* corners and stands that it passes too fast, ... */
     bool refused;      /* ... by more than rounding */
-    bent_left left;
+    curved_remainder left;
 } writer;
 
 void write_phase(struct writer *writer, const phase *ph);

@@ -58,7 +58,7 @@ static void enter_piece(struct engine *engine, uint64_t i) {
                     : piece->feed;
     place_on_path(geo, piece, 0.0);
     if (piece->mapped) {
-        map_position(engine, piece);
+        element_map_position(engine, piece);
     } else {
         ATOMIC_SET(geo->active, piece->element);
     }
@@ -178,9 +178,9 @@ static void run_event(struct engine *engine, struct piece *piece) {
             ATOMIC_SET(engine->store.first, piece->origin + 1);
         }
         if (piece->dir > 0) {
-            foresight_time(engine,
-                           piece->code - NC_EVENT_ESA_TIME,
-                           piece->value);
+            prediction_time(engine,
+                            piece->code - NC_EVENT_ESA_TIME,
+                            piece->value);
         }
         break;
     case NC_RT_LOOP_BEGIN:
@@ -212,7 +212,7 @@ static void leave_piece(struct engine *engine) {
         memcpy(geo->position, piece->end, sizeof geo->position);
         geo->s = piece->length;
         if (piece->mapped) {
-            map_position(engine, piece);
+            element_map_position(engine, piece);
         }
     } else {
         run_event(engine, piece);
@@ -372,14 +372,14 @@ void geo_advance(struct engine *engine, double dt) {
             && (piece->moving & engine->orders.held_axes)) {
             return; /* a held axis would begin to move */
         }
-        double rest = geo->now.time - geo->t;
-        if (rest > dt) {
+        double remainder = geo->now.time - geo->t;
+        if (remainder > dt) {
             geo->t += dt;
             add_consumed(geo, dt);
             return;
         }
-        dt -= rest;
-        add_consumed(geo, rest);
+        dt -= remainder;
+        add_consumed(geo, remainder);
         end_phase(engine);
     }
 }
@@ -404,7 +404,7 @@ void geo_evaluate(struct engine *engine) {
     }
     place_on_path(geo, piece, geo->s);
     if (piece->mapped) {
-        map_position(engine, piece);
+        element_map_position(engine, piece);
     }
     piece_position(engine, piece, geo->s, geo->position);
 }

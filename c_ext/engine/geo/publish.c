@@ -167,7 +167,7 @@ static void publish_bahn(struct engine *engine) {
                     != engine->orders.shortcut_requests
                 || (motion && piece->shortcut));
     publish_next_stop(engine);
-    foresight_publish(engine);
+    prediction_publish(engine);
 }
 
 /* Entries were written first; now their count, and f_log_is_active last. */

@@ -322,11 +322,11 @@ static void look_at_early(struct engine *engine) {
     while (engine->early.done < ATOMIC_GET(engine->early.head)) {
         const struct early_output *early_output =
             &engine->early.entries[engine->early.done % EARLY_MAX];
-        double rest =
+        double remainder =
             early_output->path - (engine->geo.path - engine->geo.path_shift);
         bool passed = ATOMIC_GET(engine->store.done) > early_output->piece;
-        if (!passed && rest > early_output->distance
-            && rest > early_output->time * engine->geo.v) {
+        if (!passed && remainder > early_output->distance
+            && remainder > early_output->time * engine->geo.v) {
             return;
         }
         if (!passed

@@ -24,9 +24,9 @@
            speed */
 #define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
 #define MAX_KNOTS 1000.0
-#define SAME_TIME 1e-9           /* s */
-#define SAME_TIME_FORESEEN 1e-6  /* s */
-#define SAME_SPEED_FORESEEN 1e-6 /* relative */
+#define SAME_TIME 1e-9            /* s */
+#define SAME_TIME_PREDICTED 1e-6  /* s */
+#define SAME_SPEED_PREDICTED 1e-6 /* relative */
 #define THREAD_MARGIN_S                                                        \
     0.010 /* a place to rejoin at is so far ahead of GEO where the planner has \
              its own thread, ... */
@@ -57,7 +57,7 @@ static jerk_config config_of(const engine_config *cfg) {
     return config;
 }
 
-bool drive_wanted(const engine_config *cfg) {
+bool jerk_adapter_wanted(const engine_config *cfg) {
     for (int i = 0; i < cfg->axis_count; i++) {
         if (cfg->j_max[i] > 0) {
             return true;
@@ -72,8 +72,8 @@ static jerk_planner *spare(const struct engine *engine) {
     return jerk_new(&config, 2 * config.window_knots);
 }
 
-bool drive_new(struct engine *engine) {
-    if (!drive_wanted(&engine->cfg)) {
+bool jerk_adapter_new(struct engine *engine) {
+    if (!jerk_adapter_wanted(&engine->cfg)) {
         return true;
     }
     for (int i = 0; i < engine->cfg.axis_count; i++) {
@@ -99,7 +99,7 @@ bool drive_new(struct engine *engine) {
            && engine->commit.tails[0].place && engine->commit.tails[1].place;
 }
 
-void drive_free(struct engine *engine) {
+void jerk_adapter_free(struct engine *engine) {
     jerk_free(engine->jerk_adapter.planner);
     free(engine->jerk_adapter.laws);
     for (int i = 0; i < 2; i++) {
@@ -446,7 +446,7 @@ static bool follow(struct engine *engine, double motion_s) {
 }
 
 /* The stored tail is the rest of the plan. */
-static void rest_of_plan(struct engine *engine, struct writer *writer) {
+static void remainder_of_plan(struct engine *engine, struct writer *writer) {
     const struct tail *tail =
         &engine->commit.tails[(ATOMIC_GET(engine->commit.word) >> 1) & 1];
     for (uint32_t i = tail->first; i < tail->count; i++) {
@@ -459,18 +459,18 @@ static void rest_of_plan(struct engine *engine, struct writer *writer) {
 
 /* Whether the plan has come to where the last forecast has looked from: what it
  * has found there holds. */
-static bool as_foreseen(const struct engine *engine,
-                        const struct rest_search *search) {
+static bool as_predicted(const struct engine *engine,
+                         const struct standstill_search *search) {
     return !engine->plan.hold && search->next.v > 0.0
            && fabs(engine->commit.committed_s - search->next_s)
-                  < SAME_TIME_FORESEEN
+                  < SAME_TIME_PREDICTED
            && fabs(engine->commit.v - search->next.v)
-                  < SAME_SPEED_FORESEEN * search->next.v;
+                  < SAME_SPEED_PREDICTED * search->next.v;
 }
 
-static void ways_to_rest(struct engine *engine,
-                         struct rest_search *search,
-                         double way[2]) {
+static void ways_to_standstill(struct engine *engine,
+                               struct standstill_search *search,
+                               double way[2]) {
     jerk_planner *planner = engine->jerk_adapter.planner;
     way[0] = way[1] = 0.0;
     if (engine->commit.v <= 0.0 && engine->jerk_adapter.restart) {
@@ -478,7 +478,7 @@ static void ways_to_rest(struct engine *engine,
     }
     double later = next_commit(engine);
     jerk_preview now = search->next;
-    if (!as_foreseen(engine, search)) {
+    if (!as_predicted(engine, search)) {
         jerk_stop_preview(planner, search->scratch, 0.0, &now);
     }
     jerk_stop_preview(planner, search->scratch, later, &search->next);
@@ -498,9 +498,9 @@ const struct planner_ops jerk_limited_planner = {
     .commit = commit,
     .write = write_behind,
     .store_tail = no_tail_due,
-    .cut = drive_cut_run,
+    .cut = adapter_cut,
     .begin_run = stand_elsewhere,
-    .shorten = drive_shorten,
+    .shorten = adapter_shorten,
     .shorten_tail = shorten_tail,
     .take_back = take_back,
     .taken_back = taken_back,
@@ -509,10 +509,10 @@ const struct planner_ops jerk_limited_planner = {
     .may_rejoin = may_rejoin,
     .follow = follow,
     .give_up_rejoin = stand_elsewhere,
-    .rest_of_plan = rest_of_plan,
-    .ways_to_rest = ways_to_rest,
+    .remainder_of_plan = remainder_of_plan,
+    .ways_to_standstill = ways_to_standstill,
     .spare = spare,
-    .stands_behind = drive_stands_behind,
+    .stands_behind = adapter_stands_behind,
     .line_time = line_time,
     .traits =
         {

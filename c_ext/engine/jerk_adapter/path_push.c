@@ -52,7 +52,7 @@ static bool stands_behind(struct engine *engine, uint64_t i, bool *known) {
     return false;
 }
 
-bool drive_stands_behind(struct engine *engine, uint64_t i) {
+bool adapter_stands_behind(struct engine *engine, uint64_t i) {
     bool known;
     return stands_behind(engine, i, &known);
 }
@@ -138,7 +138,7 @@ static void forget_tails(struct engine *engine) {
 }
 
 /* The run ring is fed anew from `head` on. */
-void drive_cut_run(struct engine *engine, uint64_t head) {
+void adapter_cut(struct engine *engine, uint64_t head) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
     if (adapter->next < head || adapter->restart) {
         return;
@@ -161,7 +161,7 @@ void drive_cut_run(struct engine *engine, uint64_t head) {
 }
 
 /* Piece i ends at s now. */
-void drive_shorten(struct engine *engine, uint64_t i, double s) {
+void adapter_shorten(struct engine *engine, uint64_t i, double s) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
     if (adapter->restart || adapter->next < i
         || (adapter->next == i && adapter->at <= s)) {

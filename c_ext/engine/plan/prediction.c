@@ -24,33 +24,33 @@
 #define SECOND_US 1e6
 #define SAME 1e-6
 
-struct foresight {
+struct prediction {
     struct forecast of[BUFFERS];
     uint32_t latest, held;
     double times[ENGINE_ESA_TIMES]; /* GEO: as configured, or as the program has
                                        set them */
     uint32_t max;
     uint64_t seen; /* phases written when it was made */
-    struct rest_search search;
+    struct standstill_search search;
 };
 
-bool foresight_new(struct engine *engine) {
+bool prediction_new(struct engine *engine) {
     if (!(engine->cfg.functions
           & (ENGINE_FCT_CALC_TIME | ENGINE_FCT_CALC_POS_V_0
              | ENGINE_FCT_CALC_STATE_AT_T))) {
         return true;
     }
-    struct foresight *foresight = engine->prediction =
-        calloc(1, sizeof *foresight);
-    if (!foresight) {
+    struct prediction *prediction = engine->prediction =
+        calloc(1, sizeof *prediction);
+    if (!prediction) {
         return false;
     }
-    foresight_begin_program(engine);
-    foresight->max = engine->commit.tail_max;
-    foresight->latest = foresight->held = NONE;
+    prediction_begin_program(engine);
+    prediction->max = engine->commit.tail_max;
+    prediction->latest = prediction->held = NONE;
     for (uint32_t i = 0; i < BUFFERS; i++) {
-        if (!(foresight->of[i].phases =
-                  calloc(foresight->max, sizeof(phase)))) {
+        if (!(prediction->of[i].phases =
+                  calloc(prediction->max, sizeof(phase)))) {
             return false;
         }
     }
@@ -58,10 +58,11 @@ bool foresight_new(struct engine *engine) {
         || !(engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) {
         return true;
     }
-    return (foresight->search.scratch = engine->planner->spare(engine)) != NULL;
+    return (prediction->search.scratch = engine->planner->spare(engine))
+           != NULL;
 }
 
-void foresight_begin_program(struct engine *engine) {
+void prediction_begin_program(struct engine *engine) {
     if (engine->prediction) {
         memcpy(engine->prediction->times,
                engine->cfg.esa_time,
@@ -70,13 +71,13 @@ void foresight_begin_program(struct engine *engine) {
 }
 
 /* #CHANNEL SET [ESA_TIMEi]; any other index: not of this function. */
-void foresight_time(struct engine *engine, int index, double seconds) {
+void prediction_time(struct engine *engine, int index, double seconds) {
     if (engine->prediction && index >= 0 && index < ENGINE_ESA_TIMES) {
         engine->prediction->times[index] = seconds;
     }
 }
 
-void foresight_free(struct engine *engine) {
+void prediction_free(struct engine *engine) {
     if (!engine->prediction) {
         return;
     }
@@ -87,7 +88,7 @@ void foresight_free(struct engine *engine) {
     free(engine->prediction);
 }
 
-static void rest_of_plan(struct engine *engine, struct forecast *to) {
+static void remainder_of_plan(struct engine *engine, struct forecast *to) {
     struct writer writer = {.engine = engine,
                             .out = to->phases,
                             .max = engine->prediction->max,
@@ -95,7 +96,7 @@ static void rest_of_plan(struct engine *engine, struct forecast *to) {
                             .s = engine->commit.s,
                             .v = engine->commit.v,
                             .budget = NEVER};
-    engine->planner->rest_of_plan(engine, &writer);
+    engine->planner->remainder_of_plan(engine, &writer);
     to->count = writer.count;
 }
 
@@ -242,35 +243,35 @@ static bool position_behind(struct engine *engine, double way, double *q) {
     return false;
 }
 
-static struct forecast *free_buffer(struct foresight *foresight) {
-    uint32_t held = __atomic_load_n(&foresight->held, __ATOMIC_SEQ_CST);
+static struct forecast *free_buffer(struct prediction *prediction) {
+    uint32_t held = __atomic_load_n(&prediction->held, __ATOMIC_SEQ_CST);
     for (uint32_t i = 0; i < BUFFERS; i++) {
-        if (i != foresight->latest && i != held) {
-            return &foresight->of[i];
+        if (i != prediction->latest && i != held) {
+            return &prediction->of[i];
         }
     }
     return NULL;
 }
 
 /* Behind a turn of the planner. */
-void foresight_plan(struct engine *engine, bool pumped) {
-    struct foresight *foresight = engine->prediction;
-    if (!foresight
-        || (!pumped && foresight->latest != NONE
-            && foresight->seen == engine->commit.written)) {
+void prediction_plan(struct engine *engine, bool pumped) {
+    struct prediction *prediction = engine->prediction;
+    if (!prediction
+        || (!pumped && prediction->latest != NONE
+            && prediction->seen == engine->commit.written)) {
         return;
     }
     if ((ATOMIC_GET(engine->commit.word) & 1)
         || ATOMIC_GET(engine->rejoin.state) != REJOIN_NONE) {
         return; /* GEO drives the stored tail */
     }
-    struct forecast *to = free_buffer(foresight);
+    struct forecast *to = free_buffer(prediction);
     if (!to) {
         return;
     }
     to->begin_s = engine->commit.committed_s;
     to->count = to->mark_count = 0;
-    rest_of_plan(engine, to);
+    remainder_of_plan(engine, to);
     uint64_t last =
         to->count ? to->phases[to->count - 1].piece + 1 : engine->commit.piece;
     to->complete = engine->dispatch.final && last >= engine->run.head;
@@ -281,24 +282,25 @@ void foresight_plan(struct engine *engine, bool pumped) {
     to->s = engine->commit.s;
     if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
         double way[2];
-        engine->planner->ways_to_rest(engine, &foresight->search, way);
+        engine->planner->ways_to_standstill(engine, &prediction->search, way);
         for (int i = 0; i < 2; i++) {
-            to->rest[i].way = way[i];
-            to->rest[i].moving = position_behind(engine, way[i], to->rest[i].q);
+            to->standstill[i].way = way[i];
+            to->standstill[i].moving =
+                position_behind(engine, way[i], to->standstill[i].q);
         }
     }
-    foresight->seen = engine->commit.written;
-    __atomic_store_n(&foresight->latest,
-                     (uint32_t)(to - foresight->of),
+    prediction->seen = engine->commit.written;
+    __atomic_store_n(&prediction->latest,
+                     (uint32_t)(to - prediction->of),
                      __ATOMIC_SEQ_CST);
 }
 
-static const struct forecast *hold_latest(struct foresight *foresight) {
+static const struct forecast *hold_latest(struct prediction *prediction) {
     for (;;) {
-        uint32_t i = __atomic_load_n(&foresight->latest, __ATOMIC_SEQ_CST);
-        __atomic_store_n(&foresight->held, i, __ATOMIC_SEQ_CST);
-        if (i == __atomic_load_n(&foresight->latest, __ATOMIC_SEQ_CST)) {
-            return i == NONE ? NULL : &foresight->of[i];
+        uint32_t i = __atomic_load_n(&prediction->latest, __ATOMIC_SEQ_CST);
+        __atomic_store_n(&prediction->held, i, __ATOMIC_SEQ_CST);
+        if (i == __atomic_load_n(&prediction->latest, __ATOMIC_SEQ_CST)) {
+            return i == NONE ? NULL : &prediction->of[i];
         }
     }
 }
@@ -336,27 +338,29 @@ static double committed_way(struct engine *engine,
     return fmax(0.0, sum);
 }
 
-static void publish_rest(struct engine *engine,
-                         HLI_BAHN_STATE *bahn_state,
-                         const struct forecast *forecast) {
+static void publish_standstill(struct engine *engine,
+                               HLI_BAHN_STATE *bahn_state,
+                               const struct forecast *forecast) {
     const struct geo *geo = &engine->geo;
     bool stands = geo->v <= 0.0 && !geo->has_phase;
     bool later =
         forecast && !ATOMIC_GET(engine->orders.hold)
         && forecast->begin_s - geo->consumed_s < commit_low(
                engine); /* the planner is first, then the hold is seen */
-    const struct place_of_rest *place_of_rest =
-        forecast ? &forecast->rest[later] : NULL;
-    bool known = place_of_rest && place_of_rest->moving && !stands;
+    const struct place_of_standstill *place_of_standstill =
+        forecast ? &forecast->standstill[later] : NULL;
+    bool known = place_of_standstill && place_of_standstill->moving && !stands;
     show_f64(&bahn_state->dist_v_0_r,
-             known ? (committed_way(engine, forecast) + place_of_rest->way)
-                         * TENTH_UM
-                   : 0.0);
+             known
+                 ? (committed_way(engine, forecast) + place_of_standstill->way)
+                       * TENTH_UM
+                 : 0.0);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        uint32_t at = (uint32_t)(int32_t)llrint(fmax(
-            -2147483648.0,
-            fmin(2147483647.0,
-                 (known ? place_of_rest->q[i] : geo->position[i]) * TENTH_UM)));
+        uint32_t at = (uint32_t)(int32_t)llrint(
+            fmax(-2147483648.0,
+                 fmin(2147483647.0,
+                      (known ? place_of_standstill->q[i] : geo->position[i])
+                          * TENTH_UM)));
         show_u32((uint32_t *)&bahn_state->pos_v_0_pcs_r[i], at);
         show_u32((uint32_t *)&bahn_state->pos_v_0_acs_r[i], at);
     }
@@ -421,21 +425,21 @@ static void publish_speeds(struct engine *engine,
 }
 
 /* In each cycle, inside the seqlock. */
-void foresight_publish(struct engine *engine) {
-    struct foresight *foresight = engine->prediction;
-    if (!foresight) {
+void prediction_publish(struct engine *engine) {
+    struct prediction *prediction = engine->prediction;
+    if (!prediction) {
         return;
     }
-    const struct forecast *now = hold_latest(foresight);
+    const struct forecast *now = hold_latest(prediction);
     HLI_BAHN_STATE *bahn_state = &engine->hli.channel->bahn_state;
     if (engine->cfg.functions & ENGINE_FCT_CALC_TIME) {
         publish_feed_block(engine, bahn_state, now);
     }
     if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
-        publish_rest(engine, bahn_state, now);
+        publish_standstill(engine, bahn_state, now);
     }
     if (engine->cfg.functions & ENGINE_FCT_CALC_STATE_AT_T) {
         publish_speeds(engine, bahn_state, now);
     }
-    __atomic_store_n(&foresight->held, NONE, __ATOMIC_SEQ_CST);
+    __atomic_store_n(&prediction->held, NONE, __ATOMIC_SEQ_CST);
 }

@@ -74,7 +74,7 @@ static bool withdraw(struct engine *engine) {
  * them. False while they are pending and nothing may be committed. */
 static bool jobs_allow(struct engine *engine) {
     if (ATOMIC_GET(engine->withdrawal.state) == WITHDRAW_NONE
-        && !feed_job_pending(engine)) {
+        && !standstill_job_pending(engine)) {
         return true;
     }
     /* while GEO waits nothing more is driven, so nothing more would be
@@ -87,7 +87,7 @@ static bool jobs_allow(struct engine *engine) {
     if (!withdraw(engine)) {
         return false;
     }
-    feed_do_jobs(engine);
+    do_standstill_jobs(engine);
     ATOMIC_SET(
         engine->withdrawal.state,
         WITHDRAW_NONE); /* not before: until then the program does not end */
@@ -98,7 +98,7 @@ static bool wants_hold(struct engine *engine) {
     double override;
     __atomic_load(&engine->orders.override, &override, __ATOMIC_ACQUIRE);
     return ATOMIC_GET(engine->orders.hold) || override <= 0.0
-           || feed_job_pending(engine);
+           || standstill_job_pending(engine);
 }
 
 /* The planner's work, timed: feed, plan, commit. `hold`: the path is to come to
@@ -107,7 +107,7 @@ static __attribute__((noinline)) bool commit_more(struct engine *engine,
                                                   bool rejoins,
                                                   bool hold) {
     if (!rejoins) {
-        feed(engine);
+        dispatch_path(engine);
     }
     if (engine->commit.piece >= engine->run.head) {
         return false;

@@ -19,7 +19,8 @@
     2.0 /* ... and at least so many cycles: in the one ahead of the cut        \
            nothing may be changed any more */
 #define SAME_TIME 1e-9
-#define SHORT_REST 0.05 /* of a cycle: no less of a phase is taken back */
+#define SHORT_REMAINDER 0.05 /* of a cycle: no less of a phase is taken back   \
+                              */
 
 typedef struct cut {
     uint64_t phase;  /* first one that is taken back */
@@ -49,14 +50,15 @@ static void end_present_phase(struct engine *engine) {
            t = greater(geo->t, geo->t > 0.0 ? 0.0 : dt);
     if (geo->in_tail || !geo->has_phase
         || !is_motion(piece_at(engine, geo->now.piece))
-        || geo->now.time - t < SHORT_REST * dt) {
+        || geo->now.time - t < SHORT_REMAINDER * dt) {
         return;
     }
-    phase *rest = &engine->commit.ring[(geo->consumed - 1) & (PHASE_RING - 1)];
-    *rest = geo->now;
-    rest->s0 = geo->now.s0 + (geo->now.v0 + 0.5 * geo->now.a * t) * t;
-    rest->v0 = greater(0.0, geo->now.v0 + geo->now.a * t);
-    rest->time = geo->now.time - t;
+    phase *remainder =
+        &engine->commit.ring[(geo->consumed - 1) & (PHASE_RING - 1)];
+    *remainder = geo->now;
+    remainder->s0 = geo->now.s0 + (geo->now.v0 + 0.5 * geo->now.a * t) * t;
+    remainder->v0 = greater(0.0, geo->now.v0 + geo->now.a * t);
+    remainder->time = geo->now.time - t;
     geo->now.time = t;
     geo->now.last = false;
     ATOMIC_SET(geo->consumed, geo->consumed - 1);

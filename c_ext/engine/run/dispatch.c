@@ -25,7 +25,7 @@
 
 /* Lowest piece of the store that is still needed: the backward store, or the
  * beginning of the loop being driven. */
-static void feed_store_floor(struct engine *engine) {
+static void set_store_floor(struct engine *engine) {
     uint64_t done = ATOMIC_GET(engine->store.done),
              kept =
                  engine->store.kept
@@ -91,7 +91,7 @@ static void decide_branch(struct engine *engine,
 /* Where the stopping tail runs over a decision that has changed, a shorter one
  * may leave it open. */
 static void free_decisions(struct engine *engine) {
-    for (uint64_t i = engine->commit.piece + 1, end = feed_first_free(engine);
+    for (uint64_t i = engine->commit.piece + 1, end = run_first_free(engine);
          i < end && i < engine->run.head;
          i++) {
         const struct piece *piece = piece_at(engine, i);
@@ -107,7 +107,7 @@ static void free_decisions(struct engine *engine) {
 static void reconsider_loop(struct engine *engine) {
     bool ahead = false;
     free_decisions(engine);
-    for (uint64_t i = feed_first_free(engine); i < engine->run.head; i++) {
+    for (uint64_t i = run_first_free(engine); i < engine->run.head; i++) {
         struct piece *piece = piece_at(engine, i);
         if (!is_branch(piece)) {
             continue;
@@ -117,7 +117,7 @@ static void reconsider_loop(struct engine *engine) {
         if (piece->again == again) {
             continue;
         }
-        feed_cut(engine, i + 1);
+        run_cut(engine, i + 1);
         decide_branch(engine, piece, again);
         return;
     }
@@ -134,10 +134,10 @@ static double piece_end(const struct engine *engine, const struct piece *from) {
 }
 
 /* The part of `from` that is driven from `begin` on. */
-static void feed_part(struct engine *engine,
-                      struct piece *piece,
-                      const struct piece *from,
-                      double begin) {
+static void dispatch_part(struct engine *engine,
+                          struct piece *piece,
+                          const struct piece *from,
+                          double begin) {
     bool whole = engine->dispatch.dir > 0 && begin <= 0.0;
     if (engine->dispatch.displaced) {
         piece_shortcut(engine,
@@ -164,21 +164,21 @@ static void feed_part(struct engine *engine,
                               != piece->count;
 }
 
-void feed_motion(struct engine *engine, const struct piece *from) {
-    struct piece *piece = feed_copy(engine, from);
+void dispatch_motion(struct engine *engine, const struct piece *from) {
+    struct piece *piece = run_copy(engine, from);
     double begin = engine->dispatch.at >= 0.0 ? engine->dispatch.at
                    : engine->dispatch.dir > 0 ? 0.0
                                               : from->whole;
-    feed_part(engine, piece, from, begin);
+    dispatch_part(engine, piece, from, begin);
     if (from->origin < engine->dispatch.frontier) {
         piece->gated = false;
     }
     double stop = engine->dispatch.dir > 0 && !piece->shortcut
-                      ? feed_stop_in(engine, piece, 0.0)
+                      ? inserted_stop_in(engine, piece, 0.0)
                       : -1.0;
     bool cut = stop >= 0.0 && stop < piece->length - 1e-9;
     if (cut) {
-        feed_shorten(engine, piece, stop);
+        run_shorten(engine, piece, stop);
     }
     piece->stop_before |= !engine->dispatch.has_motion || engine->dispatch.stop;
     piece->m01 |= engine->dispatch.m01;
@@ -186,13 +186,13 @@ void feed_motion(struct engine *engine, const struct piece *from) {
     set_jump(engine, piece);
     engine->dispatch.last_motion = engine->run.head;
     engine->dispatch.has_motion = true;
-    feed_publish(engine);
+    run_publish(engine);
     engine->dispatch.at = cut ? piece->from + piece->length : -1.0;
     if (!cut) {
         engine->dispatch.next += (uint64_t)engine->dispatch.dir;
     }
     if (stop >= 0.0) {
-        feed_stop(engine, piece);
+        insert_stop(engine, piece);
     }
 }
 
@@ -212,7 +212,7 @@ static bool passes_by(const struct engine *engine, const struct piece *piece) {
     }
 }
 
-void feed_event(struct engine *engine, const struct piece *from) {
+void dispatch_event(struct engine *engine, const struct piece *from) {
     bool again =
         engine->dispatch.dir < 0 || from->origin < engine->dispatch.frontier;
     uint64_t next = engine->dispatch.next + (uint64_t)engine->dispatch.dir;
@@ -220,14 +220,14 @@ void feed_event(struct engine *engine, const struct piece *from) {
     engine->dispatch.next = next;
     if (again && (from->flags & NC_OUTPUT)) {
         if (from->type != NC_T) {
-            feed_function(engine, from, synch_again(engine, from));
+            run_function(engine, from, synch_again(engine, from));
         }
         return;
     }
     if (again && passes_by(engine, from)) {
         return;
     }
-    struct piece *piece = feed_copy(engine, from);
+    struct piece *piece = run_copy(engine, from);
     piece->dir = (int8_t)engine->dispatch.dir;
     if (piece->dir < 0) {
         piece->stop_before = piece->m01 = false;
@@ -240,11 +240,11 @@ void feed_event(struct engine *engine, const struct piece *from) {
     if (is_branch(piece)) {
         decide_branch(engine, piece, loop_wanted(engine, piece));
     }
-    feed_publish(engine);
+    run_publish(engine);
 }
 
 /* Backward motion ends here. */
-uint64_t feed_oldest(struct engine *engine) {
+uint64_t dispatch_oldest(struct engine *engine) {
     uint64_t kept = engine->dispatch.frontier > engine->store.kept
                         ? engine->dispatch.frontier - engine->store.kept
                         : 0,
@@ -255,10 +255,10 @@ uint64_t feed_oldest(struct engine *engine) {
     return first > kept ? first : kept;
 }
 
-static bool can_feed(struct engine *engine, uint64_t head) {
+static bool can_dispatch(struct engine *engine, uint64_t head) {
     if (engine->dispatch.dir < 0) {
         return engine->dispatch.next != UINT64_MAX
-               && engine->dispatch.next >= feed_oldest(engine);
+               && engine->dispatch.next >= dispatch_oldest(engine);
     }
     return engine->dispatch.next < head;
 }
@@ -277,12 +277,12 @@ static void prefetch_next(struct engine *engine) {
     }
 }
 
-static void feed_next(struct engine *engine) {
+static void dispatch_next(struct engine *engine) {
     const struct piece *from = store_at(engine, engine->dispatch.next);
     if (is_motion(from)) {
-        feed_motion(engine, from);
+        dispatch_motion(engine, from);
     } else {
-        feed_event(engine, from);
+        dispatch_event(engine, from);
     }
 }
 
@@ -301,7 +301,9 @@ static bool wants_more(struct engine *engine) {
 
 /* Nothing has changed but the path: without jerk some pieces are fed at a time.
  */
-static bool feed_waits(struct engine *engine, bool finished, uint64_t head) {
+static bool dispatch_waits(struct engine *engine,
+                           bool finished,
+                           uint64_t head) {
     const struct dispatch *dispatch = &engine->dispatch;
     if (!engine->traits.feeds_in_batches || dispatch->in_loop
         || dispatch->dir < 0 || dispatch->armed
@@ -315,37 +317,37 @@ static bool feed_waits(struct engine *engine, bool finished, uint64_t head) {
 }
 
 /* Feed as far as the planner has to see. */
-void feed(struct engine *engine) {
+void dispatch_path(struct engine *engine) {
     bool finished = ATOMIC_GET(
         engine->program
             .finished); /* before the head: nothing is pushed behind it */
     uint64_t head = ATOMIC_GET(engine->store.head);
-    if (feed_waits(engine, finished, head)) {
-        feed_store_floor(engine);
+    if (dispatch_waits(engine, finished, head)) {
+        set_store_floor(engine);
         return;
     }
     if (engine->dispatch.in_loop) {
         reconsider_loop(engine);
     }
-    feed_take_insert(engine);
-    while (can_feed(engine, head) && wants_more(engine)) {
+    take_insert(engine);
+    while (can_dispatch(engine, head) && wants_more(engine)) {
         prefetch_next(engine);
-        feed_next(engine);
+        dispatch_next(engine);
     }
     engine->dispatch.final = engine->dispatch.dir < 0
-                                 ? !can_feed(engine, head)
+                                 ? !can_dispatch(engine, head)
                                  : finished && engine->dispatch.next >= head;
-    feed_stop_at_end(engine);
-    feed_store_floor(engine);
+    insert_stop_at_end(engine);
+    set_store_floor(engine);
 }
 
 /* Corner limits look further than what is fed: feed more from now on. */
-bool feed_further(struct engine *engine) {
+bool dispatch_further(struct engine *engine) {
     if (engine->dispatch.reach || engine->dispatch.in_loop) {
         return false;
     }
     uint64_t head = engine->run.head;
     engine->dispatch.reach = FED_AHEAD - FED_NEAR;
-    feed(engine);
+    dispatch_path(engine);
     return engine->run.head > head;
 }

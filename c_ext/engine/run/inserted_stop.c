@@ -52,9 +52,9 @@ static double dist_shift(struct engine *engine) {
 
 /* Where in a piece, as it is driven, the inserted stop lies, behind `begin`; -1
  * if not there. */
-double feed_stop_in(struct engine *engine,
-                    const struct piece *piece,
-                    double begin) {
+double inserted_stop_in(struct engine *engine,
+                        const struct piece *piece,
+                        double begin) {
     if (!engine->dispatch.armed) {
         return -1.0;
     }
@@ -82,7 +82,7 @@ static double run_dist(struct engine *engine,
 }
 
 /* The stop stands behind the piece `before`. */
-void feed_stop(struct engine *engine, const struct piece *before) {
+void insert_stop(struct engine *engine, const struct piece *before) {
     const struct insert_cmd *insert_cmd = &engine->dispatch.insert;
     struct piece stop;
     memset(&stop, 0, sizeof stop);
@@ -120,20 +120,20 @@ void feed_stop(struct engine *engine, const struct piece *before) {
             + insert_cmd->value;
     }
     if (insert_cmd->m_function > 1) {
-        feed_function(engine, &stop, SYNCH_MVS_SVS);
+        run_function(engine, &stop, SYNCH_MVS_SVS);
         engine->dispatch.stop = true;
         return;
     }
-    struct piece *piece = feed_copy(engine, &stop);
+    struct piece *piece = run_copy(engine, &stop);
     piece->stop_before = insert_cmd->m_function == 0;
     piece->m01 = insert_cmd->m_function == 1;
-    feed_publish(engine);
+    run_publish(engine);
     engine->dispatch.stop = piece->stop_before;
     engine->dispatch.m01 = piece->m01;
 }
 
 /* The program ends ahead of an inserted stop: it stands at the end. */
-void feed_stop_at_end(struct engine *engine) {
+void insert_stop_at_end(struct engine *engine) {
     if (!engine->dispatch.final || engine->dispatch.dir < 0
         || !engine->dispatch.armed || !engine->dispatch.has_motion) {
         return;
@@ -143,7 +143,7 @@ void feed_stop_at_end(struct engine *engine) {
         || engine->run.head == ATOMIC_GET(engine->run.done)) {
         return;
     }
-    feed_stop(engine, piece_at(engine, engine->dispatch.last_motion));
+    insert_stop(engine, piece_at(engine, engine->dispatch.last_motion));
 }
 
 static bool is_inserted_stop(const struct piece *piece) {
@@ -151,18 +151,18 @@ static bool is_inserted_stop(const struct piece *piece) {
 }
 
 /* Feed from piece i of the run ring on anew: a motion or an inserted stop. */
-static void feed_again_from(struct engine *engine, uint64_t i) {
+static void dispatch_again_from(struct engine *engine, uint64_t i) {
     const struct piece *piece = piece_at(engine, i);
     bool behind = piece->inserted && piece->from >= piece->whole - 1e-9;
     uint64_t next = behind ? piece->origin + 1 : piece->origin;
     double at = !behind && piece->from > 0.0 ? piece->from : -1.0;
-    feed_cut(engine, i);
+    run_cut(engine, i);
     engine->dispatch.next = next;
     engine->dispatch.at = at;
 }
 
 /* Where the path would come to rest if it braked now. */
-static uint64_t rest_piece(struct engine *engine, double *s) {
+static uint64_t standstill_piece(struct engine *engine, double *s) {
     planner_store_tail(engine);
     uint64_t word = ATOMIC_GET(engine->commit.word);
     const struct tail *tail = &engine->commit.tails[(word >> 1) & 1];
@@ -172,9 +172,9 @@ static uint64_t rest_piece(struct engine *engine, double *s) {
 
 /* The stop lies in the piece in which the path could come to rest: that one is
  * cut in two. */
-static bool cut_rest_piece(struct engine *engine) {
-    double rest;
-    uint64_t i = rest_piece(engine, &rest);
+static bool cut_standstill_piece(struct engine *engine) {
+    double remainder;
+    uint64_t i = standstill_piece(engine, &remainder);
     if (i >= engine->run.head) {
         return false;
     }
@@ -183,23 +183,23 @@ static bool cut_rest_piece(struct engine *engine) {
         return false;
     }
     if (!engine->dispatch.insert.axis
-        && engine->dispatch.target < run_dist(engine, piece, rest)) {
-        engine->dispatch.target = run_dist(engine, piece, rest + 1e-6);
+        && engine->dispatch.target < run_dist(engine, piece, remainder)) {
+        engine->dispatch.target = run_dist(engine, piece, remainder + 1e-6);
     }
-    double stop = feed_stop_in(engine, piece, rest);
+    double stop = inserted_stop_in(engine, piece, remainder);
     if (stop < 0.0) {
         return false;
     }
     bool armed = engine->dispatch.armed;
     double target = engine->dispatch.target;
-    feed_cut(engine, i + 1);
+    run_cut(engine, i + 1);
     engine->dispatch.armed = armed;
     engine->dispatch.target = target;
     engine->dispatch.last_motion = i;
     engine->dispatch.has_motion = true;
     bool cut = stop < piece->length - 1e-9;
     if (cut) {
-        feed_shorten(engine, piece, stop);
+        run_shorten(engine, piece, stop);
     }
     if (cut) {
         engine->planner->shorten(engine, i, stop);
@@ -211,7 +211,7 @@ static bool cut_rest_piece(struct engine *engine) {
     bool left = at < piece->whole - 1e-9;
     engine->dispatch.next = left ? piece->origin : piece->origin + 1;
     engine->dispatch.at = left ? at : -1.0;
-    feed_stop(engine, piece);
+    insert_stop(engine, piece);
     engine->dispatch.stop = true; /* the path comes to rest here, whatever is
                                  inserted: only that is sure to be possible */
     return true;
@@ -219,21 +219,21 @@ static bool cut_rest_piece(struct engine *engine) {
 
 /* A new insert_cmd: what has been fed is fed again from where that is free, so
  * that the stop finds its place. */
-void feed_take_insert(struct engine *engine) {
+void take_insert(struct engine *engine) {
     uint32_t request = ATOMIC_GET(engine->orders.insert_requests);
     if (request == engine->dispatch.inserts || engine->dispatch.dir < 0
         || !engine->planner->shorten_tail(engine)) {
         return;
     }
-    uint64_t i = feed_first_free(engine);
+    uint64_t i = run_first_free(engine);
     while (
         i < engine->run.head && !is_inserted_stop(piece_at(engine, i))
         && (!is_motion(piece_at(engine, i)) || piece_at(engine, i)->shortcut)) {
         i++;
     }
     if (i < engine->run.head) {
-        feed_again_from(engine,
-                        i); /* this drops the stops of the command before */
+        dispatch_again_from(engine,
+                            i); /* this drops the stops of the command before */
     }
     struct insert_cmd *insert_cmd = &engine->dispatch.insert;
     *insert_cmd = engine->orders.insert_request;
@@ -245,7 +245,7 @@ void feed_take_insert(struct engine *engine) {
             ? insert_cmd->axis || insert_cmd->value >= insert_cmd->base
             : insert_cmd->value != 0.0;
     if (engine->dispatch.armed) {
-        cut_rest_piece(engine);
+        cut_standstill_piece(engine);
     }
     ATOMIC_SET(engine->dispatch.inserts, request);
 }

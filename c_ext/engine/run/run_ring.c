@@ -14,24 +14,24 @@ bool run_has_room(struct engine *engine) {
            < engine->run.mask + 1 - KEPT_BEHIND - 8;
 }
 
-struct piece *feed_copy(struct engine *engine, const struct piece *from) {
+struct piece *run_copy(struct engine *engine, const struct piece *from) {
     struct piece *piece = piece_at(engine, engine->run.head);
     memcpy(piece, from, offsetof(struct piece, capped));
     piece->capped = piece->spanned = piece->settled = piece->cruises = false;
-    piece->corner_v = piece->need2 = 0.0;
+    piece->corner_v = piece->controllable_v2 = 0.0;
     piece->cruise2 = -1.0;
     piece->span_count = 0;
     return piece;
 }
 
-void feed_publish(struct engine *engine) {
+void run_publish(struct engine *engine) {
     engine->run.head++;
 }
 
-static struct piece *feed_gate(struct engine *engine,
-                               const struct piece *from,
-                               struct techno_counts need) {
-    struct piece *piece = feed_copy(engine, from);
+static struct piece *run_gate(struct engine *engine,
+                              const struct piece *from,
+                              struct techno_counts need) {
+    struct piece *piece = run_copy(engine, from);
     piece->type = NC_EVENT;
     piece->code = EVENT_GATE;
     piece->flags = 0;
@@ -39,28 +39,28 @@ static struct piece *feed_gate(struct engine *engine,
     piece->dir = (int8_t)engine->dispatch.dir;
     piece->gated = piece->replay = true;
     piece->stop_before = false;
-    feed_publish(engine);
+    run_publish(engine);
     return piece;
 }
 
 /* A function outside the program's count: again on a stretch driven before, or
  * inserted by the PLC. One at a time. */
-void feed_function(struct engine *engine,
-                   const struct piece *from,
-                   uint32_t synch) {
+void run_function(struct engine *engine,
+                  const struct piece *from,
+                  uint32_t synch) {
     struct techno_counts need = {0};
     need.std_freed = engine->dispatch.pushed.std_freed;
     if (need.std_freed) {
-        feed_gate(engine, from, need);
+        run_gate(engine, from, need);
     }
-    struct piece *piece = feed_copy(engine, from);
+    struct piece *piece = run_copy(engine, from);
     piece->flags |= NC_OUTPUT;
     piece->replay = true;
     piece->put_out = false;
     piece->synch = synch;
     piece->dir = (int8_t)engine->dispatch.dir;
     piece->stop_before = false;
-    feed_publish(engine);
+    run_publish(engine);
     engine->dispatch.pushed.std_freed++;
     if (!(synch & SYNCH_MVS_SVS)) {
         return;
@@ -68,12 +68,12 @@ void feed_function(struct engine *engine,
     engine->dispatch.pushed.std_acked++;
     need =
         (struct techno_counts){.std_acked = engine->dispatch.pushed.std_acked};
-    feed_gate(engine, from, need);
+    run_gate(engine, from, need);
 }
 
 /* First piece of the run ring that may still be changed: none that is
  * committed, none that the tail runs over. */
-uint64_t feed_first_free(struct engine *engine) {
+uint64_t run_first_free(struct engine *engine) {
     if (engine->commit.v <= 0.0) {
         return engine->commit.piece + (engine->commit.s > 0.0);
     }
@@ -107,7 +107,7 @@ static void stop_behind(struct engine *engine, const struct piece *piece) {
 }
 
 /* Drop what has been fed from `head` on. */
-void feed_cut(struct engine *engine, uint64_t head) {
+void run_cut(struct engine *engine, uint64_t head) {
     for (uint64_t i = head; i < engine->run.head; i++) {
         const struct piece *piece = piece_at(engine, i);
         engine->dispatch.displaced |=
@@ -145,7 +145,7 @@ void feed_cut(struct engine *engine, uint64_t head) {
 }
 
 /* Shorten a motion that is driven forward to its first s mm. */
-void feed_shorten(struct engine *engine, struct piece *piece, double s) {
+void run_shorten(struct engine *engine, struct piece *piece, double s) {
     double end[NC_AXES];
     piece_position(engine, piece, s, end);
     piece_tangent(engine, piece, s, piece->tangent_out);

@@ -82,7 +82,7 @@ static bool wants_turn(struct engine *engine) {
         return false; /* what lies behind is left out */
     }
     place at = stand_place(engine);
-    return at.s > 0.0 || at.i > feed_oldest(engine);
+    return at.s > 0.0 || at.i > dispatch_oldest(engine);
 }
 
 static bool wants_shortcut(struct engine *engine) {
@@ -96,7 +96,7 @@ static bool wants_abort(struct engine *engine) {
     return ATOMIC_GET(engine->program.abort) == 1;
 }
 
-bool feed_job_pending(struct engine *engine) {
+bool standstill_job_pending(struct engine *engine) {
     return wants_abort(engine) || wants_turn(engine) || wants_shortcut(engine);
 }
 
@@ -118,7 +118,7 @@ static void stand_at(struct engine *engine, place at) {
  */
 static void begin_run(struct engine *engine, place at) {
     bool stands_in_piece = engine->commit.piece < engine->run.head;
-    feed_cut(engine, stands_in_piece ? engine->commit.piece : engine->run.head);
+    run_cut(engine, stands_in_piece ? engine->commit.piece : engine->run.head);
     if (!stands_in_piece) {
         stand_at(engine, at);
     }
@@ -191,20 +191,20 @@ static target shortcut_target(struct engine *engine, place at, uint64_t head) {
 }
 
 /* The rest of a piece is left out, with nothing in its place. */
-static void feed_nothing(struct engine *engine, uint64_t i) {
-    struct piece *piece = feed_copy(engine, store_at(engine, i));
+static void dispatch_nothing(struct engine *engine, uint64_t i) {
+    struct piece *piece = run_copy(engine, store_at(engine, i));
     piece->kind = PIECE_EVENT;
     piece->type = NC_FLUSH;
     piece->length = piece->whole = 0.0;
     piece->gated = piece->stop_before = piece->m01 = false;
-    feed_publish(engine);
+    run_publish(engine);
 }
 
 /* Whether more rows may come that the shortcut could lead to. */
 static bool rows_to_come(struct engine *engine) {
     return !ATOMIC_GET(engine->program.finished)
            && !ATOMIC_GET(engine->program.expect_drain)
-           && ring_has_room(engine);
+           && store_has_room(engine);
 }
 
 /* Leave out what lies between here and the target but for its events, then a
@@ -228,14 +228,14 @@ static void shortcut(struct engine *engine) {
         if (is_motion(piece)) {
             engine->dispatch.next++;
         } else {
-            feed_event(engine, piece);
+            dispatch_event(engine, piece);
         }
     }
     if (to.found) {
-        feed_motion(engine, store_at(engine, end));
+        dispatch_motion(engine, store_at(engine, end));
         ATOMIC_SET(engine->store.first, end + 1);
     } else if (at.s > 0.0) {
-        feed_nothing(engine, at.i);
+        dispatch_nothing(engine, at.i);
         engine->dispatch.next++;
         ATOMIC_SET(engine->store.first, at.i + 1);
     }
@@ -243,7 +243,7 @@ static void shortcut(struct engine *engine) {
 }
 
 /* The program ends here: everything that is left is left out. */
-static void leave_out_rest(struct engine *engine) {
+static void leave_out_remainder(struct engine *engine) {
     uint64_t head = ATOMIC_GET(engine->store.head);
     place at = stand_place(engine);
     bool left = at.i < head;
@@ -258,13 +258,13 @@ static void leave_out_rest(struct engine *engine) {
     engine->dispatch.frontier = head;
     engine->dispatch.in_loop = engine->dispatch.displaced = false;
     if (head > ATOMIC_GET(engine->store.done)) {
-        feed_nothing(engine, head - 1);
+        dispatch_nothing(engine, head - 1);
         piece_at(engine, engine->run.head - 1)->flags = 0;
     }
     ATOMIC_SET(engine->program.abort, 2);
 }
 
-void feed_begin_program(struct engine *engine) {
+void dispatch_begin_program(struct engine *engine) {
     begin_run(engine, (place){ATOMIC_GET(engine->store.head), 0.0});
     memset(&engine->dispatch.pushed, 0, sizeof engine->dispatch.pushed);
     engine->dispatch.dir = 1;
@@ -275,9 +275,9 @@ void feed_begin_program(struct engine *engine) {
     ATOMIC_SET(engine->withdrawal.state, WITHDRAW_NONE);
 }
 
-void feed_do_jobs(struct engine *engine) {
+void do_standstill_jobs(struct engine *engine) {
     if (wants_abort(engine)) {
-        leave_out_rest(engine);
+        leave_out_remainder(engine);
     } else if (wants_turn(engine)) {
         turn(engine);
     } else if (wants_shortcut(engine)) {

@@ -14,13 +14,13 @@ typedef struct shared_areas {
 
 /* ---- store: rows become elements and pieces */
 /* Motions that were too short to be driven (short_motions.c). */
-typedef struct carried {
+typedef struct short_motions {
     nc_block row;      /* the last of them */
     uint32_t rows;     /* how many; 0: none */
     double path;       /* mm, together */
     double programmed; /* mm of elements that those flagged NC_PIECE cover */
     uint64_t element, number; /* of the last one */
-} carried;
+} short_motions;
 
 /* What the next motion row goes on from. */
 typedef struct push_state {
@@ -34,7 +34,7 @@ typedef struct push_state {
     uint64_t epoch_element; /* first element of the present epoch */
     bool stop_pending, m01_pending;
     double element_end[NC_AXES]; /* programmed end of the last element */
-    struct carried short_motions;
+    struct short_motions short_motions;
     uint32_t last_count; /* block_count of the last motion */
     uint64_t loop_begin; /* piece that begins the real-time loop being pushed */
     bool in_loop;
@@ -286,16 +286,16 @@ typedef struct accel_state {
     uint64_t zones_from, zones_to; /* pieces capped one behind the other */
     uint64_t unsettled; /* first piece whose needs the last pass could not
                            settle; UINT64_MAX: none */
-    uint64_t need_end; /* end of the last pass over need2, 0: none that is still
-                          true */
-    uint64_t fixed_to; /* the needs of pieces below it are the same whatever
-                          comes behind the window of that pass */
+    uint64_t need_end;  /* end of the last pass over controllable_v2, 0: none
+                           that is still true */
+    uint64_t fixed_to;  /* the needs of pieces below it are the same whatever
+                           comes behind the window of that pass */
     uint64_t passed_at; /* where committed motion ended at the last pass */
     uint64_t passes;    /* over the window, as many as there have been */
-    run_left rest;
+    run_remainder remainder;
     uint64_t window_from, window_to; /* the window as counted last ... */
     uint32_t window_motions;         /* ... and the motions in it */
-    bent_left left;
+    curved_remainder left;
     uint64_t spans_made; /* for a piece, as often as that was */
     struct span *spans; /* room for the stretches of the pieces in the window: a
                            few of each, which mostly do, ... */

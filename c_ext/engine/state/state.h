@@ -40,7 +40,7 @@ struct engine {
     struct withdrawal withdrawal;
     /* planner fills buffers, GEO reads the latest; NULL: none of its functions
      * is configured */
-    struct foresight *prediction;
+    struct prediction *prediction;
 
     /* GEO */
     struct geo geo;

@@ -11,7 +11,7 @@
 #include "jerk/planner.h"
 
 #define TENTH_UM 10000.0 /* 0.1 um per mm */
-#define PIECE_RING                                                             \
+#define RUN_RING_MAX                                                           \
     16384u /* pieces of the run ring at the most; fewer where the window is    \
               small */
 #define RUN_MORE                                                               \
@@ -121,7 +121,7 @@ typedef enum piece_kind {
 
 /* A stretch of a piece for the acceleration-limited planner. Straight: |u| <=
  * accel, v <= v_hard. Curved (rows; curved_span.c): per axis |r0 u + r1 x| <= 1
- * at its start, |r2 u + r3 x| <= 1 at its end, x <= cap2 at both. */
+ * at its start, |r2 u + r3 x| <= 1 at its end, x <= v2_limit at both. */
 typedef struct span {
     double length, accel;
     union {
@@ -129,9 +129,9 @@ typedef struct span {
         double stand;  /* curved: path acceleration that the rows allow at a
                           standstill */
     };
-    double need2; /* largest speed squared at the start from which everything
-                     ahead can be met */
-    double cap2[2];
+    double controllable_v2; /* largest speed squared at the start from which
+                     everything ahead can be met */
+    double v2_limit[2];
     const double *rows; /* NULL: straight; r0 to r3 of each axis, and what they
                            bound (curved_span.c) */
     float bend; /* 1 / bend: speed squared that the axes allow while u is zero,
@@ -171,24 +171,24 @@ typedef struct knot {
 /* What the end of a commit has left of a step over a curved stretch: from s
  * with v to `to` with x1, found for these bounds. It holds as long as the
  * stretches of the piece are those that were `made` then. */
-typedef struct bent_left {
+typedef struct curved_remainder {
     uint64_t piece, made;
     double s, v, to, x1, soft, end2;
-} bent_left;
+} curved_remainder;
 
 /* What the end of a commit has left of a phase: from s with v, over `time` with
  * a, to s1 with v1. It holds in the pass over the needs that it was found in.
  */
-typedef struct run_left {
+typedef struct run_remainder {
     uint64_t piece, pass;
     double s, v, a, time, s1, v1;
     bool last;
-} run_left;
+} run_remainder;
 
-typedef struct bent_step {
+typedef struct curved_step {
     double u, h,
         x1; /* path acceleration, over how many mm, speed squared behind them */
-} bent_step;
+} curved_step;
 
 /* What a program asks of its motions beyond the machine's own limits
  * (NC_DYNAMICS). Shares of the axes' limits are above 0 and at most 1 (jerk: at
@@ -257,7 +257,7 @@ typedef struct piece {
     bool capped;
     bool spanned; /* its stretches are final, as far as what lies behind is
                      known */
-    bool settled; /* need2 is the last backward pass's */
+    bool settled; /* controllable_v2 is the last backward pass's */
     bool cruises; /* ... which is the feed's, and that can be kept all over it:
                      nothing is known of its stretches */
     double cruise2;   /* of a polynomial: a speed squared that can be kept all
@@ -270,8 +270,8 @@ typedef struct piece {
         reserve[NC_AXES]; /* acceleration the jumps use up around the start */
     uint32_t span_count;
     uint64_t spans_made; /* which stretches they are: counted over all pieces */
-    double need2; /* largest speed squared at the start from which everything
-                     ahead can be met */
+    double controllable_v2; /* largest speed squared at the start from which
+                     everything ahead can be met */
 } piece;
 
 /* Committed motion over a time, on one piece: s'' = a + jerk t + ... + pop

@@ -22,14 +22,16 @@ static double length_mm(struct engine *engine, uint64_t i) {
 }
 
 /* The motion behind the element pushed last: pieces that follow begin there. */
-void map_behind_element(struct engine *engine) {
+void element_map_behind(struct engine *engine) {
     engine->element_map.element = engine->store.element_head;
     engine->element_map.from = 0.0;
 }
 
 /* SDA: a piece that covers `programmed` mm of the elements from where the piece
  * before ended. */
-void map_piece(struct engine *engine, struct piece *piece, double programmed) {
+void element_map_piece(struct engine *engine,
+                       struct piece *piece,
+                       double programmed) {
     while (engine->element_map.element + 1 < engine->store.element_head
            && engine->element_map.from
                   >= length_mm(engine, engine->element_map.element)
@@ -49,7 +51,7 @@ void map_piece(struct engine *engine, struct piece *piece, double programmed) {
 }
 
 /* GEO: the element under the tool, by the displayed distance. */
-void map_position(struct engine *engine, const struct piece *piece) {
+void element_map_position(struct engine *engine, const struct piece *piece) {
     struct geo *geo = &engine->geo;
     uint64_t i = geo->active < piece->element       ? piece->element
                  : geo->active < piece->element_end ? geo->active

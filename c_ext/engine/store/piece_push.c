@@ -7,9 +7,9 @@
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
 
-static void carry_build(struct engine *engine,
-                        struct piece *piece,
-                        const nc_block *row);
+static void short_motions_build(struct engine *engine,
+                                struct piece *piece,
+                                const nc_block *row);
 
 /* What a motion row says of its piece, but for where that lies on the path. */
 void push_piece(struct engine *engine,
@@ -18,7 +18,7 @@ void push_piece(struct engine *engine,
     memcpy(piece->start, engine->push.last_end, sizeof piece->start);
     piece->limits = engine->push.limits[row->flags & NC_RAPID ? 1 : 0];
     if (engine->push.short_motions.rows) {
-        carry_build(engine, piece, row);
+        short_motions_build(engine, piece, row);
     } else {
         piece_build(engine, piece, row);
     }
@@ -73,9 +73,9 @@ static double line_length(const struct engine *engine, const nc_block *row) {
 
 /* The geometry of p, which begins where the last piece has ended instead of
  * where its row does. */
-static void carry_build(struct engine *engine,
-                        struct piece *piece,
-                        const nc_block *row) {
+static void short_motions_build(struct engine *engine,
+                                struct piece *piece,
+                                const nc_block *row) {
     double off[NC_AXES];
     for (int i = 0; i < NC_AXES; i++) {
         off[i] =

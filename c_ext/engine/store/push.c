@@ -17,7 +17,7 @@
 #define LOOP_PIECES_MAX                                                        \
     (STORE_AHEAD / 2) /* a real-time loop is held whole in the store */
 
-bool ring_has_room(struct engine *engine) {
+bool store_has_room(struct engine *engine) {
     if (engine->store.head + 4 * BEHIND_MAX
         >= ATOMIC_GET(engine->store.floor) + engine->store.mask) {
         return false;
@@ -33,14 +33,14 @@ bool ring_has_room(struct engine *engine) {
 static void push_motion(struct engine *engine,
                         struct piece *piece,
                         const nc_block *row) {
-    const struct carried before = engine->push.short_motions;
+    const struct short_motions before = engine->push.short_motions;
     push_piece(engine, piece, row);
     piece->path_rate = piece->dist_rate = row->length / piece->length;
     engine->push.short_motions.rows = 0;
     if (row->flags & NC_PIECE) {
-        map_piece(engine,
-                  piece,
-                  row->value + (before.rows ? before.programmed : 0.0));
+        element_map_piece(engine,
+                          piece,
+                          row->value + (before.rows ? before.programmed : 0.0));
         if (row->flags & NC_BY_PARAMETER) {
             piece->path_rate = piece->dist_rate;
         }
@@ -55,7 +55,7 @@ static void push_motion(struct engine *engine,
                    row->end,
                    sizeof engine->push.element_end);
         }
-        map_behind_element(engine);
+        element_map_behind(engine);
     }
     engine->push.path += piece->length * piece->path_rate;
 }
@@ -126,7 +126,7 @@ static void push_event(struct engine *engine,
  * the next one. */
 static void push_row(struct engine *engine, const nc_block *row) {
     if (row->type > NC_POLYNOMIAL && row->type != NC_DYNAMICS) {
-        carry_flush(engine);
+        short_motions_flush(engine);
     }
     if (engine->technology_rows.spindle_pending
         && (row->count != engine->technology_rows.spindle_row.count
@@ -146,7 +146,7 @@ static void push_row(struct engine *engine, const nc_block *row) {
         return;
     }
     if (row->type <= NC_POLYNOMIAL) {
-        if (carry_row(engine, row)) {
+        if (short_motions_row(engine, row)) {
             return;
         }
         techno_before_motion(engine, row);
@@ -172,7 +172,7 @@ int64_t engine_push(struct engine *engine,
                     const double *pool,
                     int64_t pool_n) {
     for (int64_t i = 0; i < count; i++) {
-        if (!ring_has_room(engine)) {
+        if (!store_has_room(engine)) {
             return i;
         }
         int64_t error = !row_is_finite(engine, &rows[i]) ? ENGINE_NOT_FINITE
@@ -196,7 +196,7 @@ int64_t engine_push(struct engine *engine,
 }
 
 void engine_finish(struct engine *engine) {
-    carry_flush(engine);
+    short_motions_flush(engine);
     techno_spindle_word(engine);
     techno_block_end(engine);
     log_program_end(engine);
@@ -204,7 +204,7 @@ void engine_finish(struct engine *engine) {
 }
 
 void engine_expect_drain(struct engine *engine) {
-    carry_flush(engine);
+    short_motions_flush(engine);
     techno_spindle_word(engine);
     techno_block_end(engine);
     engine->program.drain_at = engine->store.head;

@@ -16,8 +16,8 @@
 #include "engine/store/store.h"
 #include "rows/nc_block.h"
 
-#define CARRIED_MM 1e-7 /* together they are not longer, */
-#define CARRIED_ROWS                                                           \
+#define SHORT_MM 1e-7 /* together they are not longer, */
+#define SHORT_ROWS                                                             \
     2048u /* ... nor more than so many: the PLC goes from element to element   \
            */
 #define FADE_MM                                                                \
@@ -26,7 +26,7 @@
 static bool too_short(const struct engine *engine, const nc_block *row) {
     if (row->type == NC_POLYNOMIAL
         || row->flags & (NC_EXACT_STOP | NC_BY_PARAMETER | NC_OF_TIP)
-        || engine->push.short_motions.rows >= CARRIED_ROWS) {
+        || engine->push.short_motions.rows >= SHORT_ROWS) {
         return false;
     }
     double way = axis_distance(engine, engine->push.last_end, row->end),
@@ -34,37 +34,38 @@ static bool too_short(const struct engine *engine, const nc_block *row) {
                   + (engine->push.short_motions.rows
                          ? engine->push.short_motions.path
                          : 0.0);
-    return way <= CARRIED_MM
-           && (path <= CARRIED_MM
+    return way <= SHORT_MM
+           && (path <= SHORT_MM
                || (row->type == NC_LINEAR && way <= STEPPED_OVER_MM
-                   && row->length <= CARRIED_MM));
+                   && row->length <= SHORT_MM));
 }
 
 /* A motion row: true if it is carried. What cannot take the displacement with
  * it has it driven first. */
-bool carry_row(struct engine *engine, const nc_block *row) {
-    struct carried *carried = &engine->push.short_motions;
+bool short_motions_row(struct engine *engine, const nc_block *row) {
+    struct short_motions *short_motions = &engine->push.short_motions;
     if (!too_short(engine, row)) {
-        bool bent = row->type != NC_LINEAR;
-        if (carried->rows >= CARRIED_ROWS || (bent && row->length < FADE_MM)
+        bool curved = row->type != NC_LINEAR;
+        if (short_motions->rows >= SHORT_ROWS
+            || (curved && row->length < FADE_MM)
             || row->flags & (NC_BY_PARAMETER | NC_OF_TIP)) {
-            carry_flush(engine);
+            short_motions_flush(engine);
         }
         return false;
     }
-    if (!carried->rows) {
-        carried->path = carried->programmed = 0.0;
+    if (!short_motions->rows) {
+        short_motions->path = short_motions->programmed = 0.0;
     }
-    carried->rows++;
-    carried->row = *row;
-    carried->path += row->length;
-    carried->number = engine->push.rows_taken;
-    carried->element = engine->store.element_head;
+    short_motions->rows++;
+    short_motions->row = *row;
+    short_motions->path += row->length;
+    short_motions->number = engine->push.rows_taken;
+    short_motions->element = engine->store.element_head;
     if (row->flags & NC_PIECE) {
-        carried->programmed += row->value;
+        short_motions->programmed += row->value;
     } else {
         push_programmed(engine, row);
-        map_behind_element(engine);
+        element_map_behind(engine);
     }
     engine->push.path += row->length;
     if (row->end_speed > 0.0f) {
@@ -77,13 +78,13 @@ bool carry_row(struct engine *engine, const nc_block *row) {
 }
 
 /* Something comes that is no motion: the displacement is driven ahead of it. */
-void carry_flush(struct engine *engine) {
-    struct carried *carried = &engine->push.short_motions;
-    if (!carried->rows) {
+void short_motions_flush(struct engine *engine) {
+    struct short_motions *short_motions = &engine->push.short_motions;
+    if (!short_motions->rows) {
         return;
     }
-    nc_block row = carried->row;
-    carried->rows = 0;
+    nc_block row = short_motions->row;
+    short_motions->rows = 0;
     row.type = NC_LINEAR;
     row.length = axis_distance(engine, engine->push.last_end, row.end);
     row.end_speed = 0.0f;
@@ -92,11 +93,11 @@ void carry_flush(struct engine *engine) {
     }
     struct piece *piece = store_slot(engine, &row);
     push_piece(engine, piece, &row);
-    piece->row = carried->number;
+    piece->row = short_motions->number;
     if (row.flags & NC_PIECE) {
-        map_piece(engine, piece, carried->programmed);
+        element_map_piece(engine, piece, short_motions->programmed);
     } else {
-        piece->element = carried->element;
+        piece->element = short_motions->element;
         piece->dist0 = engine->push.distance / TENTH_UM;
     }
     store_publish(engine);
