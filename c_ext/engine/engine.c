@@ -16,12 +16,9 @@
 #include "engine/plan/pump.h"
 #include "engine/state/memory.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "engine/threads.h"
 #include "hli/sync.h"
-
-#define TURN_SPIN_NS                                                           \
-    500000 /* a PLC scan in Python takes some 10 us, a futex wake across cores \
-              about 20 */
 
 static uint64_t power_of_two(uint64_t count) {
     uint64_t p = 1;

@@ -14,21 +14,10 @@
 #include "engine/plan/prediction.h"
 #include "engine/plan/pump.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "hli/sync.h"
 
 #define NS 1000000000LL
-#define PLANNER_IDLE_NS 500000
-#define EVENT_POLL_NS 500000
-#define SERVICE_SPIN_NS 2000000
-#define SERVICE_POLL_NS 1000000
-#define EARLY_MAX_NS 100000 /* GEO waits awake for so long at the most, ... */
-#define EARLY_PART 10       /* ... and for this part of a cycle */
-#define REHEARSAL_NS 10000  /* the last of it is for the rehearsal, ... */
-#define REHEARSAL_PART 50   /* ... this part of a cycle at the most */
-#define EARLIER_NS 2000     /* behind a wake that was late for it ... */
-#define LATER_NS                                                               \
-    10 /* ... and behind the others: one in two hundred is late                \
-        */
 
 /* Wakes come late by what the machine needs to leave its sleep. So GEO sleeps
  * less, by what mostly suffices, and waits for the rest with its eyes on the

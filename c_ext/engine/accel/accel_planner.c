@@ -5,22 +5,12 @@
 #include "engine/accel/conditions.h"
 #include "engine/accel/lookahead.h"
 #include "engine/accel/profile.h"
+#include "engine/accel/tuning.h"
 #include "engine/commit/commit.h"
 #include "engine/commit/planner.h"
-#include "engine/run/dispatch.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "jerk/planner.h"
-
-#define MOVES                                                                  \
-    3 /* the window is moved on so often while it is driven through            \
-       */
-#define QUICK_MARGIN_S                                                         \
-    0.004 /* a place to rejoin at is so far ahead of GEO: plans take little    \
-             time */
-#define LEAST_CYCLES 1.0 /* ... and that is at least so many */
-#define FEASIBLE_CURVED                                                        \
-    1.002 /* ... inside a curved stretch by what the chord of its limits is    \
-             off */
 
 /* Stopping tail: brake to rest from the end of the commit. False if that is not
  * legal. */
@@ -320,7 +310,7 @@ const struct planner_ops accel_planner = {
     .spare = no_spare,
     .traits =
         {
-            .rejoin_margin_s = QUICK_MARGIN_S,
+            .rejoin_margin_s = REJOIN_QUICK_MARGIN_S,
             .fed_ahead = FED_NEAR,
             .feeds_in_batches = true,
             .uses_spans = true,

@@ -3,15 +3,11 @@
 #include "engine/accel/corner_limits.h"
 #include "engine/accel/lookahead.h"
 #include "engine/accel/profile.h"
+#include "engine/accel/tuning.h"
 #include "engine/commit/cpu_clock.h"
 #include "engine/path/technology_counts.h"
 #include "engine/run/dispatch.h"
 #include "engine/state/state.h"
-
-#define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
-#define FEASIBLE_CURVED                                                        \
-    1.002 /* ... inside a curved stretch by what the chord of its limits is    \
-             off */
 
 /* What the corner limits depend on besides the path: the override that zones
  * are sized for, and which gates are open. */

@@ -22,15 +22,11 @@
 #include <string.h>
 #include "engine/accel/corner_limits.h"
 #include "engine/accel/corner_zones.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
-
-#define CORNER 0.7 /* share of the acceleration limit that jumps may use */
-#define SLACK 0.3
-#define NEGLIGIBLE 0.01 /* reserves below this share need no zone */
-#define NO_CORNER 1e-6  /* a jump below this share is rounding */
 
 typedef struct walk {
     uint64_t i;   /* piece whose start is the next corner on this side */

@@ -19,30 +19,10 @@
 #include "engine/accel/curve_parts.h"
 #include "curve/curve.h"
 #include "engine/accel/curved_span.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
-
-#define USABLE                                                                 \
-    0.999           /* share of the acceleration limit that is planned with    \
-                     */
-#define LITTLE 0.02 /* share of the limit that may be taken off */
-#define GIVEN_UP                                                               \
-    0.3 /* from which on constant bounds are better, if there is no room for   \
-           more rows */
-#define SIGNS 4 /* rows of an axis that carry along what they lose */
-#define AT_ONCE                                                                \
-    12 /* stretches that a certificate of a whole piece is cut into ... */
-#define OF_PART 4 /* ... and one of a part */
-#define CLEARLY                                                                \
-    2 /* so many times that: it is cut in halves without being looked at */
-#define TIGHTER                                                                \
-    4 /* about how many times fewer stretches a half needs by its own          \
-         certificate */
-#define HALVINGS 8
-#define SHORTEST_MM 1e-5
-#define ROUNDING 1e-9
-#define TINY_MM 1e-9
 
 void set_axes(struct builder *builder) {
     for (int i = 0; i < builder->c->axes; i++) {
@@ -334,7 +314,7 @@ static bool cut_in_halves(struct builder *builder,
                           int least,
                           int about) {
     place middle;
-    if (to->at.s - from->at.s < SHORTEST_MM) {
+    if (to->at.s - from->at.s < SHORTEST_PART_MM) {
         return false;
     }
     place_inside(builder, 0.5 * (from->at.w + to->at.w), &middle);

@@ -6,36 +6,11 @@
 #include "curve/curve.h"
 #include "engine/accel/curve_parts.h"
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
-
-#define LOSS                                                                   \
-    0.01 /* share of it that a stretch may lose before it is cut, more where   \
-            there would be too many, ... */
-#define LOSS_LONG                                                              \
-    0.003 /* the same of pieces that take so long that stretches cost nothing  \
-           */
-#define LONG_S 0.02
-#define MORE_LOSS 1.5 /* ... by so much each time ... */
-#define MOST_LOSS 1.0 /* ... up to that */
-#define SIGNS 4       /* rows of an axis that carry along what they lose */
-#define HALVINGS 8
-#define STOP_HALVINGS 3 /* at least, between two standstills */
-#define GENTLE_ACCEL                                                           \
-    0.1 /* share of the acceleration that constant bounds may lose ... */
-#define GENTLE_RAMP 0.03 /* ... where a ramp takes many pieces ... */
-#define MANY_PIECES 8.0
-#define GENTLE_SPEED 0.01 /* ... and of speeds squared, if no more */
-#define KEPT_ACCEL 0.97   /* share of the acceleration, ... */
-#define KEPT_SPEED                                                             \
-    0.75 /* ... of squares of speeds that may be kept: the rows of the piece   \
-            let that pass */
-#define KEPT_PARTS 4 /* that a piece is looked at in, for that: 1, 2, 4 */
-#define OVER_FEED                                                              \
-    2.0 /* the largest override: what is planned under a lower one must hold   \
-           when it comes */
-#define ROUNDING 1e-9
 
 /* Largest |q'|, |q''| of an axis over a piece, and |q'| at its ends. */
 typedef struct swing {

@@ -9,36 +9,9 @@
  */
 #include <math.h>
 #include "engine/accel/curved_span.h"
+#include "engine/accel/tuning.h"
 #include "engine/state/state.h"
 #include "rows/nc_block.h"
-
-#define NEAR_REST                                                              \
-    5e-4 /* of the speed squared at the start of a brake: the rest is that of  \
-            rows on chords, and braked too */
-#define ROW SPAN_ROW
-#define MOST_ROWS (4 * NC_AXES)
-#define STANDS 1e-12 /* speeds squared */
-#define SHORTEST_MM 1e-12
-#define INSIDE                                                                 \
-    0.0005 /* of the limits: what the chord of a row over a part of a stretch  \
-              may miss */
-#define TANGENT_SHARE 0.5 /* change of q' up to which that tangent is taken */
-#define HOLD_PARTS                                                             \
-    6.0 /* of a stretch that a feed hold brakes over, each as hard as its own  \
-           limits allow */
-#define HOP                                                                    \
-    0.5 /* share of the limits used between two standstills without a knot     \
-           between */
-#define LONG                                                                   \
-    0.5 /* stretches longer than this share of the way of a ramp may need more \
-           than one u */
-#define WORTH                                                                  \
-    0.8 /* they do if what one u reaches is below this share of what is        \
-           possible where they begin */
-#define NEAR 0.95 /* speeds squared that are nearly the same */
-#define PARTS 12  /* lengths tried */
-#define SHORT_MM 1e-3
-#define ROUNDING 1.0000001 /* speeds squared may miss by rounding */
 
 /* Rows of a stretch while they are written; largest |r0|, |r2|, and |r1|, |r3|
  * of them. */
@@ -144,7 +117,7 @@ static inline void add_row(struct row_writer *row_writer,
         greater(row_writer->most, greater(fabs(r[0]), fabs(r[2])));
     row_writer->bend =
         greater(row_writer->bend, lesser(fabs(r[1]), fabs(r[3])));
-    row_writer->at += ROW;
+    row_writer->at += SPAN_ROW;
 }
 
 /* |q' u + q'' x| + lost_u |u| + lost_x x <= room: rows for every sign of the
@@ -224,8 +197,8 @@ uint32_t curved_rows(const struct engine *engine,
     }
     out->stand = 1.0 / greater(row_writer.most, 1e-30);
     out->bend = (float)row_writer.bend;
-    out->n_rows = (uint8_t)((row_writer.at - rows) / ROW);
-    return ROW * out->n_rows;
+    out->n_rows = (uint8_t)((row_writer.at - rows) / SPAN_ROW);
+    return SPAN_ROW * out->n_rows;
 }
 
 static double between(double a, double b, double t) {
@@ -250,19 +223,19 @@ static void part_from(const struct span *sp, double s, struct part *part) {
         part->h = sp->length;
         part->v2_limit = sp->v2_limit[0];
         part->bounds = sp->rows + 4;
-        part->step = ROW;
+        part->step = SPAN_ROW;
         part->t = 0.0;
         return;
     }
     part->t = lesser(1.0, s / sp->length);
-    part->h = greater(sp->length - s, SHORTEST_MM);
+    part->h = greater(sp->length - s, SHORTEST_STEP_MM);
     part->v2_limit = greater(sp->v2_limit[0], sp->v2_limit[1]) < NEVER
                          ? between(sp->v2_limit[0], sp->v2_limit[1], part->t)
                          : lesser(sp->v2_limit[0], sp->v2_limit[1]);
     part->bounds = part->local;
     part->step = 4;
     for (int i = 0; i < part->n; i++) {
-        const double *r = sp->rows + ROW * (uint32_t)i;
+        const double *r = sp->rows + SPAN_ROW * (uint32_t)i;
         set_bound(row_u(sp, r, part->t),
                   between(r[1], r[3], part->t),
                   part->local + 4 * i);
@@ -336,7 +309,7 @@ static double standing(const struct part *part) {
     }
     double most = 1.0 / part->accel;
     for (int i = 0; i < part->n; i++) {
-        const double *r = part->span->rows + ROW * (uint32_t)i;
+        const double *r = part->span->rows + SPAN_ROW * (uint32_t)i;
         most = greater(most,
                        greater(fabs(between(r[0], r[2], part->t)), fabs(r[2])));
     }
@@ -369,9 +342,10 @@ static curved_step brake_over(const struct part *part, double x) {
 static curved_step hop(const struct part *part, double soft2) {
     double half = 0.5 * part->h, bend = 0.0, u = HOP * standing(part);
     for (int i = 0; i < part->n; i++) {
-        bend = greater(bend,
-                       greater(fabs(part->span->rows[ROW * (uint32_t)i + 1]),
-                               fabs(part->span->rows[ROW * (uint32_t)i + 3])));
+        bend = greater(
+            bend,
+            greater(fabs(part->span->rows[SPAN_ROW * (uint32_t)i + 1]),
+                    fabs(part->span->rows[SPAN_ROW * (uint32_t)i + 3])));
     }
     double peak2 =
         lesser(2.0 * half * u,
@@ -407,8 +381,8 @@ static void sub_span(const struct span *sp,
         out->v2_limit[1] = sp->v2_limit[1];
     }
     for (uint32_t i = 0; i < sp->n_rows; i++) {
-        const double *from = sp->rows + ROW * i;
-        double *r = rows + ROW * i;
+        const double *from = sp->rows + SPAN_ROW * i;
+        double *r = rows + SPAN_ROW * i;
         r[0] = row_u(sp, from, t0);
         r[1] = between(from[1], from[3], t0);
         r[2] = row_u(sp, from, t1);
@@ -435,7 +409,7 @@ static struct range range_here(const struct part *part, double x) {
 static bool rows_allow(const struct span *sp, double s, double x, double u) {
     double t = s / sp->length;
     for (uint32_t i = 0; i < sp->n_rows; i++) {
-        const double *r = sp->rows + ROW * i;
+        const double *r = sp->rows + SPAN_ROW * i;
         if (fabs(row_u(sp, r, t) * u + between(r[1], r[3], t) * x)
             > 1.0 + INSIDE) {
             return false;
@@ -491,11 +465,11 @@ static curved_step brake_near(const struct span *sp,
                               double x,
                               double way) {
     struct span near;
-    double rows[ROW * MOST_ROWS];
+    double rows[SPAN_ROW * MOST_ROWS];
     struct part first;
     sub_span(sp,
              s,
-             lesser(sp->length, s + greater(way, SHORT_MM)),
+             lesser(sp->length, s + greater(way, SHORT_STRETCH_MM)),
              &near,
              rows);
     part_from(&near, 0.0, &first);
@@ -516,7 +490,7 @@ static curved_step brake(const struct span *sp,
     double low = -range_here(part, x).low,
            way = low > 0.0 ? 1.05 * x / (2.0 * low) : part->h;
     if (!tail) {
-        way = lesser(way, greater(sp->length / HOLD_PARTS, SHORT_MM));
+        way = lesser(way, greater(sp->length / HOLD_PARTS, SHORT_STRETCH_MM));
     }
     return way >= part->h ? brake_over(part, x) : brake_near(sp, s, x, way);
 }
@@ -564,8 +538,8 @@ curved_step curved_forward(const struct span *sp,
                                               ? 0.5 * (range.high + range.low)
                                               : range.high;
     bool near = meets >= range.low - INSIDE * (fabs(range.low) + fabs(meets))
-                || x + 2.0 * this_part.h * range.low <= end * ROUNDING + 1e-9;
-    if (is_long && this_part.h > SHORT_MM
+                || x + 2.0 * this_part.h * range.low <= end * FEASIBLE + 1e-9;
+    if (is_long && this_part.h > SHORT_STRETCH_MM
         && wants_parts(&this_part, x, lesser(u, meets), end, soft2)) {
         curved_step part = fine_forward(sp, &this_part, s, x, soft2, end);
         if (part.h > 0.0) {

@@ -10,18 +10,12 @@
 #include "engine/accel/curved_span.h"
 #include "engine/accel/lookahead.h"
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/commit/commit.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
-
-#define TINY_MM 1e-12
-#define SAME_SPEED 1e-12   /* relative */
-#define SAME_TIME 1e-9     /* s */
-#define FEASIBLE 1.0000001 /* speeds squared may miss by rounding, ... */
-#define REFUSED_FROM                                                           \
-    1.01 /* times the speed that a corner or stand allows, and ... */
-#define REFUSED_MM_S 0.01 /* ... so much more: no commit does that */
+#include "engine/state/tuning.h"
 
 /* Speed squared to be met at the end of piece i. */
 static double need_behind(struct engine *engine, uint64_t i, uint64_t end) {
@@ -120,7 +114,7 @@ static void run(struct writer *writer,
 void brake_to(struct writer *writer, const stretch *st, double v1, bool ends) {
     double d = (writer->v * writer->v - v1 * v1) / (2.0 * st->accel),
            room = st->to - writer->s;
-    if (d < room - TINY_MM) {
+    if (d < room - TINY_STEP_MM) {
         run(writer,
             -st->accel,
             (writer->v - v1) / st->accel,
@@ -195,7 +189,7 @@ void drive_curved(struct writer *writer,
                                  st->end2,
                                  brake);
     double to = writer->s + step.h;
-    bool whole = step.h >= room - TINY_MM;
+    bool whole = step.h >= room - TINY_STEP_MM;
     double v1 = sqrt(step.x1), time = 2.0 * (whole ? room : step.h)
                                       / greater(writer->v + v1, 1e-30);
     if (whole && writer->v + v1 <= 1e-9) { /* what is left is rounding */
@@ -244,22 +238,22 @@ static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
     double up = (peak * peak - v * v) / (2.0 * a),
            down = (peak * peak - out2) / (2.0 * a);
     double flat = room - up - down;
-    if (up > TINY_MM) {
-        bool whole = flat <= TINY_MM && down <= TINY_MM;
+    if (up > TINY_STEP_MM) {
+        bool whole = flat <= TINY_STEP_MM && down <= TINY_STEP_MM;
         run(writer,
             a,
             (peak - v) / a,
             whole ? st->to : writer->s + up,
             peak,
             whole && ends);
-    } else if (flat > TINY_MM) {
+    } else if (flat > TINY_STEP_MM) {
         writer->v = peak > 0 ? peak : v;
         run(writer,
             0.0,
             flat / writer->v,
-            down <= TINY_MM ? st->to : writer->s + flat,
+            down <= TINY_STEP_MM ? st->to : writer->s + flat,
             writer->v,
-            down <= TINY_MM && ends);
+            down <= TINY_STEP_MM && ends);
     } else {
         run_out(writer, st, out, ends);
     }

@@ -2,15 +2,9 @@
  * own for many. */
 #include <stdlib.h>
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/state/memory.h"
 #include "engine/state/state.h"
-
-#define FEW                                                                    \
-    12u /* stretches that most pieces do with: these lie close together in     \
-           memory */
-#define FEW_ROOM (FEW + 1u)
-#define MORE_ROOM 1.25
-#define SLOTS 2u /* pieces, events among them, over motions of a window */
 
 static void free_room(span_room *room) {
     free(room->spans);

@@ -11,40 +11,12 @@
 #include "engine/accel/curve_spans.h"
 #include "engine/accel/curved_span.h"
 #include "engine/accel/span_store.h"
+#include "engine/accel/tuning.h"
 #include "engine/path/speed_caps.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
-
-#define USABLE                                                                 \
-    0.999              /* share of the acceleration limit that is planned with \
-                        */
-#define TURN_STEP 0.15 /* rad of an arc between knots, ... */
-#define LIMITED_STEP 0.08 /* ... where the axes cannot follow its feed, ... */
-#define LEAST_STEP                                                             \
-    0.04 /* ... at least, where the one axis of its plane is much slower than  \
-            the other */
-#define RAMP_STEP                                                              \
-    0.035 /* the same where it has to change its speed much, ... */
-#define LEAST_RAMP 0.015 /* ... at least */
-#define KEPT_SPEED2 0.8  /* squares of speeds: a change to less is much */
-#define RAMP_PIECES 8    /* looked at to either side */
-#define STOP_PARTS 8     /* stretches at least between two standstills */
-#define ARC_TANGENT                                                            \
-    0.6 /* an arc of too many turns for knots: sqrt(1 - ARC_NORMAL^2) ... */
-#define ARC_NORMAL                                                             \
-    0.8 /* ... and the share of the limit for the normal direction */
-#define TINY_MM 1e-9
-#define FEW                                                                    \
-    12u /* stretches that most pieces do with: these lie close together in     \
-           memory */
-#define FEW_ROOM (FEW + 1u)
-#define SURE                                                                   \
-    0.75 /* squares of axis speeds up to which the chords of their bounds let  \
-            everything pass */
-#define MORE_ROOM 1.25
-#define ROUNDED 1.000001
-#define ENDS 3.0 /* stretches of an arc that zones can add */
 
 typedef struct builder {
     struct engine *engine;

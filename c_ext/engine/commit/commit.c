@@ -3,12 +3,9 @@
 #include <math.h>
 #include "engine/commit/commit.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "jerk/planner.h"
 #include "rows/nc_block.h"
-
-#define SHORT_PART 0.05 /* of a cycle: no part is shorter */
-#define PUMPED_CYCLES                                                          \
-    3.0 /* motion ahead of GEO below which a pumped planner commits more */
 
 /* What is left of a phase from t on begins so. */
 static void begin_at(phase *ph, double t) {

@@ -3,8 +3,7 @@
 #ifndef ENGINE_COMMIT_COMMIT_H
 #define ENGINE_COMMIT_COMMIT_H
 #include "engine/state/state.h"
-
-#define PARTS_MAX 64 /* of a phase */
+#include "engine/state/tuning.h"
 
 /* profile.c */
 typedef struct writer {

@@ -12,9 +12,7 @@
 #include <time.h>
 #include "engine/commit/cpu_clock.h"
 #include "engine/state/state.h"
-
-#define EXACT_PUMPS 64 /* are timed each by the CPU clock, later ones ... */
-#define TIMED_SHARE 16 /* ... at random */
+#include "engine/state/tuning.h"
 
 static double seconds_of(clockid_t clock) {
     struct timespec time;

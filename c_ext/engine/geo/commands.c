@@ -6,9 +6,6 @@
 #include "engine/state/state.h"
 #include "hli/sync.h"
 
-#define OVERRIDE_FULL 1000u
-#define OVERRIDE_MAX 2000u
-
 static bool flag(const volatile uint8_t *p) {
     return load_u8_acquire(p) != 0;
 }

@@ -3,14 +3,13 @@
 #include <math.h>
 #include <string.h>
 #include "engine/geo/publish.h"
+#include "engine/geo/commands.h"
 #include "engine/geo/interpolate.h"
 #include "engine/geo/lookahead_service.h"
 #include "engine/geo/modes.h"
 #include "engine/plan/prediction.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
-
-#define OVERRIDE_FULL 1000u
 
 static int32_t dint(double v) {
     return v >= 2147483647.0    ? INT32_MAX

@@ -19,13 +19,6 @@
 #include "hli/sync.h"
 #include "rows/nc_block.h"
 
-#define STD_UNITS (HLI_TU_CH_STD_SYNC_MAXIDX + 1u)
-#define LATE_UNITS (HLI_TU_CH_LATE_SYNC_MAXIDX + 1u)
-#define WAITS                                                                  \
-    (SYNCH_MVS_SVS | SYNCH_MVS_SNS | SYNCH_MNS_SNS | SYNCH_MEP_SVS             \
-     | SYNCH_MET_SVS)
-#define LATE (SYNCH_MVS_SLM | SYNCH_MVS_SLP)
-
 static void techno_clear_units(struct engine *engine);
 
 static uint32_t free_spindle_slot(const struct engine *engine) {

@@ -14,25 +14,11 @@
 #include "engine/commit/commit.h"
 #include "engine/commit/planner.h"
 #include "engine/jerk_adapter/path_push.h"
+#include "engine/jerk_adapter/tuning.h"
 #include "engine/path/technology_counts.h"
-#include "engine/run/dispatch.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "jerk/planner.h"
-
-#define BRAKES_AHEAD                                                           \
-    1.6 /* window in planner intervals, over the stopping distance from full   \
-           speed */
-#define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
-#define MAX_KNOTS 1000.0
-#define SAME_TIME 1e-9            /* s */
-#define SAME_TIME_PREDICTED 1e-6  /* s */
-#define SAME_SPEED_PREDICTED 1e-6 /* relative */
-#define THREAD_MARGIN_S                                                        \
-    0.010 /* a place to rejoin at is so far ahead of GEO where the planner has \
-             its own thread, ... */
-#define JERK_SEEN                                                              \
-    3.0 /* a jerk that reaches the acceleration in less of a cycle is none     \
-           that anybody sees */
 
 typedef struct conditions {
     struct techno_counts done, done_again;
@@ -516,7 +502,7 @@ const struct planner_ops jerk_limited_planner = {
     .line_time = line_time,
     .traits =
         {
-            .rejoin_margin_s = THREAD_MARGIN_S,
+            .rejoin_margin_s = REJOIN_MARGIN_S,
             .fed_ahead = FED_AHEAD,
             .cuts_phases = true,
             .tries_stops = true,

@@ -3,26 +3,12 @@
 #include <math.h>
 #include <string.h>
 #include "engine/jerk_adapter/intervals.h"
+#include "engine/jerk_adapter/tuning.h"
 #include "engine/path/piece.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
 #include "jerk/planner.h"
 #include "rows/nc_block.h"
-
-#define TURN_STEP 0.1 /* rad of turn over an interval */
-#define CURVE_MISS                                                             \
-    0.001 /* of the third derivative: beyond it an interval of a curve is      \
-             halved, ... */
-#define CURVE_HALVINGS 3    /* ... so often, but none shorter than ... */
-#define CURVE_SHORTEST 2e-3 /* mm, or ... */
-#define CURVE_UNSEEN                                                           \
-    0.25 /* cycles at the speed that its third derivative allows, if that is   \
-            less */
-#define CURVE_NOISE 1e-3
-#define STRAIGHT                                                               \
-    1e-9 /* change of the tangent over an interval that does not bend */
-#define LEAST_SHARE 1e-4 /* of a limit, however small the program asks for */
-#define LEAST_MM 1e-6    /* of an interval of a curve, however much it bends */
 
 static void derivatives(const struct engine *engine,
                         const struct piece *piece,
@@ -114,7 +100,7 @@ static double interval_end(const struct engine *engine,
         end = fmin(end, curve_piece_cell_end(engine, piece, s));
         bend = turn_rate(engine, piece, s, end);
     }
-    double parts = fmin(ceil((end - s) * bend / TURN_STEP - 1e-9),
+    double parts = fmin(ceil((end - s) * bend / INTERVAL_TURN - 1e-9),
                         floor((end - s) / LEAST_MM)),
            next = parts > 1.0 ? s + (end - s) / parts : end;
     return piece->length - next < STEPPED_OVER_MM ? piece->length : next;

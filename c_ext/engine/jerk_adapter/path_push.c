@@ -3,17 +3,10 @@
 #include <math.h>
 #include "engine/jerk_adapter/path_push.h"
 #include "engine/jerk_adapter/intervals.h"
+#include "engine/jerk_adapter/tuning.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
 #include "jerk/planner.h"
-
-#define CORNER_SHARE 0.5 /* of the jerk limit, as in grid.c */
-#define CORNER_ACC_SHARE 0.012
-#define STAND_SPEED                                                            \
-    1.0 /* mm/s: corners that had to be passed below it are stood at */
-#define STOP_MARGIN                                                            \
-    0.98 /* of the estimated stopping distance: a stand nearer than that is    \
-            not tried */
 
 /* A corner that could only be crept through is stood at. */
 static bool sharp(const struct engine *engine, const struct piece *piece) {

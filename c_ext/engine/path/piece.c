@@ -4,12 +4,9 @@
 #include "engine/path/piece.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "hli/sync.h"
 #include "rows/nc_block.h"
-
-#define ARC_NORMAL                                                             \
-    0.8 /* share of the acceleration limit for the normal direction; 0.6 is    \
-           left for the tangent */
 
 static void set_plane(struct engine *engine,
                       struct piece *piece,

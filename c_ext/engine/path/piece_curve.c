@@ -5,8 +5,8 @@
  * (derivatives by arc length), two sufficient conditions for |q' a + q'' v^2|
  * <= A are known: m1 a + m2 v^2 <= A                 any axis a^2 + (kappa
  * v^2)^2 <= A^2         axes the length is measured over: there q' and q'' are
- * orthogonal, |q'| = 1 The speed is bounded so that m2 v^2 takes NORMAL of A;
- * what the speed that occurs leaves over is for the tangent.
+ * orthogonal, |q'| = 1 The speed is bounded so that m2 v^2 takes ARC_NORMAL of
+ * A; what the speed that occurs leaves over is for the tangent.
  */
 #include <math.h>
 #include <string.h>
@@ -14,20 +14,8 @@
 #include "curve/curve.h"
 #include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
-
-#define USABLE                                                                 \
-    0.98 /* share of the acceleration limit that is planned with, as in        \
-            lookahead.c */
-#define NORMAL 0.8 /* share of it for the normal direction */
-#define LENGTH_MISS                                                            \
-    1e-6 /* mm by which the row's length and start may differ from its         \
-            coefficients' */
-#define CELL_LEAST                                                             \
-    1e-7               /* mm: what is left of a cell counts as the next one's */
-#define BOUND_POINTS 5 /* per cell */
-#define OVER_FEED 2.0  /* the largest override */
-#define BETWEEN 1.2    /* speeds squared may be that much larger between them */
 
 /* Bounds of the derivatives over one cell. */
 typedef struct cell_bounds {
@@ -152,14 +140,15 @@ static double speed_bound(const struct engine *engine,
         v2 = fmin(v2, path * path);
     }
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        double room = USABLE * piece_a_max(engine, piece, i) - reserve[i];
+        double room =
+            POLYNOMIAL_USABLE * piece_a_max(engine, piece, i) - reserve[i];
         if (cell_bounds->d1[i] > 1e-12) {
             v2 = fmin(
                 v2,
                 pow(piece_v_max(engine, piece, i) / cell_bounds->d1[i], 2));
         }
         if (cell_bounds->d2[i] > 1e-12) {
-            v2 = fmin(v2, NORMAL * room / cell_bounds->d2[i]);
+            v2 = fmin(v2, ARC_NORMAL * room / cell_bounds->d2[i]);
         }
     }
     return sqrt(v2);
@@ -179,7 +168,8 @@ static double accel_bound(const struct engine *engine,
         if (cell_bounds->d1[i] <= 1e-12) {
             continue;
         }
-        double room = USABLE * piece_a_max(engine, piece, i) - reserve[i],
+        double room = POLYNOMIAL_USABLE * piece_a_max(engine, piece, i)
+                      - reserve[i],
                normal = cell_bounds->kappa * v * v;
         double a = (room - cell_bounds->d2[i] * v * v) / cell_bounds->d1[i];
         if (curve->metric >> i & 1 && normal < room) {

@@ -9,10 +9,7 @@
 #include "engine/run/dispatch.h"
 #include "engine/run/standstill_jobs.h"
 #include "engine/state/state.h"
-
-#define LAST_CYCLES                                                            \
-    1.5 /* motion ahead of GEO below which it may take the tail in this cycle  \
-         */
+#include "engine/state/tuning.h"
 
 /* The tail was driven: go on from where it ended. */
 static bool resume_after_tail(struct engine *engine) {

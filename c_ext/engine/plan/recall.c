@@ -11,16 +11,7 @@
 #include "engine/commit/commit.h"
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
-
-#define THREAD_MARGIN_S                                                        \
-    0.006 /* motion that is left to GEO while a planner on its own thread      \
-             computes the stop */
-#define THREAD_MARGIN_CYCLES                                                   \
-    2.0 /* ... and at least so many cycles: in the one ahead of the cut        \
-           nothing may be changed any more */
-#define SAME_TIME 1e-9
-#define SHORT_REMAINDER 0.05 /* of a cycle: no less of a phase is taken back   \
-                              */
+#include "engine/state/tuning.h"
 
 typedef struct cut {
     uint64_t phase;  /* first one that is taken back */
@@ -50,7 +41,7 @@ static void end_present_phase(struct engine *engine) {
            t = greater(geo->t, geo->t > 0.0 ? 0.0 : dt);
     if (geo->in_tail || !geo->has_phase
         || !is_motion(piece_at(engine, geo->now.piece))
-        || geo->now.time - t < SHORT_REMAINDER * dt) {
+        || geo->now.time - t < SHORT_PART * dt) {
         return;
     }
     phase *remainder =
@@ -67,8 +58,8 @@ static void end_present_phase(struct engine *engine) {
 
 static double margin_s(struct engine *engine) {
     return ATOMIC_GET(engine->threads.running)
-               ? greater(THREAD_MARGIN_S,
-                         THREAD_MARGIN_CYCLES * engine->cfg.cycle_s)
+               ? greater(RECALL_MARGIN_S,
+                         RECALL_MARGIN_CYCLES * engine->cfg.cycle_s)
                : 0.0;
 }
 

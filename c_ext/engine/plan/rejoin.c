@@ -15,14 +15,8 @@
 #include "engine/commit/commit.h"
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "jerk/planner.h"
-
-#define MARGIN_CYCLES 3.0 /* ... and at least so many cycles */
-#define LEAST_LEFT_CYCLES                                                      \
-    5.0 /* of the tail behind it: for less it is driven to its end */
-#define SHORTEST                                                               \
-    0.05 /* of a cycle: no shorter part of a phase is left on either side */
-#define SAME_TIME 1e-9 /* s */
 
 typedef struct place {
     uint32_t phase;        /* of the tail */
@@ -31,7 +25,7 @@ typedef struct place {
 } place;
 
 static double margin_s(struct engine *engine) {
-    double least = MARGIN_CYCLES * engine->cfg.cycle_s;
+    double least = REJOIN_MARGIN_CYCLES * engine->cfg.cycle_s;
     return ATOMIC_GET(engine->threads.running)
                ? fmax(engine->traits.rejoin_margin_s, least)
                : least;
@@ -43,7 +37,7 @@ static bool find_place(struct engine *engine,
                        const struct tail *tail,
                        place *out) {
     double consumed, at = 0.0, motion = 0.0,
-                     shortest = SHORTEST * engine->cfg.cycle_s;
+                     shortest = SHORT_PART * engine->cfg.cycle_s;
     bool found = false;
     __atomic_load(&engine->geo.consumed_s, &consumed, __ATOMIC_ACQUIRE);
     double from = consumed + margin_s(engine) - engine->commit.committed_s;
@@ -61,7 +55,8 @@ static bool find_place(struct engine *engine,
         }
     }
     return found
-           && motion - out->motion_s >= LEAST_LEFT_CYCLES * engine->cfg.cycle_s;
+           && motion - out->motion_s
+                  >= REJOIN_LEFT_CYCLES * engine->cfg.cycle_s;
 }
 
 /* GEO drives the tail, and the planner is where that begins. */

@@ -16,12 +16,8 @@
 #include "engine/run/inserted_stop.h"
 #include "engine/run/run_ring.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "rows/nc_block.h"
-
-#define FED_AT_ONCE 8u /* ... of which so many may be missing ... */
-#define LOOP_AHEAD                                                             \
-    8u /* the same inside a real-time loop, whose end is decided as late as    \
-          possible */
 
 /* Lowest piece of the store that is still needed: the backward store, or the
  * beginning of the loop being driven. */

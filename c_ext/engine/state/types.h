@@ -28,10 +28,6 @@
 #define STORE_BYTES 176u /* P-STUP-00033: what one stored block counts */
 #define PHASE_RING 4096u
 
-#define COMMIT_LOW_S 0.010 /* motion committed ahead of GEO, */
-#define COMMIT_HIGH_S 0.020
-#define COMMIT_LOW_CYCLES 2.0 /* ... and at least so many cycles */
-#define COMMIT_HIGH_CYCLES 4.0
 #define NEVER 1e300
 #define GEO_STANDS 1e-9 /* mm/s: GEO takes less for a standstill */
 #define STEPPED_OVER_MM                                                        \
@@ -77,6 +73,15 @@ typedef struct element {
     0x800000u /* flag: as configured in simulated forward motion too */
 #define SYNCH_MEP_SVS 0x1000000u
 #define SYNCH_MET_SVS 0x2000000u
+/* Groups of them: what a function does to the path and its units. */
+#define WAITS                                                                  \
+    (SYNCH_MVS_SVS | SYNCH_MVS_SNS | SYNCH_MNS_SNS | SYNCH_MEP_SVS             \
+     | SYNCH_MET_SVS)
+#define EARLY (SYNCH_MEP_SVS | SYNCH_MET_SVS)
+#define LATE (SYNCH_MVS_SLM | SYNCH_MVS_SLP)
+#define BEHIND (SYNCH_MVS_SNS | SYNCH_MNS_SNS)
+#define STD_UNITS (HLI_TU_CH_STD_SYNC_MAXIDX + 1u)
+#define LATE_UNITS (HLI_TU_CH_LATE_SYNC_MAXIDX + 1u)
 #define SYNCH_NUMBERS 65536u
 #define EVENT_GATE                                                             \
     1 /* code of an NC_EVENT piece: waits until its gate is open */

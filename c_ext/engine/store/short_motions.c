@@ -10,18 +10,12 @@
 #include <math.h>
 #include "engine/store/short_motions.h"
 #include "engine/state/state.h"
+#include "engine/state/tuning.h"
 #include "engine/store/element_map.h"
 #include "engine/store/elements.h"
 #include "engine/store/piece_push.h"
 #include "engine/store/store.h"
 #include "rows/nc_block.h"
-
-#define SHORT_MM 1e-7 /* together they are not longer, */
-#define SHORT_ROWS                                                             \
-    2048u /* ... nor more than so many: the PLC goes from element to element   \
-           */
-#define FADE_MM                                                                \
-    1e-4 /* shorter arcs and polynomials do not take a displacement */
 
 static bool too_short(const struct engine *engine, const nc_block *row) {
     if (row->type == NC_POLYNOMIAL

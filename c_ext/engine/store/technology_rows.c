@@ -6,15 +6,6 @@
 #include "engine/store/store.h"
 #include "rows/nc_block.h"
 
-#define STD_UNITS (HLI_TU_CH_STD_SYNC_MAXIDX + 1u)
-#define LATE_UNITS (HLI_TU_CH_LATE_SYNC_MAXIDX + 1u)
-#define WAITS                                                                  \
-    (SYNCH_MVS_SVS | SYNCH_MVS_SNS | SYNCH_MNS_SNS | SYNCH_MEP_SVS             \
-     | SYNCH_MET_SVS)
-#define EARLY (SYNCH_MEP_SVS | SYNCH_MET_SVS)
-#define LATE (SYNCH_MVS_SLM | SYNCH_MVS_SLP)
-#define BEHIND (SYNCH_MVS_SNS | SYNCH_MNS_SNS)
-
 int engine_set_synch(struct engine *engine,
                      int kind,
                      uint32_t nr,
