@@ -44,7 +44,7 @@ static bool allocate(struct engine *engine) {
     engine->store.mask = stored - 1;
     engine->store.pieces = calloc(stored, sizeof(struct piece));
     engine->commit.tail_max =
-        (spans_max(engine) + 1u) * (engine->cfg.window + 64);
+        (spans_max(&engine->cfg) + 1u) * (engine->cfg.window + 64);
     if (!jerk_adapter_new(engine) || !prediction_new(engine)
         || !spans_new(engine)) {
         return false;
@@ -98,7 +98,7 @@ struct engine *engine_new(const engine_config *config, void *segment) {
         return NULL;
     }
     memcpy(engine->push.last_end, config->start, sizeof engine->push.last_end);
-    limits_reset(engine);
+    limits_reset(&engine->push);
     memcpy(engine->push.element_end,
            config->start,
            sizeof engine->push.element_end);
@@ -135,7 +135,7 @@ void engine_free(struct engine *engine) {
     external_free(engine);
     jerk_adapter_free(engine);
     prediction_free(engine);
-    spans_free(engine);
+    spans_free(&engine->accel);
     free(engine->store.pieces);
     free(engine->run.pieces);
     free(engine->accel.corners);
@@ -182,10 +182,9 @@ int64_t engine_record_take(struct engine *engine,
     return count;
 }
 
-static bool record_full(const struct engine *engine) {
-    return engine->recording.samples
-           && engine->recording.head - engine->recording.tail
-                  >= engine->recording.rows;
+static bool record_full(const struct recording *recording) {
+    return recording->samples
+           && recording->head - recording->tail >= recording->rows;
 }
 
 void engine_set_override(struct engine *engine, double factor, int hold) {
@@ -233,9 +232,8 @@ int engine_take_command(struct engine *engine, struct engine_command *out) {
     return 1;
 }
 
-static bool plc_attached(const struct engine *engine) {
-    return engine->hli.side
-           && load_u32_acquire(&engine->hli.side->plc.attached);
+static bool plc_attached(const struct shared_areas *hli) {
+    return hli->side && load_u32_acquire(&hli->side->plc.attached);
 }
 
 /* Lockstep: may the next cycle run? Waits for the PLC's scan, at most wait_ns.
@@ -244,7 +242,7 @@ static bool plc_allows(struct engine *engine, int64_t wait_ns) {
     if (engine->cfg.clock != HLI_CLOCK_LOCKSTEP || !engine->hli.side) {
         return true;
     }
-    if (!plc_attached(engine)) {
+    if (!plc_attached(&engine->hli)) {
         return false;
     }
     return hs_word_wait(&engine->hli.side->plc_turn,
@@ -277,7 +275,7 @@ int engine_run(struct engine *engine, int64_t count, int64_t wait_ns) {
         if (event >= 0) {
             return event;
         }
-        if (record_full(engine)) {
+        if (record_full(&engine->recording)) {
             return ENGINE_RECORD_FULL;
         }
         if (!plc_allows(engine, wait_ns)) {
@@ -317,7 +315,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->log_on_closed = engine->log.on_closed;
     out->log_disabled = engine->log.disabled;
     out->program_end = engine->program.end;
-    out->plc_attached = plc_attached(engine);
+    out->plc_attached = plc_attached(&engine->hli);
     out->record_lost = engine->recording.lost;
     out->techno_functions = engine->technology.functions;
     out->techno_unseen = engine->technology.unseen;
@@ -326,7 +324,7 @@ void engine_get_state(struct engine *engine, engine_state *out) {
     out->infeasible = engine->commit.infeasible;
     uint64_t done = ATOMIC_GET(engine->store.done);
     out->rows_taken = engine->push.rows_taken;
-    out->row_done = done > 0 ? store_at(engine, done - 1)->row : 0;
+    out->row_done = done > 0 ? store_at(&engine->store, done - 1)->row : 0;
     out->halt_row = engine->program.halt_row;
     out->halt_s = engine->program.halt_s;
     out->halt_whole = engine->program.halt_whole;

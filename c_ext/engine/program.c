@@ -65,7 +65,7 @@ void engine_set_error(struct engine *engine, uint32_t id) {
 /* Pending technology units and edges go; level units, enable_w and what the PLC
  * has written stay (hli_reference 1.4). */
 void engine_reset_channel(struct engine *engine) {
-    technology_clear(engine);
+    technology_clear(&engine->technology);
 }
 
 static void begin_preparation(struct engine *engine) {
@@ -81,7 +81,7 @@ static void begin_preparation(struct engine *engine) {
         engine->push.stop_pending = engine->push.m01_pending =
             engine->push.in_loop = false;
     engine->push.distance = engine->push.path = 0.0;
-    limits_reset(engine);
+    limits_reset(&engine->push);
     engine->push.end_speed = 0.0f;
     engine->push.epoch++;
     engine->push.epoch_element = engine->store.element_head;
@@ -99,7 +99,7 @@ static void begin_preparation(struct engine *engine) {
     engine->technology_rows.spindle_move = 0;
     engine->technology_rows.spindle_pending = false;
     ATOMIC_SET(engine->early.done, engine->early.head);
-    log_reset(engine);
+    log_reset(&engine->log);
     ATOMIC_SET(engine->program.finished, 0);
     ATOMIC_SET(engine->program.expect_drain, 0);
     engine->program.drain_at = engine->store.head;
@@ -111,7 +111,7 @@ static void begin_motion(struct engine *engine) {
     memset(&engine->technology.done_again,
            0,
            sizeof engine->technology.done_again);
-    technology_clear(engine);
+    technology_clear(&engine->technology);
     geo->dist = geo->path = geo->path_shift = geo->v = geo->feed = 0.0;
     geo->count = geo->n = 0;
     geo->waiting_continue = geo->waiting_techno = geo->stands_single =

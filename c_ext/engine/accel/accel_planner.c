@@ -26,18 +26,18 @@ static bool write_tail(struct engine *engine,
                             .v = from->v,
                             .budget = NEVER};
     while (writer.v > 0.0 && writer.piece < end && !writer_full(&writer)) {
-        if (!is_motion(piece_at(engine, writer.piece))) {
+        if (!is_motion(piece_at(&engine->run, writer.piece))) {
             pass_event(&writer);
             continue;
         }
         stretch st = stretch_at(engine, writer.piece, end, writer.s);
-        bool ends = st.to >= piece_at(engine, writer.piece)->length;
+        bool ends = st.to >= piece_at(&engine->run, writer.piece)->length;
         if (st.span->rows) {
             drive_curved(&writer, &st, ends, true);
         } else {
             brake_to(&writer, &st, 0.0, ends);
         }
-        if (writer.s >= piece_at(engine, writer.piece)->length) {
+        if (writer.s >= piece_at(&engine->run, writer.piece)->length) {
             leave_motion(&writer, end);
         }
     }
@@ -101,7 +101,7 @@ static void begin_commit(struct engine *engine,
     writer->s = engine->commit.s;
     writer->v = engine->commit.v;
     writer->seconds = writer->motion = 0.0;
-    writer->budget = commit_high(engine) - ahead;
+    writer->budget = commit_high(&engine->cfg) - ahead;
     writer->least =
         commit_low(engine) + LEAST_CYCLES * engine->cfg.cycle_s - ahead;
     writer->too_fast = 0;
@@ -180,10 +180,10 @@ static bool write_from_tail(struct engine *engine,
 }
 
 /* Committed motion ends where the writer is. */
-static void end_at(struct engine *engine, const struct writer *writer) {
-    engine->commit.piece = writer->piece;
-    engine->commit.s = writer->s;
-    engine->commit.v = writer->v;
+static void end_at(struct commit_state *commit, const struct writer *writer) {
+    commit->piece = writer->piece;
+    commit->s = writer->s;
+    commit->v = writer->v;
 }
 
 /* Any place of the tail will do: all that lies ahead can be met from where it
@@ -192,12 +192,12 @@ static bool write_behind(struct engine *engine,
                          double at_s,
                          struct writer *writer,
                          struct tail *tail) {
-    end_at(engine, writer);
+    end_at(&engine->commit, writer);
     engine->commit.committed_s += at_s;
     if (!write_from_tail(engine, writer, tail)) {
         return false;
     }
-    end_at(engine, writer);
+    end_at(&engine->commit, writer);
     engine->accel.left = writer->left;
     engine->commit.committed_s += writer->seconds;
     return true;
@@ -221,8 +221,8 @@ static double tail_way(struct engine *engine) {
         &engine->commit.tails[(ATOMIC_GET(engine->commit.word) >> 1) & 1];
     double sum = -engine->commit.s;
     for (uint64_t i = engine->commit.piece; i < tail->piece; i++) {
-        if (is_motion(piece_at(engine, i))) {
-            sum += piece_at(engine, i)->length;
+        if (is_motion(piece_at(&engine->run, i))) {
+            sum += piece_at(&engine->run, i)->length;
         }
     }
     return fmax(0.0, sum + (tail->piece < engine->run.head ? tail->s : 0.0));

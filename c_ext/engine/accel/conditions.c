@@ -25,7 +25,7 @@ bool state_feasible(struct engine *engine, uint64_t end, double curved) {
     if (engine->commit.piece >= end) {
         return false;
     }
-    return !is_motion(piece_at(engine, engine->commit.piece))
+    return !is_motion(piece_at(&engine->run, engine->commit.piece))
            || meets_all(engine,
                         engine->commit.piece,
                         end,
@@ -49,10 +49,8 @@ static uint64_t plan_under(struct engine *engine,
     return end;
 }
 
-static double reserve_wanted(const struct engine *engine) {
-    return engine->plan.ext_speed < NEVER ? NEVER
-           : engine->plan.override > 1.0  ? 2.0
-                                          : 1.0;
+static double reserve_wanted(const struct plan_conditions *plan) {
+    return plan->ext_speed < NEVER ? NEVER : plan->override > 1.0 ? 2.0 : 1.0;
 }
 
 static bool same_counts(const struct techno_counts *now,
@@ -66,7 +64,7 @@ static bool same_counts(const struct techno_counts *now,
 
 /* The last plan was made under the present conditions. */
 bool conditions_hold(struct engine *engine) {
-    return reserve_wanted(engine) == engine->plan.reserve_override
+    return reserve_wanted(&engine->plan) == engine->plan.reserve_override
            && ATOMIC_GET(engine->orders.single) == engine->plan.single
            && ATOMIC_GET(engine->orders.m01) == engine->plan.m01
            && ATOMIC_GET(engine->orders.held_axes) == engine->plan.held_axes
@@ -75,17 +73,17 @@ bool conditions_hold(struct engine *engine) {
                           &engine->plan.done_again);
 }
 
-static struct conditions conditions_now(const struct engine *engine) {
-    return (struct conditions){engine->plan.reserve_override,
-                               engine->plan.done,
-                               engine->plan.done_again,
-                               engine->plan.single,
-                               engine->plan.m01,
-                               engine->plan.held_axes};
+static struct conditions conditions_now(const struct plan_conditions *plan) {
+    return (struct conditions){plan->reserve_override,
+                               plan->done,
+                               plan->done_again,
+                               plan->single,
+                               plan->m01,
+                               plan->held_axes};
 }
 
 static struct conditions conditions_wanted(struct engine *engine) {
-    return (struct conditions){reserve_wanted(engine),
+    return (struct conditions){reserve_wanted(&engine->plan),
                                techno_done(&engine->technology.done),
                                techno_done(&engine->technology.done_again),
                                ATOMIC_GET(engine->orders.single),
@@ -104,7 +102,7 @@ static uint64_t choose_conditions(struct engine *engine) {
         backward_pass(engine, end);
         return end;
     }
-    struct conditions old = conditions_now(engine),
+    struct conditions old = conditions_now(&engine->plan),
                       want = conditions_wanted(engine);
     uint64_t end = plan_under(engine, &want);
     if (state_feasible(engine,

@@ -24,14 +24,14 @@ static struct used_corner *corner_at(const struct engine *engine,
 }
 
 /* What is driven in a cycle that begins or ends with a speed, at the most. */
-static double zone_of(const struct engine *engine, double v, double accel) {
-    return (v + 0.5 * accel * engine->cfg.cycle_s) * engine->cfg.cycle_s;
+static double zone_of(const engine_config *cfg, double v, double accel) {
+    return (v + 0.5 * accel * cfg->cycle_s) * cfg->cycle_s;
 }
 
-double corner_zone(const struct engine *engine,
+double corner_zone(const engine_config *cfg,
                    double v,
                    const struct piece *piece) {
-    return zone_of(engine, v, piece->accel);
+    return zone_of(cfg, v, piece->accel);
 }
 
 /* Piece i is the next one that is capped: behind the one capped last, or again
@@ -43,7 +43,7 @@ void corner_zones_follow(struct engine *engine, uint64_t i) {
     engine->accel.corners_head = engine->accel.corners_first;
     engine->accel.capped_at = 0.0;
     if (i > engine->accel.zones_from && i < engine->accel.zones_to) {
-        const struct piece *before = piece_at(engine, i - 1);
+        const struct piece *before = piece_at(&engine->run, i - 1);
         engine->accel.corners_head = before->corners;
         engine->accel.capped_at =
             before->at + (is_motion(before) ? before->length : 0.0);
@@ -59,14 +59,14 @@ void corner_zones_note(struct engine *engine,
                        uint64_t i,
                        const struct piece *before,
                        double v) {
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     piece->at = engine->accel.capped_at;
     if (v >= 0.0) {
         double accel = greater(before->accel, piece->accel);
         *corner_at(engine, engine->accel.corners_head++) =
             (struct used_corner){i,
                                  piece->at,
-                                 zone_of(engine, v, accel),
+                                 zone_of(&engine->cfg, v, accel),
                                  accel};
     }
     piece->corners = engine->accel.corners_head;
@@ -77,13 +77,13 @@ void corner_zones_note(struct engine *engine,
 }
 
 /* How far a corner reaches on p, which begins or ends `distance` mm from it. */
-static inline double reach_of(const struct engine *engine,
+static inline double reach_of(const engine_config *cfg,
                               const struct used_corner *used_corner,
                               const struct piece *piece,
                               double distance) {
     double quicker = piece->accel - used_corner->accel,
            reach = used_corner->zone - distance;
-    return quicker > 0.0 ? reach + zone_of(engine, 0.0, quicker) : reach;
+    return quicker > 0.0 ? reach + zone_of(cfg, 0.0, quicker) : reach;
 }
 
 /* The first corner that reaches a piece; `reach`: at the most what is left of a
@@ -95,14 +95,14 @@ static void take(struct engine *engine,
                  const struct piece *piece,
                  zone_use *use) {
     use->reach =
-        stands ? lesser(reach, corner_zone(engine, 0.0, piece)) : reach;
-    use->reserve = piece_at(engine, used_corner->piece)->reserve;
+        stands ? lesser(reach, corner_zone(&engine->cfg, 0.0, piece)) : reach;
+    use->reserve = piece_at(&engine->run, used_corner->piece)->reserve;
 }
 
 static void take_too(struct engine *engine,
                      const struct used_corner *used_corner,
                      zone_use *use) {
-    const double *reserve = piece_at(engine, used_corner->piece)->reserve;
+    const double *reserve = piece_at(&engine->run, used_corner->piece)->reserve;
     for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
         use->sum[axis] = greater(use->reserve[axis], reserve[axis]);
     }
@@ -119,9 +119,11 @@ static void used_ahead(struct engine *engine,
     for (uint64_t count = piece->corners;
          count-- > engine->accel.corners_first;) {
         const struct used_corner *used_corner = corner_at(engine, count);
-        left = lesser(
-            left,
-            reach_of(engine, used_corner, piece, piece->at - used_corner->at));
+        left = lesser(left,
+                      reach_of(&engine->cfg,
+                               used_corner,
+                               piece,
+                               piece->at - used_corner->at));
         if (left <= 0.0
             || used_corner->piece + CORNERS_BEHIND < engine->commit.piece) {
             return;
@@ -131,7 +133,7 @@ static void used_ahead(struct engine *engine,
         } else {
             take(engine,
                  used_corner,
-                 stands_before(engine, piece),
+                 stands_before(&engine->plan, piece),
                  left,
                  piece,
                  use);
@@ -149,9 +151,9 @@ static void used_behind(struct engine *engine,
     for (uint64_t count = piece->corners; count < engine->accel.corners_head;
          count++) {
         const struct used_corner *used_corner = corner_at(engine, count);
-        left =
-            lesser(left,
-                   reach_of(engine, used_corner, piece, used_corner->at - end));
+        left = lesser(
+            left,
+            reach_of(&engine->cfg, used_corner, piece, used_corner->at - end));
         if (left <= 0.0) {
             return;
         }
@@ -160,7 +162,7 @@ static void used_behind(struct engine *engine,
         } else {
             take(engine,
                  used_corner,
-                 !next || stands_before(engine, next),
+                 !next || stands_before(&engine->plan, next),
                  left,
                  piece,
                  use);
@@ -188,8 +190,8 @@ bool corner_zones_known(struct engine *engine,
         return piece->stop_after;
     }
     double known = engine->accel.capped_at - (piece->at + piece->length);
-    if (known >= corner_zone(engine, next->corner_v, piece)
-        || stands_before(engine, next)
+    if (known >= corner_zone(&engine->cfg, next->corner_v, piece)
+        || stands_before(&engine->plan, next)
         || (engine->dispatch.final
             && engine->accel.capped == engine->run.head)) {
         return true;
@@ -197,5 +199,5 @@ bool corner_zones_known(struct engine *engine,
     double v = lesser(next->corner_v,
                       greater(reachable(piece, engine->plan.reserve_override),
                               reachable(next, engine->plan.reserve_override)));
-    return known >= corner_zone(engine, v, piece);
+    return known >= corner_zone(&engine->cfg, v, piece);
 }

@@ -15,7 +15,7 @@ typedef struct zone_use {
 } zone_use;
 
 bool corner_zones_new(struct engine *engine);
-double corner_zone(const struct engine *engine,
+double corner_zone(const engine_config *cfg,
                    double v,
                    const struct piece *piece);
 void corner_zones_follow(struct engine *engine, uint64_t i);

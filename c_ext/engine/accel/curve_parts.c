@@ -26,9 +26,9 @@
 
 void set_axes(struct builder *builder) {
     for (int i = 0; i < builder->c->axes; i++) {
-        double v = piece_v_max(builder->engine, builder->piece, i);
+        double v = piece_v_max(&builder->engine->cfg, builder->piece, i);
         builder->usable[i] =
-            USABLE * piece_a_max(builder->engine, builder->piece, i);
+            USABLE * piece_a_max(&builder->engine->cfg, builder->piece, i);
         builder->v2[i] = v * v;
     }
 }
@@ -226,7 +226,7 @@ static void add_stretch(struct builder *builder,
     struct knot knot = from->at, knot_z = to->at;
     knot.bend = knot_z.bend = greater(knot.bend, knot_z.bend) + sqrt(turn2);
     struct span *span = &builder->spans[builder->piece->span_count++];
-    builder->rows += curved_rows(builder->engine,
+    builder->rows += curved_rows(&builder->engine->cfg,
                                  builder->piece,
                                  &knot,
                                  &knot_z,

@@ -58,7 +58,7 @@ static void make_room(struct builder *builder,
     add_strips(builder, strips, stands);
     builder->counting = false;
     double extra = most_constant(builder, builder->piece->dir > 0 ? 0.0 : 1.0);
-    spans_grow(builder->engine, has, builder->count + extra, SIGNS);
+    spans_grow(&builder->engine->cfg, has, builder->count + extra, SIGNS);
     builder->has = has;
     builder->spans = has->spans;
     builder->rows = has->rows;
@@ -72,12 +72,12 @@ static void make_room(struct builder *builder,
 
 /* About how long the piece takes: at the programmed feed, or up to full speed
  * and down again with the slowest axis alone. */
-static double seconds_about(const struct engine *engine,
+static double seconds_about(const engine_config *cfg,
                             const struct piece *piece) {
     double a = NEVER;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (piece->moving >> i & 1) {
-            a = lesser(a, piece_a_max(engine, piece, i));
+            a = lesser(a, piece_a_max(cfg, piece, i));
         }
     }
     return greater(piece->length / reachable(piece, 1.0),
@@ -269,7 +269,7 @@ double curve_cruise2(struct engine *engine,
                      struct piece *piece,
                      const double *reserve,
                      double wanted) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(&engine->store, piece);
     double top = reachable(piece, OVER_FEED), x = 0.0;
     struct builder builder; /* of which little is of use here: not cleared */
     builder.engine = engine;
@@ -356,10 +356,10 @@ void curve_piece_spans(struct engine *engine,
                        const strip *strips,
                        int count,
                        bool stands) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(&engine->store, piece);
     double top =
         reachable(piece, greater(engine->plan.reserve_override, OVER_FEED));
-    span_room first = spans_first(engine, has);
+    span_room first = spans_first(&engine->cfg, has);
     struct builder builder = {
         .engine = engine,
         .piece = piece,
@@ -370,7 +370,7 @@ void curve_piece_spans(struct engine *engine,
         .scale = piece->whole / curve_length(curve),
         .fast2 = top * top,
         .strips = count,
-        .loss = seconds_about(engine, piece) > LONG_S ? LOSS_LONG : LOSS};
+        .loss = seconds_about(&engine->cfg, piece) > LONG_S ? LOSS_LONG : LOSS};
     set_axes(&builder);
     knot_at(&builder, parameter_behind(&builder, 0.0), 0.0, &builder.ends[0]);
     knot_at(&builder,

@@ -34,7 +34,7 @@ typedef struct range {
 } range;
 
 /* Largest x at a knot: acceleration at constant speed, limits of the path. */
-static double knot_cap2(const struct engine *engine,
+static double knot_cap2(const engine_config *cfg,
                         const struct piece *piece,
                         const struct knot *knot,
                         const double *room) {
@@ -42,7 +42,7 @@ static double knot_cap2(const struct engine *engine,
            radial = piece->limits.radial_acceleration;
     /* |q' u + q'' x| <= A can be met at a larger x where the path acceleration
      * helps, but only while x changes */
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (fabs(knot->d1[i]) < 1e-6 && fabs(knot->d2[i]) * x > room[i]) {
             x = room[i] / fabs(knot->d2[i]);
         }
@@ -59,15 +59,15 @@ static double knot_cap2(const struct engine *engine,
 /* Speeds of the axes: V^2 / q'^2 is convex where q' does not change its sign,
  * so its tangent in the middle stays below. `slack`: by how much q' can be
  * above its chord. */
-static void add_axis_speeds(const struct engine *engine,
+static void add_axis_speeds(const engine_config *cfg,
                             const struct piece *piece,
                             const struct knot *knot,
                             const struct knot *knot_b,
                             const double *slack,
                             double *v2_limit) {
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         double above = slack ? slack[i] : 0.0, first = fabs(knot->d1[i]),
-               last = fabs(knot_b->d1[i]), v = piece_v_max(engine, piece, i);
+               last = fabs(knot_b->d1[i]), v = piece_v_max(cfg, piece, i);
         double most = greater(first, last) + above;
         if (most < 1e-12) {
             continue;
@@ -148,7 +148,7 @@ static void add_lossy_rows(struct row_writer *row_writer,
 
 /* `room`: acceleration of every axis that is left; `lost`: what is certified,
  * NULL: nothing. Per axis: the rows at both knots, then their bounds. */
-uint32_t curved_rows(const struct engine *engine,
+uint32_t curved_rows(const engine_config *cfg,
                      const struct piece *piece,
                      const struct knot *knot,
                      const struct knot *knot_b,
@@ -161,9 +161,9 @@ uint32_t curved_rows(const struct engine *engine,
                      ? (double)piece->limits.path_acceleration
                      : NEVER;
     out->length = knot_b->s - knot->s;
-    out->v2_limit[0] = knot_cap2(engine, piece, knot, room);
-    out->v2_limit[1] = knot_cap2(engine, piece, knot_b, room);
-    add_axis_speeds(engine,
+    out->v2_limit[0] = knot_cap2(cfg, piece, knot, room);
+    out->v2_limit[1] = knot_cap2(cfg, piece, knot_b, room);
+    add_axis_speeds(cfg,
                     piece,
                     knot,
                     knot_b,
@@ -172,7 +172,7 @@ uint32_t curved_rows(const struct engine *engine,
     struct row_writer row_writer = {.at = rows,
                                     .length = out->length,
                                     .most = 1.0 / out->accel};
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         if (fabs(knot->d1[i]) + fabs(knot_b->d1[i]) + fabs(knot->d2[i])
                 + fabs(knot_b->d2[i])
             < 1e-12) {

@@ -12,7 +12,7 @@ typedef struct chord_loss {
     double above[NC_AXES], u[NC_AXES], x[NC_AXES];
 } chord_loss;
 
-uint32_t curved_rows(const struct engine *engine,
+uint32_t curved_rows(const engine_config *cfg,
                      const struct piece *piece,
                      const struct knot *knot,
                      const struct knot *knot_b,

@@ -15,15 +15,15 @@
  */
 static const struct piece *next_of(struct engine *engine, uint64_t i) {
     uint64_t count = i;
-    return piece_at(engine, i)->stop_after
-                   || !next_motion(engine, &count, engine->accel.capped)
+    return piece_at(&engine->run, i)->stop_after
+                   || !next_motion(&engine->run, &count, engine->accel.capped)
                ? NULL
-               : piece_at(engine, count);
+               : piece_at(&engine->run, count);
 }
 
 static void make_spans(struct engine *engine, uint64_t i) {
     const struct piece *next = next_of(engine, i);
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     piece_spans(engine, i, next);
     piece->spanned = true;
 }
@@ -41,14 +41,14 @@ uint64_t window_end(struct engine *engine) {
     for (; engine->accel.window_from < engine->commit.piece;
          engine->accel.window_from++) {
         engine->accel.window_motions -=
-            is_motion(piece_at(engine, engine->accel.window_from));
+            is_motion(piece_at(&engine->run, engine->accel.window_from));
     }
     while (engine->accel.window_to < engine->accel.capped
            && engine->accel.window_motions <= engine->cfg.window
            && engine->accel.window_to - engine->commit.piece
                   <= engine->accel.span_mask) {
         engine->accel.window_motions +=
-            is_motion(piece_at(engine, engine->accel.window_to++));
+            is_motion(piece_at(&engine->run, engine->accel.window_to++));
     }
     return engine->accel.window_to;
 }
@@ -76,11 +76,11 @@ static double back_over_spans(struct engine *engine,
                               double soft,
                               double controllable_v2,
                               bool *free) {
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     if (!spans_known(engine, i)) {
         make_spans(engine, i);
     }
-    struct span *spans = spans_of(engine, i);
+    struct span *spans = spans_of(&engine->accel, i);
     piece->cruises = false;
     for (uint32_t k = piece->span_count; k-- > 0;) {
         controllable_v2 = spans[k].controllable_v2 =
@@ -96,8 +96,8 @@ static double back_over(struct engine *engine,
                         uint64_t i,
                         double controllable_v2,
                         bool *free) {
-    struct piece *piece = piece_at(engine, i);
-    double soft = soft_cap(engine, piece);
+    struct piece *piece = piece_at(&engine->run, i);
+    double soft = soft_cap(&engine->plan, piece);
     const struct piece *next = next_of(engine, i);
     if (!piece->settled) {
         piece->spanned = false; /* more is known now */
@@ -123,7 +123,7 @@ void settle_spans(struct engine *engine, uint64_t i, double controllable_v2) {
     bool free = false;
     back_over_spans(engine,
                     i,
-                    soft_cap(engine, piece_at(engine, i)),
+                    soft_cap(&engine->plan, piece_at(&engine->run, i)),
                     controllable_v2,
                     &free);
 }
@@ -154,7 +154,7 @@ static double need_before(struct engine *engine,
                           uint64_t i,
                           double controllable_v2,
                           bool *fixed) {
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     if (is_motion(piece)) {
         double corner2 = piece->corner_v * piece->corner_v;
         if (piece->stop_after) {
@@ -166,7 +166,7 @@ static double need_before(struct engine *engine,
             controllable_v2 >= corner2 && (piece->settled || piece->cruises);
         controllable_v2 = lesser(controllable_v2, corner2);
     }
-    if (!stands_before(engine, piece)) {
+    if (!stands_before(&engine->plan, piece)) {
         return controllable_v2;
     }
     *fixed = true;
@@ -188,7 +188,7 @@ void backward_pass(struct engine *engine, uint64_t end) {
     }
     kept = kept < engine->accel.unsettled ? kept : engine->accel.unsettled;
     for (uint64_t i = end; i-- > engine->commit.piece;) {
-        struct piece *piece = piece_at(engine, i);
+        struct piece *piece = piece_at(&engine->run, i);
         bool same = i < kept && is_motion(piece) && piece->settled,
              fixed = fixed_to > 0;
         controllable_v2 = need_before(engine, i, controllable_v2, &fixed);

@@ -18,21 +18,21 @@
 #include "engine/state/tuning.h"
 
 /* Speed squared to be met at the end of piece i. */
-static double need_behind(struct engine *engine, uint64_t i, uint64_t end) {
-    const struct piece *piece = piece_at(engine, i);
+static double need_behind(struct run_ring *run, uint64_t i, uint64_t end) {
+    const struct piece *piece = piece_at(run, i);
     return piece->stop_after || i + 1 >= end
                ? 0.0
-               : piece_at(engine, i + 1)->controllable_v2;
+               : piece_at(run, i + 1)->controllable_v2;
 }
 
 /* The stretch of piece i that holds s, s < length; its needs are those of the
  * last backward pass. */
 stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
-    const struct piece *piece = piece_at(engine, i);
+    const struct piece *piece = piece_at(&engine->run, i);
     if (piece->cruises || !spans_known(engine, i)) {
-        settle_spans(engine, i, need_behind(engine, i, end));
+        settle_spans(engine, i, need_behind(&engine->run, i, end));
     }
-    const struct span *spans = spans_of(engine, i);
+    const struct span *spans = spans_of(&engine->accel, i);
     span_cursor *at = &engine->accel.cursor;
     uint32_t last = piece->span_count - 1;
     if (at->piece != i || s < at->from) {
@@ -43,9 +43,9 @@ stretch stretch_at(struct engine *engine, uint64_t i, uint64_t end, double s) {
     }
     uint32_t k = at->k;
     double from = at->from;
-    double soft = soft_cap(engine, piece),
+    double soft = soft_cap(&engine->plan, piece),
            need = k < last ? spans[k + 1].controllable_v2
-                           : need_behind(engine, i, end);
+                           : need_behind(&engine->run, i, end);
     return (stretch){&spans[k],
                      from,
                      k < last ? from + spans[k].length : piece->length,
@@ -175,7 +175,7 @@ void drive_curved(struct writer *writer,
                   bool brake) {
     double at = writer->s - st->from, room = st->to - writer->s;
     const curved_remainder *left = &writer->left;
-    uint64_t made = piece_at(writer->engine, writer->piece)->spans_made;
+    uint64_t made = piece_at(&writer->engine->run, writer->piece)->spans_made;
     bool goes_on = !brake && left->to > writer->s
                    && left->piece == writer->piece && left->made == made
                    && left->s == writer->s && left->v == writer->v
@@ -265,13 +265,13 @@ static void drive_stretch(struct writer *writer, const stretch *st, bool ends) {
  * have other stretches than the plan has met. */
 void leave_motion(struct writer *writer, uint64_t end) {
     struct engine *engine = writer->engine;
-    const struct piece *piece = piece_at(engine, writer->piece);
+    const struct piece *piece = piece_at(&engine->run, writer->piece);
     double limit = piece->stop_after || writer->piece + 1 >= end ? 0.0 : NEVER;
     if (limit > 0.0) {
-        const struct piece *next = piece_at(engine, writer->piece + 1);
-        limit = stands_before(engine, next) ? 0.0
-                : is_motion(next)           ? next->corner_v
-                                            : NEVER;
+        const struct piece *next = piece_at(&engine->run, writer->piece + 1);
+        limit = stands_before(&engine->plan, next) ? 0.0
+                : is_motion(next)                  ? next->corner_v
+                                                   : NEVER;
     }
     writer->too_fast += writer->v > limit * (1.0 + 1e-6) + 1e-4;
     if (writer->v > limit * REFUSED_FROM + REFUSED_MM_S) {
@@ -289,12 +289,12 @@ void leave_motion(struct writer *writer, uint64_t end) {
 static bool cruise(struct writer *writer,
                    const struct piece *piece,
                    uint64_t end) {
-    double soft = soft_cap(writer->engine, piece),
+    double soft = soft_cap(&writer->engine->plan, piece),
            room = piece->length - writer->s;
     bool keeps =
         piece->cruises && soft > 0.0
         && fabs(writer->v - soft) <= SAME_SPEED * soft
-        && need_behind(writer->engine, writer->piece, end) >= soft * soft;
+        && need_behind(&writer->engine->run, writer->piece, end) >= soft * soft;
     if (!keeps || room <= 0.0) {
         return false;
     }
@@ -318,7 +318,7 @@ void run_on(struct writer *writer, uint64_t end) {
         remainder.s1,
         remainder.v1,
         remainder.last);
-    if (writer->s >= piece_at(writer->engine, writer->piece)->length) {
+    if (writer->s >= piece_at(&writer->engine->run, writer->piece)->length) {
         leave_motion(writer, end);
     }
 }
@@ -336,7 +336,7 @@ void drive_window(struct writer *writer, uint64_t end) {
     struct engine *engine = writer->engine;
     while (writer->piece < end && !writer_full(writer)
            && !waits_for_path(writer)) {
-        const struct piece *piece = piece_at(engine, writer->piece);
+        const struct piece *piece = piece_at(&engine->run, writer->piece);
         if (!is_motion(piece)) {
             pass_event(writer);
             continue;

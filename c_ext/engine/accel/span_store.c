@@ -29,18 +29,17 @@ void room_for(span_room *room, uint32_t count, uint32_t numbers) {
     *room = (span_room){spans, rows, count, numbers};
 }
 
-static uint32_t first_count(const struct engine *engine) {
-    return SPANS_FIRST < spans_max(engine) ? SPANS_FIRST : spans_max(engine);
+static uint32_t first_count(const engine_config *cfg) {
+    return SPANS_FIRST < spans_max(cfg) ? SPANS_FIRST : spans_max(cfg);
 }
 
 /* The share of a room that there is at first, whatever pieces before have
  * needed. */
-span_room spans_first(const struct engine *engine, const span_room *room) {
+span_room spans_first(const engine_config *cfg, const span_room *room) {
     return (span_room){room->spans,
                        room->rows,
-                       first_count(engine),
-                       ROWS_FIRST * SPAN_ROW
-                           * (uint32_t)engine->cfg.axis_count};
+                       first_count(cfg),
+                       ROWS_FIRST * SPAN_ROW * (uint32_t)cfg->axis_count};
 }
 
 bool spans_new(struct engine *engine) {
@@ -55,7 +54,7 @@ bool spans_new(struct engine *engine) {
     engine->accel.rows = calloc(few * row, sizeof(double));
     engine->accel.span_slots = calloc((size_t)slots, sizeof(span_slot));
     room_for(&engine->accel.made,
-             first_count(engine),
+             first_count(&engine->cfg),
              ROWS_FIRST * (uint32_t)row);
     if (!engine->accel.spans || !engine->accel.rows || !engine->accel.span_slots
         || !engine->accel.made.count) {
@@ -69,30 +68,28 @@ bool spans_new(struct engine *engine) {
     return true;
 }
 
-void spans_free(struct engine *engine) {
-    for (uint64_t i = 0;
-         engine->accel.span_slots && i <= engine->accel.span_mask;
-         i++) {
-        free_room(&engine->accel.span_slots[i].many);
+void spans_free(struct accel_state *accel) {
+    for (uint64_t i = 0; accel->span_slots && i <= accel->span_mask; i++) {
+        free_room(&accel->span_slots[i].many);
     }
-    free_room(&engine->accel.made);
-    free(engine->accel.spans);
-    free(engine->accel.rows);
-    free(engine->accel.span_slots);
+    free_room(&accel->made);
+    free(accel->spans);
+    free(accel->rows);
+    free(accel->span_slots);
 }
 
 /* Room for `count` stretches of so many rows per axis, or as many as a piece
  * may have; what was in it is lost. */
-void spans_grow(const struct engine *engine,
+void spans_grow(const engine_config *cfg,
                 span_room *room,
                 double count,
                 uint32_t per_axis) {
-    uint32_t most = (uint32_t)lesser(spans_max(engine), count),
-             row = SPAN_ROW * per_axis * (uint32_t)engine->cfg.axis_count;
+    uint32_t most = (uint32_t)lesser(spans_max(cfg), count),
+             row = SPAN_ROW * per_axis * (uint32_t)cfg->axis_count;
     if (room->count >= most && room->row_numbers >= most * row) {
         return;
     }
-    most = (uint32_t)lesser(spans_max(engine),
+    most = (uint32_t)lesser(spans_max(cfg),
                             MORE_ROOM * greater(most, room->count));
     room_for(room, most, most * row);
 }

@@ -26,11 +26,11 @@ typedef struct builder {
     double step; /* rad of an arc between knots */
 } builder;
 
-static double room_of(const struct engine *engine,
+static double room_of(const engine_config *cfg,
                       const struct piece *piece,
                       const double *reserve,
                       int axis) {
-    return USABLE * piece_a_max(engine, piece, axis) - reserve[axis];
+    return USABLE * piece_a_max(cfg, piece, axis) - reserve[axis];
 }
 
 static void add_curved(struct builder *builder,
@@ -39,7 +39,7 @@ static void add_curved(struct builder *builder,
     if (to->s - from->s < TINY_MM) {
         return;
     }
-    builder->rows += curved_rows(builder->engine,
+    builder->rows += curved_rows(&builder->engine->cfg,
                                  builder->piece,
                                  from,
                                  to,
@@ -49,7 +49,7 @@ static void add_curved(struct builder *builder,
                                  builder->rows);
 }
 
-static void arc_knot(const struct engine *engine,
+static void arc_knot(const engine_config *cfg,
                      const struct piece *piece,
                      double s,
                      struct knot *knot) {
@@ -59,7 +59,7 @@ static void arc_knot(const struct engine *engine,
     double speed = piece->sweep * piece->dir > 0 ? piece->plane_speed
                                                  : -piece->plane_speed,
            bend = piece->radius * w * w;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         knot->d1[i] = piece->dir * piece->slope[i];
         knot->d2[i] = 0.0;
     }
@@ -85,7 +85,7 @@ static void arc_strip(struct builder *builder,
         fabs(builder->piece->sweep) / builder->piece->whole * (to - from);
     int count = (int)greater(ceil(turn / builder->step - 1e-9), least);
     struct knot last, next;
-    arc_knot(builder->engine, builder->piece, from, &last);
+    arc_knot(&builder->engine->cfg, builder->piece, from, &last);
     double step = builder->piece->dir * builder->piece->sweep
                   / builder->piece->whole * (to - from) / count,
            c = cos(step), z = sin(step);
@@ -101,13 +101,13 @@ static void arc_strip(struct builder *builder,
 
 /* Acceleration along a piece that `room` of its axes lets through; of an arc:
  * the axes beside its plane. */
-static double straight_accel(const struct engine *engine,
+static double straight_accel(const engine_config *cfg,
                              const struct piece *piece,
                              const double *room) {
     double accel = piece->limits.path_acceleration > 0
                        ? (double)piece->limits.path_acceleration
                        : NEVER;
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
         double share =
             fabs(piece->slope[axis]); /* zero in the plane of an arc */
         if (share > 1e-12 && accel * share > room[axis]) {
@@ -122,7 +122,7 @@ static void straight_strip(struct builder *builder, double length) {
     struct span *span = &builder->spans[builder->piece->span_count++];
     *span = (struct span){
         .length = length,
-        .accel = straight_accel(builder->engine, piece, builder->room),
+        .accel = straight_accel(&builder->engine->cfg, piece, builder->room),
         .v_hard = piece->v_hard};
     if (piece->kind != PIECE_ARC) {
         return;
@@ -134,7 +134,7 @@ static void straight_strip(struct builder *builder, double length) {
         lesser(span->v_hard, sqrt(ARC_NORMAL * room / piece->curvature));
     for (int axis = 0; axis < 2; axis++) {
         span->v_hard = lesser(span->v_hard,
-                              piece_v_max(builder->engine,
+                              piece_v_max(&builder->engine->cfg,
                                           piece,
                                           axis ? piece->axis2 : piece->axis1)
                                   / piece->plane_speed);
@@ -145,24 +145,23 @@ static double turns_of(const struct piece *piece) {
     return fabs(piece->sweep) / piece->whole * piece->length;
 }
 
-static bool too_many_turns(const struct engine *engine,
+static bool too_many_turns(const engine_config *cfg,
                            const struct piece *piece) {
-    return turns_of(piece) > (spans_max(engine) - ENDS) * TURN_STEP * ROUNDED;
+    return turns_of(piece) > (spans_max(cfg) - ENDS) * TURN_STEP * ROUNDED;
 }
 
 /* About the square of the speed that can be kept on a piece. */
-static double kept_speed2(const struct engine *engine,
-                          const struct piece *piece) {
+static double kept_speed2(const engine_config *cfg, const struct piece *piece) {
     double v = reachable(piece, 1.0), x = v * v;
     if (piece->kind != PIECE_ARC) {
         return x;
     }
     for (int index = 0; index < 2; index++) {
         int axis = index ? piece->axis2 : piece->axis1;
-        double rate = piece_v_max(engine, piece, axis) / piece->plane_speed;
+        double rate = piece_v_max(cfg, piece, axis) / piece->plane_speed;
         x = lesser(x,
                    lesser(rate * rate,
-                          piece_a_max(engine, piece, axis) / piece->curvature));
+                          piece_a_max(cfg, piece, axis) / piece->curvature));
     }
     return x;
 }
@@ -176,7 +175,7 @@ static bool slows_down(const struct engine *engine,
                        double way) {
     for (int count = 0; count < RAMP_PIECES && way > 0.0; count++) {
         const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
-        if (side < 0 ? stands_before(engine, piece) || i == 0
+        if (side < 0 ? stands_before(&engine->plan, piece) || i == 0
                      : piece->stop_after) {
             return true;
         }
@@ -188,10 +187,10 @@ static bool slows_down(const struct engine *engine,
         if (!is_motion(piece)) {
             continue;
         }
-        if (side > 0 && stands_before(engine, piece)) {
+        if (side > 0 && stands_before(&engine->plan, piece)) {
             return true;
         }
-        if (kept_speed2(engine, piece) < KEPT_SPEED2 * x) {
+        if (kept_speed2(&engine->cfg, piece) < KEPT_SPEED2 * x) {
             return true;
         }
         way -= piece->length;
@@ -202,7 +201,7 @@ static bool slows_down(const struct engine *engine,
 /* Whether an arc is likely to be driven with much acceleration along it. */
 static bool has_ramps(const struct engine *engine, uint64_t i, double slow) {
     const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
-    double v = reachable(piece, 1.0), x = kept_speed2(engine, piece),
+    double v = reachable(piece, 1.0), x = kept_speed2(&engine->cfg, piece),
            way = x / (2.0 * slow);
     return x < KEPT_SPEED2 * v * v || slows_down(engine, i, -1, x, way)
            || slows_down(engine, i, 1, x, way);
@@ -213,8 +212,8 @@ static bool has_ramps(const struct engine *engine, uint64_t i, double slow) {
  * once, and with it what it allows. */
 static double turn_step(const struct engine *engine, uint64_t i) {
     const struct piece *piece = &engine->run.pieces[i & engine->run.mask];
-    double a = piece_a_max(engine, piece, piece->axis1),
-           b = piece_a_max(engine, piece, piece->axis2);
+    double a = piece_a_max(&engine->cfg, piece, piece->axis1),
+           b = piece_a_max(&engine->cfg, piece, piece->axis2);
     double slow = lesser(a, b), v = reachable(piece, 1.0);
     bool ramps = has_ramps(engine, i, slow);
     double step = ramps                             ? RAMP_STEP
@@ -227,22 +226,22 @@ static double turn_step(const struct engine *engine, uint64_t i) {
         greater(
             step,
             turns_of(piece)
-                / (spans_max(engine)
+                / (spans_max(&engine->cfg)
                    - ENDS))); /* so many turns: as fine as there is room for */
 }
 
 /* Whether all limits let an arc be driven at a constant speed v, as far as
  * v_hard allows it, and the acceleration along the path that they leave
  * everywhere on it at v and below. */
-static bool cruise_arc(const struct engine *engine,
+static bool cruise_arc(const engine_config *cfg,
                        const struct piece *piece,
                        const double *room,
                        double v,
                        double *accel) {
     double least = lesser(room[piece->axis1], room[piece->axis2]),
            bend = piece->curvature * v * v, rate = piece->plane_speed * v;
-    double v_max = lesser(piece_v_max(engine, piece, piece->axis1),
-                          piece_v_max(engine, piece, piece->axis2));
+    double v_max = lesser(piece_v_max(cfg, piece, piece->axis1),
+                          piece_v_max(cfg, piece, piece->axis2));
     if (rate * rate > SURE * v_max * v_max || bend > least) {
         return false;
     }
@@ -268,12 +267,12 @@ static bool cruise_curve(struct engine *engine,
                          struct piece *piece,
                          const struct piece *next,
                          double speed2) {
-    const struct curve *curve = curve_of(engine, piece);
+    const struct curve *curve = curve_of(&engine->store, piece);
     double reserve[NC_AXES];
     used_on(engine, piece, next, reserve);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         if (curve->bend[i] * speed2
-            > USABLE * piece_a_max(engine, piece, i) - reserve[i]) {
+            > USABLE * piece_a_max(&engine->cfg, piece, i) - reserve[i]) {
             return false; /* most that cannot are found here */
         }
     }
@@ -303,7 +302,7 @@ bool can_cruise(struct engine *engine,
     if (piece->kind == PIECE_CURVE) {
         return meets && cruise_curve(engine, piece, next, speed * speed);
     }
-    if (piece->kind == PIECE_ARC && too_many_turns(engine, piece)) {
+    if (piece->kind == PIECE_ARC && too_many_turns(&engine->cfg, piece)) {
         return false;
     }
     if (!meets && speed * speed > end2 + 2.0 * piece->accel * piece->length) {
@@ -312,11 +311,11 @@ bool can_cruise(struct engine *engine,
     double room[NC_AXES];
     used_on(engine, piece, next, room);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
-        room[i] = USABLE * piece_a_max(engine, piece, i) - room[i];
+        room[i] = USABLE * piece_a_max(&engine->cfg, piece, i) - room[i];
     }
-    double accel = straight_accel(engine, piece, room);
+    double accel = straight_accel(&engine->cfg, piece, room);
     if (piece->kind == PIECE_ARC
-        && !cruise_arc(engine, piece, room, speed, &accel)) {
+        && !cruise_arc(&engine->cfg, piece, room, speed, &accel)) {
         return false;
     }
     return meets || speed * speed <= end2 + 2.0 * accel * piece->length;
@@ -351,7 +350,8 @@ static bool choose_room(uint64_t i,
         builder->rows = accel->rows + slot * few;
         return true;
     }
-    uint32_t number = (uint32_t)lesser(count, spans_max(builder->engine)) + 1u;
+    uint32_t number =
+        (uint32_t)lesser(count, spans_max(&builder->engine->cfg)) + 1u;
     if (!numbers) {
         numbers = number * row;
     }
@@ -406,7 +406,7 @@ static void curve_strips(struct builder *builder,
  * and the rest. `next`: the motion behind it, NULL where it ends in a
  * standstill or is not known. */
 void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     static const double none[NC_AXES] = {0};
     struct builder builder;
     builder.engine = engine;
@@ -426,7 +426,7 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
     }
     const strip *strips = apart ? parts : &whole;
     int count = apart ? 3 : 1,
-        least = !next && stands_before(engine, piece) ? STOP_PARTS : 1;
+        least = !next && stands_before(&engine->plan, piece) ? STOP_PARTS : 1;
     double at = 0.0;
     engine->accel.cursor.piece = UINT64_MAX;
     piece->span_count = 0;
@@ -452,10 +452,11 @@ void piece_spans(struct engine *engine, uint64_t i, const struct piece *next) {
                         : at + strips[k].length;
         for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
             builder.room[axis] =
-                room_of(engine, piece, strips[k].reserve, axis);
+                room_of(&engine->cfg, piece, strips[k].reserve, axis);
         }
         if (piece->kind == PIECE_LINE
-            || (piece->kind == PIECE_ARC && too_many_turns(engine, piece))) {
+            || (piece->kind == PIECE_ARC
+                && too_many_turns(&engine->cfg, piece))) {
             straight_strip(&builder, to - at);
         } else {
             arc_strip(&builder, at, to, apart && k != 1 ? 1 : least);

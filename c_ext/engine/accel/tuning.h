@@ -86,8 +86,9 @@
 #define KEPT_ACCEL                                                             \
     0.97 /* share: acceleration up to which the rows let everything pass */
 #define KEPT_SPEED 0.75 /* share: v2 that may be kept all over a piece */
-#define KEPT_PARTS 4 /* parts that a piece is looked at in for that: 1, 2, 4   \
-                      */
+#define KEPT_PARTS                                                             \
+    4 /* parts that a piece is looked at in for that: 1, 2, 4                  \
+       */
 
 /* Steps over curved stretches. Evidence: acceleration sampled on arcs and
  * polynomials with override steps and holds is at most 1.011 of the limit. */
@@ -110,10 +111,11 @@
     0.5 /* share of a ramp's way: longer stretches may need more than one u */
 #define WORTH                                                                  \
     0.8 /* ratio: they do, if one u reaches less of what is possible */
-#define NEAR 0.95             /* ratio of v2 that are nearly the same */
-#define PARTS 12              /* lengths tried */
-#define SHORT_STRETCH_MM 1e-3 /* mm: shorter stretches are stepped over whole  \
-                               */
+#define NEAR 0.95 /* ratio of v2 that are nearly the same */
+#define PARTS 12  /* lengths tried */
+#define SHORT_STRETCH_MM                                                       \
+    1e-3 /* mm: shorter stretches are stepped over whole                       \
+          */
 
 /* Commits. Evidence: `infeasible` stays 0 in all tests; times of pumps. */
 #define MOVES                                                                  \

@@ -38,7 +38,7 @@ static void commit_phase(struct writer *writer, const phase *ph) {
         engine->commit.ring[engine->commit.written++ & (PHASE_RING - 1)] = *ph;
         return;
     }
-    bool motion = is_motion(piece_at(engine, ph->piece));
+    bool motion = is_motion(piece_at(&engine->run, ph->piece));
     double from = 0.0, to = motion
                                 ? remainder_of_cycle(engine,
                                                      engine->commit.committed_s
@@ -73,7 +73,7 @@ void write_phase(struct writer *writer, const phase *ph) {
 }
 
 void pass_event(struct writer *writer) {
-    const struct piece *piece = piece_at(writer->engine, writer->piece);
+    const struct piece *piece = piece_at(&writer->engine->run, writer->piece);
     double time = piece->type == NC_DWELL ? piece->value : 0.0;
     emit_phase(writer, 0.0, time, true);
     writer->piece++;
@@ -88,8 +88,8 @@ double ahead_s(struct engine *engine) {
 
 /* So much motion is ahead of GEO behind a commit; never less than the cycle
  * that comes next, or GEO would live on the tails. */
-double commit_high(const struct engine *engine) {
-    return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * engine->cfg.cycle_s);
+double commit_high(const engine_config *cfg) {
+    return greater(COMMIT_HIGH_S, COMMIT_HIGH_CYCLES * cfg->cycle_s);
 }
 
 /* Less motion ahead than this: more is committed. Without jerk a planner that
@@ -111,7 +111,7 @@ double next_commit(struct engine *engine) {
     return engine->plan.hold
                ? 0.0
                : greater(0.0,
-                         commit_high(engine)
+                         commit_high(&engine->cfg)
                              - (ahead
                                 - (floor(greater(0.0, ahead - low) / dt) + 1.0)
                                       * dt));

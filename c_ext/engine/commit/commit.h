@@ -23,7 +23,7 @@ typedef struct writer {
 void write_phase(struct writer *writer, const phase *ph);
 void pass_event(struct writer *writer);
 double ahead_s(struct engine *engine);
-double commit_high(const struct engine *engine);
+double commit_high(const engine_config *cfg);
 double commit_low(const struct engine *engine);
 double next_commit(struct engine *engine);
 

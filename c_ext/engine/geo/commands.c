@@ -21,7 +21,7 @@ static bool level_bool(MC_CONTROL_BOOL_UNIT *unit,
     return value;
 }
 
-static uint32_t level_override(struct engine *engine,
+static uint32_t level_override(struct orders *orders,
                                MC_CONTROL_UNS16_UNIT *unit,
                                bool present,
                                bool valid) {
@@ -30,7 +30,7 @@ static uint32_t level_override(struct engine *engine,
         value = load_u16_relaxed(&unit->command_w);
         if (value > OVERRIDE_MAX) {
             value = OVERRIDE_MAX;
-            engine->orders.bad++;
+            orders->bad++;
         }
     }
     show_u16(&unit->state_r, (uint16_t)value);
@@ -56,11 +56,11 @@ static bool axes_released(struct engine *engine) {
 
 /* Override of an axis: acts on independent axes and spindles, of which there
  * are none that move; shown all the same. */
-static void show_axis_override(struct engine *engine,
+static void show_axis_override(struct orders *orders,
                                HLI_AXIS *ax,
                                bool present) {
     bool valid = level_bool(&ax->ipo_mc_control.override_valid, present, false);
-    (void)level_override(engine, &ax->ipo_mc_control.override, present, valid);
+    (void)level_override(orders, &ax->ipo_mc_control.override, present, valid);
 }
 
 /* An axis that moves now is held: the path stands. The others that are held
@@ -70,7 +70,7 @@ static bool axes_held(struct engine *engine) {
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         HLI_AXIS *ax = &engine->hli.segment->axis[i];
         bool present = flag(&ax->head.plc_present_w);
-        show_axis_override(engine, ax, present);
+        show_axis_override(&engine->orders, ax, present);
         if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) {
             held |= 1u << i;
         }
@@ -78,12 +78,12 @@ static bool axes_held(struct engine *engine) {
     ATOMIC_SET(engine->orders.held_axes, held);
     return held && engine->geo.piece != UINT64_MAX
            && engine->run.done <= engine->geo.piece
-           && (piece_at(engine, engine->geo.piece)->moving & held);
+           && (piece_at(&engine->run, engine->geo.piece)->moving & held);
 }
 
 /* External path speed, valid while both units are enabled; true if it is
  * negative: backward. */
-static bool take_external_speed(struct engine *engine,
+static bool take_external_speed(struct orders *orders,
                                 HLI_BAHN_MC_CONTROL *bahn_mc_control,
                                 bool present) {
     bool valid =
@@ -96,15 +96,15 @@ static bool take_external_speed(struct engine *engine,
     double value = valid ? fabs(speed / 1000.0) : NEVER;
     show_u32((uint32_t *)&bahn_mc_control->ext_command_speed.state_r,
              (uint32_t)speed);
-    __atomic_store(&engine->orders.ext_speed, &value, __ATOMIC_RELEASE);
+    __atomic_store(&orders->ext_speed, &value, __ATOMIC_RELEASE);
     return speed < 0;
 }
 
 /* P-CHAN-00181: what rapid motion follows. */
-static double rapid_factor(const struct engine *engine,
+static double rapid_factor(const engine_config *cfg,
                            double feed,
                            double rapid) {
-    switch (engine->cfg.rapid_override_mode) {
+    switch (cfg->rapid_override_mode) {
     case 1:
         return fmin(feed, rapid);
     case 2:
@@ -137,9 +137,9 @@ static void take_shortcut(struct engine *engine,
 }
 
 /* Channel axis of a logical axis number, -1 if it is none. */
-static int channel_axis(struct engine *engine, uint32_t number) {
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        if (engine->cfg.axis_id[i] == number) {
+static int channel_axis(engine_config *cfg, uint32_t number) {
+    for (int i = 0; i < cfg->axis_count; i++) {
+        if (cfg->axis_id[i] == number) {
             return i;
         }
     }
@@ -166,7 +166,7 @@ static void take_insert_command(struct engine *engine,
         .m_function = load_u16_relaxed(&unit->command_w.m_function_nr),
         .add = (int32_t)load_u32_relaxed((uint32_t *)&unit->command_w.add_nr)};
     uint32_t number = load_u16_relaxed(&unit->command_w.axis_nr);
-    int axis = number ? channel_axis(engine, number) : -1;
+    int axis = number ? channel_axis(&engine->cfg, number) : -1;
     cmd.axis = axis + 1;
     cmd.base = axis >= 0 ? engine->geo.position[axis]
                          : engine->geo.dist_shift + engine->geo.dist;
@@ -195,14 +195,16 @@ void take_commands(struct engine *engine) {
     bool hold = engine->orders.feedhold | !axes_released(engine)
                 | axes_held(engine) | ATOMIC_GET(engine->modes.stopped);
     bool valid = level_bool(&bahn_mc_control->override_valid, present, false);
-    double factor =
-        level_override(engine, &bahn_mc_control->override, present, valid)
-        / (double)OVERRIDE_FULL;
+    double factor = level_override(&engine->orders,
+                                   &bahn_mc_control->override,
+                                   present,
+                                   valid)
+                    / (double)OVERRIDE_FULL;
     bool rapid_valid =
         level_bool(&bahn_mc_control->rapid_override_valid, present, false);
-    double rapid = rapid_factor(engine,
+    double rapid = rapid_factor(&engine->cfg,
                                 factor,
-                                level_override(engine,
+                                level_override(&engine->orders,
                                                &bahn_mc_control->rapid_override,
                                                present,
                                                rapid_valid)
@@ -218,7 +220,8 @@ void take_commands(struct engine *engine) {
     }
     __atomic_store(&engine->orders.override, &factor, __ATOMIC_RELEASE);
     __atomic_store(&engine->orders.rapid, &rapid, __ATOMIC_RELEASE);
-    bool external = take_external_speed(engine, bahn_mc_control, present);
+    bool external =
+        take_external_speed(&engine->orders, bahn_mc_control, present);
     ATOMIC_SET(engine->orders.backward,
                (level_bool(&bahn_mc_control->backward_motion, present, false)
                 || external)

@@ -45,7 +45,7 @@ static void note_end(struct engine *engine) {
 /* It stands at an M00 or M01: that one is not over, whatever turns the path
  * around meanwhile. */
 static bool at_program_stop(struct engine *engine) {
-    const struct piece *piece = piece_at(engine, engine->geo.piece);
+    const struct piece *piece = piece_at(&engine->run, engine->geo.piece);
     return engine->geo.waiting_continue && !engine->geo.stands_single
            && !piece->inserted && !(piece->flags & NC_OUTPUT);
 }
@@ -59,7 +59,7 @@ static void answer_withdrawal(struct engine *engine) {
         || geo->v > 0.0) {
         return;
     }
-    if (geo->has_phase && is_motion(piece_at(engine, geo->piece))
+    if (geo->has_phase && is_motion(piece_at(&engine->run, geo->piece))
         && geo->t > 0.0) {
         return;
     }
@@ -69,7 +69,7 @@ static void answer_withdrawal(struct engine *engine) {
     engine->withdrawal.piece =
         inside ? geo->piece : ATOMIC_GET(engine->run.done);
     engine->withdrawal.s =
-        inside && is_motion(piece_at(engine, geo->piece)) ? geo->s : 0.0;
+        inside && is_motion(piece_at(&engine->run, geo->piece)) ? geo->s : 0.0;
     geo->has_phase = geo->waiting_continue = geo->stands_single =
         geo->waiting_techno = geo->dwelling = false;
     ATOMIC_SET(geo->consumed, word >> 2);

@@ -31,7 +31,7 @@ double geo_path_speed(const struct engine *engine) {
     if (geo->v <= 0.0 || geo->piece == UINT64_MAX) {
         return geo->v;
     }
-    const struct piece *piece = piece_at((struct engine *)engine, geo->piece);
+    const struct piece *piece = piece_at(&engine->run, geo->piece);
     if (!is_motion(piece) || !(piece->flags & NC_BY_PARAMETER)) {
         return geo->v;
     }
@@ -43,7 +43,7 @@ double geo_path_speed(const struct engine *engine) {
 
 static void enter_piece(struct engine *engine, uint64_t i) {
     struct geo *geo = &engine->geo;
-    const struct piece *piece = piece_at(engine, i);
+    const struct piece *piece = piece_at(&engine->run, i);
     geo->piece = i;
     geo->n = piece->n;
     geo->count = piece->count;
@@ -90,8 +90,9 @@ static void run_branch(struct engine *engine, const struct piece *piece) {
         return;
     }
     double turn = piece->dir * piece->value;
-    uint64_t begin = piece->dir > 0 ? store_at(engine, piece->mate)->element
-                                    : piece->element;
+    uint64_t begin = piece->dir > 0
+                         ? store_at(&engine->store, piece->mate)->element
+                         : piece->element;
     geo->loop_count++;
     geo->path_shift += turn;
     geo->dist -= turn; /* the place is the same, now counted from the other end
@@ -110,7 +111,7 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
     } else if (piece->dir < 0) {
         set_epoch(geo,
                   geo->epoch - 1,
-                  store_at(engine, piece->mate)->element,
+                  store_at(&engine->store, piece->mate)->element,
                   geo->dist_shift);
     } else {
         geo->saved_first = geo->epoch_first, geo->loop_count = 0;
@@ -161,7 +162,8 @@ static void run_event(struct engine *engine, struct piece *piece) {
     }
     if (piece->flags & NC_OUTPUT) {
         techno_output(engine,
-                      piece->replay ? piece : store_at(engine, piece->origin));
+                      piece->replay ? piece
+                                    : store_at(&engine->store, piece->origin));
     }
     switch (piece->type) {
     case NC_DISTANCE_RESET:
@@ -206,7 +208,7 @@ static void run_event(struct engine *engine, struct piece *piece) {
 
 static void leave_piece(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    struct piece *piece = piece_at(engine, geo->piece);
+    struct piece *piece = piece_at(&engine->run, geo->piece);
     if (is_motion(piece)) {
         place_on_path(geo, piece, piece->length);
         memcpy(geo->position, piece->end, sizeof geo->position);
@@ -305,7 +307,7 @@ static bool begin_phase(struct engine *engine) {
     if (geo->now.piece != geo->piece || geo->piece == UINT64_MAX) {
         bool stood = geo->v <= 0.0;
         enter_piece(engine, geo->now.piece);
-        const struct piece *piece = piece_at(engine, geo->piece);
+        const struct piece *piece = piece_at(&engine->run, geo->piece);
         if (stood && is_motion(piece) && piece->new_block
             && engine->orders.single) {
             geo->waiting_continue = geo->stands_single = true;
@@ -335,7 +337,7 @@ static void end_phase(struct engine *engine) {
     struct geo *geo = &engine->geo;
     geo->has_phase = false;
     geo->s = phase_position(&geo->now,
-                            piece_at(engine, geo->piece),
+                            piece_at(&engine->run, geo->piece),
                             geo->now.time,
                             &geo->v);
     if (geo->v < GEO_STANDS) {
@@ -362,7 +364,7 @@ void geo_advance(struct engine *engine, double dt) {
         if (geo->waiting_continue) {
             return;
         }
-        const struct piece *piece = piece_at(engine, geo->piece);
+        const struct piece *piece = piece_at(&engine->run, geo->piece);
         if (!is_motion(piece) && techno_blocked(engine, piece)) {
             geo->waiting_techno = true;
             engine->technology.wait_cycles++;
@@ -392,7 +394,7 @@ void geo_evaluate(struct engine *engine) {
     if (ATOMIC_GET(engine->withdrawal.state) == WITHDRAW_DONE) {
         return; /* stands; the planner looks at the position */
     }
-    const struct piece *piece = piece_at(engine, geo->piece);
+    const struct piece *piece = piece_at(&engine->run, geo->piece);
     if (geo->has_phase) {
         double s = phase_position(&geo->now, piece, geo->t, &geo->v);
         if (is_motion(piece)) {

@@ -60,35 +60,37 @@ int engine_take_mode_command(struct engine *engine,
 
 /* Queue of ERRORS_MAX records; what finds no room is counted. One producer: GEO
  * and the cell on GEO's behalf. */
-static void queue_error(struct engine *engine, const engine_error *error) {
-    uint64_t head = ATOMIC_GET(engine->errors.head);
-    if (head - ATOMIC_GET(engine->errors.done) >= ERRORS_MAX) {
-        engine->errors.lost++;
+static void queue_error(struct error_queue *errors, const engine_error *error) {
+    uint64_t head = ATOMIC_GET(errors->head);
+    if (head - ATOMIC_GET(errors->done) >= ERRORS_MAX) {
+        errors->lost++;
         return;
     }
-    engine->errors.entries[head % ERRORS_MAX] = *error;
-    ATOMIC_SET(engine->errors.head, head + 1);
+    errors->entries[head % ERRORS_MAX] = *error;
+    ATOMIC_SET(errors->head, head + 1);
 }
 
 void engine_post_error(struct engine *engine, const engine_error *error) {
     while (__atomic_exchange_n(&engine->errors.lock, 1, __ATOMIC_ACQUIRE)) {
         cpu_pause();
     }
-    queue_error(engine, error);
+    queue_error(&engine->errors, error);
     __atomic_store_n(&engine->errors.lock, 0, __ATOMIC_RELEASE);
 }
 
-static void own_error(struct engine *engine, uint32_t id, uint32_t reaction) {
+static void own_error(struct error_queue *errors,
+                      uint32_t id,
+                      uint32_t reaction) {
     engine_error error;
     memset(&error, 0, sizeof error);
     error.id = id;
     error.reaction_class = reaction;
     error.recovery_class = reaction;
-    if (__atomic_exchange_n(&engine->errors.lock, 1, __ATOMIC_ACQUIRE)) {
+    if (__atomic_exchange_n(&errors->lock, 1, __ATOMIC_ACQUIRE)) {
         return; /* the cell is posting: next cycle will do */
     }
-    queue_error(engine, &error);
-    __atomic_store_n(&engine->errors.lock, 0, __ATOMIC_RELEASE);
+    queue_error(errors, &error);
+    __atomic_store_n(&errors->lock, 0, __ATOMIC_RELEASE);
 }
 
 static void fill_record(struct engine *engine,
@@ -180,7 +182,7 @@ static void watch_plc(struct engine *engine, bool present) {
                && now - engine->watchdog.since > period) {
         engine->watchdog.alive = false;
         engine->watchdog.missed = true;
-        own_error(engine, ERROR_WATCHDOG, 7);
+        own_error(&engine->errors, ERROR_WATCHDOG, 7);
         ATOMIC_SET(engine->watchdog.event, 1);
     }
     show_u8(&watchdog->alive_state_r,
@@ -189,8 +191,8 @@ static void watch_plc(struct engine *engine, bool present) {
 
 /* The other direction: the CNC shows that it lives; the PLC clears alive_rw
  * when it has seen it. */
-static void show_life(struct engine *engine, bool present) {
-    MC_WATCHDOG_UNIT *watchdog = &engine->hli.channel->head.lc_watchdog;
+static void show_life(struct shared_areas *hli, bool present) {
+    MC_WATCHDOG_UNIT *watchdog = &hli->channel->head.lc_watchdog;
     bool enabled = present && load_u8_acquire(&watchdog->enable_w);
     if (enabled) {
         store_u8_release(&watchdog->alive_rw, 1);
@@ -222,25 +224,25 @@ static void read_command(
 /* Stop and resume are for the path alone; true if the command was one of these.
  */
 static bool stop_or_resume(
-    struct engine *engine,
+    struct mode_unit *modes,
     const struct engine_mode_command *engine_mode_command) {
-    uint32_t state = ATOMIC_GET(engine->modes.state);
-    if (engine_mode_command->to_mode != ATOMIC_GET(engine->modes.mode)
-        || ATOMIC_GET(engine->modes.hold_to_cell)) {
+    uint32_t state = ATOMIC_GET(modes->state);
+    if (engine_mode_command->to_mode != ATOMIC_GET(modes->mode)
+        || ATOMIC_GET(modes->hold_to_cell)) {
         return false;
     }
     if (engine_mode_command->to_state == HOLD
         && (state == ACTIVE || state == HOLD || state == STOPPING)) {
-        ATOMIC_SET(engine->modes.stopped, 1);
+        ATOMIC_SET(modes->stopped, 1);
         if (state == ACTIVE) {
-            ATOMIC_SET(engine->modes.state, STOPPING);
+            ATOMIC_SET(modes->state, STOPPING);
         }
         return true;
     }
     if (engine_mode_command->to_state == ACTIVE
         && (state == HOLD || state == STOPPING)) {
-        ATOMIC_SET(engine->modes.stopped, 0);
-        ATOMIC_SET(engine->modes.state, ACTIVE);
+        ATOMIC_SET(modes->stopped, 0);
+        ATOMIC_SET(modes->state, ACTIVE);
         return true;
     }
     return false;
@@ -277,7 +279,7 @@ static void take_command(struct engine *engine,
     store_u8_release(&unit->command_semaphor_rw, 0);
     if (!legal_target(engine_mode_command.to_mode,
                       engine_mode_command.to_state)) {
-        own_error(engine, ERROR_TO_STATE, 1);
+        own_error(&engine->errors, ERROR_TO_STATE, 1);
         return;
     }
     if ((engine_mode_command.from_mode
@@ -287,7 +289,7 @@ static void take_command(struct engine *engine,
                    != ATOMIC_GET(engine->modes.state))) {
         engine->modes.warnings++;
     }
-    if (stop_or_resume(engine, &engine_mode_command)) {
+    if (stop_or_resume(&engine->modes, &engine_mode_command)) {
         return;
     }
     engine_mode_command.state = ATOMIC_GET(engine->modes.state);
@@ -312,6 +314,6 @@ void mode_cycle(struct engine *engine, bool present) {
         ATOMIC_SET(engine->modes.state, HOLD);
     }
     watch_plc(engine, present);
-    show_life(engine, present);
+    show_life(&engine->hli, present);
     take_plc_error(engine);
 }

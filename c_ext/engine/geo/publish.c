@@ -20,7 +20,7 @@ static int32_t dint(double v) {
 static void publish_axis(struct engine *engine, int i) {
     const struct geo *geo = &engine->geo;
     HLI_COORD *coord = &engine->hli.channel->bahn_state.coord_r[i];
-    const struct piece *piece = piece_at(engine, geo->piece);
+    const struct piece *piece = piece_at(&engine->run, geo->piece);
     double target = geo->piece != UINT64_MAX ? load_f64_relaxed(&piece->end[i])
                                              : geo->position[i];
     int32_t now = dint(geo->position[i] * TENTH_UM);
@@ -37,8 +37,7 @@ static void publish_axis(struct engine *engine, int i) {
     show_u16(&lr->axis_state_r, state);
 }
 
-static double display_distance(struct engine *engine) {
-    const struct geo *geo = &engine->geo;
+static double display_distance(const struct geo *geo) {
     return (geo->dist_shift + geo->dist) * TENTH_UM;
 }
 
@@ -70,10 +69,10 @@ static uint32_t stop_conditions(struct engine *engine) {
         bits |= 4u;
     }
     if (engine->geo.waiting_continue) {
-        bits |= engine->geo.stands_single                        ? 8u
-                : piece_at(engine, engine->geo.piece)->inserted  ? 2048u
-                : piece_at(engine, engine->geo.piece)->code == 1 ? 32u
-                                                                 : 16u;
+        bits |= engine->geo.stands_single                              ? 8u
+                : piece_at(&engine->run, engine->geo.piece)->inserted  ? 2048u
+                : piece_at(&engine->run, engine->geo.piece)->code == 1 ? 32u
+                                                                       : 16u;
     }
     if (engine->geo.waiting_techno) {
         bits |= 64u;
@@ -104,14 +103,14 @@ static void publish_bahn(struct engine *engine) {
     const struct geo *geo = &engine->geo;
     HLI_BAHN_STATE *bahn_state = &engine->hli.channel->bahn_state;
     const struct piece *piece =
-        geo->piece == UINT64_MAX ? NULL : piece_at(engine, geo->piece);
+        geo->piece == UINT64_MAX ? NULL : piece_at(&engine->run, geo->piece);
     bool motion = piece && is_motion(piece);
-    show_f64(&bahn_state->dist_prog_start, display_distance(engine));
+    show_f64(&bahn_state->dist_prog_start, display_distance(&engine->geo));
     /* the planner may shorten the piece in which GEO stands: read once */
     double length =
         !motion ? 0.0
         : piece->mapped
-            ? element_at(engine, geo->active)->facts.length / TENTH_UM
+            ? element_at(&engine->store, geo->active)->facts.length / TENTH_UM
             : load_f64_relaxed(&piece->length);
     double driven = !motion         ? 0.0
                     : piece->mapped ? fmin(geo->element_distance, length)

@@ -21,18 +21,18 @@
 
 static void techno_clear_units(struct engine *engine);
 
-static uint32_t free_spindle_slot(const struct engine *engine) {
+static uint32_t free_spindle_slot(const struct technology_state *technology) {
     uint32_t i = 0;
     while (i <= HLI_TU_AX_STD_SYNC_MAXIDX
-           && engine->technology.spindle_slots[0][i].used) {
+           && technology->spindle_slots[0][i].used) {
         i++;
     }
     return i;
 }
 
-static uint32_t free_std_slot(const struct engine *engine) {
+static uint32_t free_std_slot(const struct technology_state *technology) {
     uint32_t i = 0;
-    while (i < STD_UNITS && engine->technology.std_slots[i].used) {
+    while (i < STD_UNITS && technology->std_slots[i].used) {
         i++;
     }
     return i;
@@ -51,12 +51,13 @@ bool techno_blocked(struct engine *engine, const struct piece *piece) {
         return false;
     }
     if (piece->type == NC_S) {
-        return free_spindle_slot(engine) > HLI_TU_AX_STD_SYNC_MAXIDX;
+        return free_spindle_slot(&engine->technology)
+               > HLI_TU_AX_STD_SYNC_MAXIDX;
     }
     if (piece->replay) {
-        return free_std_slot(engine) >= STD_UNITS;
+        return free_std_slot(&engine->technology) >= STD_UNITS;
     }
-    return !store_at(engine, piece->origin)->put_out
+    return !store_at(&engine->store, piece->origin)->put_out
            && engine->technology.std_slots[piece->unit].used;
 }
 
@@ -64,15 +65,14 @@ static void count(uint64_t *counter) {
     ATOMIC_SET(*counter, *counter + 1);
 }
 
-static void acknowledge(struct engine *engine,
+static void acknowledge(struct technology_state *technology,
                         struct techno_slot *techno_slot) {
     if (techno_slot->acked) {
         return;
     }
     techno_slot->acked = true;
-    struct techno_counts *done = techno_slot->replay
-                                     ? &engine->technology.done_again
-                                     : &engine->technology.done;
+    struct techno_counts *done =
+        techno_slot->replay ? &technology->done_again : &technology->done;
     if (techno_slot->synch & SYNCH_MVS_SLM) {
         count(&done->slm_acked);
     } else if (techno_slot->synch & SYNCH_MVS_SLP) {
@@ -82,17 +82,16 @@ static void acknowledge(struct engine *engine,
     }
 }
 
-static void release(struct engine *engine,
+static void release(struct technology_state *technology,
                     struct techno_slot *techno_slot,
                     bool late) {
-    struct techno_counts *done = techno_slot->replay
-                                     ? &engine->technology.done_again
-                                     : &engine->technology.done;
+    struct techno_counts *done =
+        techno_slot->replay ? &technology->done_again : &technology->done;
     techno_slot->used = false;
     count(late ? &done->late_freed : &done->std_freed);
 }
 
-static void fill_function(struct engine *engine,
+static void fill_function(struct technology_state *technology,
                           TECHNO_UNIT_CH *unit,
                           const struct piece *piece) {
     HLI_M_H_PROZESS m_h_prozess;
@@ -104,23 +103,23 @@ static void fill_function(struct engine *engine,
         piece->flags & NC_HAS_VALUE
             ? (int32_t)lrint(fmax(-2e9, fmin(2e9, piece->value)))
             : 0;
-    m_h_prozess.nr_late_sync = (uint16_t)engine->technology.late_open;
+    m_h_prozess.nr_late_sync = (uint16_t)technology->late_open;
     m_h_prozess.synch_mode = piece->synch;
     memcpy(&unit->attribut_r, &m_h_prozess, sizeof m_h_prozess);
 }
 
-static void fill_tool(struct engine *engine,
+static void fill_tool(struct technology_state *technology,
                       TECHNO_UNIT_CH *unit,
                       const struct piece *piece) {
     HLI_T_PROZESS t_prozess;
     memset(&t_prozess, 0, sizeof t_prozess);
     t_prozess.id.basic = piece->code;
-    t_prozess.nr_late_sync = (uint16_t)engine->technology.late_open;
+    t_prozess.nr_late_sync = (uint16_t)technology->late_open;
     t_prozess.synch_mode = piece->synch;
     memcpy(&unit->attribut_r, &t_prozess, sizeof t_prozess);
 }
 
-static void fill_spindle(struct engine *engine,
+static void fill_spindle(engine_config *cfg,
                          TECHNO_UNIT_CH *unit,
                          const struct piece *piece) {
     HLI_S_PROZESS s_prozess;
@@ -130,7 +129,7 @@ static void fill_spindle(struct engine *engine,
         fmin(2e9, piece->value * 6000.0)); /* rev/min as 1e-3 degrees/s */
     s_prozess.move_cmd = piece->code == 19 ? 0 : (uint16_t)piece->code;
     s_prozess.pos_cmd = piece->code == 19 ? 19 : 0;
-    s_prozess.axis_nr = (uint16_t)engine->cfg.spindle_id[0];
+    s_prozess.axis_nr = (uint16_t)cfg->spindle_id[0];
     s_prozess.synch_mode = piece->synch;
     s_prozess.satz_nr = piece->n;
     s_prozess.zeilen_nr = piece->count;
@@ -144,11 +143,11 @@ static void put_out(struct engine *engine,
                     const struct piece *piece) {
     memset(&unit->attribut_r, 0, sizeof unit->attribut_r);
     if (piece->type == NC_S) {
-        fill_spindle(engine, unit, piece);
+        fill_spindle(&engine->cfg, unit, piece);
     } else if (piece->type == NC_T) {
-        fill_tool(engine, unit, piece);
+        fill_tool(&engine->technology, unit, piece);
     } else {
-        fill_function(engine, unit, piece);
+        fill_function(&engine->technology, unit, piece);
     }
     store_u16_relaxed(&unit->fkt_ctrl_r,
                       piece->type == NC_M   ? 1
@@ -162,9 +161,9 @@ static void put_out(struct engine *engine,
                                         .replay = piece->replay};
 }
 
-static uint32_t free_late_slot(const struct engine *engine) {
+static uint32_t free_late_slot(const struct technology_state *technology) {
     uint32_t i = 0;
-    while (i < LATE_UNITS && engine->technology.late_slots[i].used) {
+    while (i < LATE_UNITS && technology->late_slots[i].used) {
         i++;
     }
     return i;
@@ -177,14 +176,14 @@ static void output_spindle(struct engine *engine, struct piece *piece) {
                          : NULL;
     bool present = axis && !engine->technology.suppressed
                    && load_u8_acquire(&axis->head.plc_present_w);
-    uint32_t i = free_spindle_slot(engine);
+    uint32_t i = free_spindle_slot(&engine->technology);
     struct techno_slot here = {.used = true,
                                .synch = piece->synch,
                                .replay = piece->replay};
     if (!present) {
         engine->technology.unseen++;
-        acknowledge(engine, &here);
-        release(engine, &here, false);
+        acknowledge(&engine->technology, &here);
+        release(&engine->technology, &here, false);
         return;
     }
     engine->technology.functions++;
@@ -195,7 +194,8 @@ static void output_spindle(struct engine *engine, struct piece *piece) {
     engine->technology.spindle_open[0]++;
     if (!piece->replay && ATOMIC_GET(engine->orders.simulate)
         && !(piece->synch & SYNCH_FWD)) {
-        acknowledge(engine, &engine->technology.spindle_slots[0][i]);
+        acknowledge(&engine->technology,
+                    &engine->technology.spindle_slots[0][i]);
     }
     if (i >= engine->technology.spindle_used) {
         store_u16_relaxed(&axis->used_units_std_sync_r,
@@ -215,8 +215,8 @@ void techno_output(struct engine *engine, struct piece *piece) {
     bool late = piece->synch & LATE;
     bool present = engine->hli.channel && !engine->technology.suppressed
                    && load_u8_acquire(&engine->hli.channel->head.plc_present_w);
-    uint32_t index = late            ? free_late_slot(engine)
-                     : piece->replay ? free_std_slot(engine)
+    uint32_t index = late            ? free_late_slot(&engine->technology)
+                     : piece->replay ? free_std_slot(&engine->technology)
                                      : piece->unit;
     struct techno_slot here = {.used = true,
                                .synch = piece->synch,
@@ -228,8 +228,8 @@ void techno_output(struct engine *engine, struct piece *piece) {
                                : &here;
     if (!present) {
         engine->technology.unseen++;
-        acknowledge(engine, techno_slot);
-        release(engine, techno_slot, late);
+        acknowledge(&engine->technology, techno_slot);
+        release(&engine->technology, techno_slot, late);
         return;
     }
     engine->technology.functions++;
@@ -240,7 +240,7 @@ void techno_output(struct engine *engine, struct piece *piece) {
             piece);
     if (!piece->replay && ATOMIC_GET(engine->orders.simulate)
         && !(piece->synch & SYNCH_FWD)) {
-        acknowledge(engine, techno_slot);
+        acknowledge(&engine->technology, techno_slot);
     }
     if (late) {
         engine->technology.late_open++;
@@ -257,7 +257,7 @@ void techno_output(struct engine *engine, struct piece *piece) {
 }
 
 /* What the PLC has done with a unit; true if it is free now. */
-static bool look_at_unit(struct engine *engine,
+static bool look_at_unit(struct technology_state *technology,
                          TECHNO_UNIT_CH *unit,
                          struct techno_slot *techno_slot,
                          bool late) {
@@ -267,13 +267,13 @@ static bool look_at_unit(struct engine *engine,
     bool fetched = !load_u8_acquire(&unit->please_rw),
          done = load_u8_acquire(&unit->done_w);
     if (fetched && done) {
-        acknowledge(engine, techno_slot);
+        acknowledge(technology, techno_slot);
     }
     if (!fetched
         || ((techno_slot->synch & (WAITS | LATE)) && !techno_slot->acked)) {
         return false;
     }
-    release(engine, techno_slot, late);
+    release(technology, techno_slot, late);
     return true;
 }
 
@@ -283,7 +283,7 @@ static void look_at_spindle(struct engine *engine) {
     }
     HLI_AXIS *axis = &engine->hli.segment->axis[engine->cfg.axis_count];
     for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
-        if (look_at_unit(engine,
+        if (look_at_unit(&engine->technology,
                          (TECHNO_UNIT_CH *)&axis->techno_unit_std_sync[i],
                          &engine->technology.spindle_slots[0][i],
                          false)) {
@@ -300,7 +300,7 @@ static void look_at(struct engine *engine,
                     TECHNO_UNIT_CH *unit,
                     struct techno_slot *techno_slot,
                     bool late) {
-    if (!look_at_unit(engine, unit, techno_slot, late)) {
+    if (!look_at_unit(&engine->technology, unit, techno_slot, late)) {
         return;
     }
     if (late) {
@@ -325,12 +325,14 @@ static void look_at_early(struct engine *engine) {
         if (!passed
             && (engine->technology.done.std_freed < early_output->free_before
                 || engine->technology
-                       .std_slots[store_at(engine, early_output->piece)->unit]
+                       .std_slots[store_at(&engine->store, early_output->piece)
+                                      ->unit]
                        .used)) {
             return;
         }
         if (!passed) {
-            techno_output(engine, store_at(engine, early_output->piece));
+            techno_output(engine,
+                          store_at(&engine->store, early_output->piece));
         }
         ATOMIC_SET(engine->early.done, engine->early.done + 1);
     }
@@ -362,23 +364,14 @@ void techno_cycle(struct engine *engine) {
     look_at_early(engine);
 }
 
-void technology_clear(struct engine *engine) {
-    memset(engine->technology.std_slots,
-           0,
-           sizeof engine->technology.std_slots);
-    memset(engine->technology.late_slots,
-           0,
-           sizeof engine->technology.late_slots);
-    memset(engine->technology.spindle_slots,
-           0,
-           sizeof engine->technology.spindle_slots);
-    engine->technology.std_open = engine->technology.late_open =
-        engine->technology.std_used = 0;
-    memset(engine->technology.spindle_open,
-           0,
-           sizeof engine->technology.spindle_open);
-    engine->technology.spindle_used = 0;
-    ATOMIC_SET(engine->technology.units_cleared, 0);
+void technology_clear(struct technology_state *technology) {
+    memset(technology->std_slots, 0, sizeof technology->std_slots);
+    memset(technology->late_slots, 0, sizeof technology->late_slots);
+    memset(technology->spindle_slots, 0, sizeof technology->spindle_slots);
+    technology->std_open = technology->late_open = technology->std_used = 0;
+    memset(technology->spindle_open, 0, sizeof technology->spindle_open);
+    technology->spindle_used = 0;
+    ATOMIC_SET(technology->units_cleared, 0);
 }
 
 /* The PLC's side of it, in the cycle. */

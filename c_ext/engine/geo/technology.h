@@ -7,5 +7,5 @@
 bool techno_blocked(struct engine *engine, const struct piece *piece);
 void techno_output(struct engine *engine, struct piece *piece);
 void techno_cycle(struct engine *engine);
-void technology_clear(struct engine *engine);
+void technology_clear(struct technology_state *technology);
 #endif

@@ -133,16 +133,17 @@ static void set_speeds(struct engine *engine) {
     }
 }
 
-static bool steps_over(struct engine *engine, uint64_t i) {
-    const struct piece *piece = piece_at(engine, i);
+static bool steps_over(struct run_ring *run, uint64_t i) {
+    const struct piece *piece = piece_at(run, i);
     return !is_motion(piece) || piece->length <= STEPPED_OVER_MM;
 }
 
 /* Events, and pieces without a length, up to piece `until`. */
 static void pass_events(struct writer *writer, uint64_t until) {
     while (writer->piece < until && !writer_full(writer)
-           && steps_over(writer->engine, writer->piece)) {
-        const struct piece *piece = piece_at(writer->engine, writer->piece);
+           && steps_over(&writer->engine->run, writer->piece)) {
+        const struct piece *piece =
+            piece_at(&writer->engine->run, writer->piece);
         if (is_motion(piece)) {
             const phase ph = {.piece = writer->piece,
                               .s0 = piece->length,
@@ -217,12 +218,12 @@ static bool tail_continues(struct engine *engine,
         return false;
     }
     tail->first = tail->place[jerk_used(planner) - tail->from];
-    while (steps_over(engine, tail->phases[tail->first].piece)
+    while (steps_over(&engine->run, tail->phases[tail->first].piece)
            && tail->phases[tail->first].piece < from->piece) {
         tail->first++; /* events that are committed */
     }
     uint32_t i = tail->first;
-    while (steps_over(engine, tail->phases[i].piece)) {
+    while (steps_over(&engine->run, tail->phases[i].piece)) {
         i++;
     }
     struct writer writer = {.engine = engine,
@@ -326,14 +327,14 @@ static bool write_plan(struct engine *engine,
 
 /* GEO has taken the tail behind the last commit: the planner goes back to where
  * it begins. False if its plan is another one by now. */
-static bool back_to_tail(struct engine *engine,
+static bool back_to_tail(struct jerk_adapter *jerk_adapter,
                          const struct writer *writer,
                          uint64_t edition) {
-    if (jerk_edition(engine->jerk_adapter.planner) != edition) {
+    if (jerk_edition(jerk_adapter->planner) != edition) {
         return false;
     }
     return !(writer->motion > 0.0)
-           || fabs(jerk_take_back(engine->jerk_adapter.planner, writer->motion)
+           || fabs(jerk_take_back(jerk_adapter->planner, writer->motion)
                    - writer->motion)
                   < SAME_TIME;
 }
@@ -353,7 +354,8 @@ static void commit(struct engine *engine) {
                             .piece = engine->commit.piece,
                             .s = engine->commit.s,
                             .v = engine->commit.v,
-                            .budget = commit_high(engine) - ahead_s(engine)};
+                            .budget =
+                                commit_high(&engine->cfg) - ahead_s(engine)};
     uint32_t next = ((word >> 1) & 1) ^ 1;
     if (word & 1) {
         return; /* GEO has taken the tail */
@@ -372,7 +374,7 @@ static void commit(struct engine *engine) {
         engine->jerk_adapter.restart =
             !fits
             || !back_to_tail(
-                engine,
+                &engine->jerk_adapter,
                 &writer,
                 edition); /* from rest: where the tail that GEO drives now ends,
                              or where the path stands already */

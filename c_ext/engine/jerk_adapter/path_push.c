@@ -9,15 +9,14 @@
 #include "jerk/planner.h"
 
 /* A corner that could only be crept through is stood at. */
-static bool sharp(const struct engine *engine, const struct piece *piece) {
-    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
-        double j = engine->cfg.j_max[axis] > 0
-                       ? engine->cfg.j_max[axis]
-                       : engine->cfg.a_max[axis] / engine->cfg.cycle_s;
+static bool sharp(const engine_config *cfg, const struct piece *piece) {
+    for (int axis = 0; axis < cfg->axis_count; axis++) {
+        double j = cfg->j_max[axis] > 0 ? cfg->j_max[axis]
+                                        : cfg->a_max[axis] / cfg->cycle_s;
         j *= fmax(1.0, (double)piece->limits.jerk[axis]);
-        double room = fmin(CORNER_SHARE * j * engine->cfg.cycle_s,
-                           CORNER_ACC_SHARE * engine->cfg.a_max[axis])
-                      * engine->cfg.cycle_s;
+        double room = fmin(CORNER_SHARE * j * cfg->cycle_s,
+                           CORNER_ACC_SHARE * cfg->a_max[axis])
+                      * cfg->cycle_s;
         if (piece->jump[axis] * STAND_SPEED > room) {
             return true;
         }
@@ -29,16 +28,16 @@ static bool sharp(const struct engine *engine, const struct piece *piece) {
  * fed. */
 static bool stands_behind(struct engine *engine, uint64_t i, bool *known) {
     *known = true;
-    if (piece_at(engine, i)->stop_after) {
+    if (piece_at(&engine->run, i)->stop_after) {
         return true;
     }
     for (uint64_t k = i + 1; k < engine->run.head; k++) {
-        const struct piece *piece = piece_at(engine, k);
-        if (stands_before(engine, piece)) {
+        const struct piece *piece = piece_at(&engine->run, k);
+        if (stands_before(&engine->plan, piece)) {
             return true;
         }
         if (is_motion(piece)) {
-            return sharp(engine, piece);
+            return sharp(&engine->cfg, piece);
         }
     }
     *known = false;
@@ -66,7 +65,7 @@ static void close_boundary(struct engine *engine) {
 /* One interval of piece `next`; a piece too short to be one is stepped over. */
 static bool push_interval(struct engine *engine) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
-    const struct piece *piece = piece_at(engine, adapter->next);
+    const struct piece *piece = piece_at(&engine->run, adapter->next);
     bool whole = true;
     if (piece->length - adapter->at > STEPPED_OVER_MM) {
         jerk_interval interval =
@@ -97,7 +96,7 @@ void push_path(struct engine *engine) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
     close_boundary(engine);
     while (adapter->next < engine->run.head && !jerk_ready(adapter->planner)) {
-        if (!is_motion(piece_at(engine, adapter->next))) {
+        if (!is_motion(piece_at(&engine->run, adapter->next))) {
             adapter->next++;
             continue;
         }
@@ -124,9 +123,9 @@ void adapter_restart(struct engine *engine) {
 }
 
 /* Pieces change: what the tails were written from does not hold any more. */
-static void forget_tails(struct engine *engine) {
+static void forget_tails(struct commit_state *commit) {
     for (int i = 0; i < 2; i++) {
-        engine->commit.tails[i].edition = 0;
+        commit->tails[i].edition = 0;
     }
 }
 
@@ -136,7 +135,7 @@ void adapter_cut(struct engine *engine, uint64_t head) {
     if (adapter->next < head || adapter->restart) {
         return;
     }
-    forget_tails(engine);
+    forget_tails(&engine->commit);
     int64_t count = jerk_ahead(adapter->planner);
     while (count > 0 && jerk_path(adapter->planner, count - 1)->tag >= head) {
         count--;
@@ -160,7 +159,7 @@ void adapter_shorten(struct engine *engine, uint64_t i, double s) {
         || (adapter->next == i && adapter->at <= s)) {
         return;
     }
-    forget_tails(engine);
+    forget_tails(&engine->commit);
     int64_t count = jerk_ahead(adapter->planner);
     while (count > 0 && jerk_path(adapter->planner, count - 1)->tag == i
            && jerk_path(adapter->planner, count - 1)->offset

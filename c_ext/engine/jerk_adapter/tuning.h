@@ -30,9 +30,10 @@
 #define STRAIGHT                                                               \
     1e-9 /* change of the tangent over an interval that does not bend */
 #define LEAST_SHARE                                                            \
-    1e-4              /* share of a limit, however small the program asks for */
-#define LEAST_MM 1e-6 /* mm: of an interval of a curve, however much it bends  \
-                       */
+    1e-4 /* share of a limit, however small the program asks for */
+#define LEAST_MM                                                               \
+    1e-6 /* mm: of an interval of a curve, however much it bends               \
+          */
 
 /* Stands. Evidence: times over sharp corners, tests/unit/test_corner_stands.py.
  */

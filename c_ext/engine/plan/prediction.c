@@ -101,13 +101,13 @@ static void remainder_of_plan(struct engine *engine, struct forecast *to) {
 }
 
 /* Piece i is the first of a feed block behind rapid motion. */
-static bool begins_feed(struct engine *engine, uint64_t i) {
-    const struct piece *piece = piece_at(engine, i);
+static bool begins_feed(struct run_ring *run, uint64_t i) {
+    const struct piece *piece = piece_at(run, i);
     if (!is_motion(piece) || piece->feed <= 0.0 || piece->dir < 0) {
         return false;
     }
     for (uint64_t k = i; k-- > 0 && i - k < KEPT_BEHIND;) {
-        const struct piece *piece_b = piece_at(engine, k);
+        const struct piece *piece_b = piece_at(run, k);
         if (is_motion(piece_b)) {
             return piece_b->feed <= 0.0 && piece_b->dir > 0;
         }
@@ -127,11 +127,11 @@ static double stretch_time(struct engine *engine,
     double length = 0.0, fastest = 0.0, time = 0.0, u[NC_AXES],
            most[NC_AXES] = {0};
     for (uint64_t i = first; i <= last; i++) {
-        const struct piece *piece = piece_at(engine, i);
+        const struct piece *piece = piece_at(&engine->run, i);
         if (!is_motion(piece)) {
             continue;
         }
-        double speed = soft_cap(engine, piece);
+        double speed = soft_cap(&engine->plan, piece);
         if (speed <= 0.0) {
             return NEVER;
         }
@@ -160,7 +160,7 @@ static void marks_behind_plan(struct engine *engine,
     for (uint32_t motions = 0;
          i < engine->run.head && motions <= engine->cfg.window && at < NEVER;
          i++) {
-        const struct piece *piece = piece_at(engine, i);
+        const struct piece *piece = piece_at(&engine->run, i);
         if (!is_motion(piece)) {
             if (piece->type == NC_DWELL) {
                 at += piece->value;
@@ -168,7 +168,7 @@ static void marks_behind_plan(struct engine *engine,
             continue;
         }
         motions++;
-        if (begins_feed(engine, i)) {
+        if (begins_feed(&engine->run, i)) {
             add_mark(
                 to,
                 at + (first < i ? stretch_time(engine, first, i - 1) : 0.0));
@@ -193,7 +193,7 @@ static void find_marks(struct engine *engine, struct forecast *to) {
          k < engine->commit.written && to->mark_count < MARKS_MAX;
          k++) {
         const phase *ph = &engine->commit.ring[k & (PHASE_RING - 1)];
-        if (ph->s0 <= 0.0 && begins_feed(engine, ph->piece)) {
+        if (ph->s0 <= 0.0 && begins_feed(&engine->run, ph->piece)) {
             add_mark(to, at);
         }
         at += ph->time;
@@ -201,7 +201,7 @@ static void find_marks(struct engine *engine, struct forecast *to) {
     at = to->begin_s;
     for (uint32_t i = 0; i < to->count && to->mark_count < MARKS_MAX; i++) {
         const phase *ph = &to->phases[i];
-        if (ph->s0 <= 0.0 && begins_feed(engine, ph->piece)) {
+        if (ph->s0 <= 0.0 && begins_feed(&engine->run, ph->piece)) {
             add_mark(to, at);
         }
         at += ph->time;
@@ -224,7 +224,7 @@ static bool position_behind(struct engine *engine, double way, double *q) {
     double at = engine->commit.s + way;
     uint64_t i = engine->commit.piece;
     for (; i < engine->run.head; i++) {
-        const struct piece *piece = piece_at(engine, i);
+        const struct piece *piece = piece_at(&engine->run, i);
         if (!is_motion(piece)) {
             continue;
         }
@@ -235,8 +235,8 @@ static bool position_behind(struct engine *engine, double way, double *q) {
         at -= piece->length;
     }
     while (i-- > 0 && engine->run.head - i < KEPT_BEHIND) {
-        if (is_motion(piece_at(engine, i))) {
-            memcpy(q, piece_at(engine, i)->end, sizeof(double) * NC_AXES);
+        if (is_motion(piece_at(&engine->run, i))) {
+            memcpy(q, piece_at(&engine->run, i)->end, sizeof(double) * NC_AXES);
             return true;
         }
     }
@@ -327,12 +327,13 @@ static double committed_way(struct engine *engine,
         geo->piece != UINT64_MAX && ATOMIC_GET(engine->run.done) <= geo->piece;
     double sum =
         forecast->s
-        - (inside && is_motion(piece_at(engine, geo->piece)) ? geo->s : 0.0);
+        - (inside && is_motion(piece_at(&engine->run, geo->piece)) ? geo->s
+                                                                   : 0.0);
     for (uint64_t i = inside ? geo->piece : ATOMIC_GET(engine->run.done);
          i < forecast->piece;
          i++) {
-        if (is_motion(piece_at(engine, i))) {
-            sum += load_f64_relaxed(&piece_at(engine, i)->length);
+        if (is_motion(piece_at(&engine->run, i))) {
+            sum += load_f64_relaxed(&piece_at(&engine->run, i)->length);
         }
     }
     return fmax(0.0, sum);

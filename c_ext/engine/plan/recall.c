@@ -19,13 +19,13 @@ typedef struct cut {
     double motion_s; /* of what is taken back, dwells left out */
 } cut;
 
-static const phase *phase_at(const struct engine *engine, uint64_t i) {
-    return &engine->commit.ring[i & (PHASE_RING - 1)];
+static const phase *phase_at(const struct commit_state *commit, uint64_t i) {
+    return &commit->ring[i & (PHASE_RING - 1)];
 }
 
-static double consumed_s(struct engine *engine) {
+static double consumed_s(struct geo *geo) {
     double s;
-    __atomic_load(&engine->geo.consumed_s, &s, __ATOMIC_ACQUIRE);
+    __atomic_load(&geo->consumed_s, &s, __ATOMIC_ACQUIRE);
     return s;
 }
 
@@ -40,7 +40,7 @@ static void end_present_phase(struct engine *engine) {
     double dt = engine->cfg.cycle_s,
            t = greater(geo->t, geo->t > 0.0 ? 0.0 : dt);
     if (geo->in_tail || !geo->has_phase
-        || !is_motion(piece_at(engine, geo->now.piece))
+        || !is_motion(piece_at(&engine->run, geo->now.piece))
         || geo->now.time - t < SHORT_PART * dt) {
         return;
     }
@@ -65,18 +65,18 @@ static double margin_s(struct engine *engine) {
 
 /* Everything that begins no earlier than `margin` from where GEO is. */
 static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
-    double earliest = consumed_s(engine) + margin;
+    double earliest = consumed_s(&engine->geo) + margin;
     uint64_t first = ATOMIC_GET(engine->geo.consumed);
     *cut =
         (struct cut){engine->commit.written, engine->commit.committed_s, 0.0};
     while (cut->phase > first) {
-        const phase *ph = phase_at(engine, cut->phase - 1);
+        const phase *ph = phase_at(&engine->commit, cut->phase - 1);
         if (cut->at_s - ph->time < earliest - SAME_TIME) {
             break;
         }
         cut->phase--;
         cut->at_s -= ph->time;
-        if (is_motion(piece_at(engine, ph->piece))) {
+        if (is_motion(piece_at(&engine->run, ph->piece))) {
             cut->motion_s += ph->time;
         }
     }
@@ -84,21 +84,21 @@ static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
         return false;
     }
     return !ATOMIC_GET(engine->threads.running)
-           || phase_at(engine, cut->phase)->v0 > GEO_MOVES;
+           || phase_at(&engine->commit, cut->phase)->v0 > GEO_MOVES;
 }
 
 /* The motion that is taken back, and the stored tail behind it. */
-static bool longer_tail(const struct engine *engine,
+static bool longer_tail(const struct commit_state *commit,
                         const struct cut *cut,
                         const struct tail *old,
                         struct tail *tail) {
-    uint64_t count = engine->commit.written - cut->phase,
+    uint64_t count = commit->written - cut->phase,
              kept = old->count - old->first;
-    if (count + kept > engine->commit.tail_max) {
+    if (count + kept > commit->tail_max) {
         return false;
     }
     for (uint64_t i = 0; i < count; i++) {
-        tail->phases[i] = *phase_at(engine, cut->phase + i);
+        tail->phases[i] = *phase_at(commit, cut->phase + i);
     }
     memcpy(tail->phases + count,
            old->phases + old->first,
@@ -111,29 +111,29 @@ static bool longer_tail(const struct engine *engine,
     return true;
 }
 
-static void go_back(struct engine *engine, const struct cut *cut) {
-    const phase *ph = phase_at(engine, cut->phase);
-    engine->commit.phases -= engine->commit.written - cut->phase;
-    engine->commit.written = cut->phase;
-    engine->commit.committed_s = cut->at_s;
-    engine->commit.piece = ph->piece;
-    engine->commit.s = ph->s0;
-    engine->commit.v = ph->v0;
+static void go_back(struct commit_state *commit, const struct cut *cut) {
+    const phase *ph = phase_at(commit, cut->phase);
+    commit->phases -= commit->written - cut->phase;
+    commit->written = cut->phase;
+    commit->committed_s = cut->at_s;
+    commit->piece = ph->piece;
+    commit->s = ph->s0;
+    commit->v = ph->v0;
 }
 
 /* GEO has come too near to the cut: it may be about to read the next phase, so
  * that one is not written any more. */
 static bool too_late(struct engine *engine, const struct cut *cut) {
     return ATOMIC_GET(engine->threads.running)
-           && consumed_s(engine) > cut->at_s - engine->cfg.cycle_s;
+           && consumed_s(&engine->geo) > cut->at_s - engine->cfg.cycle_s;
 }
 
 /* Forward to where the last `seconds` of motion begin. */
 static void cut_later(struct engine *engine, struct cut *cut, double seconds) {
     while (cut->motion_s > seconds + SAME_TIME) {
-        const phase *ph = phase_at(engine, cut->phase++);
+        const phase *ph = phase_at(&engine->commit, cut->phase++);
         cut->at_s += ph->time;
-        if (is_motion(piece_at(engine, ph->piece))) {
+        if (is_motion(piece_at(&engine->run, ph->piece))) {
             cut->motion_s -= ph->time;
         }
     }
@@ -146,7 +146,7 @@ static bool publish_cut(struct engine *engine,
                         const struct cut *cut) {
     uint32_t old = (word >> 1) & 1, next = old ^ 1;
     if (cut->phase >= engine->commit.written
-        || !longer_tail(engine,
+        || !longer_tail(&engine->commit,
                         cut,
                         &engine->commit.tails[old],
                         &engine->commit.tails[next])) {
@@ -160,7 +160,7 @@ static bool publish_cut(struct engine *engine,
                                      __ATOMIC_ACQUIRE)) {
         return false;
     }
-    go_back(engine, cut);
+    go_back(&engine->commit, cut);
     engine->commit.late = too_late(engine, cut);
     return !engine->commit.late;
 }

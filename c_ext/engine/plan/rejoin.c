@@ -43,7 +43,7 @@ static bool find_place(struct engine *engine,
     double from = consumed + margin_s(engine) - engine->commit.committed_s;
     for (uint32_t i = tail->first; i < tail->count; i++) {
         const phase *ph = &tail->phases[i];
-        bool moves = is_motion(piece_at(engine, ph->piece));
+        bool moves = is_motion(piece_at(&engine->run, ph->piece));
         double into = fmax(from - at, shortest);
         if (!found && moves && into <= ph->time - shortest) {
             *out = (place){i, into, at + into, motion + into};
@@ -78,7 +78,7 @@ static void place_writer(struct engine *engine,
                               .piece = ph->piece,
                               .s = state.s,
                               .v = state.v,
-                              .budget = commit_high(engine)};
+                              .budget = commit_high(&engine->cfg)};
 }
 
 /* What was committed last, as long as the offer is not taken. */

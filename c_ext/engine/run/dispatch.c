@@ -43,7 +43,8 @@ static void set_jump(struct engine *engine, struct piece *piece) {
     if (piece->stop_before || !engine->dispatch.has_motion) {
         return;
     }
-    const struct piece *before = piece_at(engine, engine->dispatch.last_motion);
+    const struct piece *before =
+        piece_at(&engine->run, engine->dispatch.last_motion);
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         piece->jump[i] = fabs(piece->tangent_in[i] - before->tangent_out[i]);
     }
@@ -69,19 +70,18 @@ static bool is_branch(const struct piece *piece) {
 }
 
 /* Whether a loop is driven once more; one without a path would never end. */
-static bool loop_wanted(struct engine *engine, const struct piece *piece) {
-    return ATOMIC_GET(engine->orders.rt_loop) && piece->value > 0.0;
+static bool loop_wanted(struct orders *orders, const struct piece *piece) {
+    return ATOMIC_GET(orders->rt_loop) && piece->value > 0.0;
 }
 
-static void decide_branch(struct engine *engine,
+static void decide_branch(struct dispatch *dispatch,
                           struct piece *piece,
                           bool again) {
     piece->again = again;
-    engine->dispatch.next = again ? piece->mate + (uint64_t)piece->dir
-                                  : piece->origin + (uint64_t)piece->dir;
-    engine->dispatch.at = -1.0;
-    engine->dispatch.in_loop =
-        true; /* until the path has passed the decision */
+    dispatch->next = again ? piece->mate + (uint64_t)piece->dir
+                           : piece->origin + (uint64_t)piece->dir;
+    dispatch->at = -1.0;
+    dispatch->in_loop = true; /* until the path has passed the decision */
 }
 
 /* Where the stopping tail runs over a decision that has changed, a shorter one
@@ -90,8 +90,9 @@ static void free_decisions(struct engine *engine) {
     for (uint64_t i = engine->commit.piece + 1, end = run_first_free(engine);
          i < end && i < engine->run.head;
          i++) {
-        const struct piece *piece = piece_at(engine, i);
-        if (!is_branch(piece) || piece->again == loop_wanted(engine, piece)) {
+        const struct piece *piece = piece_at(&engine->run, i);
+        if (!is_branch(piece)
+            || piece->again == loop_wanted(&engine->orders, piece)) {
             continue;
         }
         engine->planner->shorten_tail(engine);
@@ -104,20 +105,21 @@ static void reconsider_loop(struct engine *engine) {
     bool ahead = false;
     free_decisions(engine);
     for (uint64_t i = run_first_free(engine); i < engine->run.head; i++) {
-        struct piece *piece = piece_at(engine, i);
+        struct piece *piece = piece_at(&engine->run, i);
         if (!is_branch(piece)) {
             continue;
         }
         ahead = true;
-        bool again = loop_wanted(engine, piece);
+        bool again = loop_wanted(&engine->orders, piece);
         if (piece->again == again) {
             continue;
         }
         run_cut(engine, i + 1);
-        decide_branch(engine, piece, again);
+        decide_branch(&engine->dispatch, piece, again);
         return;
     }
-    const struct piece *begin = store_at(engine, engine->dispatch.loop_begin);
+    const struct piece *begin =
+        store_at(&engine->store, engine->dispatch.loop_begin);
     if (!ahead) {
         engine->dispatch.in_loop =
             engine->dispatch.next >= engine->dispatch.loop_begin
@@ -125,8 +127,9 @@ static void reconsider_loop(struct engine *engine) {
     }
 }
 
-static double piece_end(const struct engine *engine, const struct piece *from) {
-    return engine->dispatch.dir > 0 ? from->whole : 0.0;
+static double piece_end(const struct dispatch *dispatch,
+                        const struct piece *from) {
+    return dispatch->dir > 0 ? from->whole : 0.0;
 }
 
 /* The part of `from` that is driven from `begin` on. */
@@ -147,7 +150,7 @@ static void dispatch_part(struct engine *engine,
     if (whole) {
         return;
     }
-    piece_cut(engine, piece, begin, piece_end(engine, from));
+    piece_cut(engine, piece, begin, piece_end(&engine->dispatch, from));
     piece->stop_before = piece->m01 = piece->gated = false;
     if (engine->dispatch.dir < 0) {
         piece->stop_after = false;
@@ -155,13 +158,14 @@ static void dispatch_part(struct engine *engine,
     if (engine->dispatch.dir < 0 && engine->cfg.retrace_feed > 0.0) {
         piece->feed = engine->cfg.retrace_feed;
     }
-    piece->new_block = engine->dispatch.has_motion
-                       && piece_at(engine, engine->dispatch.last_motion)->count
-                              != piece->count;
+    piece->new_block =
+        engine->dispatch.has_motion
+        && piece_at(&engine->run, engine->dispatch.last_motion)->count
+               != piece->count;
 }
 
 void dispatch_motion(struct engine *engine, const struct piece *from) {
-    struct piece *piece = run_copy(engine, from);
+    struct piece *piece = run_copy(&engine->run, from);
     double begin = engine->dispatch.at >= 0.0 ? engine->dispatch.at
                    : engine->dispatch.dir > 0 ? 0.0
                                               : from->whole;
@@ -182,7 +186,7 @@ void dispatch_motion(struct engine *engine, const struct piece *from) {
     set_jump(engine, piece);
     engine->dispatch.last_motion = engine->run.head;
     engine->dispatch.has_motion = true;
-    run_publish(engine);
+    run_publish(&engine->run);
     engine->dispatch.at = cut ? piece->from + piece->length : -1.0;
     if (!cut) {
         engine->dispatch.next += (uint64_t)engine->dispatch.dir;
@@ -223,7 +227,7 @@ void dispatch_event(struct engine *engine, const struct piece *from) {
     if (again && passes_by(engine, from)) {
         return;
     }
-    struct piece *piece = run_copy(engine, from);
+    struct piece *piece = run_copy(&engine->run, from);
     piece->dir = (int8_t)engine->dispatch.dir;
     if (piece->dir < 0) {
         piece->stop_before = piece->m01 = false;
@@ -234,9 +238,11 @@ void dispatch_event(struct engine *engine, const struct piece *from) {
             piece->type == NC_RT_LOOP_BEGIN ? piece->origin : piece->mate;
     }
     if (is_branch(piece)) {
-        decide_branch(engine, piece, loop_wanted(engine, piece));
+        decide_branch(&engine->dispatch,
+                      piece,
+                      loop_wanted(&engine->orders, piece));
     }
-    run_publish(engine);
+    run_publish(&engine->run);
 }
 
 /* Backward motion ends here. */
@@ -263,10 +269,10 @@ static bool can_dispatch(struct engine *engine, uint64_t head) {
  * touched for a long time. */
 static void prefetch_next(struct engine *engine) {
     const char *from = (const char *)store_at(
-                   engine,
+                   &engine->store,
                    engine->dispatch.next
                        + (uint64_t)(2 * engine->dispatch.dir)),
-               *to = (const char *)piece_at(engine, engine->run.head + 1);
+               *to = (const char *)piece_at(&engine->run, engine->run.head + 1);
     for (size_t at = 0; at < sizeof(struct piece); at += 64) {
         __builtin_prefetch(from + at, 0);
         __builtin_prefetch(to + at, 1);
@@ -274,7 +280,7 @@ static void prefetch_next(struct engine *engine) {
 }
 
 static void dispatch_next(struct engine *engine) {
-    const struct piece *from = store_at(engine, engine->dispatch.next);
+    const struct piece *from = store_at(&engine->store, engine->dispatch.next);
     if (is_motion(from)) {
         dispatch_motion(engine, from);
     } else {
@@ -291,7 +297,7 @@ static uint64_t fed_ahead(const struct engine *engine) {
 
 static bool wants_more(struct engine *engine) {
     return engine->run.head - engine->commit.piece < fed_ahead(engine)
-           && run_has_room(engine)
+           && run_has_room(&engine->run)
            && engine->stops.fed - ATOMIC_GET(engine->stops.done) < STOPS_MAX;
 }
 

@@ -44,9 +44,9 @@ static double axis_crossing(struct engine *engine,
     return -1.0;
 }
 
-static double dist_shift(struct engine *engine) {
+static double dist_shift(struct geo *geo) {
     double shift;
-    __atomic_load(&engine->geo.dist_shift, &shift, __ATOMIC_ACQUIRE);
+    __atomic_load(&geo->dist_shift, &shift, __ATOMIC_ACQUIRE);
     return shift;
 }
 
@@ -68,17 +68,16 @@ double inserted_stop_in(struct engine *engine,
     if (piece->dist_rate <= 0.0) {
         return -1.0;
     }
-    double s = (engine->dispatch.target - (dist_shift(engine) + piece->dist0))
-               / piece->dist_rate;
+    double s =
+        (engine->dispatch.target - (dist_shift(&engine->geo) + piece->dist0))
+        / piece->dist_rate;
     return s > begin + 1e-9 && s <= piece->length + 1e-9
                ? fmin(s, piece->length)
                : -1.0;
 }
 
-static double run_dist(struct engine *engine,
-                       const struct piece *piece,
-                       double s) {
-    return dist_shift(engine) + piece->dist0 + piece->dist_rate * s;
+static double run_dist(struct geo *geo, const struct piece *piece, double s) {
+    return dist_shift(geo) + piece->dist0 + piece->dist_rate * s;
 }
 
 /* The stop stands behind the piece `before`. */
@@ -106,7 +105,7 @@ void insert_stop(struct engine *engine, const struct piece *before) {
         &engine->stops.entries[engine->stops.fed % STOPS_MAX];
     store_f64_relaxed(
         &entry->dist,
-        run_dist(engine,
+        run_dist(&engine->geo,
                  before,
                  before->length)); /* GEO may be showing the stop it replaces */
     for (int i = 0; i < NC_AXES; i++) {
@@ -124,10 +123,10 @@ void insert_stop(struct engine *engine, const struct piece *before) {
         engine->dispatch.stop = true;
         return;
     }
-    struct piece *piece = run_copy(engine, &stop);
+    struct piece *piece = run_copy(&engine->run, &stop);
     piece->stop_before = insert_cmd->m_function == 0;
     piece->m01 = insert_cmd->m_function == 1;
-    run_publish(engine);
+    run_publish(&engine->run);
     engine->dispatch.stop = piece->stop_before;
     engine->dispatch.m01 = piece->m01;
 }
@@ -143,7 +142,7 @@ void insert_stop_at_end(struct engine *engine) {
         || engine->run.head == ATOMIC_GET(engine->run.done)) {
         return;
     }
-    insert_stop(engine, piece_at(engine, engine->dispatch.last_motion));
+    insert_stop(engine, piece_at(&engine->run, engine->dispatch.last_motion));
 }
 
 static bool is_inserted_stop(const struct piece *piece) {
@@ -152,7 +151,7 @@ static bool is_inserted_stop(const struct piece *piece) {
 
 /* Feed from piece i of the run ring on anew: a motion or an inserted stop. */
 static void dispatch_again_from(struct engine *engine, uint64_t i) {
-    const struct piece *piece = piece_at(engine, i);
+    const struct piece *piece = piece_at(&engine->run, i);
     bool behind = piece->inserted && piece->from >= piece->whole - 1e-9;
     uint64_t next = behind ? piece->origin + 1 : piece->origin;
     double at = !behind && piece->from > 0.0 ? piece->from : -1.0;
@@ -178,13 +177,14 @@ static bool cut_standstill_piece(struct engine *engine) {
     if (i >= engine->run.head) {
         return false;
     }
-    struct piece *piece = piece_at(engine, i);
+    struct piece *piece = piece_at(&engine->run, i);
     if (!is_motion(piece) || piece->shortcut || piece->dir < 0) {
         return false;
     }
     if (!engine->dispatch.insert.axis
-        && engine->dispatch.target < run_dist(engine, piece, remainder)) {
-        engine->dispatch.target = run_dist(engine, piece, remainder + 1e-6);
+        && engine->dispatch.target < run_dist(&engine->geo, piece, remainder)) {
+        engine->dispatch.target =
+            run_dist(&engine->geo, piece, remainder + 1e-6);
     }
     double stop = inserted_stop_in(engine, piece, remainder);
     if (stop < 0.0) {
@@ -226,9 +226,9 @@ void take_insert(struct engine *engine) {
         return;
     }
     uint64_t i = run_first_free(engine);
-    while (
-        i < engine->run.head && !is_inserted_stop(piece_at(engine, i))
-        && (!is_motion(piece_at(engine, i)) || piece_at(engine, i)->shortcut)) {
+    while (i < engine->run.head && !is_inserted_stop(piece_at(&engine->run, i))
+           && (!is_motion(piece_at(&engine->run, i))
+               || piece_at(&engine->run, i)->shortcut)) {
         i++;
     }
     if (i < engine->run.head) {

@@ -9,13 +9,12 @@
 #include "hli/sync.h"
 #include "rows/nc_block.h"
 
-bool run_has_room(struct engine *engine) {
-    return engine->run.head - ATOMIC_GET(engine->run.done)
-           < engine->run.mask + 1 - KEPT_BEHIND - 8;
+bool run_has_room(struct run_ring *run) {
+    return run->head - ATOMIC_GET(run->done) < run->mask + 1 - KEPT_BEHIND - 8;
 }
 
-struct piece *run_copy(struct engine *engine, const struct piece *from) {
-    struct piece *piece = piece_at(engine, engine->run.head);
+struct piece *run_copy(struct run_ring *run, const struct piece *from) {
+    struct piece *piece = piece_at(run, run->head);
     memcpy(piece, from, offsetof(struct piece, capped));
     piece->capped = piece->spanned = piece->settled = piece->cruises = false;
     piece->corner_v = piece->controllable_v2 = 0.0;
@@ -24,14 +23,14 @@ struct piece *run_copy(struct engine *engine, const struct piece *from) {
     return piece;
 }
 
-void run_publish(struct engine *engine) {
-    engine->run.head++;
+void run_publish(struct run_ring *run) {
+    run->head++;
 }
 
 static struct piece *run_gate(struct engine *engine,
                               const struct piece *from,
                               struct techno_counts need) {
-    struct piece *piece = run_copy(engine, from);
+    struct piece *piece = run_copy(&engine->run, from);
     piece->type = NC_EVENT;
     piece->code = EVENT_GATE;
     piece->flags = 0;
@@ -39,7 +38,7 @@ static struct piece *run_gate(struct engine *engine,
     piece->dir = (int8_t)engine->dispatch.dir;
     piece->gated = piece->replay = true;
     piece->stop_before = false;
-    run_publish(engine);
+    run_publish(&engine->run);
     return piece;
 }
 
@@ -53,14 +52,14 @@ void run_function(struct engine *engine,
     if (need.std_freed) {
         run_gate(engine, from, need);
     }
-    struct piece *piece = run_copy(engine, from);
+    struct piece *piece = run_copy(&engine->run, from);
     piece->flags |= NC_OUTPUT;
     piece->replay = true;
     piece->put_out = false;
     piece->synch = synch;
     piece->dir = (int8_t)engine->dispatch.dir;
     piece->stop_before = false;
-    run_publish(engine);
+    run_publish(&engine->run);
     engine->dispatch.pushed.std_freed++;
     if (!(synch & SYNCH_MVS_SVS)) {
         return;
@@ -95,21 +94,21 @@ static void drop_stop(struct engine *engine, const struct piece *piece) {
 
 /* An inserted stop that stays is one for the motion behind it too, when that is
  * fed again. */
-static void stop_behind(struct engine *engine, const struct piece *piece) {
+static void stop_behind(struct dispatch *dispatch, const struct piece *piece) {
     if (!piece->inserted || piece->type != NC_M) {
         return;
     }
     if (piece->m01) {
-        engine->dispatch.m01 = true;
+        dispatch->m01 = true;
     } else {
-        engine->dispatch.stop = true;
+        dispatch->stop = true;
     }
 }
 
 /* Drop what has been fed from `head` on. */
 void run_cut(struct engine *engine, uint64_t head) {
     for (uint64_t i = head; i < engine->run.head; i++) {
-        const struct piece *piece = piece_at(engine, i);
+        const struct piece *piece = piece_at(&engine->run, i);
         engine->dispatch.displaced |=
             piece->shortcut
             && (i > engine->commit.piece
@@ -134,8 +133,8 @@ void run_cut(struct engine *engine, uint64_t head) {
         false;
     for (uint64_t i = head;
          i-- > 0 && i + KEPT_BEHIND > engine->commit.piece;) {
-        if (!is_motion(piece_at(engine, i))) {
-            stop_behind(engine, piece_at(engine, i));
+        if (!is_motion(piece_at(&engine->run, i))) {
+            stop_behind(&engine->dispatch, piece_at(&engine->run, i));
             continue;
         }
         engine->dispatch.last_motion = i;

@@ -4,9 +4,9 @@
 #define ENGINE_RUN_RUN_RING_H
 #include "engine/state/state.h"
 
-bool run_has_room(struct engine *engine);
-struct piece *run_copy(struct engine *engine, const struct piece *from);
-void run_publish(struct engine *engine);
+bool run_has_room(struct run_ring *run);
+struct piece *run_copy(struct run_ring *run, const struct piece *from);
+void run_publish(struct run_ring *run);
 void run_function(struct engine *engine,
                   const struct piece *from,
                   uint32_t synch);

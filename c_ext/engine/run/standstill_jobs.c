@@ -36,7 +36,7 @@ static place stand_place(struct engine *engine) {
         }
         return (place){engine->dispatch.next + 1, 0.0};
     }
-    const struct piece *piece = piece_at(engine, engine->commit.piece);
+    const struct piece *piece = piece_at(&engine->run, engine->commit.piece);
     if (!is_motion(piece) && !piece->inserted) {
         return (place){piece->origin + (piece->dir > 0 ? 0 : 1),
                        0.0}; /* fed before the last turn, it may be */
@@ -53,7 +53,7 @@ static int wanted_direction(struct engine *engine) {
 
 static bool on_shortcut(struct engine *engine) {
     return engine->commit.piece < engine->run.head
-           && piece_at(engine, engine->commit.piece)->shortcut
+           && piece_at(&engine->run, engine->commit.piece)->shortcut
            && engine->commit.s > 0.0;
 }
 
@@ -63,8 +63,8 @@ static bool off_path(struct engine *engine) {
         return true;
     }
     for (uint64_t i = engine->commit.piece; i < engine->run.head; i++) {
-        if (is_motion(piece_at(engine, i))) {
-            return piece_at(engine, i)->shortcut;
+        if (is_motion(piece_at(&engine->run, i))) {
+            return piece_at(&engine->run, i)->shortcut;
         }
     }
     return false;
@@ -92,18 +92,19 @@ static bool wants_shortcut(struct engine *engine) {
            && engine->dispatch.dir > 0 && !on_shortcut(engine);
 }
 
-static bool wants_abort(struct engine *engine) {
-    return ATOMIC_GET(engine->program.abort) == 1;
+static bool wants_abort(struct program_state *program) {
+    return ATOMIC_GET(program->abort) == 1;
 }
 
 bool standstill_job_pending(struct engine *engine) {
-    return wants_abort(engine) || wants_turn(engine) || wants_shortcut(engine);
+    return wants_abort(&engine->program) || wants_turn(engine)
+           || wants_shortcut(engine);
 }
 
 /* Nothing is left to stand in: an empty piece in its place tells where the path
  * stands, should it turn again. */
-static void stand_at(struct engine *engine, place at) {
-    struct piece *piece = piece_at(engine, engine->run.head);
+static void stand_at(struct run_ring *run, place at) {
+    struct piece *piece = piece_at(run, run->head);
     memset(piece, 0, sizeof *piece);
     piece->kind = PIECE_EVENT;
     piece->type = NC_FLUSH;
@@ -120,7 +121,7 @@ static void begin_run(struct engine *engine, place at) {
     bool stands_in_piece = engine->commit.piece < engine->run.head;
     run_cut(engine, stands_in_piece ? engine->commit.piece : engine->run.head);
     if (!stands_in_piece) {
-        stand_at(engine, at);
+        stand_at(&engine->run, at);
     }
     engine->commit.piece = engine->dispatch.run = ++engine->run.head;
     engine->commit.s = engine->commit.v = 0.0;
@@ -142,19 +143,20 @@ static void turn(struct engine *engine) {
 }
 
 /* A marker of #DEL DIST2GO that the PLC has made valid. */
-static bool is_end_mark(struct engine *engine, const struct piece *piece) {
+static bool is_end_mark(struct orders *orders, const struct piece *piece) {
     return piece->kind == PIECE_EVENT && piece->type == NC_EVENT
            && piece->code == NC_EVENT_DIST2GO_END
-           && ((uint32_t)piece->value
-               & ATOMIC_GET(engine->orders.shortcut_mask));
+           && ((uint32_t)piece->value & ATOMIC_GET(orders->shortcut_mask));
 }
 
 /* Last piece of the block of motion i, as far as it is prepared. */
-static uint64_t block_end(struct engine *engine, uint64_t i, uint64_t head) {
-    uint32_t count = store_at(engine, i)->count;
-    for (uint64_t k = i + 1; k < head && store_at(engine, k)->count == count;
+static uint64_t block_end(struct piece_store *store,
+                          uint64_t i,
+                          uint64_t head) {
+    uint32_t count = store_at(store, i)->count;
+    for (uint64_t k = i + 1; k < head && store_at(store, k)->count == count;
          k++) {
-        if (is_motion(store_at(engine, k))) {
+        if (is_motion(store_at(store, k))) {
             i = k;
         }
     }
@@ -166,11 +168,11 @@ static uint64_t block_end(struct engine *engine, uint64_t i, uint64_t head) {
 static target shortcut_target(struct engine *engine, place at, uint64_t head) {
     target block = {head, false}, before = {at.i, at.s > 0.0};
     if (at.s > 0.0) {
-        before.piece = block_end(engine, at.i, head);
+        before.piece = block_end(&engine->store, at.i, head);
     }
     for (uint64_t k = at.s > 0.0 ? before.piece + 1 : at.i; k < head; k++) {
-        const struct piece *piece = store_at(engine, k);
-        if (is_end_mark(engine, piece)) {
+        const struct piece *piece = store_at(&engine->store, k);
+        if (is_end_mark(&engine->orders, piece)) {
             return before;
         }
         if (piece->type == NC_RT_LOOP_END || piece->type == NC_RT_LOOP_BEGIN) {
@@ -181,7 +183,7 @@ static target shortcut_target(struct engine *engine, place at, uint64_t head) {
         }
         before = (target){k, true};
         if (!block.found) {
-            block = (target){block_end(engine, k, head), true};
+            block = (target){block_end(&engine->store, k, head), true};
         }
         if (!ATOMIC_GET(engine->orders.shortcut_mask)) {
             break;
@@ -192,12 +194,12 @@ static target shortcut_target(struct engine *engine, place at, uint64_t head) {
 
 /* The rest of a piece is left out, with nothing in its place. */
 static void dispatch_nothing(struct engine *engine, uint64_t i) {
-    struct piece *piece = run_copy(engine, store_at(engine, i));
+    struct piece *piece = run_copy(&engine->run, store_at(&engine->store, i));
     piece->kind = PIECE_EVENT;
     piece->type = NC_FLUSH;
     piece->length = piece->whole = 0.0;
     piece->gated = piece->stop_before = piece->m01 = false;
-    run_publish(engine);
+    run_publish(&engine->run);
 }
 
 /* Whether more rows may come that the shortcut could lead to. */
@@ -224,7 +226,8 @@ static void shortcut(struct engine *engine) {
     uint64_t end = to.found ? to.piece : at.i;
     while (engine->dispatch.next
            < end) { /* events keep their order and their effect */
-        const struct piece *piece = store_at(engine, engine->dispatch.next);
+        const struct piece *piece =
+            store_at(&engine->store, engine->dispatch.next);
         if (is_motion(piece)) {
             engine->dispatch.next++;
         } else {
@@ -232,7 +235,7 @@ static void shortcut(struct engine *engine) {
         }
     }
     if (to.found) {
-        dispatch_motion(engine, store_at(engine, end));
+        dispatch_motion(engine, store_at(&engine->store, end));
         ATOMIC_SET(engine->store.first, end + 1);
     } else if (at.s > 0.0) {
         dispatch_nothing(engine, at.i);
@@ -248,9 +251,10 @@ static void leave_out_remainder(struct engine *engine) {
     place at = stand_place(engine);
     bool left = at.i < head;
     engine->program.halt_row =
-        left ? store_at(engine, at.i)->row : engine->push.rows_taken;
+        left ? store_at(&engine->store, at.i)->row : engine->push.rows_taken;
     engine->program.halt_s = left ? at.s : 0.0;
-    engine->program.halt_whole = left ? store_at(engine, at.i)->whole : 0.0;
+    engine->program.halt_whole =
+        left ? store_at(&engine->store, at.i)->whole : 0.0;
     begin_run(engine, (place){head, 0.0});
     engine->dispatch.dir = 1;
     engine->dispatch.next = head;
@@ -259,7 +263,7 @@ static void leave_out_remainder(struct engine *engine) {
     engine->dispatch.in_loop = engine->dispatch.displaced = false;
     if (head > ATOMIC_GET(engine->store.done)) {
         dispatch_nothing(engine, head - 1);
-        piece_at(engine, engine->run.head - 1)->flags = 0;
+        piece_at(&engine->run, engine->run.head - 1)->flags = 0;
     }
     ATOMIC_SET(engine->program.abort, 2);
 }
@@ -276,7 +280,7 @@ void dispatch_begin_program(struct engine *engine) {
 }
 
 void do_standstill_jobs(struct engine *engine) {
-    if (wants_abort(engine)) {
+    if (wants_abort(&engine->program)) {
         leave_out_remainder(engine);
     } else if (wants_turn(engine)) {
         turn(engine);

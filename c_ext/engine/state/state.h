@@ -66,16 +66,18 @@ struct engine {
     int32_t fault;
 };
 
-static inline struct piece *piece_at(struct engine *engine, uint64_t i) {
-    return &engine->run.pieces[i & engine->run.mask];
+static inline struct piece *piece_at(const struct run_ring *run, uint64_t i) {
+    return &run->pieces[i & run->mask];
 }
 
-static inline struct piece *store_at(struct engine *engine, uint64_t i) {
-    return &engine->store.pieces[i & engine->store.mask];
+static inline struct piece *store_at(const struct piece_store *store,
+                                     uint64_t i) {
+    return &store->pieces[i & store->mask];
 }
 
-static inline struct element *element_at(struct engine *engine, uint64_t i) {
-    return &engine->store.elements[i & engine->store.element_mask];
+static inline struct element *element_at(const struct piece_store *store,
+                                         uint64_t i) {
+    return &store->elements[i & store->element_mask];
 }
 
 static inline bool is_motion(const struct piece *piece) {
@@ -92,29 +94,30 @@ static inline double greater(double a, double b) {
     return a > b ? a : b;
 }
 
-static inline uint32_t spans_max(const struct engine *engine) {
-    return engine->cfg.window > WIDE_WINDOW ? SPANS_FEW : SPANS_MANY;
+static inline uint32_t spans_max(const engine_config *cfg) {
+    return cfg->window > WIDE_WINDOW ? SPANS_FEW : SPANS_MANY;
 }
 
-static inline struct span *spans_of(const struct engine *engine, uint64_t i) {
-    return engine->accel.span_slots[i & engine->accel.span_mask].spans;
+static inline struct span *spans_of(const struct accel_state *accel,
+                                    uint64_t i) {
+    return accel->span_slots[i & accel->span_mask].spans;
 }
 
-static inline const struct curve *curve_of(const struct engine *engine,
+static inline const struct curve *curve_of(const struct piece_store *store,
                                            const struct piece *piece) {
-    return &engine->store.curves[piece->origin & engine->store.mask];
+    return &store->curves[piece->origin & store->mask];
 }
 
-static inline double piece_v_max(const struct engine *engine,
+static inline double piece_v_max(const engine_config *cfg,
                                  const struct piece *piece,
                                  int axis) {
-    return engine->cfg.v_max[axis] * (double)piece->limits.velocity[axis];
+    return cfg->v_max[axis] * (double)piece->limits.velocity[axis];
 }
 
-static inline double piece_a_max(const struct engine *engine,
+static inline double piece_a_max(const engine_config *cfg,
                                  const struct piece *piece,
                                  int axis) {
-    return engine->cfg.a_max[axis] * (double)piece->limits.acceleration[axis];
+    return cfg->a_max[axis] * (double)piece->limits.acceleration[axis];
 }
 
 #endif

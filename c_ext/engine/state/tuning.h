@@ -46,8 +46,9 @@
 #define SHORT_ROWS                                                             \
     2048u /* rows: ... nor more than so many; the PLC goes from element to     \
              element */
-#define FADE_MM 1e-4 /* mm: shorter arcs and polynomials take no displacement  \
-                      */
+#define FADE_MM                                                                \
+    1e-4 /* mm: shorter arcs and polynomials take no displacement              \
+          */
 
 /* Limits of pieces. */
 #define ARC_NORMAL                                                             \

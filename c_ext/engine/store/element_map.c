@@ -13,12 +13,12 @@
 
 #define ROUNDING 1e-9 /* mm */
 
-static double start_mm(struct engine *engine, uint64_t i) {
-    return element_at(engine, i)->facts.start_position / TENTH_UM;
+static double start_mm(struct piece_store *store, uint64_t i) {
+    return element_at(store, i)->facts.start_position / TENTH_UM;
 }
 
-static double length_mm(struct engine *engine, uint64_t i) {
-    return element_at(engine, i)->facts.length / TENTH_UM;
+static double length_mm(struct piece_store *store, uint64_t i) {
+    return element_at(store, i)->facts.length / TENTH_UM;
 }
 
 /* The motion behind the element pushed last: pieces that follow begin there. */
@@ -34,17 +34,17 @@ void element_map_piece(struct engine *engine,
                        double programmed) {
     while (engine->element_map.element + 1 < engine->store.element_head
            && engine->element_map.from
-                  >= length_mm(engine, engine->element_map.element)
+                  >= length_mm(&engine->store, engine->element_map.element)
                          - ROUNDING) {
         engine->element_map.from =
             fmax(engine->element_map.from
-                     - length_mm(engine, engine->element_map.element++),
+                     - length_mm(&engine->store, engine->element_map.element++),
                  0.0);
     }
     piece->mapped = true;
     piece->element = engine->element_map.element;
     piece->element_end = engine->store.element_head;
-    piece->dist0 = start_mm(engine, engine->element_map.element)
+    piece->dist0 = start_mm(&engine->store, engine->element_map.element)
                    + engine->element_map.from;
     piece->dist_rate = programmed / piece->length;
     engine->element_map.from += programmed;
@@ -57,14 +57,15 @@ void element_map_position(struct engine *engine, const struct piece *piece) {
                  : geo->active < piece->element_end ? geo->active
                                                     : piece->element_end - 1;
     while (i + 1 < piece->element_end
-           && start_mm(engine, i + 1) <= geo->dist + ROUNDING) {
+           && start_mm(&engine->store, i + 1) <= geo->dist + ROUNDING) {
         i++;
     }
-    while (i > piece->element && start_mm(engine, i) > geo->dist + ROUNDING) {
+    while (i > piece->element
+           && start_mm(&engine->store, i) > geo->dist + ROUNDING) {
         i--;
     }
-    geo->element_distance = fmax(geo->dist - start_mm(engine, i), 0.0);
-    geo->n = element_at(engine, i)->facts.block_number;
-    geo->count = element_at(engine, i)->facts.block_count_r;
+    geo->element_distance = fmax(geo->dist - start_mm(&engine->store, i), 0.0);
+    geo->n = element_at(&engine->store, i)->facts.block_number;
+    geo->count = element_at(&engine->store, i)->facts.block_count_r;
     ATOMIC_SET(geo->active, i);
 }

@@ -8,12 +8,10 @@
 #include "rows/nc_block.h"
 
 /* Unit tangent of the three main axes; false where none of them moves. */
-static bool main_tangent(const struct engine *engine,
-                         const double *u,
-                         double *t) {
+static bool main_tangent(const engine_config *cfg, const double *u, double *t) {
     double norm = 0.0;
     for (int i = 0; i < 3; i++) {
-        t[i] = engine->cfg.main[i] < 0 ? 0.0 : u[engine->cfg.main[i]];
+        t[i] = cfg->main[i] < 0 ? 0.0 : u[cfg->main[i]];
         norm += t[i] * t[i];
     }
     norm = sqrt(norm);
@@ -30,11 +28,11 @@ static double tangent_variation(struct engine *engine,
                                 const struct piece *piece) {
     double in[3], out[3];
     double angle = 0.0;
-    if (main_tangent(engine, piece->tangent_in, in)) {
+    if (main_tangent(&engine->cfg, piece->tangent_in, in)) {
         if (engine->push.has_tangent) {
             angle = angle_between(engine->push.last_tangent, in);
         }
-        if (main_tangent(engine, piece->tangent_out, out)) {
+        if (main_tangent(&engine->cfg, piece->tangent_out, out)) {
             memcpy(engine->push.last_tangent, out, sizeof out);
             engine->push.has_tangent = true;
         }
@@ -45,7 +43,7 @@ static double tangent_variation(struct engine *engine,
 void push_element(struct engine *engine,
                   const struct piece *piece,
                   const nc_block *row) {
-    struct element *el = element_at(engine, engine->store.element_head);
+    struct element *el = element_at(&engine->store, engine->store.element_head);
     __atomic_thread_fence(
         __ATOMIC_RELEASE); /* who sees the slot change sees at least the present
                               head (docs/model/ring.pml) */
@@ -68,8 +66,10 @@ void push_element(struct engine *engine,
     el->epoch = engine->push.epoch;
     if (engine->push.in_loop
         && engine->store.element_head
-               == store_at(engine, engine->push.loop_begin)->element) {
-        main_tangent(engine, piece->tangent_in, engine->push.loop_tangent);
+               == store_at(&engine->store, engine->push.loop_begin)->element) {
+        main_tangent(&engine->cfg,
+                     piece->tangent_in,
+                     engine->push.loop_tangent);
     }
     engine->push.distance = facts->start_position + facts->length;
     log_element(engine, el);

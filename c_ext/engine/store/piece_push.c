@@ -43,27 +43,27 @@ void push_piece(struct engine *engine,
     engine->push.has_motion_piece = true;
 }
 
-double axis_distance(const struct engine *engine,
+double axis_distance(const engine_config *cfg,
                      const double *from,
                      const double *to) {
     double sum = 0.0;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
+    for (int i = 0; i < cfg->axis_count; i++) {
         sum += (to[i] - from[i]) * (to[i] - from[i]);
     }
     return sqrt(sum);
 }
 
 /* Where the row begins as it is programmed. */
-static const double *begins(const struct engine *engine) {
-    return engine->push.short_motions.rows ? engine->push.short_motions.row.end
-                                           : engine->push.last_end;
+static const double *begins(const struct push_state *push) {
+    return push->short_motions.rows ? push->short_motions.row.end
+                                    : push->last_end;
 }
 
 /* Length of a line with what is carried to its start. */
 static double line_length(const struct engine *engine, const nc_block *row) {
-    double whole = axis_distance(engine, begins(engine), row->end),
+    double whole = axis_distance(&engine->cfg, begins(&engine->push), row->end),
            length = whole > 0.0 ? row->length
-                                      * axis_distance(engine,
+                                      * axis_distance(&engine->cfg,
                                                       engine->push.last_end,
                                                       row->end)
                                       / whole

@@ -75,9 +75,10 @@ static void push_loop(struct engine *engine,
     piece->mate = engine->push.loop_begin;
     piece->value = engine->push.path - engine->push.loop_path;
     piece->flags |=
-        store_at(engine, engine->push.loop_begin)->flags & NC_MODULO;
-    store_at(engine, engine->push.loop_begin)->mate = engine->store.head;
-    store_at(engine, engine->push.loop_begin)->value = piece->value;
+        store_at(&engine->store, engine->push.loop_begin)->flags & NC_MODULO;
+    store_at(&engine->store, engine->push.loop_begin)->mate =
+        engine->store.head;
+    store_at(&engine->store, engine->push.loop_begin)->value = piece->value;
     engine->push.in_loop = false;
     engine->push.epoch++;
     log_loop_end(engine, piece->value * TENTH_UM);
@@ -163,7 +164,7 @@ static void push_row(struct engine *engine, const nc_block *row) {
     } else {
         push_event(engine, piece, row);
     }
-    store_publish(engine);
+    store_publish(&engine->store);
 }
 
 int64_t engine_push(struct engine *engine,
@@ -175,10 +176,10 @@ int64_t engine_push(struct engine *engine,
         if (!store_has_room(engine)) {
             return i;
         }
-        int64_t error = !row_is_finite(engine, &rows[i]) ? ENGINE_NOT_FINITE
-                        : !row_is_supported(engine, &rows[i], pool, pool_n)
-                            ? ENGINE_BAD_ROW
-                            : 0;
+        int64_t error =
+            !row_is_finite(&engine->cfg, &rows[i]) ? ENGINE_NOT_FINITE
+            : !row_is_supported(engine, &rows[i], pool, pool_n) ? ENGINE_BAD_ROW
+                                                                : 0;
         if (!error && engine->push.in_loop
             && engine->store.head - engine->push.loop_begin > LOOP_PIECES_MAX) {
             error = ENGINE_LOOP_TOO_LONG;

@@ -23,7 +23,7 @@ static bool too_short(const struct engine *engine, const nc_block *row) {
         || engine->push.short_motions.rows >= SHORT_ROWS) {
         return false;
     }
-    double way = axis_distance(engine, engine->push.last_end, row->end),
+    double way = axis_distance(&engine->cfg, engine->push.last_end, row->end),
            path = row->length
                   + (engine->push.short_motions.rows
                          ? engine->push.short_motions.path
@@ -80,7 +80,7 @@ void short_motions_flush(struct engine *engine) {
     nc_block row = short_motions->row;
     short_motions->rows = 0;
     row.type = NC_LINEAR;
-    row.length = axis_distance(engine, engine->push.last_end, row.end);
+    row.length = axis_distance(&engine->cfg, engine->push.last_end, row.end);
     row.end_speed = 0.0f;
     if (!(row.length > 0.0)) {
         return;
@@ -94,5 +94,5 @@ void short_motions_flush(struct engine *engine) {
         piece->element = short_motions->element;
         piece->dist0 = engine->push.distance / TENTH_UM;
     }
-    store_publish(engine);
+    store_publish(&engine->store);
 }

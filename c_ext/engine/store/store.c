@@ -7,7 +7,7 @@
 
 /* The next place of the store, cleared, with what every row has. */
 struct piece *store_slot(struct engine *engine, const nc_block *row) {
-    struct piece *piece = store_at(engine, engine->store.head);
+    struct piece *piece = store_at(&engine->store, engine->store.head);
     memset(piece, 0, offsetof(struct piece, capped));
     piece->type = row->type;
     piece->n = row->n;
@@ -20,6 +20,6 @@ struct piece *store_slot(struct engine *engine, const nc_block *row) {
     return piece;
 }
 
-void store_publish(struct engine *engine) {
-    ATOMIC_SET(engine->store.head, engine->store.head + 1);
+void store_publish(struct piece_store *store) {
+    ATOMIC_SET(store->head, store->head + 1);
 }

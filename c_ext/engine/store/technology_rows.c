@@ -46,8 +46,8 @@ int engine_set_spindle_synch(struct engine *engine,
 }
 
 /* Functions of the main spindle: M3, M4, M5, M19, and an S word alone. */
-static bool is_spindle(const struct engine *engine, const nc_block *row) {
-    if (!engine->cfg.spindle_count) {
+static bool is_spindle(const engine_config *cfg, const nc_block *row) {
+    if (!cfg->spindle_count) {
         return false;
     }
     return row->type == NC_S
@@ -57,7 +57,7 @@ static bool is_spindle(const struct engine *engine, const nc_block *row) {
 }
 
 static uint32_t synch_of(const struct engine *engine, const nc_block *row) {
-    if (is_spindle(engine, row)) {
+    if (is_spindle(&engine->cfg, row)) {
         return engine->technology_rows
             .spindle_synch[row->type == NC_S ? 0 : row->code];
     }
@@ -98,26 +98,26 @@ static void push_gate(struct engine *engine,
     piece->gated = true;
     engine->technology_rows.pending_gate = need;
     engine->technology_rows.has_pending_gate = true;
-    store_publish(engine);
+    store_publish(&engine->store);
 }
 
 /* The counts a gate needs when everything pushed up to now has to be done in
  * the member given. */
-static struct techno_counts need_freed(const struct engine *engine) {
+static struct techno_counts need_freed(
+    const struct technology_rows *technology_rows) {
     struct techno_counts need = {0};
-    need.std_freed = engine->technology_rows.pushed.std_freed;
+    need.std_freed = technology_rows->pushed.std_freed;
     return need;
 }
 
 /* What the spindle is to do: move command and speed, or a position. */
-static void spindle_piece(const struct engine *engine,
+static void spindle_piece(const struct technology_rows *technology_rows,
                           struct piece *piece,
                           const nc_block *row) {
     piece->type = NC_S;
-    piece->code =
-        row->type == NC_S ? engine->technology_rows.spindle_move : row->code;
+    piece->code = row->type == NC_S ? technology_rows->spindle_move : row->code;
     piece->value =
-        row->type == NC_S ? row->value : engine->technology_rows.spindle_rev;
+        row->type == NC_S ? row->value : technology_rows->spindle_rev;
     piece->dist0 =
         row->type == NC_M && row->code == 19 && row->flags & NC_HAS_VALUE
             ? row->value
@@ -136,7 +136,7 @@ static void push_output(struct engine *engine,
                 : 0;
     } else if (row->count != engine->technology_rows.std_block
                || engine->technology_rows.std_index >= STD_UNITS) {
-        need = need_freed(engine);
+        need = need_freed(&engine->technology_rows);
         engine->technology_rows.std_block = row->count;
         engine->technology_rows.std_base =
             engine->technology_rows.pushed.std_freed;
@@ -148,8 +148,8 @@ static void push_output(struct engine *engine,
     struct piece *piece = new_event(engine, row);
     piece->flags |= NC_OUTPUT;
     piece->synch = synch;
-    if (is_spindle(engine, row)) {
-        spindle_piece(engine, piece, row);
+    if (is_spindle(&engine->cfg, row)) {
+        spindle_piece(&engine->technology_rows, piece, row);
     }
     piece->unit =
         late || piece->type == NC_S ? 0 : engine->technology_rows.std_index++;
@@ -157,7 +157,7 @@ static void push_output(struct engine *engine,
         piece->stop_before = true;
     }
     engine->push.stop_pending |= piece->stop_before;
-    store_publish(engine);
+    store_publish(&engine->store);
     if (late) {
         engine->technology_rows.pushed.late_freed++;
     } else {
@@ -238,21 +238,23 @@ void techno_spindle_word(struct engine *engine) {
     }
 }
 
-static bool note_spindle(struct engine *engine, const nc_block *row) {
+static bool note_spindle(struct technology_rows *technology_rows,
+                         const nc_block *row) {
     if (row->type == NC_S) {
-        engine->technology_rows.spindle_rev = row->value;
-        engine->technology_rows.spindle_row = *row;
-        engine->technology_rows.spindle_pending = true;
+        technology_rows->spindle_rev = row->value;
+        technology_rows->spindle_row = *row;
+        technology_rows->spindle_pending = true;
         return false;
     }
-    engine->technology_rows.spindle_move = row->code == 19 ? 0 : row->code;
-    engine->technology_rows.spindle_pending = false;
+    technology_rows->spindle_move = row->code == 19 ? 0 : row->code;
+    technology_rows->spindle_pending = false;
     return true;
 }
 
 /* A function row; false if it is no function that goes to the PLC. */
 bool techno_push(struct engine *engine, const nc_block *row) {
-    if (is_spindle(engine, row) && !note_spindle(engine, row)) {
+    if (is_spindle(&engine->cfg, row)
+        && !note_spindle(&engine->technology_rows, row)) {
         return false;
     }
     uint32_t synch =
