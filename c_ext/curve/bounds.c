@@ -12,12 +12,9 @@
  * leaves its chord over h by at most m h^2/8.
  */
 #include "curve/curve.h"
+#include "curve/tuning.h"
 #include <math.h>
 #include <string.h>
-
-#define SHARE_LEFT                                                             \
-    0.3 /* of E in the middle must be left as its lower bound                  \
-         */
 
 enum {
     FIRST = CURVE_ORDER - 1,

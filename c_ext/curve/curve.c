@@ -1,22 +1,8 @@
 /* Polynomial by arc length: cells, quadrature, inversion. */
 #include "curve/curve.h"
+#include "curve/tuning.h"
 #include <math.h>
 #include <string.h>
-
-#define QUADRATURE                                                             \
-    1e-11 /* mm a cell's length may change when it is halved, and relative to  \
-             the length */
-#define SPEED_RATIO                                                            \
-    3.0 /* of largest to smallest speed in a cell, so that the inversion       \
-           converges */
-#define CELL_TURN 0.35 /* rad, and ... */
-#define CELL_BEND                                                              \
-    0.3 /* ... share of its largest curvature that a cell should not exceed:   \
-           limits are constant per cell */
-#define SHORT_CELL                                                             \
-    0.01            /* mm; shorter cells are not cut for the sake of limits */
-#define STANDS 1e-9 /* mm or degrees an axis moves at most that rests */
-#define LIMIT_CELLS 12 /* cells cut for the sake of limits */
 
 /* Nodes and weights of the 8-point Gauss rule on -1..1. */
 static const double NODE[4] = {0.1834346424956498,

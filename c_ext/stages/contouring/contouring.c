@@ -4,12 +4,12 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include "stages/contouring/state.h"
+#include "stages/contouring/corner.h"
+#include "stages/contouring/tuning.h"
 
-#define SHORTEST                                                               \
-    0.032            /* mm: shorter blocks are not rounded (message 120216)    \
-                      */
-#define NOTHING 1e-7 /* mm: what is left of a block is left out */
+#define CONTOUR_SKIPPED 16 /* short blocks between two rounded ones */
+#define CONTOUR_HELD 512   /* rows between two motions */
+#define CONTOUR_NUMBERS 65536
 
 typedef struct held_row {
     nc_block row;
@@ -102,10 +102,6 @@ int nc_contour_take_short(nc_contour *contour, nc_contour_short *out) {
     return count;
 }
 
-/* ---- output
- * -----------------------------------------------------------------------------------------------------
- */
-
 static bool grow(void **data, size_t *room, size_t need, size_t size) {
     if (need <= *room) {
         return true;
@@ -189,10 +185,6 @@ static void hold(nc_contour *contour, const nc_block *row, int skipped) {
     contour->held[contour->n_held].row = *row;
     contour->held[contour->n_held++].skipped = skipped;
 }
-
-/* ---- corners
- * ----------------------------------------------------------------------------------------------------
- */
 
 static bool is_marker(const nc_block *row) {
     return row->type == NC_MARKER || row->type == NC_DISTANCE_RESET
@@ -390,10 +382,6 @@ static void take_motion(nc_contour *contour,
         emit_block(contour, &next);
     }
 }
-
-/* ---- rows that are no motion
- * ------------------------------------------------------------------------------------
- */
 
 static void set_mode(nc_contour *contour, const nc_block *row) {
     struct contour_mode *contour_mode = &contour->mode;

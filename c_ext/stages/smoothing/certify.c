@@ -6,11 +6,8 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3") /* loops of fixed length are written out */
 #endif
+#include "stages/smoothing/certify.h"
 #include "stages/smoothing/state.h"
-
-#define DEPTH 4 /* times a part is halved when the hull is too wide */
-#define FORWARD                                                                \
-    0.02 /* smallest speed along the chord, as a share of its length */
 
 typedef struct part {
     double hull[NC_AXES][ORDER];       /* Bernstein coefficients of the curve */

@@ -5,10 +5,11 @@
  * triangle of the corner, so the blend leaves the chords nowhere by more than
  * it leaves the corner itself, which is 7/64 d |v - u|.
  */
+#include "stages/smoothing/corner.h"
+#include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
 
 #define REACH (7.0 / 64.0)
-#define STRAIGHT 1e-7 /* rad */
 
 /* Distance from the corner at which a blend begins that uses up the tolerance.
  */

@@ -1,9 +1,8 @@
 /* The output: pieces, and the programmed rows among them in program order. */
 #include <stdlib.h>
+#include "curve/curve.h"
+#include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
-
-#define SAME 1e-9
-#define NOTHING 1e-9 /* mm: what rounding leaves between two pieces is none */
 
 static bool grow(void **data, size_t *room, size_t count, size_t size) {
     if (count <= *room) {

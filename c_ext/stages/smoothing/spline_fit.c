@@ -3,6 +3,7 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3") /* loops of fixed length are written out */
 #endif
+#include "stages/smoothing/spline_fit.h"
 #include "stages/smoothing/state.h"
 
 /* Product of polynomial p (degree n) and a + b x. */
