@@ -140,8 +140,7 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
                         .last = interval->blocks != 0,
                         .stand = stand};
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double most =
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis]));
+        double most = larger(interval->d1[0][axis], interval->d1[1][axis]);
         double acc = TOPP2_USABLE * topp->cfg.a_max[axis]
                      * (interval->acc_share[axis] > 0.0f
                             ? (double)interval->acc_share[axis]
@@ -245,7 +244,7 @@ static double standing_acc(const topp2 *topp, const knot_rows *rows) {
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
         double end = rows->cu[2 * axis + 1]
                      - 2.0 * rows->length * rows->cx[2 * axis + 1];
-        most = fmax(most, fmax(fabs(rows->cu[2 * axis]), fabs(end)));
+        most = fmax(most, larger(rows->cu[2 * axis], end));
     }
     return 1.0 / most;
 }

@@ -186,9 +186,7 @@ static int points_inside(const jerk_planner *planner,
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         change =
             fmax(change, fabs(interval->d3[1][axis] - interval->d3[0][axis]));
-        most = fmax(
-            most,
-            fmax(fabs(interval->d3[0][axis]), fabs(interval->d3[1][axis])));
+        most = fmax(most, larger(interval->d3[0][axis], interval->d3[1][axis]));
     }
     return change > 0.2 * most ? 12 : 6;
 }
@@ -369,15 +367,13 @@ static double kink_ratio(const jerk_planner *planner,
         return 0.0;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double turn = fabs(right->d1[0][axis] - left->d1[1][axis]);
-        double bend =
-            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
+        double turn = fabs(turn_of(left, right, axis));
+        double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
         double kink = 0.75 * turn * fabs(accel) / dt;
         if (kink > 0.0) {
             most = fmax(most,
                         (bend + turn * sqrt(x) / (dt * dt) + kink)
-                            / fmin(jerk_max(planner, left, axis),
-                                   jerk_max(planner, right, axis)));
+                            / least_jerk(planner, left, right, axis));
         }
     }
     if (most + share <= CHECK_SLACK) {
@@ -404,14 +400,10 @@ static bool jump_fits(const jerk_planner *planner,
         return true;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double bend =
-            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
-        double corner =
-            fabs(right->d1[0][axis] - left->d1[1][axis]) * sqrt(x) / (dt * dt);
+        double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
+        double corner = fabs(turn_of(left, right, axis)) * sqrt(x) / (dt * dt);
         used = fmax(used,
-                    (bend + corner)
-                        / fmin(jerk_max(planner, left, axis),
-                               jerk_max(planner, right, axis)));
+                    (bend + corner) / least_jerk(planner, left, right, axis));
     }
     return used <= room * JUMP_SLACK + SMALL_JUMPS;
 }

@@ -31,7 +31,7 @@ static double rest_jerk(const jerk_planner *planner,
         double end = interval->d1[far][axis]
                      + sign * 9.0 * length * interval->d2[far][axis]
                      + 4.5 * length * length * interval->d3[far][axis];
-        double value = fmax(fabs(near), fmax(fabs(mid), fabs(end)));
+        double value = fmax(fabs(near), larger(mid, end));
         most = fmax(most,
                     value
                         / (segment->share * JERK_USABLE
@@ -50,9 +50,9 @@ static double velocity_cap(const jerk_planner *planner,
         double mid =
             0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
             + 0.125 * length * (interval->d2[0][axis] - interval->d2[1][axis]);
-        double most = fmax(
-            fabs(mid),
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
+        double most =
+            fmax(fabs(mid),
+                 larger(interval->d1[0][axis], interval->d1[1][axis]));
         if (most * v > planner->cfg.v_max[axis]) {
             v = planner->cfg.v_max[axis] / most;
         }
@@ -89,15 +89,12 @@ static double jump_used(const jerk_planner *planner,
     double scale = planner->scale;
     double used = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double bend = STEP_SEEN * scale * scale
-                      * fabs(right->d2[0][axis] - left->d2[1][axis]);
-        double corner =
-            scale / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double bend =
+            STEP_SEEN * scale * scale * fabs(bend_of(left, right, axis));
+        double corner = scale / dt * fabs(turn_of(left, right, axis));
         used = fmax(used,
                     (bend * x + corner * sqrt(x))
-                        / (fmin(jerk_max(planner, left, axis),
-                                jerk_max(planner, right, axis))
-                           * dt));
+                        / (least_jerk(planner, left, right, axis) * dt));
     }
     return used;
 }
@@ -110,20 +107,14 @@ double jump_cap(const jerk_planner *planner,
     double dt = planner->cfg.cycle_s;
     double scale = planner->scale;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double room = JUMP_SHARE
-                      * fmin(jerk_max(planner, left, axis),
-                             jerk_max(planner, right, axis))
-                      * dt;
-        double bend = STEP_SEEN * scale * scale
-                      * fabs(right->d2[0][axis] - left->d2[1][axis]);
-        double corner =
-            scale / dt * fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double room = JUMP_SHARE * least_jerk(planner, left, right, axis) * dt;
+        double bend =
+            STEP_SEEN * scale * scale * fabs(bend_of(left, right, axis));
+        double corner = scale / dt * fabs(turn_of(left, right, axis));
         double v =
             2.0 * room
             / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
-        double acc =
-            ACC_SHARE
-            * fmin(acc_max(planner, left, axis), acc_max(planner, right, axis));
+        double acc = ACC_SHARE * least_acc(planner, left, right, axis);
         if (corner * v > acc) {
             v = acc / corner;
         }
@@ -141,7 +132,7 @@ static double jump_reach(const jerk_planner *planner,
     double jerk = 1e30;
     double t = 1.5 * planner->cfg.cycle_s;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double along = fmax(fabs(left->d1[1][axis]), fabs(right->d1[0][axis]));
+        double along = larger(left->d1[1][axis], right->d1[0][axis]);
         jerk = fmin(
             jerk,
             fmax(jerk_max(planner, left, axis), jerk_max(planner, right, axis))

@@ -19,7 +19,7 @@ static bool turn_between(const jerk_planner *planner,
                          double *turn) {
     double most = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        turn[axis] = right->d1[0][axis] - left->d1[1][axis];
+        turn[axis] = turn_of(left, right, axis);
         most = fmax(most, fabs(turn[axis]));
     }
     return most > NO_TURN;
@@ -78,8 +78,8 @@ static double rise_over(const jerk_planner *planner,
         acc = fmin(acc,
                    acc_max(planner, segment->interval, axis)
                        / fmax(1e-9,
-                              fmax(fabs(segment->interval->d1[0][axis]),
-                                   fabs(segment->interval->d1[1][axis]))));
+                              larger(segment->interval->d1[0][axis],
+                                     segment->interval->d1[1][axis])));
     }
     return 2.0 * segment->length * acc / (planner->scale * planner->scale);
 }
@@ -180,10 +180,9 @@ static double used_at(const jerk_planner *planner,
     const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].interval;
     const jerk_interval *right = grid->seg[k].interval;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        used[axis] = fabs(sum[axis])
-                     / (planner->cfg.cycle_s
-                        * fmin(acc_max(planner, left, axis),
-                               acc_max(planner, right, axis)));
+        used[axis] =
+            fabs(sum[axis])
+            / (planner->cfg.cycle_s * least_acc(planner, left, right, axis));
         most = fmax(most, used[axis]);
     }
     return most;

@@ -61,9 +61,8 @@ static double turn_length(const jerk_planner *planner,
     double start = 0.0;
     double end = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double rate = fmax(
-            1.0,
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis])));
+        double rate =
+            fmax(1.0, larger(interval->d1[0][axis], interval->d1[1][axis]));
         double d0 = interval->d2[0][axis] / rate;
         double d1 = interval->d2[1][axis] / rate;
         start += d0 * d0;
@@ -84,8 +83,7 @@ static void set_bend(const jerk_planner *planner,
         double jerk = jerk_max(planner, interval, axis);
         out->bend =
             fmax(out->bend,
-                 fmax(fabs(interval->d3[0][axis]), fabs(interval->d3[1][axis]))
-                     / jerk);
+                 larger(interval->d3[0][axis], interval->d3[1][axis]) / jerk);
         change =
             fmax(change,
                  fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
@@ -102,8 +100,7 @@ struct steps interval_steps(const jerk_planner *planner,
     struct steps most = {0};
     double least = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double rate =
-            fmax(fabs(interval->d1[0][axis]), fabs(interval->d1[1][axis]));
+        double rate = larger(interval->d1[0][axis], interval->d1[1][axis]);
         if (rate < 1e-9) {
             continue;
         }

@@ -14,12 +14,12 @@ static double curve_cap(const jerk_planner *planner,
     double twist = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         bend = fmax(bend,
-                    fmax(fabs(segment->interval->d2[0][axis]),
-                         fabs(segment->interval->d2[1][axis]))
+                    larger(segment->interval->d2[0][axis],
+                           segment->interval->d2[1][axis])
                         / acc_max(planner, segment->interval, axis));
         twist = fmax(twist,
-                     fmax(fabs(segment->interval->d3[0][axis]),
-                          fabs(segment->interval->d3[1][axis]))
+                     larger(segment->interval->d3[0][axis],
+                            segment->interval->d3[1][axis])
                          / jerk_max(planner, segment->interval, axis));
     }
     double v = cbrt(EASY_BEND * segment->share

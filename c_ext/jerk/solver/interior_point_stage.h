@@ -125,6 +125,16 @@ static inline void middle_state(vec length,
     *um = accel + 0.5 * length * input[0];
 }
 
+/* The same of states whose index 0 is the start. */
+static inline void middle_of(vec length,
+                             const vec x[2],
+                             const vec accel[2],
+                             const vec input[2],
+                             vec *xm,
+                             vec *um) {
+    middle_state(length, x[0], accel[0], input, xm, um);
+}
+
 static inline void add_middle(struct totals *totals,
                               const struct sums *sums,
                               vec length) {

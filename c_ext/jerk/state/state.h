@@ -79,6 +79,38 @@ static inline double jerk_max(const jerk_planner *planner,
     return planner->cfg.j_max[axis] * share_of(interval->jerk_share[axis]);
 }
 
+/* The same of two neighbours: the smaller one. */
+static inline double least_acc(const jerk_planner *planner,
+                               const jerk_interval *left,
+                               const jerk_interval *right,
+                               int axis) {
+    return fmin(acc_max(planner, left, axis), acc_max(planner, right, axis));
+}
+static inline double least_jerk(const jerk_planner *planner,
+                                const jerk_interval *left,
+                                const jerk_interval *right,
+                                int axis) {
+    return fmin(jerk_max(planner, left, axis), jerk_max(planner, right, axis));
+}
+
+/* How the first and the second derivative of an axis jump between neighbours.
+ */
+static inline double turn_of(const jerk_interval *left,
+                             const jerk_interval *right,
+                             int axis) {
+    return right->d1[0][axis] - left->d1[1][axis];
+}
+static inline double bend_of(const jerk_interval *left,
+                             const jerk_interval *right,
+                             int axis) {
+    return right->d2[0][axis] - left->d2[1][axis];
+}
+
+/* The larger magnitude. */
+static inline double larger(double one, double other) {
+    return fmax(fabs(one), fabs(other));
+}
+
 /* Speed that the operator and the program ask for over q, mm/s. */
 static inline double asked_under(const struct speeds *speeds,
                                  const jerk_interval *interval) {

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "stages/compensation/state.h"
+#include "stages/square.h"
 
 const int OFFSET_PLANE_AXES[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
 
@@ -36,7 +37,7 @@ static double distance(const nc_offset *offset,
         int is_main = i == offset->main_axis[0] || i == offset->main_axis[1]
                       || i == offset->main_axis[2];
         if (is_main == over_main) {
-            sum += (end[i] - offset->pos[i]) * (end[i] - offset->pos[i]);
+            sum += square(end[i] - offset->pos[i]);
         }
     }
     return sqrt(sum);

@@ -11,6 +11,7 @@
 #include "stages/contouring/corner.h"
 #include "stages/contouring/tuning.h"
 #include "curve/curve.h"
+#include "stages/square.h"
 
 typedef struct ends {
     double p0[NC_AXES], v0[NC_AXES], w0[NC_AXES], p1[NC_AXES], v1[NC_AXES],
@@ -373,8 +374,8 @@ static double turn_between(const nc_contour_config *cfg,
         if (axis < 0) {
             continue;
         }
-        minus += (before[axis] - behind[axis]) * (before[axis] - behind[axis]);
-        plus += (before[axis] + behind[axis]) * (before[axis] + behind[axis]);
+        minus += square(before[axis] - behind[axis]);
+        plus += square(before[axis] + behind[axis]);
     }
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }

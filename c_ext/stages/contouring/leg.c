@@ -2,6 +2,7 @@
 #include <math.h>
 #include <string.h>
 #include "stages/contouring/leg.h"
+#include "stages/square.h"
 
 bool is_main(const nc_contour_config *cfg, int axis) {
     return axis == cfg->main_axis[0] || axis == cfg->main_axis[1]
@@ -103,7 +104,7 @@ double main_distance(const nc_contour_config *cfg,
     for (int i = 0; i < 3; i++) {
         int axis = cfg->main_axis[i];
         if (axis >= 0) {
-            sum += (from[axis] - to[axis]) * (from[axis] - to[axis]);
+            sum += square(from[axis] - to[axis]);
         }
     }
     return sqrt(sum);

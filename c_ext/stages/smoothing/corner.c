@@ -8,6 +8,7 @@
 #include "stages/smoothing/corner.h"
 #include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
+#include "stages/square.h"
 
 #define REACH (7.0 / 64.0)
 
@@ -35,8 +36,7 @@ static void change(const nc_smooth *smooth,
                    double *rotary) {
     double sum[2] = {0.0, 0.0};
     for (int k = 0; k < smooth->cfg.axes; k++) {
-        sum[smooth->cfg.rotary >> k & 1] +=
-            (behind[k] - before[k]) * (behind[k] - before[k]);
+        sum[smooth->cfg.rotary >> k & 1] += square(behind[k] - before[k]);
     }
     *linear = sqrt(sum[0]);
     *rotary = sqrt(sum[1]);

@@ -1,6 +1,7 @@
 /* Points of the contour between rows and sections. */
 #include "stages/smoothing/nodes.h"
 #include "stages/smoothing/state.h"
+#include "stages/square.h"
 
 struct node *last_node(nc_smooth *smooth) {
     return &smooth->nodes[smooth->n_nodes - 1];
@@ -18,7 +19,7 @@ double scaled_distance(const nc_smooth *smooth,
                        const double *to) {
     double sum = 0.0;
     for (int i = 0; i < smooth->cfg.axes; i++) {
-        sum += (from[i] - to[i]) * (from[i] - to[i]);
+        sum += square(from[i] - to[i]);
     }
     return sqrt(sum);
 }

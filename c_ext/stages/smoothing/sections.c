@@ -6,6 +6,7 @@
 #include "stages/smoothing/sections.h"
 #include "stages/smoothing/state.h"
 #include "stages/smoothing/window.h"
+#include "stages/square.h"
 
 static double turn_at(const nc_smooth *smooth,
                       const struct node *before,
@@ -18,8 +19,8 @@ static double turn_at(const nc_smooth *smooth,
     for (int i = 0; i < smooth->cfg.axes; i++) {
         double into = (node->position[i] - before->position[i]) / la;
         double out = (behind->position[i] - node->position[i]) / lb;
-        minus += (into - out) * (into - out);
-        plus += (into + out) * (into + out);
+        minus += square(into - out);
+        plus += square(into + out);
     }
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }
