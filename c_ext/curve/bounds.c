@@ -165,7 +165,8 @@ INLINE bool certify(const struct curve *curve,
     double e1 = sums.d1 * inv;
     double e2 = sums.d2 * inv;
     for (int i = 0; i < curve->axes; i++) {
-        third[i] = fourth[i] = 0.0;
+        third[i] = 0.0;
+        fourth[i] = 0.0;
         if (!(curve->moving >> i & 1)) {
             continue;
         }

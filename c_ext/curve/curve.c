@@ -274,7 +274,8 @@ static void judge(const struct curve *curve, struct cell *cell) {
     double speed_to = speed(curve, cell->to);
     low = fmin(low, fmin(speed_from, speed_to));
     high = fmax(high, fmax(speed_from, speed_to));
-    cell->wrong = cell->coarse = 0.0;
+    cell->wrong = 0.0;
+    cell->coarse = 0.0;
     if (!(low > 0.0) || !(cell->length > 0.0)) {
         cell->wrong = 1e30;
         return;
@@ -363,7 +364,8 @@ static bool set_cells(struct curve *curve) {
         return false;
     }
     curve->cells = (uint8_t)count;
-    curve->w[0] = curve->s[0] = 0.0;
+    curve->w[0] = 0.0;
+    curve->s[0] = 0.0;
     for (int i = 0; i < count; i++) {
         curve->w[i + 1] = cells[i].to;
         curve->s[i + 1] = curve->s[i] + cells[i].length;

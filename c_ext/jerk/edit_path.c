@@ -43,7 +43,8 @@ void jerk_stand(jerk_planner *planner, int64_t i, int stand) {
     if (stand || pl->next >= pl->count || at + 1 < pl->end) {
         return;
     }
-    pl->stands = pl->final = false;
+    pl->stands = false;
+    pl->final = false;
     planner->wait = 0;
 }
 
@@ -82,9 +83,13 @@ void jerk_brake(jerk_planner *planner) {
 
 void jerk_reset(jerk_planner *planner) {
     planner->tail = planner->head;
-    planner->finished = planner->changed = false;
+    planner->finished = false;
+    planner->changed = false;
     planner->at_rest = true;
-    planner->x = planner->accel = planner->behind_mm = planner->driven = 0.0;
+    planner->x = 0.0;
+    planner->accel = 0.0;
+    planner->behind_mm = 0.0;
+    planner->driven = 0.0;
     planner->turned_count = 0;
     forget_plan(planner);
 }

@@ -177,7 +177,8 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     pl->offset[k] += way;
     pl->x[k] = planner->x = at.v * at.v / (planner->scale * planner->scale);
     pl->accel[k] = planner->accel = at.a / (planner->scale * planner->scale);
-    pl->rest_start = planner->at_rest = false;
+    pl->rest_start = false;
+    planner->at_rest = false;
     planner->behind_mm = fmax(0.0, planner->behind_mm - way);
     planner->driven += way;
     ring_consume(planner, way, false);

@@ -50,7 +50,8 @@ int64_t jerk_laws_kept(void) {
 /* At a standstill: the plan that has not begun, and the laws that could be
  * taken back before it. */
 void forget_plan(jerk_planner *planner) {
-    planner->plan.count = planner->plan.next = 0;
+    planner->plan.count = 0;
+    planner->plan.next = 0;
     planner->plan.edition++;
     planner->wait = 0;
     forget_laws(planner);

@@ -144,7 +144,8 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
         planner->mask = 2 * planner->mask + 1;
     }
     planner->at_rest = true;
-    planner->feed_factor = planner->rapid_factor = 1.0;
+    planner->feed_factor = 1.0;
+    planner->rapid_factor = 1.0;
     planner->command_speed = -1.0;
     planner->was = speeds_now(planner);
     planner->reach = 1e30;

@@ -168,7 +168,9 @@ static void put(struct pen *pen,
     pl->x[k] = pen->v * pen->v / f2;
     pl->accel[k] = pen->a / f2;
     pl->jerk[k] = jerk;
-    pl->snap[k] = pl->crackle[k] = pl->pop[k] = 0.0;
+    pl->snap[k] = 0.0;
+    pl->crackle[k] = 0.0;
+    pl->pop[k] = 0.0;
     pl->time[k] = time;
     pl->tag[k] = interval->tag;
     pl->offset[k] = interval->offset + pen->at;
@@ -221,11 +223,15 @@ bool plan_straight(jerk_planner *planner) {
     }
     struct profile t = fastest(limits, length);
     plan *pl = &planner->plan;
-    pl->count = pl->next = pl->since = 0;
+    pl->count = 0;
+    pl->next = 0;
+    pl->since = 0;
     pl->edition++;
     planner->was = speeds_now(planner);
     pl->end = end;
-    pl->rest_start = pl->final = pl->stands = true;
+    pl->rest_start = true;
+    pl->final = true;
+    pl->stands = true;
     pl->remaining = length;
     pl->lasts = 0.0;
     struct pen pen = {.planner = planner, .i = planner->head, .fits = true};
@@ -243,7 +249,8 @@ bool plan_straight(jerk_planner *planner) {
         pl->count = 0;
         return false;
     }
-    pl->x[pl->count] = pl->accel[pl->count] = 0.0;
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
     planner->stats.straight++;
     return true;
 }

@@ -74,7 +74,9 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
 static void end_plan(jerk_planner *planner, const struct handed *handed) {
     plan *pl = &planner->plan;
     pl->count = pl->next;
-    pl->x[pl->count] = pl->accel[pl->count] = pl->remaining = 0.0;
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
+    pl->remaining = 0.0;
     pl->end = planner->head;
     pl->stands = pl->final =
         handed->last && (handed->interval.flags & JERK_STAND);

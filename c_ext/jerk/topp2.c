@@ -465,7 +465,8 @@ topp2 *topp2_new(const jerk_config *config, int capacity) {
     topp->cfg = this_config;
     topp->spacing =
         this_config.spacing_mm > 0 ? this_config.spacing_mm : TOPP2_SPACING_MM;
-    topp->feed_factor = topp->rapid_factor = 1.0;
+    topp->feed_factor = 1.0;
+    topp->rapid_factor = 1.0;
     topp->mask = 1023;
     while (topp->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) {
         topp->mask = 2 * topp->mask + 1;

@@ -439,8 +439,10 @@ double plan_check(const jerk_planner *planner,
         }
         worst = fmax(rest_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
                      feed_ratio(planner, grid, 0, 0.0, x, x));
-        problem->x[0] = problem->accel[0] = problem->input[0][0] =
-            problem->input[1][0] = 0.0;
+        problem->x[0] = 0.0;
+        problem->accel[0] = 0.0;
+        problem->input[0][0] = 0.0;
+        problem->input[1][0] = 0.0;
         k = 1;
     }
     for (; k < last; k++) {
@@ -476,8 +478,10 @@ double plan_check(const jerk_planner *planner,
     worst = fmax(worst, kink_ratio(planner, grid, last, x, accel));
     problem->x[last] = x / f2;
     problem->accel[last] = accel / f2;
-    problem->x[grid->count] = problem->accel[grid->count] =
-        problem->input[0][last] = problem->input[1][last] = 0.0;
+    problem->x[grid->count] = 0.0;
+    problem->accel[grid->count] = 0.0;
+    problem->input[0][last] = 0.0;
+    problem->input[1][last] = 0.0;
     worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
     return fmax(worst, rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0));
 }

@@ -62,12 +62,14 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
         pl->offset[k] = s->interval->offset;
         pl->last[k] =
             (uint8_t)(s->last + 2 * (s->last && s->interval->blocks > 0));
-        pl->jerk[k] = pl->time[k] = 0.0;
+        pl->jerk[k] = 0.0;
+        pl->time[k] = 0.0;
         end += s->last;
     }
     relax(grid, problem);
     pl->count = grid->count;
-    pl->next = pl->since = 0;
+    pl->next = 0;
+    pl->since = 0;
     pl->edition++;
     pl->rest_start = grid->rest_start;
     pl->final = final;

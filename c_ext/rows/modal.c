@@ -39,10 +39,13 @@ void nc_modal_init(nc_modal *modal) {
         modal->main_axis[i] = -1;
     }
     for (int i = 0; i < NC_AXES; i++) {
-        modal->mirror[i] = modal->share[i] = 1.0;
+        modal->mirror[i] = 1.0;
+        modal->share[i] = 1.0;
     }
-    modal->unit = modal->feed_unit = modal->feed_factor = modal->arc_scale =
-        1.0;
+    modal->unit = 1.0;
+    modal->feed_unit = 1.0;
+    modal->feed_factor = 1.0;
+    modal->arc_scale = 1.0;
     modal->plane = 17;
     modal->absolute = 1;
     modal->centre_limit = 2.0;
@@ -51,8 +54,12 @@ void nc_modal_init(nc_modal *modal) {
 
 void nc_words_init(nc_words *words) {
     memset(words, 0, sizeof *words);
-    words->motion = words->plane = words->absolute = words->inch =
-        words->centre_absolute = words->exact_stop = -1;
+    words->motion = -1;
+    words->plane = -1;
+    words->absolute = -1;
+    words->inch = -1;
+    words->centre_absolute = -1;
+    words->exact_stop = -1;
 }
 
 /* Build offset_next again after a change of plane, tool length or zero offset.

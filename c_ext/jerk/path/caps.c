@@ -69,11 +69,14 @@ void segment_limits(const jerk_planner *planner, struct segment *segment) {
         fmin(1e15,
              asked_speed(planner, interval) * VEL_USABLE / planner->scale);
     segment->length = interval->length;
-    segment->jump = segment->share = 1.0;
+    segment->jump = 1.0;
+    segment->share = 1.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         segment->acc[axis] = 1.0;
     }
-    segment->excess = segment->fast = segment->leave = 0.0;
+    segment->excess = 0.0;
+    segment->fast = 0.0;
+    segment->leave = 0.0;
     segment->cap = velocity_cap(planner, interval);
     segment->soft = fmin(segment->cap, feed * feed);
     segment->slower = 1.0;

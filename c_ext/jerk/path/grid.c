@@ -28,7 +28,8 @@ static bool add_segment(const jerk_planner *planner,
     segment->interval = interval;
     segment->last = last;
     segment->at = i;
-    segment->own = segment->bulge = 1.0;
+    segment->own = 1.0;
+    segment->bulge = 1.0;
     segment->tight = straight(planner, interval)
                          ? &segment->own
                          : &planner->tight[i & planner->mask];
@@ -313,10 +314,12 @@ static bool grid_fill(jerk_planner *planner,
                       const struct extent *extent,
                       double to) {
     int count = (int)(extent->end - planner->head);
-    grid->count = grid->used = 0;
+    grid->count = 0;
+    grid->used = 0;
     grid->rest_start = planner->at_rest;
     grid->stands = extent->stands;
-    grid->land_from = grid->land_to = -1.0;
+    grid->land_from = -1.0;
+    grid->land_to = -1.0;
     grid->finest = extent->length / 24.0;
     if (count > grid->max) {
         return false;

@@ -54,7 +54,9 @@ void jerk_begin_at(jerk_law *law, double t) {
 static void rest_law(jerk_law *law, double length, double v, bool to_rest) {
     law->time = 3.0 * length / v;
     law->jerk = 2.0 * v / (law->time * law->time);
-    law->snap = law->crackle = law->pop = 0.0;
+    law->snap = 0.0;
+    law->crackle = 0.0;
+    law->pop = 0.0;
     law->v0 = to_rest ? v : 0.0;
     law->a0 = to_rest ? -law->jerk * law->time : 0.0;
 }

@@ -39,13 +39,19 @@ static void clear_rows(struct problem *problem) {
         problem->one[i].bound = (vec){1.0, 1.0, 1.0, 1.0};
     }
     for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->on[k] = problem->weight[k] = problem->calm[k] = 0.0;
+        problem->on[k] = 0.0;
+        problem->weight[k] = 0.0;
+        problem->calm[k] = 0.0;
         problem->lengths[k] = 1.0;
         problem->guess[k] = 1.0;
         problem->x[k] = 1.0;
-        problem->accel[k] = problem->input[0][k] = problem->input[1][k] =
-            problem->dx[k] = problem->du[k] = problem->dc[0][k] =
-                problem->dc[1][k] = 0.0;
+        problem->accel[k] = 0.0;
+        problem->input[0][k] = 0.0;
+        problem->input[1][k] = 0.0;
+        problem->dx[k] = 0.0;
+        problem->du[k] = 0.0;
+        problem->dc[0][k] = 0.0;
+        problem->dc[1][k] = 0.0;
     }
 }
 

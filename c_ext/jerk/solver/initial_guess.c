@@ -200,13 +200,20 @@ static bool project(jerk_planner *planner,
                     double stiffness) {
     struct problem *problem = &planner->prob;
     for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->cost.xx[k] = problem->cost.xu[k] = problem->cost.uu[k] =
-            problem->cost.xc[0][k] = problem->cost.xc[1][k] =
-                problem->cost.uc[0][k] = problem->cost.uc[1][k] = 0.0;
+        problem->cost.xx[k] = 0.0;
+        problem->cost.xu[k] = 0.0;
+        problem->cost.uu[k] = 0.0;
+        problem->cost.xc[0][k] = 0.0;
+        problem->cost.xc[1][k] = 0.0;
+        problem->cost.uc[0][k] = 0.0;
+        problem->cost.uc[1][k] = 0.0;
     }
     for (int k = 0; k < problem->blocks * LANES; k++) {
-        problem->cost.cc[1][k] = problem->grad.x[k] = problem->grad.accel[k] =
-            problem->grad.input[0][k] = problem->grad.input[1][k] = 0.0;
+        problem->cost.cc[1][k] = 0.0;
+        problem->grad.x[k] = 0.0;
+        problem->grad.accel[k] = 0.0;
+        problem->grad.input[0][k] = 0.0;
+        problem->grad.input[1][k] = 0.0;
     }
     for (int k = problem->first; k < problem->count; k++) {
         double acc, jerk;
@@ -226,7 +233,8 @@ static bool project(jerk_planner *planner,
     double x = problem->x0;
     double accel = problem->u0;
     if (problem->rest_start) {
-        x = accel = 0.0;
+        x = 0.0;
+        accel = 0.0;
     }
     int last = problem->count - 1;
     for (int k = problem->first; k <= last; k++) {
@@ -262,8 +270,10 @@ static bool project(jerk_planner *planner,
         }
     }
     if (problem->rest_start) {
-        problem->x[0] = problem->accel[0] = problem->input[0][0] =
-            problem->input[1][0] = 0.0;
+        problem->x[0] = 0.0;
+        problem->accel[0] = 0.0;
+        problem->input[0][0] = 0.0;
+        problem->input[1][0] = 0.0;
     }
     return true;
 }
@@ -347,7 +357,8 @@ bool guess_bump(jerk_planner *planner, const struct grid *grid) {
                       EASY_JERK * jerk);
         problem->guess[k] = 1.0 / (1.0 / up + 1.0 / down + 1.0 / cap);
     }
-    problem->guess[0] = problem->guess[grid->count] = 0.0;
+    problem->guess[0] = 0.0;
+    problem->guess[grid->count] = 0.0;
     bound_rows(planner, grid);
     return project(planner, grid, STIFFNESS);
 }

@@ -163,14 +163,17 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
     double x = 0.0;
     double accel = 0.0;
     gather_gradients(problem, gradient, &px, &pu);
-    problem->dx[0] = problem->du[0] = problem->dc[0][0] = problem->dc[1][0] =
-        0.0;
+    problem->dx[0] = 0.0;
+    problem->du[0] = 0.0;
+    problem->dc[0][0] = 0.0;
+    problem->dc[1][0] = 0.0;
     if (problem->rest_start) {
         double t = 1.5 * problem->lengths[0];
         accel = -(t * px + pu) / problem->start_cost;
         x = t * accel;
     }
-    problem->free[0][last - 1] = problem->free[1][last - 1] = 0.0;
+    problem->free[0][last - 1] = 0.0;
+    problem->free[1][last - 1] = 0.0;
     for (int k = problem->first; k < last; k++) {
         const struct gain *gain = &problem->gain[k];
         double d0 = problem->free[0][k];
@@ -187,5 +190,6 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
     }
     problem->dx[last] = x;
     problem->du[last] = accel;
-    problem->dc[0][last] = problem->dc[1][last] = 0.0;
+    problem->dc[0][last] = 0.0;
+    problem->dc[1][last] = 0.0;
 }

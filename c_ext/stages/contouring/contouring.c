@@ -65,8 +65,10 @@ void nc_contour_free(nc_contour *contour) {
 
 void nc_contour_resync(nc_contour *contour, const double *position) {
     memcpy(contour->at, position, sizeof contour->at);
-    contour->holding = contour->wait_behind = false;
-    contour->n_held = contour->n_skipped = 0;
+    contour->holding = false;
+    contour->wait_behind = false;
+    contour->n_held = 0;
+    contour->n_skipped = 0;
 }
 
 void nc_contour_set_wait(nc_contour *contour, int kind, int code, int how) {
@@ -160,7 +162,8 @@ void nc_contour_take(nc_contour *contour, nc_block *rows, double *pool) {
     if (contour->n_pool) {
         memcpy(pool, contour->pool, sizeof *pool * contour->n_pool);
     }
-    contour->n_rows = contour->n_pool = 0;
+    contour->n_rows = 0;
+    contour->n_pool = 0;
 }
 
 static void emit_block(nc_contour *contour, const struct leg *leg) {
@@ -178,7 +181,8 @@ static void release(nc_contour *contour) {
         emit(contour, &contour->held[i].row);
     }
     contour->holding = false;
-    contour->n_held = contour->n_skipped = 0;
+    contour->n_held = 0;
+    contour->n_skipped = 0;
 }
 
 static void hold(nc_contour *contour, const nc_block *row, int skipped) {
@@ -238,7 +242,10 @@ static void emit_curve(nc_contour *contour,
     row.plane = 0;
     row.degree = 4;
     row.angle = 1.0;
-    row.center[0] = row.center[1] = row.radius = row.programmed_radius = 0.0;
+    row.center[0] = 0.0;
+    row.center[1] = 0.0;
+    row.radius = 0.0;
+    row.programmed_radius = 0.0;
     row.length = row.length_min = corner->length[half];
     row.n = number->n;
     row.line = number->line;
@@ -282,7 +289,8 @@ static void round_corner(nc_contour *contour,
     contour->stats.deviation =
         fmax(contour->stats.deviation, corner->deviation);
     contour->holding = false;
-    contour->n_held = contour->n_skipped = 0;
+    contour->n_held = 0;
+    contour->n_skipped = 0;
 }
 
 static bool moves_main(const nc_contour *contour, const struct leg *leg) {

@@ -311,7 +311,8 @@ void emit_curve(nc_smooth *smooth,
 void emit_flush(nc_smooth *smooth) {
     put_line(smooth, smooth->t);
     rows_before(smooth, INFINITY, INFINITY);
-    smooth->held_n = smooth->held_first = 0;
+    smooth->held_n = 0;
+    smooth->held_first = 0;
 }
 
 int64_t nc_smooth_rows(const nc_smooth *smooth) {
@@ -328,5 +329,6 @@ void nc_smooth_take(nc_smooth *smooth, nc_block *rows, double *pool) {
     if (smooth->pool_n) {
         memcpy(pool, smooth->pool, smooth->pool_n * sizeof *pool);
     }
-    smooth->rows_n = smooth->pool_n = 0;
+    smooth->rows_n = 0;
+    smooth->pool_n = 0;
 }

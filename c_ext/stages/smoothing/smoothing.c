@@ -30,7 +30,8 @@ static void begin_at(nc_smooth *smooth) {
     memcpy(node.position, smooth->last, sizeof node.position);
     smooth->nodes[0] = node;
     smooth->n_nodes = 1;
-    smooth->keep.valid = smooth->has_line = false;
+    smooth->keep.valid = false;
+    smooth->has_line = false;
     smooth->skipped = 0.0;
     smooth->left_n = 0;
     smooth->feed = -1.0;
@@ -46,7 +47,8 @@ void nc_smooth_resync(nc_smooth *smooth, const double *position) {
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->last[axis] = position[axis] * smooth->scale[axis];
     }
-    smooth->held_n = smooth->held_first = 0;
+    smooth->held_n = 0;
+    smooth->held_first = 0;
     begin_at(smooth);
 }
 
@@ -339,7 +341,8 @@ static void take_row(nc_smooth *smooth,
         emit_hold(smooth, row, node_here(smooth)->t, false);
     } else {
         struct node *node = node_here(smooth);
-        node->mark = smooth->has_function = true;
+        node->mark = true;
+        smooth->has_function = true;
         smooth->function_count = row->count;
         emit_hold(smooth, row, node->t, false);
     }
