@@ -128,7 +128,8 @@ double curve_length_to(const struct curve *curve, double parameter) {
     }
     double low = 0.0;
     double high = 0.0;
-    return curve->s[i] + integrate(curve, curve->w[i], parameter, &low, &high);
+    double part = integrate(curve, curve->w[i], parameter, &low, &high);
+    return curve->s[i] + part;
 }
 
 /* Length between two parameters where the speed changes little: four points. */
@@ -324,7 +325,9 @@ static bool cut_cells(const struct curve *curve,
             return false;
         }
         memmove(&cells[i + 1], &cells[i], sizeof *cells * (size_t)(*count - i));
-        cells[i].to = cells[i + 1].from = 0.5 * (cells[i].from + cells[i].to);
+        double middle = 0.5 * (cells[i].from + cells[i].to);
+        cells[i].to = middle;
+        cells[i + 1].from = middle;
         judge(curve, &cells[i]);
         judge(curve, &cells[i + 1]);
     }

@@ -146,7 +146,8 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     jerk_at(law, seconds, &at);
     double way = at.s - law->s0;
     double left = pl->lengths[k] - way;
-    if (!(way > LEAST_PART) || !(left > LEAST_PART) || !(at.v > 0.0)) {
+    bool parts = way > LEAST_PART && left > LEAST_PART;
+    if (!parts || !(at.v > 0.0)) {
         remember_law(planner, k, law, true);
         hand_out(planner);
         return;
@@ -175,7 +176,9 @@ static void split(jerk_planner *planner, jerk_law *law, double seconds) {
     pl->lengths[k] = left;
     pl->remaining -= way;
     pl->offset[k] += way;
-    pl->x[k] = planner->x = at.v * at.v / (planner->scale * planner->scale);
+    double scale2 = planner->scale * planner->scale;
+    planner->x = at.v * at.v / scale2;
+    pl->x[k] = planner->x;
     pl->accel[k] = planner->accel = at.a / (planner->scale * planner->scale);
     pl->rest_start = false;
     planner->at_rest = false;

@@ -174,7 +174,8 @@ static void put(struct pen *pen,
     pl->time[k] = time;
     pl->tag[k] = interval->tag;
     pl->offset[k] = interval->offset + pen->at;
-    pl->last[k] = (uint8_t)(whole + 2 * (whole && interval->blocks > 0));
+    bool block_ends = whole && interval->blocks > 0;
+    pl->last[k] = (uint8_t)(whole + 2 * block_ends);
 }
 
 /* A phase of the profile, cut where the pushed intervals end. */

@@ -22,7 +22,8 @@ static void shift_plan(plan *pl, int by) {
     int from = pl->next;
     int to = from + by;
     for (size_t i = 0; i < sizeof knots / sizeof *knots; i++) {
-        memmove(knots[i] + to, knots[i] + from, sizeof(double) * (count + 1));
+        size_t bytes = sizeof(double) * (count + 1);
+        memmove(knots[i] + to, knots[i] + from, bytes);
     }
     for (size_t i = 0; i < sizeof segments / sizeof *segments; i++) {
         memmove(segments[i] + to, segments[i] + from, sizeof(double) * count);

@@ -333,7 +333,8 @@ static double next_need(const topp2 *topp, uint64_t i) {
  * override no longer allows, and then what the caps ask of the next knot cannot
  * be met yet. */
 static struct step next_step(const topp2 *topp) {
-    bool above = topp->x > row_at(topp, topp->head)->need * (1.0 + 1e-9);
+    double need = row_at(topp, topp->head)->need;
+    bool above = topp->x > need * (1.0 + 1e-9);
     return step_over(topp,
                      topp->head,
                      topp->x,

@@ -362,7 +362,8 @@ static double kink_ratio(const jerk_planner *planner,
     const jerk_interval *right = grid->seg[k].interval;
     double dt = planner->cfg.cycle_s;
     double most = 0.0;
-    double share = fmax(grid->seg[k - 1].share, grid->seg[k].share);
+    const struct segment *segment = &grid->seg[k];
+    double share = fmax(segment[-1].share, segment->share);
     if (!grid->seg[k - 1].last) {
         return 0.0;
     }
@@ -394,14 +395,16 @@ static bool jump_fits(const jerk_planner *planner,
     const jerk_interval *left = grid->seg[k - 1].interval;
     const jerk_interval *right = grid->seg[k].interval;
     double dt = planner->cfg.cycle_s;
-    double room = 1.0 - fmin(grid->seg[k - 1].jump, grid->seg[k].jump);
+    const struct segment *segment = &grid->seg[k];
+    double room = 1.0 - fmin(segment[-1].jump, segment->jump);
     double used = 0.0;
     if (!grid->seg[k - 1].last) {
         return true;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
         double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
-        double corner = fabs(turn_of(left, right, axis)) * sqrt(x) / (dt * dt);
+        double turn = fabs(turn_of(left, right, axis));
+        double corner = turn * sqrt(x) / (dt * dt);
         used = fmax(used,
                     (bend + corner) / least_jerk(planner, left, right, axis));
     }
@@ -413,7 +416,8 @@ static bool jump_fits(const jerk_planner *planner,
 static double last_input(const struct grid *grid, double x, double accel) {
     double length = grid->seg[grid->count - 2].length;
     double t = 1.5 * grid->seg[grid->count - 1].length;
-    return -(x + (2.0 * length + t) * accel) / (length * (length + t));
+    double way = 2.0 * length + t;
+    return -(x + way * accel) / (length * (length + t));
 }
 
 /* Largest ratio of anything to its limit over the plan (infinite: no plan at
@@ -469,7 +473,8 @@ double plan_check(const jerk_planner *planner,
         }
     }
     double meet = 1.5 * grid->seg[last].length * -accel;
-    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) {
+    bool meets = fabs(x - meet) <= 1e-6 * x;
+    if (!(x > 0.0) || !meets) {
         return INFINITY;
     }
     if (!jump_fits(planner, grid, last, x)) {
@@ -483,5 +488,6 @@ double plan_check(const jerk_planner *planner,
     problem->input[0][last] = 0.0;
     problem->input[1][last] = 0.0;
     worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
-    return fmax(worst, rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0));
+    double rest = rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0);
+    return fmax(worst, rest);
 }

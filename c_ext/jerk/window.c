@@ -186,7 +186,8 @@ static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
         return tighten_present(planner, grid);
     }
     for (int k = 0; k < grid->count; k++) {
-        grid->seg[k].share = grid->seg[k].jump * *grid->seg[k].tight;
+        struct segment *segment = &grid->seg[k];
+        segment->share = segment->jump * *segment->tight;
     }
     memcpy(planner->scratch,
            planner->prob.x,
@@ -226,7 +227,8 @@ static double loss_of_time(const struct grid *grid,
     double lost = 0.0;
     double time = 0.0;
     for (int k = problem->first; k < grid->count - 1; k++) {
-        double t = grid->seg[k].length / sqrt(fmax(problem->x[k], LEAST_X));
+        double v = sqrt(fmax(problem->x[k], LEAST_X));
+        double t = grid->seg[k].length / v;
         time += t;
         if (grid->seg[k].tight != &grid->seg[k].own) {
             lost += t * (1.0 - share[k]) / 3.0;

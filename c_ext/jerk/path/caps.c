@@ -141,7 +141,8 @@ static double jump_reach(const jerk_planner *planner,
             fmax(jerk_max(planner, left, axis), jerk_max(planner, right, axis))
                 / fmax(1e-9, along));
     }
-    return t * (sqrt(x) * planner->scale + jerk * t * t / 6.0) + 1e-9;
+    double v = sqrt(x) * planner->scale;
+    return t * (v + jerk * t * t / 6.0) + 1e-9;
 }
 
 /* The jump between two intervals that is passed at the head: it still shows in
@@ -206,7 +207,8 @@ void knot_caps(const jerk_planner *planner, struct grid *grid) {
         if (grid->from_start[k] < planner->behind_mm) {
             take_share(&grid->seg[k], 1.0 - planner->behind_share);
         }
-        grid->seg[k].share = grid->seg[k].jump * *grid->seg[k].tight;
+        struct segment *segment = &grid->seg[k];
+        segment->share = segment->jump * *segment->tight;
     }
     for (int k = 0; k < grid->count; k++) {
         grid->seg[k].jerk_up =

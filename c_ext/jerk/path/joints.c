@@ -93,10 +93,12 @@ static void top_speeds(const jerk_planner *planner, struct grid *grid) {
     }
     x[0] = planner->at_rest ? 0.0 : planner->x;
     for (int k = 1; k <= grid->count; k++) {
-        x[k] = fmin(x[k], x[k - 1] + rise_over(planner, &grid->seg[k - 1]));
+        double rise = rise_over(planner, &grid->seg[k - 1]);
+        x[k] = fmin(x[k], x[k - 1] + rise);
     }
     for (int k = grid->count - 1; k > 0; k--) {
-        x[k] = fmin(x[k], x[k + 1] + rise_over(planner, &grid->seg[k]));
+        double rise = rise_over(planner, &grid->seg[k]);
+        x[k] = fmin(x[k], x[k + 1] + rise);
     }
 }
 
@@ -213,10 +215,11 @@ static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
         grid->knot_cap[k] =
             fmin(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
     }
-    for (int i = k - 1; i >= 0 && at - grid->from_start[i + 1] < way; i--) {
+    const double *from = grid->from_start;
+    for (int i = k - 1; i >= 0 && at - from[i + 1] < way; i--) {
         leave(planner, &grid->seg[i], used);
     }
-    for (int i = k; i < grid->count && grid->from_start[i] - at < way; i++) {
+    for (int i = k; i < grid->count && from[i] - at < way; i++) {
         leave(planner, &grid->seg[i], used);
     }
 }

@@ -108,9 +108,11 @@ void law_between(jerk_law *law,
     law->a0 = a0;
     law->jerk = j0;
     law->time = t;
-    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) / (t2 * t);
+    double t3 = t2 * t;
+    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) / t3;
     law->crackle = 24.0 * (-15.0 * v + 7.0 * a - j) / (t2 * t2);
-    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / (t2 * t2 * t);
+    double t5 = t2 * t2 * t;
+    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / t5;
 }
 
 /* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x =

@@ -10,6 +10,10 @@ static inline double *lane(vec *v, int k) {
     return (double *)v + k % LANES;
 }
 
+static inline void set_coef(two_sided *row, int which, int k, double value) {
+    *lane(&row->coef[which], k) = value;
+}
+
 static two_sided *jerk_row(struct problem *problem, int k, int end, int axis) {
     return &problem->jerk[(k / LANES) * 2 * problem->axes + end * problem->axes
                           + axis];
@@ -112,9 +116,9 @@ static void jerk_rows(const jerk_planner *planner,
         const jerk_interval *interval = segment->interval;
         for (int end = 0; end < 2; end++) {
             two_sided *row = jerk_row(problem, k, end, i);
-            *lane(&row->coef[0], k) = weight * interval->d3[end][axis];
-            *lane(&row->coef[1], k) = weight * 3.0 * interval->d2[end][axis];
-            *lane(&row->coef[2], k) = weight * interval->d1[end][axis];
+            set_coef(row, 0, k, weight * interval->d3[end][axis]);
+            set_coef(row, 1, k, weight * 3.0 * interval->d2[end][axis]);
+            set_coef(row, 2, k, weight * interval->d1[end][axis]);
         }
     }
 }
@@ -144,8 +148,8 @@ static void acc_rows(const jerk_planner *planner,
             / (ACC_USABLE * segment->acc[axis]
                * acc_max(planner, interval, axis) * entry_slack(problem, k));
         two_sided *row = acc_row(problem, k, set, i);
-        *lane(&row->coef[0], k) = weight * interval->d2[end][axis];
-        *lane(&row->coef[1], k) = weight * interval->d1[end][axis];
+        set_coef(row, 0, k, weight * interval->d2[end][axis]);
+        set_coef(row, 1, k, weight * interval->d1[end][axis]);
     }
 }
 
@@ -176,8 +180,8 @@ static void mid_rows(const jerk_planner *planner,
             - 7.0 / 16.0 * (interval->d2[0][axis] + interval->d2[1][axis])
             + length / 32.0 * (interval->d3[1][axis] - interval->d3[0][axis]);
         two_sided *row = &problem->mid[(k / LANES) * problem->axes + i];
-        *lane(&row->coef[0], k) = weight * d2;
-        *lane(&row->coef[1], k) = weight * d1;
+        set_coef(row, 0, k, weight * d2);
+        set_coef(row, 1, k, weight * d1);
     }
 }
 

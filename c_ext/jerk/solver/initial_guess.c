@@ -243,7 +243,8 @@ static bool project(jerk_planner *planner,
         double length = problem->lengths[k];
         double input = 0.0;
         if (k == last - 1) {
-            input = problem->gain[k].kx[0] * x + problem->gain[k].ku[0] * accel;
+            const struct gain *gain = &problem->gain[k];
+            input = gain->kx[0] * x + gain->ku[0] * accel;
         }
         problem->input[0][k] = problem->input[1][k] = input;
         if (k == last) {

@@ -32,14 +32,16 @@ static inline vec jerk_value(const two_sided *row,
                              vec x,
                              vec accel,
                              vec input) {
-    return row->coef[0] * x + row->coef[1] * accel + row->coef[2] * input;
+    const vec *coef = row->coef;
+    return coef[0] * x + coef[1] * accel + coef[2] * input;
 }
 static inline vec one_value(const struct one_sided *row,
                             vec x,
                             vec accel,
                             const vec input[2]) {
-    return row->coef[0] * x + row->coef[1] * accel + row->coef[2] * input[0]
-           + row->coef[3] * input[1];
+    const vec *coef = row->coef;
+    vec by_state = coef[0] * x + coef[1] * accel;
+    return by_state + coef[2] * input[0] + coef[3] * input[1];
 }
 
 static struct block block_at(const struct problem *problem, int i) {

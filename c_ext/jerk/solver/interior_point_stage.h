@@ -20,7 +20,8 @@ static inline vec vmax(vec a, vec other) {
     return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
 }
 static double top(vec v) {
-    return fmax(fmax(v[0], v[1]), fmax(v[2], v[3]));
+    double front = fmax(v[0], v[1]);
+    return fmax(front, fmax(v[2], v[3]));
 }
 static double sum(vec v) {
     return (v[0] + v[1]) + (v[2] + v[3]);

@@ -11,9 +11,10 @@ static void set_scale(struct problem *problem) {
         if (problem->on[k] == 0.0) {
             continue;
         }
-        problem->root[0][k] = sqrt(fmax(problem->guess[k], problem->x[k]));
-        problem->root[1][k] =
-            sqrt(fmax(problem->guess[k + 1], problem->x[k + 1]));
+        const double *guess = problem->guess + k;
+        const double *x = problem->x + k;
+        problem->root[0][k] = sqrt(fmax(guess[0], x[0]));
+        problem->root[1][k] = sqrt(fmax(guess[1], x[1]));
     }
 }
 

@@ -147,9 +147,12 @@ static void value_at(const nc_contour_config *cfg,
                      double *d2) {
     for (int axis = 0; axis < cfg->axes; axis++) {
         const double *k = corner->coef[half][axis];
-        position[axis] = k[0] + t * (k[1] + t * (k[2] + t * (k[3] + t * k[4])));
-        d1[axis] = k[1] + t * (2.0 * k[2] + t * (3.0 * k[3] + t * 4.0 * k[4]));
-        d2[axis] = 2.0 * k[2] + t * (6.0 * k[3] + t * 12.0 * k[4]);
+        double third = k[3] + t * k[4];
+        position[axis] = k[0] + t * (k[1] + t * (k[2] + t * third));
+        double slope3 = 3.0 * k[3] + t * 4.0 * k[4];
+        d1[axis] = k[1] + t * (2.0 * k[2] + t * slope3);
+        double bend3 = 6.0 * k[3] + t * 12.0 * k[4];
+        d2[axis] = 2.0 * k[2] + t * bend3;
     }
 }
 
