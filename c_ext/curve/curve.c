@@ -230,7 +230,8 @@ void curve_third(const struct curve *curve, double parameter, double *d3) {
     for (int i = 0; i < curve->axes; i++) {
         double d1 = first[i] / v;
         double d2 = (second[i] - v1 * d1) / vv;
-        d3[i] = (third[i] - v2 * d1 - 3.0 * v * v1 * d2) / (v * vv);
+        double rest = third[i] - v2 * d1 - 3.0 * v * v1 * d2;
+        d3[i] = rest / (v * vv);
     }
 }
 
@@ -324,7 +325,8 @@ static bool cut_cells(const struct curve *curve,
         if (*count == CURVE_CELLS) {
             return false;
         }
-        memmove(&cells[i + 1], &cells[i], sizeof *cells * (size_t)(*count - i));
+        size_t behind = (size_t)(*count - i);
+        memmove(&cells[i + 1], &cells[i], sizeof *cells * behind);
         double middle = 0.5 * (cells[i].from + cells[i].to);
         cells[i].to = middle;
         cells[i + 1].from = middle;

@@ -94,7 +94,9 @@ static void law_of(const jerk_planner *planner, int k, jerk_law *law) {
         law->time = pl->time[k];
         return;
     }
-    const double input[2] = {pl->input[0][k], pl->input[1][k]};
+    double input[2];
+    input[0] = pl->input[0][k];
+    input[1] = pl->input[1][k];
     law_from(law,
              pl->lengths[k],
              pl->x[k],

@@ -182,7 +182,9 @@ static void put(struct pen *pen,
 static void phase(struct pen *pen, double jerk, double time, bool ends) {
     while (time > LEAST_PHASE && pen->fits) {
         const jerk_interval *interval = ring_at(pen->planner, pen->i);
-        jerk_law law = {.v0 = pen->v, .a0 = pen->a, .jerk = jerk, .time = time};
+        jerk_law law = {.v0 = pen->v, .a0 = pen->a};
+        law.jerk = jerk;
+        law.time = time;
         jerk_state end;
         jerk_at(&law, time, &end);
         double left = interval->length - pen->at;

@@ -140,7 +140,8 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
                         .last = interval->blocks != 0,
                         .stand = stand};
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double most = larger(interval->d1[0][axis], interval->d1[1][axis]);
+        double first = interval->d1[0][axis];
+        double most = larger(first, interval->d1[1][axis]);
         double acc = TOPP2_USABLE * topp->cfg.a_max[axis]
                      * (interval->acc_share[axis] > 0.0f
                             ? (double)interval->acc_share[axis]
@@ -154,7 +155,8 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
             rows->cu[k] = interval->d1[end][axis] / acc
                           + (end ? 2.0 * interval->length * rows->cx[k] : 0.0);
             double bend = fabs(interval->d2[end][axis]) / acc;
-            if (fabs(interval->d1[end][axis]) < 1e-9 && bend * v * v > 1.0) {
+            bool stands = fabs(interval->d1[end][axis]) < 1e-9;
+            if (stands && bend * v * v > 1.0) {
                 v = sqrt(1.0 / bend);
             }
         }
@@ -359,7 +361,8 @@ static void consume(topp2 *topp, const struct step *step) {
         double eu = rows->cu[2 * axis + 1] - 2.0 * rows->length * ex;
         rows->cx[2 * axis] = cx + share * (ex - cx);
         rows->cu[2 * axis] = cu + share * (eu - cu);
-        rows->cu[2 * axis + 1] = eu + 2.0 * (rows->length - step->length) * ex;
+        double left = rows->length - step->length;
+        rows->cu[2 * axis + 1] = eu + 2.0 * left * ex;
     }
     rows->length -= step->length;
     rows->offset += step->length;

@@ -95,8 +95,9 @@ static void derivatives_at(const jerk_interval *interval,
         double w1 = interval->d3[1][i];
         d1[i] =
             s1 * p0 + s2 * v0 + s3 * w0 + (1.0 - s1) * p1 + e2 * v1 + e3 * w1;
-        d2[i] = first * (p0 - p1) + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
-        d3[i] = second * (p0 - p1) + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
+        double turn = p0 - p1;
+        d2[i] = first * turn + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
+        d3[i] = second * turn + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
     }
 }
 
@@ -184,9 +185,10 @@ static int points_inside(const jerk_planner *planner,
     double change = 0.0;
     double most = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        change =
-            fmax(change, fabs(interval->d3[1][axis] - interval->d3[0][axis]));
-        most = fmax(most, larger(interval->d3[0][axis], interval->d3[1][axis]));
+        double first = interval->d3[0][axis];
+        double last = interval->d3[1][axis];
+        change = fmax(change, fabs(last - first));
+        most = fmax(most, larger(first, last));
     }
     return change > 0.2 * most ? 12 : 6;
 }

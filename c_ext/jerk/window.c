@@ -204,7 +204,9 @@ static double foreseen(const jerk_planner *planner,
                        int k) {
     double more;
     double f2 = planner->scale * planner->scale;
-    double input[2] = {problem->input[0][k] * f2, problem->input[1][k] * f2};
+    double input[2];
+    input[0] = problem->input[0][k] * f2;
+    input[1] = problem->input[1][k] * f2;
     double most = bend_inside(planner,
                               segment,
                               problem->x[k] * f2,
@@ -398,7 +400,8 @@ void allow_present(jerk_planner *planner,
                    struct grid *grid,
                    double reach,
                    double top) {
-    for (int k = 0; k < grid->count && grid->from_start[k] < reach; k++) {
+    const double *from = grid->from_start;
+    for (int k = 0; k < grid->count && from[k] < reach; k++) {
         struct segment *segment = &grid->seg[k];
         segment->soft = fmin(
             segment->cap,

@@ -235,11 +235,12 @@ static int correct_centre(const nc_modal *modal,
     double given[2] = {arc->center[0], arc->center[1]};
     double ux = arc->chord[0] / arc->width;
     double uy = arc->chord[1] / arc->width;
-    double mx = given[0] - (arc->start[0] + 0.5 * arc->chord[0]);
-    double my = given[1] - (arc->start[1] + 0.5 * arc->chord[1]);
+    const double *chord = arc->chord;
+    double mx = given[0] - (arc->start[0] + 0.5 * chord[0]);
+    double my = given[1] - (arc->start[1] + 0.5 * chord[1]);
     double along = mx * ux + my * uy;
     double height = my * ux - mx * uy;
-    double r_end = hypot(mx - 0.5 * arc->chord[0], my - 0.5 * arc->chord[1]);
+    double r_end = hypot(mx - 0.5 * chord[0], my - 0.5 * chord[1]);
     if (modal->rules & NC_RULE_NO_CORRECTION) {
         if (fabs(r_end - r_start) > UNCORRECTED_MM) {
             return NC_ERROR_RADII;

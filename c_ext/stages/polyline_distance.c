@@ -103,7 +103,8 @@ static double to_segment(const line *line, int64_t i, const double *point) {
     }
     double share = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
     for (int k = 0; k < line->dim; k++) {
-        double rest = point[k] - from[k] - share * (to[k] - from[k]);
+        double way_k = to[k] - from[k];
+        double rest = point[k] - from[k] - share * way_k;
         square += rest * rest;
     }
     return square;
@@ -185,8 +186,9 @@ static double around_vertex(const line *line,
     double along = 0.0;
     double middle[NC_AXES];
     for (int k = 0; k < line->dim; k++) {
-        way += square(to[k] - from[k]);
-        along += (vertex[k] - from[k]) * (to[k] - from[k]);
+        double way_k = to[k] - from[k];
+        way += square(way_k);
+        along += (vertex[k] - from[k]) * way_k;
     }
     double share = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
     for (int k = 0; k < line->dim; k++) {

@@ -135,7 +135,8 @@ static double jump_reach(const jerk_planner *planner,
     double jerk = 1e30;
     double t = 1.5 * planner->cfg.cycle_s;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double along = larger(left->d1[1][axis], right->d1[0][axis]);
+        double behind = right->d1[0][axis];
+        double along = larger(left->d1[1][axis], behind);
         jerk = fmin(
             jerk,
             fmax(jerk_max(planner, left, axis), jerk_max(planner, right, axis))

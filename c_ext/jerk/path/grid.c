@@ -9,7 +9,9 @@
 static bool straight(const jerk_planner *planner,
                      const jerk_interval *interval) {
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        if (interval->d2[0][axis] != 0.0 || interval->d2[1][axis] != 0.0) {
+        double first = interval->d2[0][axis];
+        double last = interval->d2[1][axis];
+        if (first != 0.0 || last != 0.0) {
             return false;
         }
     }

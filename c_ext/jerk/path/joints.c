@@ -61,7 +61,8 @@ static double asked_speed2(const jerk_planner *planner,
     if (planner->command_speed >= 0.0) {
         return x;
     }
-    for (int i = k > 0 ? k - 1 : k; i <= k && i < grid->count; i++) {
+    int first = k > 0 ? k - 1 : k;
+    for (int i = first; i <= k && i < grid->count; i++) {
         double v = asked_under(&usual, grid->seg[i].interval) / planner->scale;
         if (v * v < x) {
             x = v * v;

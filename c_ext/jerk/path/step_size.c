@@ -100,7 +100,8 @@ struct steps interval_steps(const jerk_planner *planner,
     struct steps most = {0};
     double least = 1e30;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double rate = larger(interval->d1[0][axis], interval->d1[1][axis]);
+        double first = interval->d1[0][axis];
+        double rate = larger(first, interval->d1[1][axis]);
         if (rate < 1e-9) {
             continue;
         }

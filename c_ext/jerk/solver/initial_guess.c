@@ -116,7 +116,8 @@ static void slow_profile(jerk_planner *planner,
     x[count] = 0.0;
     easy_caps(planner, grid, x);
     if (grid->rest_start) {
-        x[1] = fmin(x[1], rest_end(planner, &grid->seg[0], &accel));
+        double most = rest_end(planner, &grid->seg[0], &accel);
+        x[1] = fmin(x[1], most);
     }
     ramp(planner,
          grid,
@@ -132,7 +133,8 @@ static void slow_profile(jerk_planner *planner,
          k++) { /* from above the caps: down with the full acceleration */
         double acc, jerk;
         path_limits(planner, &grid->seg[k - 1], &acc, &jerk);
-        x[k] = fmax(x[k], x[k - 1] - 2.0 * acc * grid->seg[k - 1].length);
+        double drop = 2.0 * acc * grid->seg[k - 1].length;
+        x[k] = fmax(x[k], x[k - 1] - drop);
     }
     for (int k = 1; k < count; k++) {
         x[k] = fmax(x[k], TINY);
@@ -179,7 +181,8 @@ static void plan_x(const plan *pl,
         double into = at - start;
         double length = pl->lengths[i];
         if (i == pl->count - 1) {
-            x[k] = pl->x[i] * pow(fmax(0.0, 1.0 - into / length), 4.0 / 3.0);
+            double left = fmax(0.0, 1.0 - into / length);
+            x[k] = pl->x[i] * pow(left, 4.0 / 3.0);
         } else if (i == 0 && pl->rest_start) {
             x[k] = pl->x[1] * pow(into / length, 4.0 / 3.0);
         } else {

@@ -42,7 +42,8 @@ static inline void start_sides(two_sided *row,
                                vec bound,
                                double mu) {
     for (int k = 0; k < 2; k++) {
-        start_side(value[k], bound, mu, &row->slack[k], &row->dual[k]);
+        vec *dual = &row->dual[k];
+        start_side(value[k], bound, mu, &row->slack[k], dual);
     }
 }
 

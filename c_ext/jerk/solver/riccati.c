@@ -153,9 +153,13 @@ static void gather_gradients(struct problem *problem,
     double pu = gradient->accel[last];
     double input = gradient->input[0][k] + gradient->input[1][k];
     const struct gain *gain = &problem->gain[k];
-    double nx = gradient->x[k] + gain->kx[0] * input + x_before(gain, px, pu);
-    pu = gradient->accel[k] + gain->ku[0] * input + accel_before(gain, px, pu);
+    double nx = gradient->x[k] + gain->kx[0] * input;
+    nx = nx + x_before(gain, px, pu);
+    double nu = gradient->accel[k] + gain->ku[0] * input;
+    pu = nu + accel_before(gain, px, pu);
     px = nx;
+    double *free_0 = problem->free[0];
+    double *free_1 = problem->free[1];
     for (k = last - 2; k >= problem->first; k--) {
         gain = &problem->gain[k];
         double g0 = gradient->input[0][k];
@@ -166,8 +170,8 @@ static void gather_gradients(struct problem *problem,
         double r0 = g0 + 2.0 * third + both;
         double r1 = g1 + third + both;
         const double *inverse = gain->inverse;
-        problem->free[0][k] = -(inverse[0] * r0 + inverse[1] * r1);
-        problem->free[1][k] = -(inverse[1] * r0 + inverse[2] * r1);
+        free_0[k] = -(inverse[0] * r0 + inverse[1] * r1);
+        free_1[k] = -(inverse[1] * r0 + inverse[2] * r1);
         double by_x = gain->kx[0] * g0 + gain->kx[1] * g1;
         double by_accel = gain->ku[0] * g0 + gain->ku[1] * g1;
         nx = gradient->x[k] + by_x + x_before(gain, px, pu);

@@ -39,10 +39,12 @@ static void curve_axis(struct corner *corner,
                        int axis,
                        const struct ends *ends,
                        const double *interim) {
-    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * ends->w0[axis];
+    double w0 = ends->w0[axis];
+    double w1 = ends->w1[axis];
+    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * w0;
     double f1 = ends->v0[axis] + ends->w0[axis];
     double f2 = ends->w0[axis];
-    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * ends->w1[axis];
+    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * w1;
     double g1 = -ends->v1[axis] + ends->w1[axis];
     double g2 = ends->w1[axis];
     double first[5] = {ends->p0[axis],
@@ -148,7 +150,8 @@ static void value_at(const nc_contour_config *cfg,
     for (int axis = 0; axis < cfg->axes; axis++) {
         const double *k = corner->coef[half][axis];
         double third = k[3] + t * k[4];
-        position[axis] = k[0] + t * (k[1] + t * (k[2] + t * third));
+        double rise = t * (k[1] + t * (k[2] + t * third));
+        position[axis] = k[0] + rise;
         double slope3 = 3.0 * k[3] + t * 4.0 * k[4];
         d1[axis] = k[1] + t * (2.0 * k[2] + t * slope3);
         double bend3 = 6.0 * k[3] + t * 12.0 * k[4];

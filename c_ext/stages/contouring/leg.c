@@ -38,7 +38,8 @@ void leg_at(const nc_contour_config *cfg,
             double *d2) {
     double share = s / leg->length;
     for (int axis = 0; axis < cfg->axes; axis++) {
-        d1[axis] = (leg->row.end[axis] - leg->start[axis]) / leg->length;
+        double way = leg->row.end[axis] - leg->start[axis];
+        d1[axis] = way / leg->length;
         d2[axis] = 0.0;
         position[axis] = leg->start[axis] + d1[axis] * s;
     }
@@ -91,7 +92,8 @@ double leg_track(const nc_contour_config *cfg, const struct leg *leg) {
     double most = 0.0;
     for (int axis = 0; axis < cfg->axes; axis++) {
         if (!is_main(cfg, axis)) {
-            most = fmax(most, fabs(leg->row.end[axis] - leg->start[axis]));
+            double way = leg->row.end[axis] - leg->start[axis];
+            most = fmax(most, fabs(way));
         }
     }
     return most;

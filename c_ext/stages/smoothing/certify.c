@@ -99,7 +99,8 @@ static double part_deviation(const nc_smooth *smooth,
     struct part left = {.allowed = part->allowed};
     struct part right = {.allowed = part->allowed};
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-        cut_at(part->hull[axis], 0.5, left.hull[axis], right.hull[axis]);
+        double *behind = right.hull[axis];
+        cut_at(part->hull[axis], 0.5, left.hull[axis], behind);
         left.from[axis] = part->from[axis];
         left.to[axis] = right.from[axis] =
             0.5 * (part->from[axis] + part->to[axis]);

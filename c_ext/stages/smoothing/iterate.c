@@ -16,8 +16,9 @@ static double bend2(const struct window *window, int k, int axes) {
         double first = 0.0;
         double second = 0.0;
         for (int j = 0; j < ORDER; j++) {
-            first += window->middle[k][0][j] * window->control[k + j][axis];
-            second += window->middle[k][1][j] * window->control[k + j][axis];
+            double control = window->control[k + j][axis];
+            first += window->middle[k][0][j] * control;
+            second += window->middle[k][1][j] * control;
         }
         first /= length;
         second /= length * length;
@@ -81,7 +82,8 @@ static double residuals(nc_smooth *smooth) {
                 sum[smooth->cfg.rotary >> (axis + 1) & 1] += miss2[1];
             }
         }
-        double miss = sqrt(sum[0] > sum[1] ? sum[0] : sum[1]);
+        double most2 = sum[0] > sum[1] ? sum[0] : sum[1];
+        double miss = sqrt(most2);
         double share = miss / site->allowed;
         site->miss = miss / site->target;
         all += share;

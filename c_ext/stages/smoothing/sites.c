@@ -45,8 +45,10 @@ static double scatter_at(const nc_smooth *smooth, int i) {
             rate[k] = (node[k - 1].position[axis] - node[k - 2].position[axis])
                       / (node[k - 1].t - node[k - 2].t);
         }
-        double left = 2.0 * (rate[1] - rate[0]) / (node->t - node[-2].t);
-        double right = 2.0 * (rate[3] - rate[2]) / (node[2].t - node->t);
+        double from = node->t - node[-2].t;
+        double left = 2.0 * (rate[1] - rate[0]) / from;
+        double to = node[2].t - node->t;
+        double right = 2.0 * (rate[3] - rate[2]) / to;
         double own = 2.0 * (rate[2] - rate[1]) / (before + behind);
         double off = own - (1.0 - share) * left - share * right;
         sum += off * off;
