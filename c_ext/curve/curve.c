@@ -230,8 +230,8 @@ void curve_third(const struct curve *curve, double parameter, double *d3) {
     for (int i = 0; i < curve->axes; i++) {
         double d1 = first[i] / v;
         double d2 = (second[i] - v1 * d1) / vv;
-        double rest = third[i] - v2 * d1 - 3.0 * v * v1 * d2;
-        d3[i] = rest / (v * vv);
+        double remainder = third[i] - v2 * d1 - 3.0 * v * v1 * d2;
+        d3[i] = remainder / (v * vv);
     }
 }
 
@@ -417,11 +417,11 @@ bool curve_build_by_length(struct curve *curve,
 static double hermite_guess(const struct curve *curve, int i, double s) {
     double length = curve->s[i + 1] - curve->s[i];
     double t = (s - curve->s[i]) / length;
-    double rest = 1.0 - t;
-    return curve->w[i] * rest * rest * (1.0 + 2.0 * t)
-           + curve->w[i + 1] * t * t * (1.0 + 2.0 * rest)
-           + length * t * rest
-                 * (curve->dwds[i] * rest - curve->dwds[i + 1] * t);
+    double remainder = 1.0 - t;
+    return curve->w[i] * remainder * remainder * (1.0 + 2.0 * t)
+           + curve->w[i + 1] * t * t * (1.0 + 2.0 * remainder)
+           + length * t * remainder
+                 * (curve->dwds[i] * remainder - curve->dwds[i + 1] * t);
 }
 
 /* Normalised parameter 0..1 at arc length s. */

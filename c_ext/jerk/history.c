@@ -23,8 +23,8 @@ void remember_law(jerk_planner *planner,
     handed->behind_mm = planner->behind_mm;
     handed->behind_share = planner->behind_share;
     handed->driven = planner->driven;
-    handed->at_rest = planner->at_rest;
-    handed->rest_start = pl->rest_start && k == 0;
+    handed->at_standstill = planner->at_standstill;
+    handed->from_standstill = pl->from_standstill && k == 0;
     handed->tag = law->tag;
     handed->offset = law->s0;
     handed->length = law->length;

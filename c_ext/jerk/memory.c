@@ -157,7 +157,7 @@ jerk_planner *jerk_new(const jerk_config *config, int capacity) {
            || planner->mask + 1 < RING_MIN) {
         planner->mask = 2 * planner->mask + 1;
     }
-    planner->at_rest = true;
+    planner->at_standstill = true;
     planner->feed_factor = 1.0;
     planner->rapid_factor = 1.0;
     planner->command_speed = -1.0;

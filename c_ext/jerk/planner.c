@@ -68,7 +68,7 @@ void jerk_get_stats(const jerk_planner *planner, jerk_stats *out) {
 }
 
 double jerk_speed(const jerk_planner *planner) {
-    return planner->at_rest ? 0.0 : planner->scale * sqrt(planner->x);
+    return planner->at_standstill ? 0.0 : planner->scale * sqrt(planner->x);
 }
 
 void jerk_command_speed(jerk_planner *planner, double speed) {

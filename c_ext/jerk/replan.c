@@ -97,7 +97,7 @@ static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
 }
 
 static bool above_soft(const jerk_planner *planner, const struct grid *grid) {
-    return !grid->rest_start && grid->count > 1
+    return !grid->from_standstill && grid->count > 1
            && planner->x > 1.003 * fmin(grid->seg[0].soft, grid->seg[1].soft);
 }
 
@@ -131,7 +131,7 @@ static bool solve_shorter(jerk_planner *planner,
             return false;
         }
         grid_window(planner, grid, reach);
-        if (grid->count < (grid->rest_start ? 3 : 2)) {
+        if (grid->count < (grid->from_standstill ? 3 : 2)) {
             return false;
         }
         planner->reach = reach;
@@ -166,7 +166,7 @@ bool plan_window(jerk_planner *planner) {
                       : 0.0;
     double ahead = fmax(planner->reach, TAIL_MORE * left);
     grid_window(planner, grid, ahead);
-    if (grid->count < (grid->rest_start ? 3 : 2)) {
+    if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return true;
     }
     bool changed = planner->changed, above = above_soft(planner, grid);
@@ -175,7 +175,8 @@ bool plan_window(jerk_planner *planner) {
     if (!above
         && (solve_finer(planner, grid, ahead, FINER_TRIES)
             || solve_shorter(planner, grid, TAIL_MORE * left))) {
-        if (!changed && !grid->rest_start && slower_than_tail(planner, grid)) {
+        if (!changed && !grid->from_standstill
+            && slower_than_tail(planner, grid)) {
             planner->stats.slower++;
             planner->plan.final =
                 planner->plan.final
@@ -186,7 +187,7 @@ bool plan_window(jerk_planner *planner) {
         reach_further(planner, grid);
         return true;
     }
-    if (grid->rest_start) {
+    if (grid->from_standstill) {
         grid_window(planner, grid, 1e30);
         if ((solve_window(planner, grid, false, SHRINK)
              || slow_fallback(planner, grid))

@@ -214,7 +214,7 @@ static void phase(struct pen *pen, double jerk, double time, bool ends) {
 /* Plan from rest to the next stand if a straight line leads there. */
 bool plan_straight(jerk_planner *planner) {
     uint64_t end = planner->head;
-    double length = planner->at_rest && planner->head != planner->tail
+    double length = planner->at_standstill && planner->head != planner->tail
                         ? line_ahead(planner, &end)
                         : 0.0;
     if (!(length > 0.0)) {
@@ -232,7 +232,7 @@ bool plan_straight(jerk_planner *planner) {
     pl->edition++;
     planner->was = speeds_now(planner);
     pl->end = end;
-    pl->rest_start = true;
+    pl->from_standstill = true;
     pl->final = true;
     pl->stands = true;
     pl->remaining = length;

@@ -52,7 +52,7 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
         pl->input[i][k] = handed->input[i];
     }
     pl->remaining += handed->length;
-    pl->rest_start = k == 0 && handed->rest_start;
+    pl->from_standstill = k == 0 && handed->from_standstill;
     jerk_interval *interval = &planner->ring[handed->head & planner->mask];
     uint32_t stand =
         handed->head == planner->head
@@ -67,7 +67,7 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
     planner->behind_mm = handed->behind_mm;
     planner->behind_share = handed->behind_share;
     turns_back(planner, handed->driven);
-    planner->at_rest = handed->at_rest;
+    planner->at_standstill = handed->at_standstill;
 }
 
 /* Law h has come to rest, so the plan that it was of ended behind it: it ends
@@ -104,7 +104,7 @@ double jerk_take_back(jerk_planner *planner, double seconds) {
     for (uint64_t i = 0; i < count; i++) {
         const struct handed *handed =
             handed_at(planner, --planner->handed_count);
-        if (planner->at_rest) {
+        if (planner->at_standstill) {
             end_plan(planner, handed);
         }
         put_back(planner, handed);

@@ -68,24 +68,24 @@ static void derivatives_at(const jerk_interval *interval,
                            double *d2,
                            double *d3) {
     double length = interval->length;
-    double rest = 1.0 - t;
+    double left = 1.0 - t;
     double t2 = t * t;
-    double r2 = rest * rest;
-    double s1 = r2 * rest * (1.0 + 3.0 * t + 6.0 * t2);
-    double s2 = length * r2 * rest * t * (1.0 + 3.0 * t);
-    double s3 = 0.5 * length * length * r2 * rest * t2;
-    double e2 = -length * t2 * t * rest * (1.0 + 3.0 * rest);
+    double r2 = left * left;
+    double s1 = r2 * left * (1.0 + 3.0 * t + 6.0 * t2);
+    double s2 = length * r2 * left * t * (1.0 + 3.0 * t);
+    double s3 = 0.5 * length * length * r2 * left * t2;
+    double e2 = -length * t2 * t * left * (1.0 + 3.0 * left);
     double e3 = 0.5 * length * length * t2 * t * r2;
     double first = -30.0 * t2 * r2 / length;
     double b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2);
     double b3 = 0.5 * length * t * r2 * (2.0 - 5.0 * t);
-    double f2 = t2 * (1.0 + 2.0 * rest - 15.0 * r2);
-    double f3 = -0.5 * length * rest * t2 * (2.0 - 5.0 * rest);
-    double second = -60.0 * t * rest * (1.0 - 2.0 * t) / (length * length);
-    double g2 = -12.0 * t * rest * (3.0 - 5.0 * t) / length;
-    double g3 = rest * (1.0 - 8.0 * t + 10.0 * t2);
-    double k2 = 12.0 * t * rest * (3.0 - 5.0 * rest) / length;
-    double k3 = t * (1.0 - 8.0 * rest + 10.0 * r2);
+    double f2 = t2 * (1.0 + 2.0 * left - 15.0 * r2);
+    double f3 = -0.5 * length * left * t2 * (2.0 - 5.0 * left);
+    double second = -60.0 * t * left * (1.0 - 2.0 * t) / (length * length);
+    double g2 = -12.0 * t * left * (3.0 - 5.0 * t) / length;
+    double g3 = left * (1.0 - 8.0 * t + 10.0 * t2);
+    double k2 = 12.0 * t * left * (3.0 - 5.0 * left) / length;
+    double k3 = t * (1.0 - 8.0 * left + 10.0 * r2);
     for (int i = 0; i < axes; i++) {
         double p0 = interval->d1[0][i];
         double p1 = interval->d1[1][i];
@@ -131,10 +131,10 @@ static double ratio_at_end(const jerk_planner *planner,
 
 /* Constant path jerk over the interval h with the speed v at the moving end;
  * `sign` -1: it ends at rest. */
-static double rest_ratio(const jerk_planner *planner,
-                         const struct segment *segment,
-                         double v,
-                         double sign) {
+static double standstill_ratio(const jerk_planner *planner,
+                               const struct segment *segment,
+                               double v,
+                               double sign) {
     double t = 3.0 * segment->length / v;
     double j = 2.0 * v / (t * t);
     double tm = t * cbrt(0.5);
@@ -157,7 +157,7 @@ static struct motion motion_at(const jerk_law *law, double t, double *s) {
     jerk_state at;
     jerk_at(law, t, &at);
     *s = at.s;
-    return (struct motion){at.v, at.a, law_jerk(law, t)};
+    return (struct motion){at.v, at.a, motion_law_jerk(law, t)};
 }
 
 static double ratio_at_time(const jerk_planner *planner,
@@ -226,7 +226,14 @@ static jerk_law law_of(double length,
     *accel = accel_after(length, u0, input[0], input[1]);
     double v0 = sqrt(x0);
     double v1 = sqrt(*x);
-    law_between(&law, length, v0, u0, input[0] * v0, v1, *accel, input[1] * v1);
+    motion_law_between(&law,
+                       length,
+                       v0,
+                       u0,
+                       input[0] * v0,
+                       v1,
+                       *accel,
+                       input[1] * v1);
     return law;
 }
 
@@ -434,16 +441,16 @@ double plan_check(const jerk_planner *planner,
     double accel = problem->u0 * f2;
     int last = grid->count - 1;
     int k = 0;
-    if (grid->count < (grid->rest_start ? 3 : 2)) {
+    if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return INFINITY;
     }
-    if (grid->rest_start) {
+    if (grid->from_standstill) {
         accel = problem->accel[1] * f2;
         x = 1.5 * grid->seg[0].length * accel;
         if (!(x > 0.0)) {
             return INFINITY;
         }
-        worst = fmax(rest_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
+        worst = fmax(standstill_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
                      feed_ratio(planner, grid, 0, 0.0, x, x));
         problem->x[0] = 0.0;
         problem->accel[0] = 0.0;
@@ -490,6 +497,7 @@ double plan_check(const jerk_planner *planner,
     problem->input[0][last] = 0.0;
     problem->input[1][last] = 0.0;
     worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
-    double rest = rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0);
-    return fmax(worst, rest);
+    double standing =
+        standstill_ratio(planner, &grid->seg[last], sqrt(x), -1.0);
+    return fmax(worst, standing);
 }

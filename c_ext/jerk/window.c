@@ -71,7 +71,7 @@ bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
     pl->next = 0;
     pl->since = 0;
     pl->edition++;
-    pl->rest_start = grid->rest_start;
+    pl->from_standstill = grid->from_standstill;
     pl->final = final;
     pl->stands = grid->stands;
     pl->end = end;

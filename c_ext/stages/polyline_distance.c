@@ -104,8 +104,8 @@ static double to_segment(const line *line, int64_t i, const double *point) {
     double share = way > 0.0 ? fmin(fmax(along / way, 0.0), 1.0) : 0.0;
     for (int k = 0; k < line->dim; k++) {
         double way_k = to[k] - from[k];
-        double rest = point[k] - from[k] - share * way_k;
-        square += rest * rest;
+        double remainder = point[k] - from[k] - share * way_k;
+        square += remainder * remainder;
     }
     return square;
 }

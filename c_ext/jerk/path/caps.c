@@ -9,9 +9,9 @@
 /* Largest path jerk (scaled) over the rest interval s: at distance d from the
  * standstill x ~ d^(4/3), and every axis jerk is jerk * |q' +- 9 d q'' + 4.5
  * d^2 q'''| (minus where the interval ends at rest). */
-static double rest_jerk(const jerk_planner *planner,
-                        const struct segment *segment,
-                        int at_end) {
+static double standstill_jerk(const jerk_planner *planner,
+                              const struct segment *segment,
+                              int at_end) {
     jerk_interval half;
     double most = 0.0;
     double length = segment->length;
@@ -213,8 +213,9 @@ void knot_caps(const jerk_planner *planner, struct grid *grid) {
     }
     for (int k = 0; k < grid->count; k++) {
         grid->seg[k].jerk_up =
-            k == 0 ? rest_jerk(planner, &grid->seg[k], 0) : 0.0;
+            k == 0 ? standstill_jerk(planner, &grid->seg[k], 0) : 0.0;
         grid->seg[k].jerk_down =
-            k == grid->count - 1 ? rest_jerk(planner, &grid->seg[k], 1) : 0.0;
+            k == grid->count - 1 ? standstill_jerk(planner, &grid->seg[k], 1)
+                                 : 0.0;
     }
 }

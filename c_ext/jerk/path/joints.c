@@ -92,7 +92,7 @@ static void top_speeds(const jerk_planner *planner, struct grid *grid) {
     for (int k = 0; k <= grid->count; k++) {
         x[k] = asked_speed2(planner, grid, k);
     }
-    x[0] = planner->at_rest ? 0.0 : planner->x;
+    x[0] = planner->at_standstill ? 0.0 : planner->x;
     for (int k = 1; k <= grid->count; k++) {
         double rise = rise_over(planner, &grid->seg[k - 1]);
         x[k] = fmin(x[k], x[k - 1] + rise);

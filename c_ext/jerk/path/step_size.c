@@ -26,9 +26,9 @@ static struct steps steps_for(struct along along) {
     double ramp = a * a * a / (6.0 * along.j * along.j);
     double stop = 0.5 * along.v * (along.v / a + a / along.j);
     struct steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
-    out.rest = ramp / JOINED_PARTS;
-    out.finest =
-        fmax(ramp / REST_PARTS, fmin(0.5 * ramp, out.longest / FINEST_PARTS));
+    out.line_standstill = ramp / JOINED_PARTS;
+    out.finest = fmax(ramp / STANDSTILL_PARTS,
+                      fmin(0.5 * ramp, out.longest / FINEST_PARTS));
     return out;
 }
 
@@ -128,7 +128,7 @@ struct steps interval_steps(const jerk_planner *planner,
         out.longest = planner->cfg.spacing_mm;
     }
     out.turn = turn_length(planner, interval);
-    out.bent_rest = REST_TURN * out.turn;
+    out.curve_standstill = STANDSTILL_TURN * out.turn;
     out.shortest = fmin(out.turn, interval->length) / LEAST_PARTS;
     set_bend(planner, interval, &out);
     out.knots = ceil(interval->length / out.longest);

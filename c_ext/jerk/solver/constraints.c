@@ -63,7 +63,7 @@ static void clear_rows(struct problem *problem) {
  * the limits: between the knots of that plan it may lie a little above what is
  * planned with. */
 static double entry_slack(const struct problem *problem, int k) {
-    return problem->rest_start || k >= ENTRY_STAGES
+    return problem->from_standstill || k >= ENTRY_STAGES
                ? 1.0
                : 1.0 + ENTRY_SLACK * (1.0 - (double)k / ENTRY_STAGES);
 }
@@ -193,7 +193,7 @@ static double cap_at(const jerk_planner *planner,
     double cap =
         fmin(grid->knot_cap[k], fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
     (void)planner;
-    if (k == 1 && grid->rest_start) {
+    if (k == 1 && grid->from_standstill) {
         double length = grid->seg[0].length;
         double accel =
             cbrt(6.0 * length * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
@@ -264,9 +264,9 @@ void problem_from_grid(jerk_planner *planner,
     struct problem *problem = &planner->prob;
     problem->count = grid->count;
     find_axes(planner, grid, problem);
-    problem->rest_start = grid->rest_start;
+    problem->from_standstill = grid->from_standstill;
     problem->paused = false;
-    problem->first = grid->rest_start ? 1 : 0;
+    problem->first = grid->from_standstill ? 1 : 0;
     problem->blocks = (grid->count + 1 + LANES - 1) / LANES;
     problem->acc_sets = has_kinks(planner, grid) ? 2 : 1;
     problem->x0 = x0;

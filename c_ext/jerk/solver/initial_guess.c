@@ -46,7 +46,7 @@ static void path_limits(const jerk_planner *planner,
 }
 
 /* x at distance d from a standstill under constant path jerk. */
-static double from_rest(double distance, double jerk) {
+static double x_from_standstill(double distance, double jerk) {
     return 0.25 * jerk * jerk * pow(6.0 * distance / jerk, 4.0 / 3.0);
 }
 
@@ -95,13 +95,13 @@ static void easy_caps(const jerk_planner *planner,
 }
 
 /* End of a rest interval under half of the jerk: x and u there. */
-static double rest_end(const jerk_planner *planner,
-                       const struct segment *segment,
-                       double *accel) {
+static double standstill_end(const jerk_planner *planner,
+                             const struct segment *segment,
+                             double *accel) {
     double acc, jerk;
     double length = segment->length;
     path_limits(planner, segment, &acc, &jerk);
-    double x = from_rest(length, EASY_JERK * jerk);
+    double x = x_from_standstill(length, EASY_JERK * jerk);
     *accel = x / (1.5 * length);
     return x;
 }
@@ -112,24 +112,24 @@ static void slow_profile(jerk_planner *planner,
                          double *x) {
     int count = grid->count;
     double accel = planner->accel;
-    x[0] = grid->rest_start ? 0.0 : planner->x;
+    x[0] = grid->from_standstill ? 0.0 : planner->x;
     x[count] = 0.0;
     easy_caps(planner, grid, x);
-    if (grid->rest_start) {
-        double most = rest_end(planner, &grid->seg[0], &accel);
+    if (grid->from_standstill) {
+        double most = standstill_end(planner, &grid->seg[0], &accel);
         x[1] = fmin(x[1], most);
     }
     ramp(planner,
          grid,
          x,
-         grid->rest_start ? 1 : 0,
+         grid->from_standstill ? 1 : 0,
          count - 1,
          1,
          fmax(0.0, accel));
-    x[count - 1] =
-        fmin(x[count - 1], rest_end(planner, &grid->seg[count - 1], &accel));
+    x[count - 1] = fmin(x[count - 1],
+                        standstill_end(planner, &grid->seg[count - 1], &accel));
     ramp(planner, grid, x, count - 1, 1, -1, accel);
-    for (int k = 1; k < count && !grid->rest_start;
+    for (int k = 1; k < count && !grid->from_standstill;
          k++) { /* from above the caps: down with the full acceleration */
         double acc, jerk;
         path_limits(planner, &grid->seg[k - 1], &acc, &jerk);
@@ -183,7 +183,7 @@ static void plan_x(const plan *pl,
         if (i == pl->count - 1) {
             double left = fmax(0.0, 1.0 - into / length);
             x[k] = pl->x[i] * pow(left, 4.0 / 3.0);
-        } else if (i == 0 && pl->rest_start) {
+        } else if (i == 0 && pl->from_standstill) {
             x[k] = pl->x[1] * pow(into / length, 4.0 / 3.0);
         } else {
             x[k] = between(pl->x[i],
@@ -235,7 +235,7 @@ static bool project(jerk_planner *planner,
      * first rollout with no input */
     double x = problem->x0;
     double accel = problem->u0;
-    if (problem->rest_start) {
+    if (problem->from_standstill) {
         x = 0.0;
         accel = 0.0;
     }
@@ -273,7 +273,7 @@ static bool project(jerk_planner *planner,
             problem->input[i][k] += problem->dc[i][k];
         }
     }
-    if (problem->rest_start) {
+    if (problem->from_standstill) {
         problem->x[0] = 0.0;
         problem->accel[0] = 0.0;
         problem->input[0][0] = 0.0;
@@ -289,7 +289,7 @@ static void keep_reachable(const jerk_planner *planner,
                            double *x) {
     double at = planner->x;
     double accel = planner->accel;
-    if (grid->rest_start || accel >= 0.0) {
+    if (grid->from_standstill || accel >= 0.0) {
         return;
     }
     for (int k = 0; k < grid->count - 1; k++) {
@@ -355,10 +355,10 @@ bool guess_bump(jerk_planner *planner, const struct grid *grid) {
         }
     }
     for (int k = 1; k < grid->count; k++) {
-        double up = from_rest(grid->from_start[k], EASY_JERK * jerk);
-        double down =
-            from_rest(grid->from_start[grid->count] - grid->from_start[k],
-                      EASY_JERK * jerk);
+        double up = x_from_standstill(grid->from_start[k], EASY_JERK * jerk);
+        double down = x_from_standstill(grid->from_start[grid->count]
+                                            - grid->from_start[k],
+                                        EASY_JERK * jerk);
         problem->guess[k] = 1.0 / (1.0 / up + 1.0 / down + 1.0 / cap);
     }
     problem->guess[0] = 0.0;

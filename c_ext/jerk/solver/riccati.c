@@ -121,7 +121,7 @@ bool riccati_factor(struct problem *problem) {
             return false;
         }
     }
-    if (problem->rest_start) {
+    if (problem->from_standstill) {
         double t = 1.5 * problem->lengths[0];
         problem->start_cost = t * t * to_go.xx + 2.0 * t * to_go.xu + to_go.uu;
         if (!(problem->start_cost > 0.0)) {
@@ -193,7 +193,7 @@ void riccati_solve(struct problem *problem, const struct stage_grad *gradient) {
     problem->du[0] = 0.0;
     problem->dc[0][0] = 0.0;
     problem->dc[1][0] = 0.0;
-    if (problem->rest_start) {
+    if (problem->from_standstill) {
         double t = 1.5 * problem->lengths[0];
         accel = -(t * px + pu) / problem->start_cost;
         x = t * accel;

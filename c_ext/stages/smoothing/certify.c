@@ -1,8 +1,8 @@
 /* Is a polynomial within the tolerance of the programmed contour? On the part
  * of it that belongs to one chord the difference of the two is a polynomial
  * again, and the hull of its Bernstein coefficients bounds it. The same
- * parameter value on both sides bounds the Frechet distance, so neither curve
- * leaves the other one's tube. */
+ * parameter value on both sides bounds the Frechet distance, so each
+ * curve stays near the other one. */
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3") /* loops of fixed length are written out */
 #endif

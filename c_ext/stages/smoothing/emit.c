@@ -164,8 +164,8 @@ void emit_line(nc_smooth *smooth,
         smooth->line_t = t0;
         smooth->has_line = true;
     }
-    double rest = to->t - from->t;
-    double share = t1 == to->t ? 1.0 : (t1 - from->t) / rest;
+    double length = to->t - from->t;
+    double share = t1 == to->t ? 1.0 : (t1 - from->t) / length;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->line.end[axis] =
             (share == 1.0
@@ -178,7 +178,7 @@ void emit_line(nc_smooth *smooth,
     smooth->line.end_speed = t1 == to->t ? to->end_speed : 0.0f;
     note_deviation(smooth, to->slack);
     smooth->line.value +=
-        (t1 - t0) / rest * (to->programmed - from->programmed);
+        (t1 - t0) / length * (to->programmed - from->programmed);
     smooth->out_t = t1;
 }
 

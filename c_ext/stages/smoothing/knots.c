@@ -25,7 +25,7 @@ static void node_sizes(nc_smooth *smooth, int end, double *size) {
 typedef struct knot_maker {
     double *tau;
     int count, room, passed;
-    double rest; /* of a span still to go */
+    double remainder; /* of a span still to go */
 } knot_maker;
 
 /* Knots where the integral of 1 / size has grown by one, size linear with slope
@@ -41,17 +41,17 @@ static void ramp(struct knot_maker *knot_maker,
             growth == 0.0
                 ? (length - at) / size
                 : log((size + growth * length) / (size + growth * at)) / growth;
-        if (left < knot_maker->rest) {
-            knot_maker->rest -= left;
+        if (left < knot_maker->remainder) {
+            knot_maker->remainder -= left;
             return;
         }
-        at =
-            growth == 0.0
-                ? at + knot_maker->rest * size
-                : ((size + growth * at) * exp(growth * knot_maker->rest) - size)
-                      / growth;
+        at = growth == 0.0
+                 ? at + knot_maker->remainder * size
+                 : ((size + growth * at) * exp(growth * knot_maker->remainder)
+                    - size)
+                       / growth;
         knot_maker->tau[knot_maker->count++] = t + at;
-        knot_maker->rest = 1.0;
+        knot_maker->remainder = 1.0;
         knot_maker->passed = 0;
     }
 }
@@ -104,7 +104,7 @@ int make_knots(nc_smooth *smooth, double *tau, int *count, int room, int end) {
             && behind->t > tau[knot_maker.count - 1]) {
             tau[knot_maker.count++] = behind->t;
             knot_maker.passed = 0;
-            knot_maker.rest = 1.0;
+            knot_maker.remainder = 1.0;
         }
     }
     if (knot_maker.count
