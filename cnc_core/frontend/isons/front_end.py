@@ -191,7 +191,7 @@ class IsonsFrontEnd(BlockReader):
     @property
     def asks(self) -> bool:
         """An operator may change what the program sees."""
-        return self.forms.shown or self.port.operator_waiting
+        return self.forms.shown or self.port.operator.waiting
 
     @property
     def collecting(self) -> bool:
