@@ -1,8 +1,8 @@
 """Kinematic chains: from the part to the tool as a product of constant steps
 and joints.
 
-A machine is described from its bed outwards, to the part and to the tool (OSAI
-10 Series HSM manual, sections 9.3 to 10.2).  Every element has a frame whose +Z
+A machine is described from its bed outwards, to the part and to the tool (HSM
+specification, sections 9.3 to 10.2).  Every element has a frame whose +Z
 is its axis; a ``Step`` leads from the frame before it to its own one::
 
     step(e, q) = Tr(offset) Rx(a) Ry(b) Rz(c) J(q)     J = Tr(0, 0, q) linear,

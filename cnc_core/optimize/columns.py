@@ -9,7 +9,8 @@ import numpy as np
 from ..blocks.profile_columns import ProfileSpec
 from ..config import CellConfig
 from ..errors import CncError, Place
-from ..geometry.profiles import jets, machine_of
+from ..geometry.profiles import jets
+from ..geometry.profiles.machine import machine_of
 from ..geometry.profiles.points import Points
 from ..geometry.profiles.tool import NoNormal, Versors
 from ..kinematics.machine import Kinematics

@@ -19,9 +19,10 @@ from ..blocks.profile_columns import (
 )
 from ..config import CellConfig
 from ..errors import CncError, Place
-from ..geometry.profiles import jets, tool_directions
+from ..geometry.profiles import jets
 from ..geometry.profiles.blend import evaluated
 from ..geometry.profiles.curves import Intervals
+from ..geometry.profiles.machine import tool_directions
 from ..geometry.profiles.points import PointFilter, Points, automatic_codes
 from .columns import OutputColumns
 from .joints import join_sections

@@ -13,8 +13,9 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.pool import coefficients, joined
+
 from ..blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
-from ..geometry.shapes.polynomial import coefficients, joined
 from ..program.restart import SAME_MM, Uncovered, way_to
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from cnc_core.blocks import BlockBatch, blocks
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine, Event
 from cnc_core.errors import CncError, Place
-from cnc_core.geometry.shapes.polynomial import distance, normalised
+from cnc_core.geometry.shapes.polynomial import (distance, normalised)
 from cnc_core.geometry.stages.axis_limits import AxisLimits
 from cnc_core.geometry.stages.stage import RefusedRow
 from hli import layout
@@ -197,7 +197,8 @@ def test_software_limits_see_the_exact_extremes() -> None:
         coef = np.zeros((1, 3, 3))
         coef[0, 0, 1], coef[0, 1] = 10.0, [0.0, 4 * height, -4 * height]
         rows, pool = curve_rows(coef, np.ones(1), np.ones(1), 50.0)
-        stage = AxisLimits(cell, lambda _f, line: Place("p", line))
+        limits = cell.axis_values("min_mm"), cell.axis_values("max_mm")
+        stage = AxisLimits(cell.axis_names, cell.main_axes, limits, np.zeros(3), lambda _f, line: Place("p", line))
         if fits:
             assert len(stage.push(BlockBatch(rows, pool))) == 1
         else:

@@ -10,8 +10,8 @@ from scipy.spatial.transform import Rotation
 
 from cnc_core.blocks import ELEMENT, PIECE, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
-from cnc_core.geometry.shapes.polynomial import coefficients
-from cnc_core.kinematics.osai import CHAINS
+from cnc_core.blocks.pool import coefficients
+from cnc_core.kinematics.machine_types import CHAINS
 from cnc_core.program import Program
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples" / "five_axis"

@@ -28,7 +28,8 @@ from cnc_core.blocks import (
 )
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine, Event
-from cnc_core.geometry.shapes.polynomial import coefficients, derivative, joined, value
+from cnc_core.geometry.shapes.polynomial import (derivative, value)
+from cnc_core.blocks.pool import coefficients, joined
 from cnc_core.geometry.stages.smoothing import Smoothing, SmoothingMachine, SmoothingReport
 from cnc_core.planning import plan_program
 from cnc_core.planning.measure import TrajectoryCheck

@@ -33,8 +33,7 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
-
-from ..shapes.polynomial import joined
+from cnc_core.blocks.pool import joined
 
 FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]

@@ -31,8 +31,9 @@ from cnc_core.blocks import (
     RAPID,
     BlockBatch,
 )
+from cnc_core.blocks.pool import coefficients, joined
 
-from ..shapes.polynomial import coefficients, derivative, joined, normalised
+from ..shapes.polynomial import derivative, normalised
 
 FloatArray = npt.NDArray[np.float64]
 BoolArray = npt.NDArray[np.bool_]

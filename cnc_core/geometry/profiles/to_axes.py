@@ -21,7 +21,7 @@ from cnc_core.kinematics.machine import Kinematics
 from . import jets, spline
 from .curves import Intervals
 from .rows import NODES, WEIGHTS
-from .tool import NoVersor, Rotaries, Versors
+from .tool import LastVersors, NoVersor, Rotaries, Versors
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -32,7 +32,7 @@ ANGLE_DEG = 0.002
 TOGETHER = 1e-6  # relative difference of first derivatives that are the same
 
 
-class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
+class NotReached(Exception):  # noqa: N818 - a reason, the stage makes the error
     """``reason``: "direction" not reached, "rough" (not smooth), "versor"
     without length.  ``interval``: where.
     """
@@ -43,7 +43,7 @@ class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
 
 
 @dataclass
-class Carried:
+class AxisCurves:
     """Polynomials (n, channel axes, 6) over ``span``; each is the part
     ``u0``..``u1`` of interval ``index``.
     """
@@ -55,7 +55,16 @@ class Carried:
     u1: FloatArray
 
 
-class Carry:
+@dataclass(frozen=True)
+class _Position:
+    """What counts from the end of the part before, to begin a part again."""
+
+    versors: LastVersors
+    near: FloatArray | None
+    angle: float
+
+
+class ToAxes:
     """State along one profile.
 
     ``start``: (channel axes,) in programmed coordinates.
@@ -114,11 +123,11 @@ class Carry:
             if rotary:
                 self._limits[axis.channel] = angle
 
-    def __call__(self, intervals: Intervals) -> Carried:
-        """The intervals in channel axes; NotCarried."""
+    def __call__(self, intervals: Intervals) -> AxisCurves:
+        """The intervals in channel axes; NotReached."""
         n = len(intervals)
         if self.exact:
-            return Carried(
+            return AxisCurves(
                 self.copied(intervals.coef),
                 intervals.span,
                 np.arange(n),
@@ -133,7 +142,7 @@ class Carry:
             coef = self._joined(intervals, index, u0, u1, ends)
             bad = self._missed(coef, u1 - u0, values) & ~intervals.rapid[index]
             if not bad.any():
-                return Carried(coef, u1 - u0, index, u0, u1)
+                return AxisCurves(coef, u1 - u0, index, u0, u1)
             times = np.where(bad, 2, 1)
             middle = 0.5 * (u0 + u1)
             first = np.cumsum(times) - times
@@ -143,7 +152,7 @@ class Carry:
                 np.repeat(u1, times),
             )
             u1[first[bad]], u0[first[bad] + 1] = middle[bad], middle[bad]
-        raise NotCarried(
+        raise NotReached(
             "rough", int(index[np.flatnonzero(np.repeat(bad, times))[0]])
         )
 
@@ -160,16 +169,15 @@ class Carry:
 
     # by quintics
 
-    def _state(self) -> tuple[object, ...]:
-        v = self.versors
+    def _state(self) -> _Position:
         near = None if self.rotaries is None else self.rotaries.near
-        return v._normal, v._heading, near, self._angle
+        return _Position(self.versors.last, near, self._angle)
 
-    def _restore(self, state: tuple[object, ...]) -> None:
-        self.versors._normal, self.versors._heading = state[0], state[1]  # type: ignore[assignment]
-        if self.rotaries is not None:
-            self.rotaries.near = state[2]  # type: ignore[assignment]
-        self._angle = state[3]  # type: ignore[assignment]
+    def _restore(self, state: _Position) -> None:
+        self.versors.last = state.versors
+        if self.rotaries is not None and state.near is not None:
+            self.rotaries.near = state.near
+        self._angle = state.angle
 
     def _evaluated(
         self,
@@ -184,11 +192,11 @@ class Carry:
         u = (u0[:, None] + (u1 - u0)[:, None] * SAMPLES).ravel()
         at = np.repeat(index, len(SAMPLES))
         forward = np.tile(SAMPLES < 1.0, len(index))
-        all_jets = self.carried(intervals.coef[at], u, forward, at)
+        all_jets = self.axis_jets(intervals.coef[at], u, forward, at)
         shaped = all_jets.reshape(len(index), len(SAMPLES), 3, -1)
         return shaped[:, :, 0], shaped[:, [0, -1]]
 
-    def carried(
+    def axis_jets(
         self,
         coef: FloatArray,
         u: FloatArray,
@@ -208,21 +216,21 @@ class Carry:
         try:
             d = self.versors.direction(coef, u, out)
         except NoVersor as reason:
-            raise NotCarried(
+            raise NotReached(
                 "versor", int(at[reason.at]) if at is not None else 0
             ) from None
         if self.rotaries is not None:
             try:
                 angles = self.rotaries.angles(d, forward)
             except ValueError as error:
-                raise NotCarried(
+                raise NotReached(
                     "direction", int(at[error.args[0]]) if at is not None else 0
                 ) from None
-            out[:, :, self.rotaries._axes] = angles
+            out[:, :, self.rotaries.axes] = angles
         try:
             tip = self.versors.tip(coef, u, d, forward)
         except NoVersor as reason:
-            raise NotCarried(
+            raise NotReached(
                 "versor", int(at[reason.at]) if at is not None else 0
             ) from None
         for k, i in enumerate(spec.linear):
@@ -286,7 +294,7 @@ class Carry:
     # feed
 
     def reference_lengths(
-        self, intervals: Intervals, made: Carried
+        self, intervals: Intervals, made: AxisCurves
     ) -> FloatArray | None:
         """(n,) lengths of the curve that the feed refers to; None: of the
         driven tip itself.

@@ -7,10 +7,12 @@ Sources: specification 5.2 (versors), 5.3 (compensation), 5.4 (tangential axis),
     CLP = CCP + r n + (R - r) q - r d        AXI = CLP + L d
 
 Everything is computed with exact derivatives, because what comes out is joined
-to quintics (``profile_carry``).
+to quintics (``to_axes``).
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -67,6 +69,14 @@ def filled(
     return out
 
 
+@dataclass(frozen=True)
+class LastVersors:
+    """Normal (3,) and heading (1,), degrees, of the point before, if any."""
+
+    normal: FloatArray | None = None
+    heading: FloatArray | None = None
+
+
 class Versors:
     """Directions along a profile, point after point.
 
@@ -78,8 +88,7 @@ class Versors:
     ) -> None:
         self.spec, self.kinematics = spec, kinematics
         self._linear = list(spec.linear)
-        self._normal: FloatArray | None = None
-        self._heading: FloatArray | None = None
+        self.last = LastVersors()
 
     def columns(
         self, coef: FloatArray, u: FloatArray, group: str
@@ -183,8 +192,8 @@ class Versors:
         made = jets.times(cos_beta, e1) + jets.times(
             sin_beta, jets.cross(t, e1)
         )
-        out = filled(made, good, self._normal)
-        self._normal = out[-1, 0].copy()
+        out = filled(made, good, self.last.normal)
+        self.last = replace(self.last, normal=out[-1, 0].copy())
         return out
 
     def radius_direction(
@@ -262,9 +271,11 @@ class Versors:
         slope[~good] = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0))
         heading = np.degrees(jets.angle(slope[:, :, 0], slope[:, :, 1]))
         if not good.all():
-            before = self._heading if self._heading is not None else np.zeros(1)
+            before = (
+                np.zeros(1) if self.last.heading is None else self.last.heading
+            )
             heading = filled(heading[:, :, None], good, before)[:, :, 0]
-        self._heading = heading[-1, :1].copy()
+        self.last = replace(self.last, heading=heading[-1, :1].copy())
         offset = jets.of_columns(coef[:, column : column + 1], u)[:, :, 0]
         return np.asarray(
             offset + heading if axis.role == "TAN" else offset - heading
@@ -278,12 +289,12 @@ class Rotaries:
 
     def __init__(self, kinematics: Kinematics, near: FloatArray) -> None:
         self._chain = kinematics.chain
-        self._axes = list(kinematics.chain.rotary)
+        self.axes = list(kinematics.chain.rotary)
         self._low, self._high = (
-            kinematics.low[self._axes],
-            kinematics.high[self._axes],
+            kinematics.low[self.axes],
+            kinematics.high[self.axes],
         )
-        self.near = near[self._axes].copy()
+        self.near = near[self.axes].copy()
 
     def angles(
         self, d: FloatArray, forward: npt.NDArray[np.bool_]
@@ -402,16 +413,16 @@ class Rotaries:
         out = np.zeros((n, 3, 2))
         out[:, 0] = value
         q = np.zeros((n, 3, count))
-        q[:, 0, self._axes] = value
+        q[:, 0, self.axes] = value
         slopes = []
-        for axis in self._axes:
+        for axis in self.axes:
             q[:, 1] = 0.0
             q[:, 1, axis] = 1.0
             slopes.append(self._chain.forward_jets(q, 0.0)[1][:, 1])
         inverse = np.linalg.pinv(np.stack(slopes, axis=2), rcond=1e-7)
         out[:, 1] = np.einsum("nij,nj->ni", inverse, d[:, 1])
         q[:, 1] = 0.0
-        q[:, 1, self._axes] = out[:, 1]
+        q[:, 1, self.axes] = out[:, 1]
         bend = self._chain.forward_jets(q, 0.0)[1][:, 2]
         out[:, 2] = np.einsum("nij,nj->ni", inverse, d[:, 2] - bend)
         return out

@@ -1,37 +1,17 @@
-"""Polynomial rows in numpy: coefficients out of the pool, values, exact
-extremes, rows from pieces.
+"""Polynomials in numpy: values, derivatives, hulls, exact extremes, distances.
 
-Coefficients are (..., axes, degree + 1), ascending powers of the programmed
-parameter 0..``row["angle"]``.
+Coefficients are (..., axes, degree + 1), ascending powers of the parameter.
 """
 
 from __future__ import annotations
 
 from math import comb
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.blocks import POLYNOMIAL, TANGENTS, BlockBatch
-
 FloatArray = npt.NDArray[np.float64]
 ORDER = 6  # coefficients per axis at the most
-
-
-def coefficients(
-    rows: npt.NDArray[Any], pool: FloatArray, axes: int
-) -> FloatArray:
-    """(n, axes, 6) of n polynomial rows, zero above each row's degree."""
-    out = np.zeros((len(rows), axes, ORDER))
-    for degree in np.unique(rows["degree"]):
-        which = np.flatnonzero(rows["degree"] == degree)
-        order = int(degree) + 1
-        at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
-            axes * order
-        )
-        out[which, :, :order] = pool[at].reshape(-1, axes, order)
-    return out
 
 
 def normalised(coef: FloatArray, end: FloatArray) -> FloatArray:
@@ -128,23 +108,18 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
     return np.asarray(best)
 
 
-def joined(batches: list[BlockBatch]) -> BlockBatch:
-    """One batch; the pools are put one behind the other."""
-    if len(batches) == 1:
-        return batches[0]
-    if not batches:
-        return BlockBatch.empty()
-    parts, at = [], 0
-    for batch in batches:
-        rows = batch.rows
-        owns = (rows["type"] == POLYNOMIAL) | (
-            (rows["type"] < POLYNOMIAL) & (rows["degree"] == TANGENTS)
-        )
-        if at and owns.any():
-            rows = rows.copy()
-            rows["pool"][owns] += at
-        parts.append(rows)
-        at += len(batch.pool)
-    return BlockBatch(
-        np.concatenate(parts), np.concatenate([b.pool for b in batches])
-    )
+def quintics(a: FloatArray, b: FloatArray, length: FloatArray) -> FloatArray:
+    """(n, axes, 6) ascending over 0..length: the quintics that meet the jets a
+    and b (n, 3, axes) at both ends.
+    """
+    h = length[:, None]
+    p0, p1 = a[:, 0], b[:, 0]
+    v0, v1, c0, c1 = a[:, 1] * h, b[:, 1] * h, a[:, 2] * h * h, b[:, 2] * h * h
+    d = p1 - p0
+    out = np.stack([
+        p0, v0, 0.5 * c0,
+        10 * d - 6 * v0 - 4 * v1 - 1.5 * c0 + 0.5 * c1,
+        -15 * d + 8 * v0 + 7 * v1 + 1.5 * c0 - c1,
+        6 * d - 3 * (v0 + v1) - 0.5 * (c0 - c1),
+    ], axis=-1)  # fmt: skip
+    return np.asarray(out / h[..., None] ** np.arange(6))

@@ -27,9 +27,9 @@ from cnc_core.blocks import (
     BlockBatch,
     motion_planes,
 )
+from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
 
-from ..shapes.polynomial import joined
 from .stage import RefusedRow
 
 FloatArray = npt.NDArray[np.float64]

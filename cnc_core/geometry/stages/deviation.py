@@ -28,9 +28,10 @@ from cnc_core.blocks import (
     BlockBatch,
     motion_planes,
 )
+from cnc_core.blocks.pool import coefficients
 
 from ..filters.run_filter import FloatArray, Rows, farthest
-from ..shapes.polynomial import coefficients, normalised
+from ..shapes.polynomial import normalised
 
 SAGITTA_MM = 2e-5
 CHORDS_MAX, ARC_CHORDS_MAX = 512, 4096

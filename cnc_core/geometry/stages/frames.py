@@ -26,9 +26,9 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.coordinates import Coordinates, Frame
+from cnc_core.blocks.pool import joined
 
-from ..shapes.paths import FloatArray, Paths
-from ..shapes.polynomial import joined
+from .paths import FloatArray, Paths
 from .pieces import cut, element_rows, merged, piece_rows
 from .stage import DropZeroLength, RefusedRow, Stage
 

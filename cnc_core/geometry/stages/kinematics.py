@@ -31,13 +31,14 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.coordinates import Coordinates
+from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.kinematics.chain import SingularMachine
 from cnc_core.kinematics.machine import Kinematics, LengthCorrection
 
-from ..shapes.paths import FloatArray, IntArray, Paths
-from ..shapes.polynomial import derivative, joined
+from ..shapes.polynomial import derivative
 from .parameter_feed import fastest, stretches
+from .paths import FloatArray, IntArray, Paths
 from .pieces import (
     NotCarried,
     Pieces,

@@ -25,8 +25,9 @@ from cnc_core.blocks import (
     TANGENTS,
     BlockBatch,
 )
+from cnc_core.blocks.pool import coefficients
 
-from ..shapes.polynomial import coefficients, derivative, normalised
+from ..shapes.polynomial import derivative, normalised
 
 FloatArray = npt.NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 33)

@@ -38,8 +38,7 @@ from cnc_core.blocks import (
     BlockBatch,
     motion_planes,
 )
-
-from ..shapes.polynomial import joined
+from cnc_core.blocks.pool import joined
 
 FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]

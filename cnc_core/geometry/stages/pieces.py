@@ -28,7 +28,8 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 
-from ..shapes.paths import FloatArray, IntArray, Paths, quintics
+from ..shapes.polynomial import quintics
+from .paths import FloatArray, IntArray, Paths
 
 # of a piece, where the miss is measured; its shape is (x (1 - x))^3 to first
 # order

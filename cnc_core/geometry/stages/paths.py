@@ -1,8 +1,7 @@
-"""Motions as functions of their path length, with exact derivatives, and
-quintic pieces that meet them.
+"""Motions as functions of their path length, with exact derivatives.
 
-Used where a motion is carried into other coordinates: tilted planes
-(``frames``), machine axes (``kinematics.stage``).
+Used where a motion is taken into other coordinates: tilted planes
+(``frames``), machine axes (``kinematics``).
 """
 
 from __future__ import annotations
@@ -13,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import BY_LENGTH, CIRCULAR, POLYNOMIAL, motion_planes
+from cnc_core.blocks.pool import coefficients
 
-from .polynomial import ORDER, coefficients, derivative, normalised, value
+from ..shapes.polynomial import ORDER, derivative, normalised, value
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -166,20 +166,3 @@ class Paths:
                 total += weight * np.sqrt((d1 * d1 * metric).sum(axis=1))
             out[curves] = total * half
         return np.asarray(out)
-
-
-def quintics(a: FloatArray, b: FloatArray, length: FloatArray) -> FloatArray:
-    """(n, axes, 6) ascending over 0..length: the quintics that meet the jets a
-    and b (n, 3, axes) at both ends.
-    """
-    h = length[:, None]
-    p0, p1 = a[:, 0], b[:, 0]
-    v0, v1, c0, c1 = a[:, 1] * h, b[:, 1] * h, a[:, 2] * h * h, b[:, 2] * h * h
-    d = p1 - p0
-    out = np.stack([
-        p0, v0, 0.5 * c0,
-        10 * d - 6 * v0 - 4 * v1 - 1.5 * c0 + 0.5 * c1,
-        -15 * d + 8 * v0 + 7 * v1 + 1.5 * c0 - c1,
-        6 * d - 3 * (v0 + v1) - 0.5 * (c0 - c1),
-    ], axis=-1)  # fmt: skip
-    return np.asarray(out / h[..., None] ** np.arange(6))
