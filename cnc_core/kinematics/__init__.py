@@ -26,5 +26,5 @@
 
 Errors are CncError.  910101: the direction is not reachable.  910102: it is
 reachable beyond the limits only.  Mathematics, cell keys and the stage:
-``docs/kinematics.md``.
+``docs/reference/kinematics.md``.
 """
