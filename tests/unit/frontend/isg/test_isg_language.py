@@ -171,15 +171,7 @@ def test_zero_offsets_and_user_codes_of_the_cell(tmp_path):
 
 
 # ------------------------------------------------------------------------------------------------ the tables
-SEVERAL_LINES = {
-    "VAR",
-    "ENDVAR",
-    "IF",
-    "ELSE",
-    "ENDIF",
-    "COMMENT BEGIN",
-    "COMMENT END",
-}
+SEVERAL_LINES = {"VAR", "ENDVAR", "IF", "ELSE", "ENDIF", "COMMENT BEGIN", "COMMENT END"}
 
 
 @pytest.mark.parametrize(

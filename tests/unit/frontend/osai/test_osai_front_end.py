@@ -1,5 +1,6 @@
 """The osai front end: programs, setups, the three input formats, and everything that is refused, with its place."""
 
+
 import numpy as np
 import pytest
 
