@@ -52,7 +52,8 @@ def rotation(rx: float, ry: float, rz: float) -> FloatArray:
 
 def _cos_sin(degrees: float) -> tuple[float, float]:
     quarter, rest = divmod(degrees, 90.0)
-    c, s = float(np.cos(np.radians(rest))), float(np.sin(np.radians(rest)))
+    c = float(np.cos(np.radians(rest)))
+    s = float(np.sin(np.radians(rest)))
     return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
 
 
@@ -69,7 +70,8 @@ class Step:
     def matrix(self) -> FloatArray:
         """(4, 4)"""
         out = np.eye(4)
-        out[:3, :3], out[:3, 3] = rotation(*self.turns), self.offset
+        out[:3, :3] = rotation(*self.turns)
+        out[:3, 3] = self.offset
         return out
 
 
@@ -123,12 +125,10 @@ class Chain:
         tool: Sequence[Joint],
         tool_step: HasMatrix,
     ) -> None:
-        self.part, self.tool, self.part_step, self.tool_step = (
-            tuple(part),
-            tuple(tool),
-            part_step,
-            tool_step,
-        )
+        self.part = tuple(part)
+        self.tool = tuple(tool)
+        self.part_step = part_step
+        self.tool_step = tool_step
         joints = [*part, *tool]
         self.linear = tuple(
             j.axis for j in [*reversed(self.part), *tool] if not j.rotary
@@ -196,7 +196,8 @@ class Chain:
         columns, tool direction, orientation.
         """
         n = len(q)
-        turned, place = jets.constant(np.eye(3), n), np.zeros((n, 3, 3))
+        turned = jets.constant(np.eye(3), n)
+        place = np.zeros((n, 3, 3))
         columns = {}
         for link in self._links:
             place = place + turned @ link.offset

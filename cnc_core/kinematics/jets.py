@@ -38,13 +38,16 @@ def times(a: FloatArray, v: FloatArray) -> FloatArray:
 
 def turn(angle: FloatArray) -> FloatArray:
     """(n, 3, 3, 3): the rotation Rz by a jet (n, 3) of angles in rad."""
-    q, q1, q2 = angle[:, 0], angle[:, 1], angle[:, 2]
+    q = angle[:, 0]
+    q1 = angle[:, 1]
+    q2 = angle[:, 2]
     c, s = np.cos(q), np.sin(q)
     out = np.zeros((len(angle), 3, 3, 3))
     cosine = np.stack([c, -s * q1, -c * q1 * q1 - s * q2], axis=1)
     sine = np.stack([s, c * q1, -s * q1 * q1 + c * q2], axis=1)
     out[:, :, 0, 0] = out[:, :, 1, 1] = cosine
-    out[:, :, 1, 0], out[:, :, 0, 1] = sine, -sine
+    out[:, :, 1, 0] = sine
+    out[:, :, 0, 1] = -sine
     out[:, 0, 2, 2] = 1.0
     return out
 

@@ -100,10 +100,8 @@ def off_path(
     bound = np.full(len(start), np.inf)
     for by in range(-NEIGHBOURS, NEIGHBOURS + 1):
         j = np.clip(own + by, 0, len(u) - 2)
-        a, chord = (
-            vertices[j][:, :, None],
-            (vertices[j + 1] - vertices[j])[:, :, None],
-        )
+        a = vertices[j][:, :, None]
+        chord = (vertices[j + 1] - vertices[j])[:, :, None]
         along = ((control - a) * chord).sum(axis=1) / np.maximum(
             (chord * chord).sum(axis=1), 1e-300
         )

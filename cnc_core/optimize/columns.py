@@ -145,10 +145,8 @@ class OutputColumns:
         """(n, 3) direction of the smoothed path at each point: chords of noisy
         points tell little of it.
         """
-        xyz, given = (
-            points.values[:, list(spec.linear)],
-            None if begin is None else begin[:, :3],
-        )
+        xyz = points.values[:, list(spec.linear)]
+        given = None if begin is None else begin[:, :3]
         fitter = SectionFitter(
             xyz, [0, 1, 2], [], self._tolerances, spec.degree, given
         )
@@ -164,7 +162,8 @@ class OutputColumns:
 
 def _about_vertical(d: FloatArray, angle: FloatArray) -> FloatArray:
     """Directions (n, 3) turned about the third axis by (n,) degrees."""
-    cos, sin = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+    cos = np.cos(np.radians(angle))
+    sin = np.sin(np.radians(angle))
     return np.column_stack(
         [cos * d[:, 0] - sin * d[:, 1], sin * d[:, 0] + cos * d[:, 1], d[:, 2]]
     )

@@ -284,7 +284,8 @@ class Group:
         feet = np.maximum.accumulate(feet)
         u = np.interp(feet, grid, length)
         u += np.arange(len(u)) * 1e-12 * length[-1]
-        u[0], breaks = 0.0, np.interp(curve.breaks, grid, length)
+        u[0] = 0.0
+        breaks = np.interp(curve.breaks, grid, length)
         breaks[-1] = u[-1]
         if (np.diff(u) <= 0).any() or (
             np.diff(breaks) <= 1e-9 * breaks[-1]
@@ -429,7 +430,8 @@ def _end_state(values: FloatArray, u: FloatArray) -> FloatArray:
     point that fits the next ones best.
     """
     n = min(END_VERTICES, len(values))
-    t, moved = u[1:n] - u[0], values[1:n] - values[0]
+    t = u[1:n] - u[0]
+    moved = values[1:n] - values[0]
     powers = t[:, None] ** np.arange(1, min(n, 3))
     scale = t[-1] ** np.arange(1, min(n, 3))
     found = (

@@ -43,10 +43,8 @@ def join_sections(
         if out and out[-1].after[-1] == BLEND:
             _round(out, part, linear, versor, tolerances, report)
         out.append(part)
-    coef, span = (
-        np.concatenate([p.coef for p in out]),
-        np.concatenate([p.span for p in out]),
-    )
+    coef = np.concatenate([p.coef for p in out])
+    span = np.concatenate([p.span for p in out])
     return Fit(
         coef,
         span,
@@ -68,10 +66,8 @@ def _round(
     """
     ahead = out[-1]
     end = float(ahead.span.sum())
-    before, after = (
-        evaluated(ahead.coef[-1], float(ahead.span[-1])),
-        evaluated(behind.coef[0], 0.0),
-    )
+    before = evaluated(ahead.coef[-1], float(ahead.span[-1]))
+    after = evaluated(behind.coef[0], 0.0)
     turn = _angle(before[1][linear], after[1][linear])
     ahead.after[-1] = SMOOTH
     if turn > np.radians(179.0):
@@ -90,10 +86,8 @@ def _round(
         np.inf
     )  # an axis that jumps there
     for _ in range(JOIN_TRIES):
-        left, right = (
-            _polynomial(ahead, end - reach),
-            _polynomial(behind, reach),
-        )
+        left = _polynomial(ahead, end - reach)
+        right = _polynomial(behind, reach)
         states = (
             evaluated(ahead.coef[left[0]], left[1]),
             evaluated(behind.coef[right[0]], right[1]),
@@ -139,7 +133,8 @@ def _reach(
     """
     if kind == "versor":
         return tolerances.reach_versor
-    found, jumps = [tolerances.reach], np.abs(a - b) > SHARP
+    found = [tolerances.reach]
+    jumps = np.abs(a - b) > SHARP
     others = [i for i in range(len(a)) if i not in linear and i not in versor]
     found += [tolerances.reach_other] if jumps[others].any() else []
     found += [tolerances.reach_versor] if jumps[versor].any() else []
@@ -162,21 +157,23 @@ def _polynomial(fit: Fit, at: float) -> tuple[int, float]:
 def _cut_end(fit: Fit, k: int, u: float) -> None:
     """The row ends in polynomial ``k`` at ``u``."""
     last = fit.after[-1]
-    fit.coef, fit.span = fit.coef[: k + 1], fit.span[: k + 1]
-    fit.first, fit.after = fit.first[: k + 1], fit.after[: k + 1]
-    fit.span[-1], fit.after[-1] = u, last
+    fit.coef = fit.coef[: k + 1]
+    fit.span = fit.span[: k + 1]
+    fit.first = fit.first[: k + 1]
+    fit.after = fit.after[: k + 1]
+    fit.span[-1] = u
+    fit.after[-1] = last
 
 
 def _cut_begin(fit: Fit, k: int, u: float) -> None:
     """The row begins in polynomial ``k`` at ``u``."""
     gone = float(fit.span[:k].sum()) + u
-    fit.coef, fit.span, fit.first, fit.after = (
-        fit.coef[k:],
-        fit.span[k:],
-        fit.first[k:],
-        fit.after[k:],
-    )
-    fit.coef[0], fit.span[0] = shifted(fit.coef[0], u), fit.span[0] - u
+    fit.coef = fit.coef[k:]
+    fit.span = fit.span[k:]
+    fit.first = fit.first[k:]
+    fit.after = fit.after[k:]
+    fit.coef[0] = shifted(fit.coef[0], u)
+    fit.span[0] = fit.span[0] - u
     fit.at = fit.at - gone
 
 

@@ -40,7 +40,8 @@ def local_basis(
     for d in range(1, DEGREE + 1):
         saved = np.zeros(len(u))
         for j in range(d):
-            right, left = knots[k + j + 1], knots[k + 1 - d + j]
+            right = knots[k + j + 1]
+            left = knots[k + 1 - d + j]
             part = local[:, j] / (right - left)
             local[:, j] = saved + (right - u) * part
             saved = (u - left) * part
@@ -128,10 +129,8 @@ def _blocks_solved(band: FloatArray, right: FloatArray) -> FloatArray:
     for d in range(1, DEGREE + 1):
         full[d, max(n - d, 0) :] = 0.0
     full[0, :n] += TINY * (1.0 + band[0].max())
-    middle, upper = (
-        np.zeros((blocks, DEGREE, DEGREE)),
-        np.zeros((blocks, DEGREE, DEGREE)),
-    )
+    middle = np.zeros((blocks, DEGREE, DEGREE))
+    upper = np.zeros((blocks, DEGREE, DEGREE))
     at = np.arange(size).reshape(blocks, DEGREE)
     for i in range(DEGREE):
         for j in range(i, DEGREE):

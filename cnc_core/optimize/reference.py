@@ -70,10 +70,8 @@ def driven(
     degree = 3 if len(values) == 2 else degree
     windows = []
     for first in range(0, len(values), spline.CORE):
-        low, high = (
-            max(0, first - spline.HALO),
-            min(len(values), first + spline.CORE + spline.HALO),
-        )
+        low = max(0, first - spline.HALO)
+        high = min(len(values), first + spline.CORE + spline.HALO)
         stop = min(first + spline.CORE, len(values))
         clamp = None
         if low == 0 and begin is not None:
@@ -101,7 +99,8 @@ def driven(
 
 def _off_chords(made: Driven, xyz: FloatArray, linear: list[int]) -> FloatArray:
     """(n - 1,) how far the driven curve bends away from each chord."""
-    off, line = np.zeros(len(xyz) - 1), np.diff(xyz, axis=0)
+    off = np.zeros(len(xyz) - 1)
+    line = np.diff(xyz, axis=0)
     square = np.maximum((line * line).sum(axis=1), 1e-300)
     for k in range(1, LOOKS):
         away = (
@@ -159,14 +158,10 @@ def _split(
         open_[k] = wide
         k = k[wide]
         width[k] *= 0.5
-        chord, low = (
-            np.append(chord, chord[k]),
-            np.append(low, low[k] + width[k]),
-        )
-        width, open_ = (
-            np.append(width, width[k]),
-            np.append(open_, np.ones(len(k), np.bool_)),
-        )
+        chord = np.append(chord, chord[k])
+        low = np.append(low, low[k] + width[k])
+        width = np.append(width, width[k])
+        open_ = np.append(open_, np.ones(len(k), np.bool_))
     order = np.lexsort((low, chord))
     return chord[order], low[order]
 
@@ -258,13 +253,15 @@ def polyline(points: FloatArray, tolerance: float) -> IntArray:
     """Numbers of the points that a polyline within ``tolerance`` of all points
     needs (Douglas and Peucker).
     """
-    keep, stack = np.zeros(len(points), np.bool_), [(0, len(points) - 1)]
+    keep = np.zeros(len(points), np.bool_)
+    stack = [(0, len(points) - 1)]
     keep[[0, -1]] = True
     while stack:
         a, b = stack.pop()
         if b - a < 2:
             continue
-        chord, inside = points[b] - points[a], points[a + 1 : b] - points[a]
+        chord = points[b] - points[a]
+        inside = points[a + 1 : b] - points[a]
         share = np.clip(
             inside @ chord / max(float(chord @ chord), 1e-300), 0.0, 1.0
         )
@@ -282,7 +279,8 @@ def graph_polyline(
     """The same for the graph of one column over the parameter; the deviation is
     that of the value.
     """
-    keep, stack = np.zeros(len(u), np.bool_), [(0, len(u) - 1)]
+    keep = np.zeros(len(u), np.bool_)
+    stack = [(0, len(u) - 1)]
     keep[[0, -1]] = True
     while stack:
         a, b = stack.pop()

@@ -100,7 +100,8 @@ class Smoother:
             return kinds
         directions = tool_directions(spec, self._columns.kinematics(spec))
         versors = None if directions is None else directions(points.values)
-        linear, marks = points.values[:, list(spec.linear)], spec.marks
+        linear = points.values[:, list(spec.linear)]
+        marks = spec.marks
         found = automatic_codes(linear, versors, marks)
         edges = (
             automatic_codes(linear, versors, replace(marks, ratio=0.0))
@@ -245,7 +246,8 @@ class Smoother:
         far = float(np.linalg.norm(moved[:3]))
         far = far if far > MEETS else float(np.linalg.norm(moved)) or 1.0
         coef = np.zeros((1, len(moved), 6))
-        coef[0, :, 0], coef[0, :, 1] = values[0], moved / far
+        coef[0, :, 0] = values[0]
+        coef[0, :, 1] = moved / far
         feed = min(
             float(self._cell.axis_values("v_max_mm_s")[spec.axes[i].channel])
             for i in spec.linear

@@ -86,10 +86,8 @@ class Writer:
 
     def _text(self, profile: Profile, runs: list[Run]) -> list[str]:
         spec = profile.spec
-        names, unit = (
-            self._columns.names(spec),
-            max(spec.axes[spec.linear[0]].factor, 1e-12),
-        )
+        names = self._columns.names(spec)
+        unit = max(spec.axes[spec.linear[0]].factor, 1e-12)
         out: list[str] = []
         end: FloatArray | None = None  # of the polynomials that are open
         for fit, points, straight in runs:

@@ -176,7 +176,8 @@ class OsaiFrontEnd(BlockReader):
             raise fail(
                 900010, "a three-letter code has the form (CODE,...)", begin
             )
-        code, argument = found[1], (found[2] or "").strip()
+        code = found[1]
+        argument = (found[2] or "").strip()
         if code == "HSM":
             self._open_setup(argument, begin)
         elif code == "CLS":
@@ -328,7 +329,8 @@ class OsaiFrontEnd(BlockReader):
                 0,
             )
         motion.motion = next((code for code in (0, 1) if code in words.g), None)
-        motion.f, motion.n = words.values.get("F"), self.modal.n
+        motion.f = words.values.get("F")
+        motion.n = self.modal.n
         motion.absolute = None if not {90, 91} & set(words.g) else 90 in words.g
         motion.inch = None if not {70, 71} & set(words.g) else 70 in words.g
         error, row = self.modal.apply(motion)

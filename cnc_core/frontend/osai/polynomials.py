@@ -26,12 +26,10 @@ class Group:
     """One polynomial: header and the axis lines read so far."""
 
     def __init__(self, header: list[float], place: Place) -> None:
-        self.span, self.number, self.feed, self.after = (
-            header[0],
-            int(header[1]),
-            header[2],
-            ENDS.get(int(header[3]), SMOOTH),
-        )
+        self.span = header[0]
+        self.number = int(header[1])
+        self.feed = header[2]
+        self.after = ENDS.get(int(header[3]), SMOOTH)
         self.place, self.line = place, place.line
         self.axes: dict[str, FloatArray] = {}
 
@@ -223,7 +221,8 @@ class PolynomialProfile(Profile):
 
     def chunk(self) -> ProfileChunk | None:
         keep = self.waiting
-        done, self._done = self._done[:keep], self._done[keep:]
+        done = self._done[:keep]
+        self._done = self._done[keep:]
         if not done:
             return None
         groups = [group for group, _ in done]

@@ -103,7 +103,8 @@ class Records:
                 raise record.fail(909206, f"{record.code} twice in one setup")
             self.general[record.code] = record
             return
-        name, table = record.word("Name"), self.axes[record.code]
+        name = record.word("Name")
+        table = self.axes[record.code]
         if name in table:
             raise record.fail(
                 909206, f"{record.code} twice for axis {name}", "Name"

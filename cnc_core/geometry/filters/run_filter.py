@@ -37,7 +37,12 @@ from cnc_core.blocks.pool import joined
 
 FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
-NOISE, NURBS, FINE_NOISE, SHORT, LOW_PASS, FEED_CONTROL = 1, 2, 3, 4, 5, 6
+NOISE = 1
+NURBS = 2
+FINE_NOISE = 3
+SHORT = 4
+LOW_PASS = 5
+FEED_CONTROL = 6
 NO_AXIS = 255
 SAME_MM = 1e-9
 CLOSE_MM = 1e-6  # of a largest distance
@@ -83,7 +88,8 @@ def turns_of(delta: FloatArray, axes: tuple[int, int]) -> FloatArray:
     """(n - 1,) signed turns in a plane between consecutive ways (n, axes), rad;
     0 where one of them is no way there.
     """
-    a, b = delta[:-1][:, list(axes)], delta[1:][:, list(axes)]
+    a = delta[:-1][:, list(axes)]
+    b = delta[1:][:, list(axes)]
     turn = np.arctan2(
         a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0], (a * b).sum(axis=1)
     )
@@ -148,7 +154,9 @@ class RunFilter(ABC):
     def __init__(self, start: FloatArray, main: tuple[int, int, int]) -> None:
         self.main, self.count = main, len(start)
         self.on = False
-        self.axes, self.depth, self.tangential = (0, 1), NO_AXIS, NO_AXIS
+        self.axes = (0, 1)
+        self.depth = NO_AXIS
+        self.tangential = NO_AXIS
         self.report = FilterReport(self.name)
         self._last = start.copy()
 
@@ -201,10 +209,8 @@ class RunFilter(ABC):
 
     def _set(self, row: Any) -> None:
         self.on = bool(row["flags"] & HAS_VALUE)
-        self.axes, self.depth = (
-            (int(row["degree"]), int(row["fill_1"])),
-            int(row["plane"]),
-        )
+        self.axes = (int(row["degree"]), int(row["fill_1"]))
+        self.depth = int(row["plane"])
         self.tangential = (
             int(row["center"][0]) - 1 if row["center"][0] > 0 else NO_AXIS
         )
@@ -284,11 +290,9 @@ class RunFilter(ABC):
         ``after`` has not got there yet; nor are the first ``behind`` of
         ``after``.
         """
-        report, before, after = (
-            self.report,
-            before[:, self.used],
-            after[:, self.used],
-        )
+        report = self.report
+        before = before[:, self.used]
+        after = after[:, self.used]
         report.segments_deviation_mm = farthest(
             after[behind:], before, report.segments_deviation_mm
         )

@@ -54,7 +54,9 @@ def cross(a: FloatArray, b: FloatArray) -> FloatArray:
 
 def power(a: FloatArray, exponent: float) -> FloatArray:
     """A positive scalar to a power."""
-    v, d, c = a[:, 0], a[:, 1], a[:, 2]
+    v = a[:, 0]
+    d = a[:, 1]
+    c = a[:, 2]
     first = exponent * v ** (exponent - 1.0)
     second = exponent * (exponent - 1.0) * v ** (exponent - 2.0)
     return np.stack(

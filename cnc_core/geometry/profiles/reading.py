@@ -28,12 +28,10 @@ class OpenProfile:
         limits: ProfileLimits,
         exact: bool,
     ) -> None:
-        self.spec, self.kinematics, self.number, self.limits = (
-            spec,
-            kinematics,
-            number,
-            limits,
-        )
+        self.spec = spec
+        self.kinematics = kinematics
+        self.number = number
+        self.limits = limits
         self.curves = (
             Curves(spec, tool_directions(spec, kinematics))
             if spec.kind == POINTS

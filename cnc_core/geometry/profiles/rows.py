@@ -76,7 +76,9 @@ def rows_of(
     """
     n, axes, order = coef.shape
     rows = np.zeros(n, NC_BLOCK)
-    rows["type"], rows["degree"], rows["angle"] = POLYNOMIAL, degree, span
+    rows["type"] = POLYNOMIAL
+    rows["degree"] = degree
+    rows["angle"] = span
     rows["end"][:, :axes] = np.einsum(
         "nak,nk->na", coef, span[:, None] ** np.arange(order)
     )
@@ -113,7 +115,9 @@ def line_row(
     far = float(np.linalg.norm(moved[main]))
     if far < STANDS:  # what rounding left of it is no length
         far = float(np.linalg.norm(moved))
-    row["type"], row["length"], row["length_min"] = LINEAR, far, far
+    row["type"] = LINEAR
+    row["length"] = far
+    row["length_min"] = far
     row["end"][0, : len(end)] = end
     row["flags"] = EXACT_STOP | (RAPID if rapid else 0)
     for name, value in fields.items():

@@ -190,11 +190,15 @@ class ProfileFilter:
             else BlockBatch.empty()
         )
         out = joined([self._queue.drain(), rest])
-        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
+        self._now = None
+        self._past = _Caps.none()
+        self._queue = _Queue(0)
         return out
 
     def resync(self, position: FloatArray) -> None:
-        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
+        self._now = None
+        self._past = _Caps.none()
+        self._queue = _Queue(0)
         self._held.clear()
 
 
@@ -335,7 +339,9 @@ def _spread_section(
     there go on.
     """
     end = np.cumsum(time)
-    begin, rows, half = end - time, np.arange(len(share)), 0.5 * merge
+    begin = end - time
+    rows = np.arange(len(share))
+    half = 0.5 * merge
     first = np.searchsorted(end, begin - half, side="right")
     last = np.searchsorted(begin, end + half) - 1
     least = -_largest(-share, np.minimum(first, rows), np.maximum(last, rows))

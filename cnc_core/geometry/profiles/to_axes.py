@@ -134,7 +134,9 @@ class ToAxes:
                 np.zeros(n),
                 intervals.span.copy(),
             )
-        index, u0, u1 = np.arange(n), np.zeros(n), intervals.span.copy()
+        index = np.arange(n)
+        u0 = np.zeros(n)
+        u1 = intervals.span.copy()
         state = self._state()
         for _ in range(HALVINGS):
             self._restore(state)
@@ -146,12 +148,11 @@ class ToAxes:
             times = np.where(bad, 2, 1)
             middle = 0.5 * (u0 + u1)
             first = np.cumsum(times) - times
-            index, u0, u1 = (
-                np.repeat(index, times),
-                np.repeat(u0, times),
-                np.repeat(u1, times),
-            )
-            u1[first[bad]], u0[first[bad] + 1] = middle[bad], middle[bad]
+            index = np.repeat(index, times)
+            u0 = np.repeat(u0, times)
+            u1 = np.repeat(u1, times)
+            u1[first[bad]] = middle[bad]
+            u0[first[bad] + 1] = middle[bad]
         raise NotReached(
             "rough", int(index[np.flatnonzero(np.repeat(bad, times))[0]])
         )
@@ -258,7 +259,8 @@ class ToAxes:
         ends: FloatArray,
     ) -> FloatArray:
         """Quintics; neighbours whose curves go on share value and derivatives."""
-        a, b = ends[:-1, 1], ends[1:, 0]
+        a = ends[:-1, 1]
+        b = ends[1:, 0]
         near = np.abs(a[:, 0] - b[:, 0]).max(axis=1) < 1e-7
         slope = np.abs(a[:, 1] - b[:, 1]).max(axis=1)
         same = near & (slope <= TOGETHER * (np.abs(a[:, 1]).max(axis=1) + 1e-9))
@@ -266,7 +268,8 @@ class ToAxes:
             intervals.after[index[:-1]] == SMOOTH
         )
         middle = 0.5 * (a[same] + b[same])
-        ends[:-1, 1][same], ends[1:, 0][same] = middle, middle
+        ends[:-1, 1][same] = middle
+        ends[1:, 0][same] = middle
         keep = near & ~same
         ends[:-1, 1][keep, 0] = b[keep, 0]
         h = u1 - u0

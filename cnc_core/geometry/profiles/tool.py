@@ -142,7 +142,8 @@ class Versors:
         if column is None or not self.spec.axes[column].kinematic:
             return d
         angle = np.radians(self.following(coef, u, column))
-        cos, sin = np.cos(angle[:, 0]), np.sin(angle[:, 0])
+        cos = np.cos(angle[:, 0])
+        sin = np.sin(angle[:, 0])
         c = np.stack(
             [
                 cos,
@@ -290,10 +291,8 @@ class Rotaries:
     def __init__(self, kinematics: Kinematics, near: FloatArray) -> None:
         self._chain = kinematics.chain
         self.axes = list(kinematics.chain.rotary)
-        self._low, self._high = (
-            kinematics.low[self.axes],
-            kinematics.high[self.axes],
-        )
+        self._low = kinematics.low[self.axes]
+        self._high = kinematics.high[self.axes]
         self.near = near[self.axes].copy()
 
     def angles(
@@ -344,7 +343,8 @@ class Rotaries:
         g = d @ a
         p = b[2, 0] * c[0] + b[2, 1] * c[1]
         q = b[2, 1] * c[0] - b[2, 0] * c[1]
-        wanted, reach = g[:, 2] - b[2, 2] * c[2], float(np.hypot(p, q))
+        wanted = g[:, 2] - b[2, 2] * c[2]
+        reach = float(np.hypot(p, q))
         beyond = np.abs(wanted) > reach * (1.0 + 1e-9) + 1e-9
         half = np.arctan2(
             np.sqrt(np.maximum((reach - wanted) * (reach + wanted), 0.0)),
@@ -368,10 +368,8 @@ class Rotaries:
             )
             free[:, 0] |= np.hypot(h[:, 0], h[:, 1]) < PARALLEL
             first = np.arctan2(g[:, 1], g[:, 0]) - np.arctan2(h[:, 1], h[:, 0])
-            out[:, k, 0], out[:, k, 1] = (
-                signs[0] * np.degrees(first),
-                signs[1] * np.degrees(second),
-            )
+            out[:, k, 0] = signs[0] * np.degrees(first)
+            out[:, k, 1] = signs[1] * np.degrees(second)
         out[beyond] = np.nan
         return out, free
 
@@ -406,10 +404,8 @@ class Rotaries:
         """Implicit differentiation of direction(angles) = d; at singular poses
         the least motion.
         """
-        n, count = (
-            len(value),
-            1 + max([*self._chain.linear, *self._chain.rotary]),
-        )
+        n = len(value)
+        count = 1 + max([*self._chain.linear, *self._chain.rotary])
         out = np.zeros((n, 3, 2))
         out[:, 0] = value
         q = np.zeros((n, 3, count))

@@ -207,16 +207,14 @@ def _minimise(points: Array, centre: Array) -> Array | None:
         gradient, exact, approximate = _derivatives(points, centre)
         step = _step(gradient, exact, approximate, damping)
         reached = centre + step
-        new_cost, length = (
-            _cost(points, reached),
-            float(np.linalg.norm(step)) / (1.0 + float(np.linalg.norm(centre))),
+        new_cost = _cost(points, reached)
+        length = float(np.linalg.norm(step)) / (
+            1.0 + float(np.linalg.norm(centre))
         )
         if new_cost <= cost:
-            centre, cost, damping = (
-                reached,
-                new_cost,
-                max(damping / 10.0, 1e-15),
-            )
+            centre = reached
+            cost = new_cost
+            damping = max(damping / 10.0, 1e-15)
             if length < STEP_END:
                 return centre
         elif length < CLOSE_ENOUGH:

@@ -48,7 +48,8 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(low, high), each (axes,): exact extremes of one polynomial (axes, order)
     over 0..1.
     """
-    low, high = np.empty(len(coef)), np.empty(len(coef))
+    low = np.empty(len(coef))
+    high = np.empty(len(coef))
     for i, c in enumerate(coef):
         roots = np.roots(
             np.trim_zeros((c[1:] * np.arange(1, len(c)))[::-1], "f")
@@ -61,7 +62,8 @@ def extremes(coef: FloatArray) -> tuple[FloatArray, FloatArray]:
         values = np.polynomial.polynomial.polyval(
             np.array([0.0, 1.0, *inside]), c
         )
-        low[i], high[i] = values.min(), values.max()
+        low[i] = values.min()
+        high[i] = values.max()
     return low, high
 
 
@@ -73,7 +75,8 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
     points = np.einsum(
         "nak,kg->nga", coef, w ** np.arange(coef.shape[2])[:, None]
     )
-    off, chord = points - pos[:, None, :], np.diff(points, axis=1)
+    off = points - pos[:, None, :]
+    chord = np.diff(points, axis=1)
     best = np.linalg.norm(off, axis=2).min(axis=1)
     long2 = (chord * chord).sum(axis=2)
     share = np.clip(
@@ -92,7 +95,9 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
     for start in np.argsort(minima, axis=1)[:, :4].T:
         u = w[start] + share[each, start] / grid
         for _ in range(12):
-            d, d1, d2 = value(coef, u) - pos, value(first, u), value(second, u)
+            d = value(coef, u) - pos
+            d1 = value(first, u)
+            d2 = value(second, u)
             slope = (d1 * d1).sum(axis=1)
             bend = slope + (d * d2).sum(axis=1)
             u = np.clip(
@@ -114,7 +119,10 @@ def quintics(a: FloatArray, b: FloatArray, length: FloatArray) -> FloatArray:
     """
     h = length[:, None]
     p0, p1 = a[:, 0], b[:, 0]
-    v0, v1, c0, c1 = a[:, 1] * h, b[:, 1] * h, a[:, 2] * h * h, b[:, 2] * h * h
+    v0 = a[:, 1] * h
+    v1 = b[:, 1] * h
+    c0 = a[:, 2] * h * h
+    c1 = b[:, 2] * h * h
     d = p1 - p0
     out = np.stack([
         p0, v0, 0.5 * c0,

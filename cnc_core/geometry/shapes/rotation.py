@@ -71,7 +71,8 @@ def from_points(points: Array) -> Array:
     A vertical plane keeps the sense of its points.  CollinearError if they
     determine no plane.
     """
-    along, across = points[1] - points[0], points[2] - points[0]
+    along = points[1] - points[0]
+    across = points[2] - points[0]
     normal = np.cross(along, across)
     size = float(np.linalg.norm(normal))
     if size <= 1e-9 * float(np.linalg.norm(along) * np.linalg.norm(across)):
@@ -89,12 +90,11 @@ def zyx_angles(matrix: Array) -> tuple[float, float, float]:
     flat = float(np.hypot(matrix[0, 0], matrix[1, 0]))
     b = np.arctan2(-matrix[2, 0], flat)
     if flat > 1e-12:
-        a, c = (
-            np.arctan2(matrix[2, 1], matrix[2, 2]),
-            np.arctan2(matrix[1, 0], matrix[0, 0]),
-        )
+        a = np.arctan2(matrix[2, 1], matrix[2, 2])
+        c = np.arctan2(matrix[1, 0], matrix[0, 0])
     else:
-        a, c = 0.0, np.arctan2(-matrix[0, 1], matrix[1, 1])
+        a = 0.0
+        c = np.arctan2(-matrix[0, 1], matrix[1, 1])
     x, y, z = (float(np.rad2deg(angle)) + 0.0 for angle in (a, b, c))
     return x, y, z
 

@@ -146,7 +146,8 @@ class AxisLimits:
             coefficients(rows, pool, len(self.names)), rows["angle"]
         )
         points = bernstein(coef)
-        low, high = points.min(axis=2), points.max(axis=2)
+        low = points.min(axis=2)
+        high = points.max(axis=2)
         for i in np.flatnonzero(
             ((low < self.low) | (high > self.high)).any(axis=1)
         ):

@@ -138,10 +138,8 @@ class _Polyline:
     """
 
     def __init__(self, points: FloatArray, count: int) -> None:
-        self._points, self._counts = (
-            [points],
-            [np.full(len(points), count, np.int64)],
-        )
+        self._points = [points]
+        self._counts = [np.full(len(points), count, np.int64)]
 
     def add(self, points: FloatArray, counts: Counts) -> None:
         self._points.append(points)
@@ -159,10 +157,8 @@ class _Polyline:
 
     def forget(self, first: int) -> None:
         """The points up to number ``first``."""
-        self._points, self._counts = (
-            [self.points[first:].copy()],
-            [self.counts[first:].copy()],
-        )
+        self._points = [self.points[first:].copy()]
+        self._counts = [self.counts[first:].copy()]
 
 
 class Tap:
@@ -195,10 +191,8 @@ class Tap:
     def _forget(self) -> None:
         """Nothing is compared."""
         ends = np.vstack([self._before, self._chords.last])
-        self._programmed, self._driven = (
-            _Polyline(ends, -1),
-            _Polyline(ends[1:], -1),
-        )
+        self._programmed = _Polyline(ends, -1)
+        self._driven = _Polyline(ends[1:], -1)
         self._first, self._until = (
             0,
             -1,
@@ -251,10 +245,8 @@ class Tap:
             return
         if not self._on and not self.active:  # plain reading: no row is copied
             ends = rows["end"][at[-2:], : len(self._before)]
-            self._before, self._chords.last = (
-                (self._chords.last if len(at) == 1 else ends[0].copy()),
-                ends[-1].copy(),
-            )
+            self._before = self._chords.last if len(at) == 1 else ends[0].copy()
+            self._chords.last = ends[-1].copy()
             return
         moves = rows[at]
         ends = np.vstack(
@@ -267,7 +259,8 @@ class Tap:
             self._programmed.add(*self._chords.of(moves, pool))
         if self._on:
             self._until = int(moves["count"][-1])
-        self._before, self._chords.last = ends[-2].copy(), ends[-1].copy()
+        self._before = ends[-2].copy()
+        self._chords.last = ends[-1].copy()
 
     # what is driven
 
@@ -317,10 +310,8 @@ class Tap:
         """Judge what is driven and not judged yet, and vertices up to number
         ``until``.
         """
-        programmed, driven = (
-            self._programmed.points * self._mask,
-            self._driven.points * self._mask,
-        )
+        programmed = self._programmed.points * self._mask
+        driven = self._driven.points * self._mask
         if self._new:
             self._deviation = farthest(
                 driven[-self._new - 1 :], programmed, self._deviation

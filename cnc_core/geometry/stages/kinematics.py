@@ -192,10 +192,8 @@ class KinematicsStage:
     def _points(self, batch: BlockBatch) -> BlockBatch:
         """#PTP: every motion is a straight line of the axes to its end."""
         assert self._kinematics is not None
-        rows, moving = (
-            batch.rows,
-            np.flatnonzero(batch.rows["type"] <= POLYNOMIAL),
-        )
+        rows = batch.rows
+        moving = np.flatnonzero(batch.rows["type"] <= POLYNOMIAL)
         wrong = moving[rows["type"][moving] != LINEAR]
         if len(wrong):
             ahead = self._segment(BlockBatch(rows[: wrong[0]], batch.pool))
@@ -207,10 +205,8 @@ class KinematicsStage:
         whole["end"][:, : self._count] = ends
         whole["length"] = whole["length_min"] = length
         out[moving] = whole
-        self._axes, self._tip = (
-            ends[-1].copy(),
-            rows["end"][moving[-1], : self._count].copy(),
-        )
+        self._axes = ends[-1].copy()
+        self._tip = rows["end"][moving[-1], : self._count].copy()
         self._element = self._axes
         keep = np.ones(len(out), dtype=bool)
         keep[moving] = length > 0.0
@@ -218,7 +214,8 @@ class KinematicsStage:
 
     def _axis_lengths(self, starts: FloatArray, ends: FloatArray) -> FloatArray:
         """Over the main axes, over the others where those rest, as in the waist."""
-        moved, main = ends - starts, [i for i in self._main if i >= 0]
+        moved = ends - starts
+        main = [i for i in self._main if i >= 0]
         others = [i for i in range(self._count) if i not in main]
         over_main, over_others = (
             np.linalg.norm(moved[:, which], axis=1) for which in (main, others)
@@ -298,10 +295,8 @@ class KinematicsStage:
             )
             self._element = ends[seen[-1]].copy()
         if len(driven):
-            self._axes, self._tip = (
-                axis_ends[-1].copy(),
-                ends[driven[-1]].copy(),
-            )
+            self._axes = axis_ends[-1].copy()
+            self._tip = ends[driven[-1]].copy()
         return merged(parts, np.concatenate(pools))
 
     def _straight(
@@ -447,10 +442,8 @@ class KinematicsStage:
             # as that of the pieces
             made["feed"] *= self._stretch(rows[fresh], starts[fresh])
             curves = np.flatnonzero(made["flags"] & BY_PARAMETER != 0)
-            slope, span = (
-                derivative(paths.coef[paths.curve[curves]]),
-                made["angle"][curves],
-            )
+            slope = derivative(paths.coef[paths.curve[curves]])
+            span = made["angle"][curves]
             made["feed"][curves] = rows[fresh]["feed"][curves] * fastest(
                 slope, span, [i for i in self._main if i >= 0]
             )

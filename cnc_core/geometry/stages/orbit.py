@@ -47,7 +47,8 @@ class _Element:
     """
 
     def __init__(self, row: Any, start: Array, end: Array) -> None:
-        self.row, self.arc = row, int(row["type"]) == CIRCULAR
+        self.row = row
+        self.arc = int(row["type"]) == CIRCULAR
         self.start, self.end = start, end
         self.cut = 0.0
         if not self.arc:

@@ -85,10 +85,8 @@ class ParameterFeed:
         seen["flags"] = (
             seen["flags"] & ~np.uint16(BY_PARAMETER | EXACT_STOP)
         ) | ELEMENT
-        seen["degree"], seen["pool"] = (
-            TANGENTS,
-            len(batch.pool) + 6 * np.arange(len(which)),
-        )
+        seen["degree"] = TANGENTS
+        seen["pool"] = len(batch.pool) + 6 * np.arange(len(which))
         out[element] = seen
         return BlockBatch(out, np.concatenate(pools))
 

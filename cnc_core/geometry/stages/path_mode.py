@@ -42,15 +42,17 @@ from cnc_core.blocks.pool import joined
 
 FloatArray = npt.NDArray[np.float64]
 Rows = npt.NDArray[Any]
-PATH, ALL_AXES, PLANE, PLANE_OR_STOP, ALWAYS_PLANE, PLANE_OR_ALL = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-)
-NO_TEST, PLANAR, THRESHOLDS, PLANAR_OR_THRESHOLDS, SPATIAL_ANGLE = 0, 1, 2, 3, 4
+PATH = 0
+ALL_AXES = 1
+PLANE = 2
+PLANE_OR_STOP = 3
+ALWAYS_PLANE = 4
+PLANE_OR_ALL = 5
+NO_TEST = 0
+PLANAR = 1
+THRESHOLDS = 2
+PLANAR_OR_THRESHOLDS = 3
+SPATIAL_ANGLE = 4
 NO_AXIS = 255
 SMALL = 1e-9
 
@@ -109,7 +111,8 @@ class PathMode:
         self._settings = Settings()
         self._main, self._count = main, len(start)
         self._last = start.copy()
-        self._held, self._held_start = BlockBatch.empty(), start.copy()
+        self._held = BlockBatch.empty()
+        self._held_start = start.copy()
 
     def push(self, batch: BlockBatch) -> BlockBatch:
         """Rows whose ends are known; settings are consumed."""
@@ -289,10 +292,8 @@ class PathMode:
         )
         if stands:
             return batch
-        self._held, self._held_start = (
-            BlockBatch(rows[last:].copy(), batch.pool),
-            start,
-        )
+        self._held = BlockBatch(rows[last:].copy(), batch.pool)
+        self._held_start = start
         return BlockBatch(rows[:last], batch.pool)
 
     def _corners(

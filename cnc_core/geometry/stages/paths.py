@@ -65,7 +65,8 @@ class Paths:
         """(m, 3, axes): position and its derivatives by path length at u (m,)
         of the motions ``index`` (m,).
         """
-        rows, length = self.rows[index], self.rows["length"][index][:, None]
+        rows = self.rows[index]
+        length = self.rows["length"][index][:, None]
         along = self.ends[index] - self.starts[index]
         out = np.zeros((len(index), 3, self.axes))
         out[:, 0] = self.starts[index] + u[:, None] * along
@@ -98,17 +99,15 @@ class Paths:
         rows = self.rows[which]
         d = self.starts[which][:, axes] - rows["center"]
         last = self.ends[which][:, axes] - rows["center"]
-        radius0, angle0 = (
-            np.hypot(d[:, 0], d[:, 1]),
-            np.arctan2(d[:, 1], d[:, 0]),
-        )
+        radius0 = np.hypot(d[:, 0], d[:, 1])
+        angle0 = np.arctan2(d[:, 1], d[:, 0])
         grown = np.hypot(last[:, 0], last[:, 1]) - radius0
-        angle, rate, grows = (
-            angle0 + w * rows["angle"],
-            rows["angle"] / rows["length"],
-            grown / rows["length"],
-        )
-        radius, cos, sin = radius0 + w * grown, np.cos(angle), np.sin(angle)
+        angle = angle0 + w * rows["angle"]
+        rate = rows["angle"] / rows["length"]
+        grows = grown / rows["length"]
+        radius = radius0 + w * grown
+        cos = np.cos(angle)
+        sin = np.sin(angle)
         at_end = w >= 1.0
         for column, (axis, centre) in enumerate(
             zip(axes, rows["center"].T, strict=True)
@@ -151,15 +150,11 @@ class Paths:
             which = self.curve[index[curves]]
             metric = self.metric[which]
             measured = metric.any(axis=1)
-            curves, which, metric = (
-                curves[measured],
-                which[measured],
-                metric[measured],
-            )
-            first, half = (
-                derivative(self.coef[which]),
-                0.5 * (u1[curves] - u0[curves]),
-            )
+            curves = curves[measured]
+            which = which[measured]
+            metric = metric[measured]
+            first = derivative(self.coef[which])
+            half = 0.5 * (u1[curves] - u0[curves])
             total = np.zeros(len(curves))
             for node, weight in zip(NODES, WEIGHTS, strict=True):
                 d1 = value(first, u0[curves] + half * (1.0 + node))

@@ -59,14 +59,12 @@ SPEED_GRID = np.linspace(0.0, 1.0, 25)
 SLOWDOWN = 0.03  # of the largest speed over the parameter
 SLOWEST = 1e-3  # mm/s, of an edge that is passed
 TURNING = 10.0  # mm/s, degrees/s: where no feed is programmed yet
-CHAIN, VERSOR, NORMAL, UNREACHABLE, LIMIT, ROUGH = (
-    909211,
-    909250,
-    909253,
-    909260,
-    909261,
-    909262,
-)
+CHAIN = 909211
+VERSOR = 909250
+NORMAL = 909253
+UNREACHABLE = 909260
+LIMIT = 909261
+ROUGH = 909262
 
 
 @dataclass
@@ -105,12 +103,11 @@ class Profiles:
         *,
         described: bool = False,
     ) -> None:
-        self._dynamics, self._cycle_s, self._described = (
-            dynamics,
-            cycle_s,
-            described,
-        )
-        self._main, self._place = [i for i in main if i >= 0], place
+        self._dynamics = dynamics
+        self._cycle_s = cycle_s
+        self._described = described
+        self._main = [i for i in main if i >= 0]
+        self._place = place
         self._machines, self._limits = machines, limits
         self._open: OpenProfile | None = None
         self.filters: dict[int, TimeFilter] = {}
@@ -210,11 +207,9 @@ class Profiles:
         assert self._open is not None
         row = np.zeros(1, NC_BLOCK)
         chosen.fill(row, position)
-        row["type"], row["count"], row["file"] = (
-            COORDINATES,
-            self._open.spec.count,
-            self._open.spec.file,
-        )
+        row["type"] = COORDINATES
+        row["count"] = self._open.spec.count
+        row["file"] = self._open.spec.file
         row["line"] = (
             int(chunk.line[0]) if chunk is not None and len(chunk) else 0
         )
@@ -453,19 +448,15 @@ class Profiles:
         first, spec = profile.approach, profile.spec
         if first is not None:
             rapid = bool(len(first.rapid) and first.rapid[0])
-            feed, line, n = (
-                float(first.feed[0]),
-                int(first.line[0]),
-                int(first.number[0]),
-            )
+            feed = float(first.feed[0])
+            line = int(first.line[0])
+            n = int(first.number[0])
             profile.approach = None
         else:
-            rapid, feed, line, n = (
-                False,
-                float(row["feed"]),
-                int(row["line"]),
-                int(row["n"]),
-            )
+            rapid = False
+            feed = float(row["feed"])
+            line = int(row["line"])
+            n = int(row["n"])
         return line_row(
             start,
             end,

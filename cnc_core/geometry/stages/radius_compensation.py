@@ -132,7 +132,8 @@ class RadiusCompensation:
         """Report and go on without compensation, or stop the stream behind the
         rows in ``parts``.
         """
-        error, count = self._error(number), int(self._state.place.count)
+        error = self._error(number)
+        count = int(self._state.place.count)
         lib.nc_offset_forget(self._state)
         if self._collect is None:
             raise RefusedRow(

@@ -126,7 +126,9 @@ class Spline:
         main: tuple[int, int, int],
         place: Callable[[int, int], Place],
     ) -> None:
-        self._at, self._main, self._place = start.copy(), main, place
+        self._at = start.copy()
+        self._main = main
+        self._place = place
         self._curve: _Curve | None = None
         # its end waits for the direction of the next motion
         self._ending: _Curve | None = None
@@ -199,14 +201,10 @@ class Spline:
         if row["type"] == CIRCULAR:
             first, second, _ = motion_planes(int(row["plane"]))
             a, b = self._main[first], self._main[second]
-            point, rate = (
-                (end if at_end else before),
-                float(row["angle"]) / float(row["length"]),
-            )
-            way[a], way[b] = (
-                -rate * (point[b] - row["center"][1]),
-                rate * (point[a] - row["center"][0]),
-            )
+            point = end if at_end else before
+            rate = float(row["angle"]) / float(row["length"])
+            way[a] = -rate * (point[b] - row["center"][1])
+            way[b] = rate * (point[a] - row["center"][0])
         return way
 
     def _take(self, row: Any, pool: FloatArray) -> None:
@@ -239,7 +237,8 @@ class Spline:
         row = row.copy()
         if row["type"] == POLYNOMIAL:
             size = len(self._at) * (int(row["degree"]) + 1)
-            first, row["pool"] = int(row["pool"]), len(self._pool)
+            first = int(row["pool"])
+            row["pool"] = len(self._pool)
             self._pool += pool[first : first + size].tolist()
         self._rows.append(row)
 
@@ -372,12 +371,10 @@ class Spline:
             for a in self._main
             if a >= 0 and np.abs(coef[a, 1:]).max() > 1e-12
         ]
-        row["type"], row["degree"], row["angle"], row["pool"] = (
-            POLYNOMIAL,
-            coef.shape[1] - 1,
-            end,
-            len(self._pool),
-        )
+        row["type"] = POLYNOMIAL
+        row["degree"] = coef.shape[1] - 1
+        row["angle"] = end
+        row["pool"] = len(self._pool)
         row["length"] = length_of(coef, end, axes or list(range(len(coef))))
         row["length_min"] = row["length"]
         powers = np.arange(coef.shape[1])
@@ -387,10 +384,8 @@ class Spline:
         self._rows.append(row)
         way = coef[:, 1:] * powers[1:] @ end ** (powers[1:] - 1)
         norm = self._chord(way)
-        self._at, self._tangent = (
-            row["end"][: len(coef)].copy(),
-            way / norm if norm > 0 else None,
-        )
+        self._at = row["end"][: len(coef)].copy()
+        self._tangent = way / norm if norm > 0 else None
 
     def _taken(self) -> BlockBatch:
         rows, pool = self._rows, self._pool

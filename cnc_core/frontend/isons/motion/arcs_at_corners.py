@@ -69,7 +69,8 @@ class Corners:
         """Rows that are final now."""
         if row["type"][0] > POLYNOMIAL:
             return [*self.flush(), row]
-        start, end = self._last, row["end"][0][: self._axes].copy()
+        start = self._last
+        end = row["end"][0][: self._axes].copy()
         self._last = end
         usable = self._usable(row, start)
         out: list[Row] = []
@@ -96,10 +97,8 @@ class Corners:
         """
         assert self._held is not None
         axes = list(self.plane)
-        before, after = (
-            corner[axes] - self._start[axes],
-            row["end"][0][axes] - corner[axes],
-        )
+        before = corner[axes] - self._start[axes]
+        after = row["end"][0][axes] - corner[axes]
         lengths = float(np.hypot(*before)), float(np.hypot(*after))
         u, v = before / lengths[0], after / lengths[1]
         turn = math.atan2(float(u[0] * v[1] - u[1] * v[0]), float(u @ v))

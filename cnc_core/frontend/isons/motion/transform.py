@@ -103,10 +103,8 @@ class Transform:
         turn[first, first] = turn[second, second] = cos
         turn[first, second], turn[second, first] = -sin, sin
         centre = np.zeros(self._axes)
-        centre[first], centre[second] = (
-            self.rotation.first,
-            self.rotation.second,
-        )
+        centre[first] = self.rotation.first
+        centre[second] = self.rotation.second
         return turn, centre - turn @ centre
 
     def forward(self, point: Array) -> Array:
@@ -138,5 +136,6 @@ def cos_sin(degrees: float) -> tuple[float, float]:
     """Exact at multiples of a right angle."""
     turns = round(degrees / 90.0)
     rest = np.radians(degrees - 90.0 * turns)
-    cos, sin = float(np.cos(rest)), float(np.sin(rest))
+    cos = float(np.cos(rest))
+    sin = float(np.sin(rest))
     return ((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))[turns % 4]
