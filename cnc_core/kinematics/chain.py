@@ -43,10 +43,31 @@ class SingularMachine(CncError):  # noqa: N818 - the machine is singular
 
 def rotation(rx: float, ry: float, rz: float) -> FloatArray:
     """(3, 3) Rx(rx) Ry(ry) Rz(rz), degrees; multiples of 90 degrees are exact."""
-    c, s = zip(*(_cos_sin(angle) for angle in (rx, ry, rz)), strict=True)
-    x = np.array([[1.0, 0, 0], [0, c[0], -s[0]], [0, s[0], c[0]]])
-    y = np.array([[c[1], 0, s[1]], [0, 1.0, 0], [-s[1], 0, c[1]]])
-    z = np.array([[c[2], -s[2], 0], [s[2], c[2], 0], [0, 0, 1.0]])
+    c, s = zip(
+        *(_cos_sin(angle) for angle in (rx, ry, rz)),
+        strict=True,
+    )
+    x = np.array(
+        [
+            [1.0, 0, 0],
+            [0, c[0], -s[0]],
+            [0, s[0], c[0]],
+        ]
+    )
+    y = np.array(
+        [
+            [c[1], 0, s[1]],
+            [0, 1.0, 0],
+            [-s[1], 0, c[1]],
+        ]
+    )
+    z = np.array(
+        [
+            [c[2], -s[2], 0],
+            [s[2], c[2], 0],
+            [0, 0, 1.0],
+        ]
+    )
     return np.asarray(x @ y @ z)
 
 
@@ -54,7 +75,12 @@ def _cos_sin(degrees: float) -> tuple[float, float]:
     quarter, rest = divmod(degrees, 90.0)
     c = float(np.cos(np.radians(rest)))
     s = float(np.sin(np.radians(rest)))
-    return ((c, s), (-s, c), (-c, -s), (s, -c))[int(quarter) % 4]
+    return (
+        (c, s),
+        (-s, c),
+        (-c, -s),
+        (s, -c),
+    )[int(quarter) % 4]
 
 
 @dataclass(frozen=True)
@@ -183,7 +209,13 @@ class Chain:
         below them), not at all of them.
         """
         turns = np.array(list(product(ANGLES_DEG, repeat=len(self.rotary))))
-        q = np.zeros((len(turns), 3, 1 + max([*self.linear, *self.rotary])))
+        q = np.zeros(
+            (
+                len(turns),
+                3,
+                1 + max([*self.linear, *self.rotary]),
+            )
+        )
         q[:, 0, list(self.rotary)] = turns
         _, map_, _, _ = self._walk(q, 0.0)
         if np.abs(np.linalg.det(map_[:, 0])).max() < 1e-6:
@@ -235,7 +267,9 @@ class Chain:
         q (n, 3, axes): only its rotary axes count.
         """
         base, map_, _, _ = self._walk(q, length)
-        singular = np.flatnonzero(np.abs(np.linalg.det(map_[:, 0])) < SINGULAR)
+        singular = np.flatnonzero(
+            np.abs(np.linalg.det(map_[:, 0])) < SINGULAR,
+        )
         if len(singular):
             raise SingularMachine(int(singular[0]))
         return jets.solve(map_, tip - base)
@@ -245,7 +279,9 @@ class Chain:
         ``length`` along the tool.
         """
         _, map_, direction, _ = self._walk(q, 0.0)
-        singular = np.flatnonzero(np.abs(np.linalg.det(map_[:, 0])) < SINGULAR)
+        singular = np.flatnonzero(
+            np.abs(np.linalg.det(map_[:, 0])) < SINGULAR,
+        )
         if len(singular):
             raise SingularMachine(int(singular[0]))
         return jets.solve(map_, length * direction)

@@ -60,7 +60,16 @@ def branches(
         )
     if len(joints) == 1:
         return _one(g, c, joints[0][1], d)
-    return _two(g, b, c, (joints[0][1], joints[1][1]), d)
+    return _two(
+        g,
+        b,
+        c,
+        (
+            joints[0][1],
+            joints[1][1],
+        ),
+        d,
+    )
 
 
 def _none(d: FloatArray) -> list[Branch]:
@@ -120,7 +129,11 @@ def _two(
     for second in seconds:
         cos, sin = np.cos(second), np.sin(second)
         h = b @ np.array(
-            [c[0] * cos - c[1] * sin, c[0] * sin + c[1] * cos, c[2]]
+            [
+                c[0] * cos - c[1] * sin,
+                c[0] * sin + c[1] * cos,
+                c[2],
+            ]
         )
         free1 = float(np.hypot(h[0], h[1])) < PARALLEL
         first = (

@@ -157,7 +157,11 @@ class OutputColumns:
             0,
             len(span) - 1,
         )
-        return jets.of_columns(coef[k], fitter.at - breaks[k], 1)[:, 0]
+        return jets.of_columns(
+            coef[k],
+            fitter.at - breaks[k],
+            1,
+        )[:, 0]
 
 
 def _about_vertical(d: FloatArray, angle: FloatArray) -> FloatArray:
@@ -165,5 +169,9 @@ def _about_vertical(d: FloatArray, angle: FloatArray) -> FloatArray:
     cos = np.cos(np.radians(angle))
     sin = np.sin(np.radians(angle))
     return np.column_stack(
-        [cos * d[:, 0] - sin * d[:, 1], sin * d[:, 0] + cos * d[:, 1], d[:, 2]]
+        [
+            cos * d[:, 0] - sin * d[:, 1],
+            sin * d[:, 0] + cos * d[:, 1],
+            d[:, 2],
+        ]
     )

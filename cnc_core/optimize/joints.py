@@ -103,7 +103,11 @@ def _round(
         if deviation <= tolerances.linear and others <= 1.0:
             break
         reach *= 0.8
-    size = float(np.linalg.norm((coef.sum(axis=1) - coef[:, 0])[linear]))
+    size = float(
+        np.linalg.norm(
+            (coef.sum(axis=1) - coef[:, 0])[linear],
+        )
+    )
     _cut_end(ahead, *left)
     _cut_begin(behind, *right)
     scaled = coef / size ** np.arange(6)
@@ -145,13 +149,24 @@ def _polynomial(fit: Fit, at: float) -> tuple[int, float]:
     """Number of the polynomial at a parameter of the whole row, and the
     parameter in it.
     """
-    begins = np.concatenate([[0.0], np.cumsum(fit.span)[:-1]])
+    begins = np.concatenate(
+        [
+            [0.0],
+            np.cumsum(fit.span)[:-1],
+        ]
+    )
     k = int(
         np.clip(
             np.searchsorted(begins, at, side="right") - 1, 0, len(begins) - 1
         )
     )
-    return k, float(np.clip(at - begins[k], 0.0, fit.span[k]))
+    return k, float(
+        np.clip(
+            at - begins[k],
+            0.0,
+            fit.span[k],
+        )
+    )
 
 
 def _cut_end(fit: Fit, k: int, u: float) -> None:
@@ -178,7 +193,12 @@ def _cut_begin(fit: Fit, k: int, u: float) -> None:
 
 
 def _angle(x: FloatArray, y: FloatArray) -> float:
-    return float(np.arctan2(np.linalg.norm(np.cross(x, y)), x @ y))
+    return float(
+        np.arctan2(
+            np.linalg.norm(np.cross(x, y)),
+            x @ y,
+        )
+    )
 
 
 def _miss(
@@ -201,7 +221,7 @@ def _miss(
         away - np.clip(along, 0.0, 1.0)[:, :, None] * chord, axis=2
     ).min(axis=1)
     others = [i for i in range(points.shape[1]) if i not in linear]
-    share = np.abs(points[:, None, others] - made[None, :, others]).min(
-        axis=1
-    ) / np.maximum(limits[others], 1e-12)
+    share = np.abs(
+        points[:, None, others] - made[None, :, others],
+    ).min(axis=1) / np.maximum(limits[others], 1e-12)
     return float(far.max(initial=0.0)), float(share.max(initial=0.0))

@@ -23,7 +23,11 @@ TINY = 1e-13
 def knot_vector(breaks: FloatArray) -> FloatArray:
     """Clamped knots over the breaks of the polynomials."""
     return np.concatenate(
-        [np.full(DEGREE, breaks[0]), breaks, np.full(DEGREE, breaks[-1])]
+        [
+            np.full(DEGREE, breaks[0]),
+            breaks,
+            np.full(DEGREE, breaks[-1]),
+        ]
     )
 
 
@@ -34,7 +38,11 @@ def local_basis(
     values from it on (de Boor).
     """
     count = len(knots) - DEGREE - 1
-    k = np.clip(np.searchsorted(knots, u, side="right") - 1, DEGREE, count - 1)
+    k = np.clip(
+        np.searchsorted(knots, u, side="right") - 1,
+        DEGREE,
+        count - 1,
+    )
     local = np.zeros((len(u), DEGREE + 1))
     local[:, 0] = 1.0
     for d in range(1, DEGREE + 1):
@@ -146,5 +154,8 @@ def _blocks_solved(band: FloatArray, right: FloatArray) -> FloatArray:
         x[k] -= factor @ x[k - 1]
     x[-1] = np.linalg.solve(middle[-1], x[-1])
     for k in range(blocks - 2, -1, -1):
-        x[k] = np.linalg.solve(middle[k], x[k] - upper[k] @ x[k + 1])
+        x[k] = np.linalg.solve(
+            middle[k],
+            x[k] - upper[k] @ x[k + 1],
+        )
     return np.asarray(x.reshape(size, -1)[:n])

@@ -104,7 +104,10 @@ def _off_chords(made: Driven, xyz: FloatArray, linear: list[int]) -> FloatArray:
     square = np.maximum((line * line).sum(axis=1), 1e-300)
     for k in range(1, LOOKS):
         away = (
-            jets.of_columns(made.coef[:, linear], k / LOOKS * made.steps)[:, 0]
+            jets.of_columns(
+                made.coef[:, linear],
+                k / LOOKS * made.steps,
+            )[:, 0]
             - xyz[:-1]
         )
         along = np.clip((away * line).sum(axis=1) / square, 0.0, 1.0)
@@ -208,13 +211,24 @@ def by_length(
     j = jets.of_columns(coef, np.append(share, made.steps[-1]))
     speed = np.linalg.norm(j[:, 1][:, linear], axis=1)
     speed = np.where(
-        speed > 1e-9, speed, np.maximum(np.linalg.norm(j[:, 1], axis=1), 1e-12)
+        speed > 1e-9,
+        speed,
+        np.maximum(
+            np.linalg.norm(j[:, 1], axis=1),
+            1e-12,
+        ),
     )[:, None]
     gain = (j[:, 1][:, linear] * j[:, 2][:, linear]).sum(axis=1)[
         :, None
     ] / speed
     first = j[:, 1] / speed
-    states = np.stack([first, (j[:, 2] - first * gain) / speed**2], axis=1)
+    states = np.stack(
+        [
+            first,
+            (j[:, 2] - first * gain) / speed**2,
+        ],
+        axis=1,
+    )
     length = _lengths(made, linear, pieces)
     return spline.hermite(j[:, 0], states, length), length
 
@@ -226,7 +240,11 @@ def _lengths(made: Driven, linear: list[int], pieces: int) -> FloatArray:
     begin = np.tile(np.arange(pieces), len(made.steps)) * h
     at = begin[:, None] + 0.5 * h[:, None] * (x + 1.0)
     j = jets.of_columns(
-        np.repeat(np.repeat(made.coef, pieces, axis=0), 8, axis=0),
+        np.repeat(
+            np.repeat(made.coef, pieces, axis=0),
+            8,
+            axis=0,
+        ),
         at.ravel(),
         1,
     )[:, 0]
@@ -245,7 +263,16 @@ def parameter(values: FloatArray, linear: list[int]) -> FloatArray:
     chord = np.linalg.norm(moved[:, linear], axis=1)
     rest = np.linalg.norm(moved, axis=1)
     return np.concatenate(
-        [[0.0], np.cumsum(np.where(chord > 0.0, chord, np.maximum(rest, 1e-9)))]
+        [
+            [0.0],
+            np.cumsum(
+                np.where(
+                    chord > 0.0,
+                    chord,
+                    np.maximum(rest, 1e-9),
+                )
+            ),
+        ]
     )
 
 

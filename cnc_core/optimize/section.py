@@ -153,7 +153,10 @@ class SectionFitter:
             )
             self.at[a : b + 1] = at - at[0] + done
             done += float(spans[-1].sum())
-            state = evaluated(coefs[-1][-1], float(spans[-1][-1]))
+            state = evaluated(
+                coefs[-1][-1],
+                float(spans[-1][-1]),
+            )
             report.groups += 1
             tick(b - a)
             a = b
@@ -217,7 +220,10 @@ class SectionFitter:
 
     def _kept(self, a: int, end: int, state: FloatArray | None) -> Curve:
         """The curve that the NC would drive through the points, over its length."""
-        part = Driven(self.driven.coef[a:end], self.driven.steps[a:end])
+        part = Driven(
+            self.driven.coef[a:end],
+            self.driven.steps[a:end],
+        )
         for pieces in KEPT_PIECES:
             coef, span = by_length(part, self.linear, pieces)
             middle = _middles(coef, span)
@@ -231,7 +237,11 @@ class SectionFitter:
             target = evaluated(coef[0], float(span[0]))
             begin[: len(state)] = state
             one = begin[None, 1:], target[None, 1:], span[:1]
-            coef[0] = spline.quintic(begin[None, 0], target[None, 0], *one)[0]
+            coef[0] = spline.quintic(
+                begin[None, 0],
+                target[None, 0],
+                *one,
+            )[0]
         breaks = np.concatenate([[0.0], np.cumsum(span)])
         at = breaks[::pieces]
         return Curve(coef, breaks, at, at)
@@ -307,7 +317,14 @@ def _middles(
 
 
 def _halved(breaks: FloatArray) -> FloatArray:
-    return np.sort(np.concatenate([breaks, 0.5 * (breaks[1:] + breaks[:-1])]))
+    return np.sort(
+        np.concatenate(
+            [
+                breaks,
+                0.5 * (breaks[1:] + breaks[:-1]),
+            ]
+        )
+    )
 
 
 def _apart(breaks: FloatArray) -> FloatArray:

@@ -255,7 +255,13 @@ class Smoother:
         one = np.zeros(1, np.int64)
         self.result.polynomials += 1
         return (
-            Fit(coef, np.array([far]), one, np.array([STOP]), feed=feed),
+            Fit(
+                coef,
+                np.array([far]),
+                one,
+                np.array([STOP]),
+                feed=feed,
+            ),
             ends,
             False,
         )
@@ -275,7 +281,10 @@ class Smoother:
         last = 0.0 if self._angle is None else self._angle
         for i in np.flatnonzero(stands):
             heading[i] = heading[i - 1] if i else last
-        heading = np.unwrap(np.concatenate([[last], heading]), period=360.0)[1:]
+        heading = np.unwrap(
+            np.concatenate([[last], heading]),
+            period=360.0,
+        )[1:]
         self._angle = float(heading[-1])
         out = points[:]
         out.values = points.values.copy()

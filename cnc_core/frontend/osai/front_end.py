@@ -328,7 +328,10 @@ class OsaiFrontEnd(BlockReader):
                 f"motion while ({min(self._virtual)}) is active is not supported",
                 0,
             )
-        motion.motion = next((code for code in (0, 1) if code in words.g), None)
+        motion.motion = next(
+            (code for code in (0, 1) if code in words.g),
+            None,
+        )
         motion.f = words.values.get("F")
         motion.n = self.modal.n
         motion.absolute = None if not {90, 91} & set(words.g) else 90 in words.g
@@ -445,7 +448,14 @@ class OsaiFrontEnd(BlockReader):
         line = self.modal.line
         source = self._text.text if self._text else ""
         self._warn(
-            code, text, Place(str(self.flow.file.path), max(line, 1), 1, source)
+            code,
+            text,
+            Place(
+                str(self.flow.file.path),
+                max(line, 1),
+                1,
+                source,
+            ),
         )
 
     def _profile_batch(self, rows: int) -> BlockBatch | Wait | None:

@@ -77,7 +77,12 @@ class PolynomialProfile(Profile):
         begin = plain.index("<")
         parts, at = [], begin + 1
         for part in plain[begin + 1 :].split(","):
-            parts.append((part.strip(), at + len(part) - len(part.lstrip())))
+            parts.append(
+                (
+                    part.strip(),
+                    at + len(part) - len(part.lstrip()),
+                )
+            )
             at += len(part) + 1
         name, offset = parts[0]
         if name == "*":

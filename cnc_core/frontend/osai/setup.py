@@ -202,7 +202,10 @@ class SetupFile:
         fields, at = [], found.start(2) + 1
         for part in found[2][1:].split(",") if found[2] else []:
             fields.append(
-                ("".join(part.split()), at + len(part) - len(part.lstrip()) + 1)
+                (
+                    "".join(part.split()),
+                    at + len(part) - len(part.lstrip()) + 1,
+                )
             )
             at += len(part) + 1
         return SetupLine(code, fields, place)

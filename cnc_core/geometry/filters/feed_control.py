@@ -83,7 +83,13 @@ class FeedControl(RunFilter):
             return EMPTY
         # (n + 1,) at the starts of the rows, and behind the last one
         corners = self._corners()
-        feeds = np.minimum(rows["feed"], np.minimum(corners[:-1], corners[1:]))
+        feeds = np.minimum(
+            rows["feed"],
+            np.minimum(
+                corners[:-1],
+                corners[1:],
+            ),
+        )
         if self.inertia > 1.0 and self.accel > 0.0:
             feeds = self._decelerating(feeds)
         out = rows[:count].copy()
@@ -111,7 +117,13 @@ class FeedControl(RunFilter):
             speed = np.where(
                 change > 1e-12, allowed / np.maximum(change, 1e-300), np.inf
             ).min(axis=1)
-        return np.concatenate([[self._corner], np.minimum(speed, FAR), [FAR]])
+        return np.concatenate(
+            [
+                [self._corner],
+                np.minimum(speed, FAR),
+                [FAR],
+            ]
+        )
 
     def _decelerating(self, feeds: FloatArray) -> FloatArray:
         """Feeds from which those behind can be met with the deceleration
@@ -122,14 +134,21 @@ class FeedControl(RunFilter):
         for i in range(len(out) - 2, -1, -1):
             out[i] = min(
                 out[i],
-                float(np.sqrt(out[i + 1] ** 2 + 2.0 * accel * length[i])),
+                float(
+                    np.sqrt(
+                        out[i + 1] ** 2 + 2.0 * accel * length[i],
+                    )
+                ),
             )
         return out
 
     def _adapted(self, feed: float, most: float) -> float:
         """Average, floor and dead band of one feed; ``most``: as programmed."""
         self._recent.append(feed)
-        feed = max(sum(self._recent) / len(self._recent), min(self.floor, most))
+        feed = max(
+            sum(self._recent) / len(self._recent),
+            min(self.floor, most),
+        )
         if self._feed is not None and abs(feed - self._feed) <= self.dead * (
             1.0 + 1e-9
         ):

@@ -85,7 +85,13 @@ class Noise(RunFilter):
     def _sharp(self, last: bool) -> Any:
         """Which ends of all known ways are to be dropped."""
         turn = np.concatenate([turns_of(self._ways, self.axes), [0.0]])
-        short = np.linalg.norm(self._ways[:, self.used], axis=1) < self.length
+        short = (
+            np.linalg.norm(
+                self._ways[:, self.used],
+                axis=1,
+            )
+            < self.length
+        )
         sharp = short & (np.abs(turn) >= self.angle) & (turn != 0.0)
         if self.cusps:
             ahead = np.concatenate([[0.0], turn[:-1]])

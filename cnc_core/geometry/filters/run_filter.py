@@ -79,7 +79,11 @@ def lengths_of(delta: FloatArray, main: tuple[int, int, int]) -> FloatArray:
     those rest.
     """
     present = [axis for axis in main if axis >= 0]
-    length = np.asarray(np.sqrt((delta[:, present] ** 2).sum(axis=1)))
+    length = np.asarray(
+        np.sqrt(
+            (delta[:, present] ** 2).sum(axis=1),
+        )
+    )
     whole = np.sqrt((delta**2).sum(axis=1))
     return np.where(length < SAME_MM, whole, length)
 
@@ -231,7 +235,11 @@ class RunFilter(ABC):
         usable, start = self._usable(rows)
         edges = np.flatnonzero(np.diff(usable.astype(np.int8))) + 1
         out = []
-        for begin, end in zip([0, *edges], [*edges, len(rows)], strict=True):
+        for begin, end in zip(
+            [0, *edges],
+            [*edges, len(rows)],
+            strict=True,
+        ):
             if usable[begin]:
                 self.report.blocks_in += int(end - begin)
                 made = self.extend(rows[begin:end].copy(), start[begin])
@@ -248,7 +256,12 @@ class RunFilter(ABC):
         """
         moving = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & ELEMENT) == 0)
         places = np.where(moving, np.arange(len(rows)), -1)
-        before = np.concatenate([[-1], np.maximum.accumulate(places)[:-1]])
+        before = np.concatenate(
+            [
+                [-1],
+                np.maximum.accumulate(places)[:-1],
+            ]
+        )
         ends = rows["end"][:, : self.count]
         start = np.where(
             (before >= 0)[:, None], ends[np.maximum(before, 0)], self._last

@@ -109,7 +109,12 @@ class SplineFilter(RunFilter):
             self._begin(start)
         if self._degree == 1:
             return self._polygon(rows)
-        self._points = np.vstack([self._points, rows["end"][:, : self.count]])
+        self._points = np.vstack(
+            [
+                self._points,
+                rows["end"][:, : self.count],
+            ]
+        )
         self._rows = np.concatenate([self._rows, rows])
         return self._evaluated(
             self._number - max(self._degree, 2 * self._degree - 2), None
@@ -197,9 +202,18 @@ class SplineFilter(RunFilter):
         share = (np.arange(per_span) + 1.0) / per_span
         u_table = (spans[:, None] + share).ravel()
         table = self._at(u_table, np.repeat(spans, per_span), degree, top)
-        begin = self._at(np.array([float(self._span)]), spans[:1], degree, top)
+        begin = self._at(
+            np.array([float(self._span)]),
+            spans[:1],
+            degree,
+            top,
+        )
         way = np.linalg.norm(
-            np.diff(np.vstack([begin, table]), axis=0)[:, self.used], axis=1
+            np.diff(
+                np.vstack([begin, table]),
+                axis=0,
+            )[:, self.used],
+            axis=1,
         )
         length = np.concatenate([[0.0], np.cumsum(way)])
         final = top is not None and until == top

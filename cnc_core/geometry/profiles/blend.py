@@ -125,7 +125,9 @@ def round_handle(turn: float) -> float:
     with the same tangent length.
     """
     return (
-        float(3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)))
+        float(
+            3.2 * (1.0 - np.tan(turn / 4.0) / np.sin(turn / 2.0)),
+        )
         if turn > 1e-6
         else 1.6
     )
@@ -248,7 +250,10 @@ class Blends:
         whole.coef[at + 1] = shifted(right, u1)
         whole.span[at + 1] -= u1
         piece = whole[at : at + 1]
-        feed = np.minimum(whole.feed[at : at + 1], whole.feed[at + 1 : at + 2])
+        feed = np.minimum(
+            whole.feed[at : at + 1],
+            whole.feed[at + 1 : at + 2],
+        )
         if passed:
             rate = self._rate(a, b) if self._by_parameter else 1.0
             feed = np.minimum(feed, self._edge_speed(a, b) / rate)
@@ -279,7 +284,12 @@ class Blends:
             d2 = jet[2][self._linear]
             speed = float(np.linalg.norm(d1))
             t = d1 / max(speed, 1e-300)
-            sides.append((t, (d2 - (d2 @ t) * t) / max(speed, 1e-300) ** 2))
+            sides.append(
+                (
+                    t,
+                    (d2 - (d2 @ t) * t) / max(speed, 1e-300) ** 2,
+                )
+            )
         (t1, k1), (t2, k2) = sides
         return bool(
             np.abs(t1 - t2).max() < 1e-9 and np.abs(k1 - k2).max() < 1e-9
@@ -287,7 +297,12 @@ class Blends:
 
     def _turn(self, a: FloatArray, b: FloatArray) -> float:
         x, y = a[self._linear], b[self._linear]
-        return float(np.arctan2(np.linalg.norm(np.cross(x, y)), x @ y))
+        return float(
+            np.arctan2(
+                np.linalg.norm(np.cross(x, y)),
+                x @ y,
+            )
+        )
 
     def _chord(self, coef: FloatArray, span: float) -> float:
         moved = evaluated(coef, span)[0] - coef[:, 0]
@@ -328,7 +343,10 @@ class Blends:
         points = np.einsum(
             "ck,kg->gc", coef, (length * GRID) ** np.arange(6)[:, None]
         )
-        near = np.linalg.norm((points - corner)[:, self._linear], axis=1).min()
+        near = np.linalg.norm(
+            (points - corner)[:, self._linear],
+            axis=1,
+        ).min()
         return (coef, length, u0, u1) if near <= chord * (1.0 + 1e-6) else None
 
     def _end_of(self, coef: FloatArray, reach: float) -> float:
@@ -373,8 +391,18 @@ def joining(
     """
     states = []
     for state in (start, end):
-        rate = speed / max(float(np.linalg.norm(state[1][linear])), 1e-300)
-        states.append(np.stack([state[1] * rate, state[2] * rate * rate]))
+        rate = speed / max(
+            float(np.linalg.norm(state[1][linear])),
+            1e-300,
+        )
+        states.append(
+            np.stack(
+                [
+                    state[1] * rate,
+                    state[2] * rate * rate,
+                ]
+            )
+        )
     one = np.array([1.0])
     return np.asarray(
         spline.quintic(

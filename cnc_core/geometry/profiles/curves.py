@@ -314,7 +314,11 @@ class Curves:
         if low == 0 and not self._gone and self._clamp is not None:
             clamp = (
                 self._clamp
-                * float(np.linalg.norm((values[1] - values[0])[self._linear]))
+                * float(
+                    np.linalg.norm(
+                        (values[1] - values[0])[self._linear],
+                    )
+                )
                 / steps[0]
             )
         return Window(

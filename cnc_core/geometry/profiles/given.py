@@ -46,5 +46,14 @@ def of_bspline(chunk: ProfileChunk) -> Intervals:
 def _padded(coef: FloatArray) -> FloatArray:
     """A copy of the order that joining pieces have."""
     return np.concatenate(
-        [coef, np.zeros((*coef.shape[:2], 6 - coef.shape[2]))], axis=2
+        [
+            coef,
+            np.zeros(
+                (
+                    *coef.shape[:2],
+                    6 - coef.shape[2],
+                )
+            ),
+        ],
+        axis=2,
     )

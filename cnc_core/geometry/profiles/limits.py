@@ -186,7 +186,11 @@ def _jerks(
     """
     scale = spec.smoothness.scale or 1.0
     jerk = {
-        i: scale * min(d.jerk or np.inf, float(machine.jerk[i]) or np.inf)
+        i: scale
+        * min(
+            d.jerk or np.inf,
+            float(machine.jerk[i]) or np.inf,
+        )
         for i, d in own.items()
     }
     if spec.smoothness.jerk == "profile":

@@ -89,14 +89,23 @@ def rows_of(
     )
     rows["length"] = rows["length_min"] = lengths(coef, span, main)
     size = axes * (degree + 1)
-    rows["pool"] = np.concatenate([[0], np.cumsum(size)[:-1]]) if n else 0
+    rows["pool"] = (
+        np.concatenate(
+            [[0], np.cumsum(size)[:-1]],
+        )
+        if n
+        else 0
+    )
     pool = np.empty(int(size.sum()))
     for d in np.unique(degree):
         which = np.flatnonzero(degree == d)
         at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
             axes * (int(d) + 1)
         )
-        pool[at] = coef[which, :, : int(d) + 1].reshape(len(which), -1)
+        pool[at] = coef[which, :, : int(d) + 1].reshape(
+            len(which),
+            -1,
+        )
     for name, value in fields.items():
         rows[name] = value
     return BlockBatch(rows, pool)

@@ -77,7 +77,13 @@ def _solved(windows: list[Window], degree: int) -> FloatArray:
     fill = _quintic if degree == 5 else _cubic
     for k, window in enumerate(windows):
         n = len(window.points)
-        fill(window, before[:n, k], middle[:n, k], behind[:n, k], right[:n, k])
+        fill(
+            window,
+            before[:n, k],
+            middle[:n, k],
+            behind[:n, k],
+            right[:n, k],
+        )
     for i in range(1, longest):
         factor = before[i] @ np.linalg.inv(middle[i - 1])
         middle[i] -= factor @ behind[i - 1]
@@ -165,7 +171,13 @@ def hermite(
     Where the data are those of a cubic the highest coefficients come out as
     rounding.
     """
-    return quintic(points[:-1], points[1:], states[:-1], states[1:], steps)
+    return quintic(
+        points[:-1],
+        points[1:],
+        states[:-1],
+        states[1:],
+        steps,
+    )
 
 
 def quintic(
@@ -187,7 +199,10 @@ def quintic(
     a3 = 10.0 * moved - 6.0 * d0 - 4.0 * d1 - 1.5 * c0 + 0.5 * c1
     a4 = -15.0 * moved + 8.0 * d0 + 7.0 * d1 + 1.5 * c0 - c1
     a5 = 6.0 * moved - 3.0 * (d0 + d1) - 0.5 * (c0 - c1)
-    coef = np.stack([p0, d0, 0.5 * c0, a3, a4, a5], axis=2)
+    coef = np.stack(
+        [p0, d0, 0.5 * c0, a3, a4, a5],
+        axis=2,
+    )
     return np.asarray(coef / steps[:, None, None] ** np.arange(6))
 
 

@@ -245,7 +245,11 @@ class ToAxes:
         """
         assert self._following is not None
         angle = self.versors.following(coef, u, self._following)
-        steps = np.diff(np.concatenate([[self._angle], angle[:, 0]]))
+        steps = np.diff(
+            np.concatenate(
+                [[self._angle], angle[:, 0]],
+            )
+        )
         angle[:, 0] = self._angle + np.cumsum((steps + 180.0) % 360.0 - 180.0)
         self._angle = float(angle[-1, 0])
         out[:, :, self.spec.axes[self._following].channel] = angle
@@ -326,5 +330,8 @@ class ToAxes:
                 out[:, :, axis.channel] = columns[:, :, i]
             chain = self.versors.kinematics.chain
             speed = chain.forward_jets(out, spec.tool.origin_length)[0][:, 1]
-        speeds = np.linalg.norm(speed, axis=1).reshape(len(h), len(NODES))
+        speeds = np.linalg.norm(speed, axis=1).reshape(
+            len(h),
+            len(NODES),
+        )
         return np.asarray(speeds @ (0.5 * WEIGHTS) * h)

@@ -55,7 +55,13 @@ def filled(
     """
     if good.all():
         return values
-    at = np.maximum.accumulate(np.where(good, np.arange(len(good)), -1))
+    at = np.maximum.accumulate(
+        np.where(
+            good,
+            np.arange(len(good)),
+            -1,
+        )
+    )
     out = values[np.maximum(at, 0)].copy()
     out[~good, 1:] = 0.0
     missing = at < 0
@@ -112,7 +118,17 @@ class Versors:
         if rest.any():
             slope[rest, 0] = slope[rest, 1]
             slope[rest, 1:] = 0.0
-            slope[rest & (np.linalg.norm(slope[:, 0], axis=1) < 1e-12), 0] = (
+            slope[
+                rest
+                & (
+                    np.linalg.norm(
+                        slope[:, 0],
+                        axis=1,
+                    )
+                    < 1e-12
+                ),
+                0,
+            ] = (
                 1.0,
                 0.0,
                 0.0,
@@ -182,7 +198,11 @@ class Versors:
         cos_beta = np.cos(alpha) * jets.power(c, -1.0)
         clipped = np.abs(cos_beta[:, 0]) >= 1.0 - 1e-12
         cos_beta[clipped] = np.stack(
-            [np.sign(cos_beta[clipped, 0]), 0 * u[clipped], 0 * u[clipped]],
+            [
+                np.sign(cos_beta[clipped, 0]),
+                0 * u[clipped],
+                0 * u[clipped],
+            ],
             axis=1,
         )
         sin2 = -jets.times(cos_beta, cos_beta)
@@ -266,18 +286,27 @@ class Versors:
         """
         axis = self.spec.axes[column]
         slope = jets.of_columns(coef[:, self._linear[:2]], u, 1)
-        good = np.linalg.norm(slope[:, 0], axis=1) > 1e-9 * np.maximum(
-            np.linalg.norm(slope[:, 1], axis=1), 1.0
-        )
+        good = np.linalg.norm(
+            slope[:, 0],
+            axis=1,
+        ) > 1e-9 * np.maximum(np.linalg.norm(slope[:, 1], axis=1), 1.0)
         slope[~good] = ((1.0, 0.0), (0.0, 0.0), (0.0, 0.0))
-        heading = np.degrees(jets.angle(slope[:, :, 0], slope[:, :, 1]))
+        heading = np.degrees(
+            jets.angle(
+                slope[:, :, 0],
+                slope[:, :, 1],
+            )
+        )
         if not good.all():
             before = (
                 np.zeros(1) if self.last.heading is None else self.last.heading
             )
             heading = filled(heading[:, :, None], good, before)[:, :, 0]
         self.last = replace(self.last, heading=heading[-1, :1].copy())
-        offset = jets.of_columns(coef[:, column : column + 1], u)[:, :, 0]
+        offset = jets.of_columns(
+            coef[:, column : column + 1],
+            u,
+        )[:, :, 0]
         return np.asarray(
             offset + heading if axis.role == "TAN" else offset - heading
         )
@@ -366,7 +395,13 @@ class Rotaries:
                 )
                 @ b.T
             )
-            free[:, 0] |= np.hypot(h[:, 0], h[:, 1]) < PARALLEL
+            free[:, 0] |= (
+                np.hypot(
+                    h[:, 0],
+                    h[:, 1],
+                )
+                < PARALLEL
+            )
             first = np.arctan2(g[:, 1], g[:, 0]) - np.arctan2(h[:, 1], h[:, 0])
             out[:, k, 0] = signs[0] * np.degrees(first)
             out[:, k, 1] = signs[1] * np.degrees(second)

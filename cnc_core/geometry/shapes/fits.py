@@ -160,7 +160,11 @@ def _principal(points: Array) -> tuple[Array, Array, Array, Array]:
 def _fit_round(points: Array) -> Circle:
     """Circle in 2, sphere in 3 dimensions."""
     middle = points.mean(axis=0)
-    scale = float(np.sqrt(((points - middle) ** 2).sum(axis=1).mean()))
+    scale = float(
+        np.sqrt(
+            ((points - middle) ** 2).sum(axis=1).mean(),
+        )
+    )
     scaled = (points - middle) / scale
     centre = _minimise(scaled, _kasa(scaled))
     if centre is None:
@@ -193,8 +197,17 @@ def _kasa(points: Array) -> Array:
     """Centre of the algebraic fit: linear least squares of x^2 + y^2 + .. = 2 c
     p + const.
     """
-    system = np.hstack([2.0 * points, np.ones((len(points), 1))])
-    solution = np.linalg.lstsq(system, (points**2).sum(axis=1), rcond=None)[0]
+    system = np.hstack(
+        [
+            2.0 * points,
+            np.ones((len(points), 1)),
+        ]
+    )
+    solution = np.linalg.lstsq(
+        system,
+        (points**2).sum(axis=1),
+        rcond=None,
+    )[0]
     return np.asarray(solution[:-1])
 
 

@@ -16,7 +16,9 @@ ORDER = 6  # coefficients per axis at the most
 
 def normalised(coef: FloatArray, end: FloatArray) -> FloatArray:
     """The same polynomials over a parameter 0..1; ``end`` (n,)."""
-    return np.asarray(coef * end[:, None, None] ** np.arange(coef.shape[2]))
+    return np.asarray(
+        coef * end[:, None, None] ** np.arange(coef.shape[2]),
+    )
 
 
 def value(coef: FloatArray, w: FloatArray) -> FloatArray:
@@ -29,7 +31,9 @@ def value(coef: FloatArray, w: FloatArray) -> FloatArray:
 
 def derivative(coef: FloatArray) -> FloatArray:
     """Coefficients of the derivative, (n, axes, order - 1)."""
-    return np.asarray(coef[:, :, 1:] * np.arange(1, coef.shape[2]))
+    return np.asarray(
+        coef[:, :, 1:] * np.arange(1, coef.shape[2]),
+    )
 
 
 def bernstein(coef: FloatArray) -> FloatArray:
@@ -84,10 +88,17 @@ def distance(coef: FloatArray, pos: FloatArray, grid: int = 40) -> FloatArray:
         0.0,
         1.0,
     )
-    far = np.linalg.norm(off[:, :-1] + share[..., None] * chord, axis=2)
+    far = np.linalg.norm(
+        off[:, :-1] + share[..., None] * chord,
+        axis=2,
+    )
     first = derivative(coef)
     second = derivative(first)
-    beside = np.pad(far, ((0, 0), (1, 1)), constant_values=np.inf)
+    beside = np.pad(
+        far,
+        ((0, 0), (1, 1)),
+        constant_values=np.inf,
+    )
     minima = np.where(
         (far <= beside[:, :-2]) & (far <= beside[:, 2:]), far, np.inf
     )

@@ -41,7 +41,11 @@ def sine_cosine(degrees: float) -> tuple[float, float]:
 def elementary(axis: str, degrees: float) -> Array:
     """Right-handed rotation about X, Y or Z."""
     s, c = sine_cosine(degrees)
-    i, j = {"X": (1, 2), "Y": (2, 0), "Z": (0, 1)}[axis]
+    i, j = {
+        "X": (1, 2),
+        "Y": (2, 0),
+        "Z": (0, 1),
+    }[axis]
     out = np.eye(3)
     out[i, i] = out[j, j] = c
     out[i, j], out[j, i] = -s, s
@@ -75,7 +79,9 @@ def from_points(points: Array) -> Array:
     across = points[2] - points[0]
     normal = np.cross(along, across)
     size = float(np.linalg.norm(normal))
-    if size <= 1e-9 * float(np.linalg.norm(along) * np.linalg.norm(across)):
+    if size <= 1e-9 * float(
+        np.linalg.norm(along) * np.linalg.norm(across),
+    ):
         raise CollinearError("the three points lie on a line")
     if normal[2] < 0 and abs(normal[2]) > VERTICAL * size:
         normal = -normal

@@ -99,7 +99,13 @@ class _Leg:
         c = math.cos(turn)
         s = math.sin(turn)
         return np.asarray(
-            self.centre + np.array([c * d[0] - s * d[1], s * d[0] + c * d[1]])
+            self.centre
+            + np.array(
+                [
+                    c * d[0] - s * d[1],
+                    s * d[0] + c * d[1],
+                ]
+            )
         )
 
     def share(self, point: FloatArray) -> float:
@@ -111,7 +117,10 @@ class _Leg:
         a, b = self.start - self.centre, point - self.centre
         turn = (
             self.sense
-            * math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
+            * math.atan2(
+                a[0] * b[1] - a[1] * b[0],
+                float(a @ b),
+            )
             % (2.0 * math.pi)
         )
         whole = abs(float(self.row["angle"]))
@@ -199,7 +208,12 @@ class Corners:
 
     def _refused(self, code: int, row: Any, ahead: BlockBatch) -> RefusedRow:
         error = CncError(
-            code, ERRORS[code], self._place(int(row["file"]), int(row["line"]))
+            code,
+            ERRORS[code],
+            self._place(
+                int(row["file"]),
+                int(row["line"]),
+            ),
         )
         return RefusedRow(error, ahead, int(row["count"]))
 
@@ -346,7 +360,10 @@ def _bend(
     a, b = points[0] - centre, points[1] - centre
     sweep = side * (
         side
-        * math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b))
+        * math.atan2(
+            a[0] * b[1] - a[1] * b[0],
+            float(a @ b),
+        )
         % (2.0 * math.pi)
     )
     element["type"] = CIRCULAR
@@ -365,7 +382,10 @@ def _shorten(leg: _Leg, share: float) -> None:
 
 
 def _turn(u: FloatArray, v: FloatArray) -> float:
-    return math.atan2(float(u[0] * v[1] - u[1] * v[0]), float(u @ v))
+    return math.atan2(
+        float(u[0] * v[1] - u[1] * v[0]),
+        float(u @ v),
+    )
 
 
 def _fit(

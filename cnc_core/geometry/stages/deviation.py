@@ -79,7 +79,12 @@ class Chords:
                 8.0 * SAGITTA_MM / max(float(rows["radius"][i]), SAGITTA_MM)
             )
             chords[i] = min(
-                max(1.0, np.ceil(abs(float(rows["angle"][i])) / step)),
+                max(
+                    1.0,
+                    np.ceil(
+                        abs(float(rows["angle"][i])) / step,
+                    ),
+                ),
                 ARC_CHORDS_MAX,
             )
         owner = np.repeat(np.arange(len(rows)), chords)
@@ -96,7 +101,11 @@ class Chords:
             own * share[curved, None, None] ** np.arange(own.shape[2])
         ).sum(axis=2)
         for i in arcs:
-            points[owner == i] = self._arc(rows[i], start[i], share[owner == i])
+            points[owner == i] = self._arc(
+                rows[i],
+                start[i],
+                share[owner == i],
+            )
         return points, rows["count"].astype(np.int64)[owner]
 
     def _arc(
@@ -127,7 +136,11 @@ def _polynomial_chords(coef: FloatArray) -> Counts:
     order = np.arange(coef.shape[2])
     bend = (np.linalg.norm(coef, axis=1) * order * (order - 1)).sum(axis=1)
     return np.asarray(
-        np.clip(np.ceil(np.sqrt(bend / (8.0 * SAGITTA_MM))), 1, CHORDS_MAX),
+        np.clip(
+            np.ceil(np.sqrt(bend / (8.0 * SAGITTA_MM))),
+            1,
+            CHORDS_MAX,
+        ),
         dtype=np.int64,
     )
 

@@ -202,7 +202,11 @@ class Frames:
                 (rows["type"] <= POLYNOMIAL) & (rows["flags"] & flag == 0)
             )
             if len(which):
-                setattr(self, name, rows["end"][which[-1], : self._axes].copy())
+                setattr(
+                    self,
+                    name,
+                    rows["end"][which[-1], : self._axes].copy(),
+                )
 
     def _turned_pool(
         self, out: npt.NDArray[Any], rows: npt.NDArray[Any], pool: FloatArray

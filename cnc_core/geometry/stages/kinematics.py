@@ -200,7 +200,10 @@ class KinematicsStage:
             raise self._refused(rows[wrong[0]], ONLY_LINES, ahead)
         out = rows.copy()
         ends = self._driven_ends(rows, moving, batch)
-        length = self._axis_lengths(np.vstack([self._axes, ends[:-1]]), ends)
+        length = self._axis_lengths(
+            np.vstack([self._axes, ends[:-1]]),
+            ends,
+        )
         whole = out[moving]
         whole["end"][:, : self._count] = ends
         whole["length"] = whole["length_min"] = length
@@ -322,7 +325,9 @@ class KinematicsStage:
         rows = _by_parameter(batch.rows[which])
         paths = Paths(rows, starts, batch.pool, self._main)
         rotary = list(kinematics.rotary_axes)
-        sweep = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
+        sweep = np.abs(
+            rows["end"][:, rotary] - starts[:, rotary],
+        ).sum(axis=1)
         sweep += np.where(
             rows["type"] == CIRCULAR, np.degrees(np.abs(rows["angle"])), 0.0
         )
@@ -387,7 +392,9 @@ class KinematicsStage:
         """
         assert self._kinematics is not None
         rotary = list(self._kinematics.rotary_axes)
-        turn = np.abs(rows["end"][:, rotary] - starts[:, rotary]).sum(axis=1)
+        turn = np.abs(
+            rows["end"][:, rotary] - starts[:, rotary],
+        ).sum(axis=1)
         stretch = np.maximum(1.0, turn / (DEGREES_A_MM * rows["length"]))
         return np.where(rows["flags"] & BY_PARAMETER != 0, 1.0, stretch)
 

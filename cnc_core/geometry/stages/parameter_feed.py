@@ -74,7 +74,12 @@ class ParameterFeed:
             return batch
         tangents, most = self._tangents(rows[which], batch.pool)
         out = np.repeat(
-            rows, np.where(np.isin(np.arange(len(rows)), which), 2, 1)
+            rows,
+            np.where(
+                np.isin(np.arange(len(rows)), which),
+                2,
+                1,
+            ),
         )
         element = which + np.arange(len(which))
         pools = [batch.pool, tangents.ravel()]

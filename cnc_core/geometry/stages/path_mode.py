@@ -161,7 +161,12 @@ class PathMode:
         )
         rows, before = batch.rows[moving], self._last
         if len(moving):
-            start = np.vstack([self._last, rows["end"][:-1, : self._count]])
+            start = np.vstack(
+                [
+                    self._last,
+                    rows["end"][:-1, : self._count],
+                ]
+            )
             self._last = rows["end"][-1, : self._count].copy()
             self._feeds(rows, start)
             batch.rows[moving] = rows
@@ -379,8 +384,14 @@ class PathMode:
             into[i], outof[i] = self._arc_tangents(
                 motions[i], start[i], into[i]
             )
-        into /= np.maximum(np.linalg.norm(into, axis=1), SMALL)[:, None]
-        outof /= np.maximum(np.linalg.norm(outof, axis=1), SMALL)[:, None]
+        into /= np.maximum(
+            np.linalg.norm(into, axis=1),
+            SMALL,
+        )[:, None]
+        outof /= np.maximum(
+            np.linalg.norm(outof, axis=1),
+            SMALL,
+        )[:, None]
         return into, outof
 
     def _arc_tangents(
@@ -390,7 +401,10 @@ class PathMode:
         first, second, _ = motion_planes(int(row["plane"]))
         axes = [self._main[first], self._main[second]]
         into, outof = delta.copy(), delta.copy()
-        for way, place in ((into, start[axes]), (outof, row["end"][axes])):
+        for way, place in (
+            (into, start[axes]),
+            (outof, row["end"][axes]),
+        ):
             radius = place - row["center"]
             way[axes] = float(row["angle"]) * np.array([-radius[1], radius[0]])
         return into, outof

@@ -243,7 +243,9 @@ def merged(
     )
     place = np.concatenate([p for p, _, _ in parts]) if parts else np.empty(0)
     rank = (
-        np.concatenate([np.full(len(p), k) for p, k, _ in parts])
+        np.concatenate(
+            [np.full(len(p), k) for p, k, _ in parts],
+        )
         if parts
         else np.empty(0)
     )

@@ -375,7 +375,9 @@ class Profiles:
         if spec.kind != POINTS and not spec.feed_by_length:
             if profile.stretch is None:
                 profile.stretch = 2.0 ** np.round(
-                    np.log2(max(rows["length"].sum(), 1e-9) / made.span.sum())
+                    np.log2(
+                        max(rows["length"].sum(), 1e-9) / made.span.sum(),
+                    )
                 )
             rows["feed"], rows["value"] = feed, profile.stretch
             rows["flags"] |= BY_PARAMETER

@@ -126,7 +126,14 @@ class RadiusCompensation:
         row, text = self._state.place, ERRORS[number]
         if number == lib.NC_ERROR_INNER_RADIUS:
             text += f": contour {self._state.detail[0]:g} mm, tool {self._state.detail[1]:g} mm"
-        return CncError(number, text, self._place(int(row.file), int(row.line)))
+        return CncError(
+            number,
+            text,
+            self._place(
+                int(row.file),
+                int(row.line),
+            ),
+        )
 
     def _refuse(self, number: int, parts: list[Rows], pool: FloatArray) -> None:
         """Report and go on without compensation, or stop the stream behind the

@@ -50,7 +50,13 @@ def akima_slopes(slopes: FloatArray) -> FloatArray:
     first = 2 * slopes[0] - slopes[1]
     last = 2 * slopes[-1] - slopes[-2]
     m = np.vstack(
-        [2 * first - slopes[0], first, slopes, last, 2 * last - slopes[-1]]
+        [
+            2 * first - slopes[0],
+            first,
+            slopes,
+            last,
+            2 * last - slopes[-1],
+        ]
     )
     change = np.abs(np.diff(m, axis=0))
     before, behind = change[:-2], change[2:]
@@ -59,7 +65,13 @@ def akima_slopes(slopes: FloatArray) -> FloatArray:
     weighted = (behind * m[1:-2] + before * m[2:-1]) / np.where(
         even, 1.0, total
     )
-    return np.asarray(np.where(even, 0.5 * (m[1:-2] + m[2:-1]), weighted))
+    return np.asarray(
+        np.where(
+            even,
+            0.5 * (m[1:-2] + m[2:-1]),
+            weighted,
+        )
+    )
 
 
 def hermite(
@@ -68,7 +80,12 @@ def hermite(
     """(axes, 4) ascending coefficients over 0..h."""
     chord = (p1 - p0) / h
     return np.stack(
-        [p0, d0, (3 * chord - 2 * d0 - d1) / h, (d0 + d1 - 2 * chord) / h**2],
+        [
+            p0,
+            d0,
+            (3 * chord - 2 * d0 - d1) / h,
+            (d0 + d1 - 2 * chord) / h**2,
+        ],
         axis=1,
     )
 
@@ -244,7 +261,12 @@ class Spline:
 
     def _refused(self, code: int, row: Any) -> RefusedRow:
         error = CncError(
-            code, ERRORS[code], self._place(int(row["file"]), int(row["line"]))
+            code,
+            ERRORS[code],
+            self._place(
+                int(row["file"]),
+                int(row["line"]),
+            ),
         )
         self._curve = None
         return RefusedRow(error, self._taken(), int(row["count"]))
@@ -392,7 +414,10 @@ class Spline:
         self._rows, self._pool = [], []
         if not rows:
             return BlockBatch.empty()
-        return BlockBatch(np.array(rows, dtype=rows[0].dtype), np.array(pool))
+        return BlockBatch(
+            np.array(rows, dtype=rows[0].dtype),
+            np.array(pool),
+        )
 
 
 def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:
@@ -400,12 +425,27 @@ def _bspline(points: FloatArray) -> list[tuple[FloatArray, float]]:
     mirrored.
     """
     p = np.vstack(
-        [2 * points[0] - points[1], points, 2 * points[-1] - points[-2]]
+        [
+            2 * points[0] - points[1],
+            points,
+            2 * points[-1] - points[-2],
+        ]
     )
     basis = (
-        np.array([[1, 4, 1, 0], [-3, 0, 3, 0], [3, -6, 3, 0], [-1, 3, -3, 1]])
+        np.array(
+            [
+                [1, 4, 1, 0],
+                [-3, 0, 3, 0],
+                [3, -6, 3, 0],
+                [-1, 3, -3, 1],
+            ]
+        )
         / 6.0
     )
     return [
-        ((basis @ p[i : i + 4]).T.copy(), 1.0) for i in range(len(points) - 1)
+        (
+            (basis @ p[i : i + 4]).T.copy(),
+            1.0,
+        )
+        for i in range(len(points) - 1)
     ]

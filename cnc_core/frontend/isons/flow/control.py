@@ -199,7 +199,13 @@ class Control:
             self._skip(found[1])
             return
         self._flow.level.repeats = True
-        self._flow.level.nest.append(Loop(position, int(passes), self._here()))
+        self._flow.level.nest.append(
+            Loop(
+                position,
+                int(passes),
+                self._here(),
+            )
+        )
 
     def end_loop(self, position: int) -> None:
         nest: list[Loop] = self._flow.level.nest

@@ -89,7 +89,9 @@ class Corners:
             return False
         moved = np.abs(row["end"][0][: self._axes] - start) > SAME_MM
         others = [i for i in range(self._axes) if i not in self.plane]
-        return bool(moved[list(self.plane)].any() and not moved[others].any())
+        return bool(
+            moved[list(self.plane)].any() and not moved[others].any(),
+        )
 
     def _serve(self, row: Row, corner: Array) -> tuple[list[Row], Array]:
         """The corner between the row held back and this one: rows, and where
@@ -101,7 +103,10 @@ class Corners:
         after = row["end"][0][axes] - corner[axes]
         lengths = float(np.hypot(*before)), float(np.hypot(*after))
         u, v = before / lengths[0], after / lengths[1]
-        turn = math.atan2(float(u[0] * v[1] - u[1] * v[0]), float(u @ v))
+        turn = math.atan2(
+            float(u[0] * v[1] - u[1] * v[0]),
+            float(u @ v),
+        )
         shape = self.fillet if self.fillet.active else self.bevel
         size = shape.size * self.factor
         if (

@@ -109,7 +109,9 @@ def transformed(
             relative,
             float(now[axis]),
         )
-    moved = np.asarray(channel.transform.matrix[:, list(given)].any(axis=1))
+    moved = np.asarray(
+        channel.transform.matrix[:, list(given)].any(axis=1),
+    )
     return channel.transform.forward(point) + frame, moved
 
 

@@ -109,7 +109,10 @@ def _reach(
         )
         if len(arcs):
             first, second, _ = motion_planes(plane)
-            at = (arcs[:, None], np.array([main[first], main[second]]))
+            at = (
+                arcs[:, None],
+                np.array([main[first], main[second]]),
+            )
             low[at], high[at] = arc_extremes(rows[arcs], starts[arcs], main)
     return low, high
 

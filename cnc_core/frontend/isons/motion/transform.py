@@ -119,7 +119,11 @@ class Transform:
         """
         part = self.matrix[np.ix_((first, second), (first, second))]
         columns = np.abs(
-            np.delete(self.matrix[:, [first, second]], [first, second], axis=0)
+            np.delete(
+                self.matrix[:, [first, second]],
+                [first, second],
+                axis=0,
+            )
         )
         product = part.T @ part
         scale2 = product[0, 0]
@@ -138,4 +142,9 @@ def cos_sin(degrees: float) -> tuple[float, float]:
     rest = np.radians(degrees - 90.0 * turns)
     cos = float(np.cos(rest))
     sin = float(np.sin(rest))
-    return ((cos, sin), (-sin, cos), (-cos, -sin), (sin, -cos))[turns % 4]
+    return (
+        (cos, sin),
+        (-sin, cos),
+        (-cos, -sin),
+        (sin, -cos),
+    )[turns % 4]
