@@ -168,7 +168,14 @@ def test_software_limits_see_the_exact_extremes() -> None:
         coef = np.zeros((1, 3, 3))
         coef[0, 0, 1], coef[0, 1] = 10.0, [0.0, 4 * height, -4 * height]
         rows, pool = curve_rows(coef, np.ones(1), np.ones(1), 50.0)
-        stage = AxisLimits(cell, lambda _f, line: Place("p", line))
+        limits = cell.axis_values("min_mm"), cell.axis_values("max_mm")
+        stage = AxisLimits(
+            cell.axis_names,
+            cell.main_axes,
+            limits,
+            np.zeros(3),
+            lambda _f, line: Place("p", line),
+        )
         if fits:
             assert len(stage.push(BlockBatch(rows, pool))) == 1
         else:

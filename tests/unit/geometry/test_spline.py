@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import Akima1DInterpolator, BSpline
 
 from cnc_core.blocks import DWELL, LINEAR, POLYNOMIAL
-from cnc_core.geometry.shapes.polynomial import coefficients, joined
+from cnc_core.blocks.pool import coefficients, joined
 from cnc_core.planning import plan_program
 from support.programs import ended_program
 

@@ -8,10 +8,10 @@ from numpy.polynomial import Polynomial
 from shapely.geometry import LineString, Point
 
 from cnc_core.blocks import CIRCULAR, LINEAR, POLYNOMIAL, BlockBatch, M
+from cnc_core.blocks.pool import coefficients, joined
 from cnc_core.config import load_config
 from cnc_core.engine import Engine
 from cnc_core.errors import Place
-from cnc_core.geometry.shapes.polynomial import coefficients, joined
 from cnc_core.geometry.stages.contouring import Contouring, ContourMachine
 from cnc_core.planning import plan_program
 from cnc_core.program import Program

@@ -17,8 +17,8 @@ from cnc_core.frontend import create
 from cnc_core.frontend.machine import External, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort, Wait
-from cnc_core.geometry.profiles import Profiles
 from cnc_core.geometry.profiles.limits import AxisDynamics
+from cnc_core.geometry.stages.profiles import Profiles
 from support.paths import GOLDEN
 
 CASES = sorted(p.parent.name for p in GOLDEN.glob("*/program.*"))
