@@ -21,6 +21,7 @@ import pytest
 from support.import_graph import (
     Edge,
     edges,
+    in_circles,
     module_files,
     module_name,
     outer_names,

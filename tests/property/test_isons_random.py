@@ -396,7 +396,7 @@ def test_scanner_and_parser_agree(tmp_path, seed):
     ]
     path = tmp_path / "p.isons"
     path.write_text("\n".join(lines))
-    machine = run(tmp_path, "").reader.executor.machine
+    machine = run(tmp_path, "").reader.channel.machine
     readers = [
         create("isons", path, machine, OfflinePort(machine.start), collect=True)
         for _ in range(2)

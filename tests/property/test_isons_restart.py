@@ -124,8 +124,8 @@ def test_restart_at_any_line(tmp_path, seed):
         ]
         assert other.store.scope.values == reader.store.scope.values
         assert ports._external == port._external
-        assert other.executor.frame.total == pytest.approx(
-            reader.executor.frame.total
+        assert other.channel.frame.total == pytest.approx(
+            reader.channel.frame.total
         )
         functions = [
             (int(row["type"]), int(row["code"]), float(row["value"]))

@@ -12,7 +12,7 @@ import numpy as np
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine, Event
-from cnc_core.process.__main__ import fill_identity
+from cnc_core.process.identity import fill_identity
 from cnc_core.process.preparation import Preparation
 from hli import layout, segment
 from support.limits import FloatArray

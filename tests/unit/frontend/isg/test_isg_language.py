@@ -12,7 +12,7 @@ from cnc_core.frontend.base.variables import Scope
 from cnc_core.frontend.isg.commands.parser import table as command_table
 from cnc_core.frontend.isg.language import gcodes
 from cnc_core.frontend.machine import External
-from cnc_core.process.preparation import LivePort
+from cnc_core.process.live_port import LivePort
 from cnc_core.program import Program
 from support.isg_programs import MACHINE, Run
 from support.paths import docs_page

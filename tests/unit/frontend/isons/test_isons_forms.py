@@ -11,7 +11,7 @@ from cnc_core.frontend.isons.operator.colours import COLOURS
 from cnc_core.frontend.isons.operator.forms import printed
 from cnc_core.frontend.operator import Answer, Operator, read_answers
 from cnc_core.frontend.port import OfflinePort
-from cnc_core.process.preparation import LivePort
+from cnc_core.process.live_port import LivePort
 from cnc_core.program import Program
 from support.isons_programs import CELL, run
 

@@ -164,7 +164,7 @@ def test_macros_wait(tmp_path):
     front_end = create(
         "isons",
         tmp_path / "p.isons",
-        reader.executor.machine,
+        reader.channel.machine,
         OfflinePort(np.zeros(4)),
     )
     items = []
@@ -464,7 +464,7 @@ def test_corners_come_out_before_a_wait(tmp_path):
     (tmp_path / "p.isons").write_text(
         "G30 R2 A5\nG1X10\n$A=$_R0\nG1Y10\nG18\nG1X0\n"
     )
-    machine = run(tmp_path, "").reader.executor.machine
+    machine = run(tmp_path, "").reader.channel.machine
     front_end = create(
         "isons", tmp_path / "p.isons", machine, OfflinePort(np.zeros(4))
     )
