@@ -30,6 +30,9 @@ engine/commit
 engine/path
 engine/state
 jerk
+jerk/solver
+jerk/path
+jerk/state
 stages/contouring
 stages/smoothing
 stages/compensation

@@ -17,7 +17,8 @@ NOISE = re.compile(
     r'/\*.*?\*/|//[^\n]*|"(?:\\.|[^"\\\n])*"|\'(?:\\.|[^\'\\\n])*\'', re.S
 )
 DIRECTIVE = re.compile(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", re.M)
-NAME = re.compile(r"(?<![\w.])(?<!->)[A-Za-z_]\w*")
+CALL = re.compile(r"(?<![\w.])(?<!->)([A-Za-z_]\w*)\s*\(")
+ADDRESS = re.compile(r"(?:&|\.\w+\s*=\s*)([A-Za-z_]\w*)\s*[,;)}\n]")
 DEFINITION = re.compile(
     r"^(?P<head>[A-Za-z_][\w \t*\n]*?[ *\n])(?P<name>[A-Za-z_]\w*)"
     r"\((?P<arguments>[^;{}]*)\)\s*\{",
@@ -27,7 +28,7 @@ DEFINITION = re.compile(
 
 @cache
 def sources() -> dict[str, Path]:
-    """Name below c_ext without suffix -> one file; ``x.c`` and ``x.h`` are one node."""
+    """Every C file and header, by its path below c_ext."""
     found = sorted(
         path
         for path in C_EXT.rglob("*.[ch]")
@@ -53,14 +54,24 @@ def code_of(text: str) -> str:
 
 
 @cache
+def _definitions(name: str) -> dict[str, bool]:
+    """Functions that a file defines: whether other files can call them."""
+    text = code_of(sources()[name].read_text())
+    return {
+        match["name"]: "static" not in match["head"].split()
+        for match in DEFINITION.finditer(text)
+    }
+
+
+@cache
 def defined() -> dict[str, str]:
     """Functions that other files can call, with the file that defines them."""
-    found: dict[str, str] = {}
-    for name, path in sources().items():
-        for match in DEFINITION.finditer(code_of(path.read_text())):
-            if "static" not in match["head"].split():
-                found[match["name"]] = name
-    return found
+    return {
+        function: name
+        for name in sources()
+        for function, public in _definitions(name).items()
+        if public
+    }
 
 
 def _included(name: str, text: str) -> Iterator[tuple[str, int]]:
@@ -72,22 +83,23 @@ def _included(name: str, text: str) -> Iterator[tuple[str, int]]:
             yield known, text[: match.start()].count("\n") + 1
 
 
-def _called(text: str) -> Iterator[tuple[str, int]]:
-    functions = defined()
-    for number, line in enumerate(code_of(text).splitlines(), 1):
-        for match in NAME.finditer(line):
-            if match.group() in functions:
-                yield functions[match.group()], number
+def _called(name: str) -> Iterator[tuple[str, int]]:
+    """Files whose functions a file calls or takes the address of."""
+    functions, own = defined(), _definitions(name)
+    text = code_of(sources()[name].read_text())
+    for number, line in enumerate(text.splitlines(keepends=True), 1):
+        for word in [*CALL.findall(line), *ADDRESS.findall(line)]:
+            if word in functions and word not in own:
+                yield functions[word], number
 
 
 @cache
 def includes() -> list[Edge]:
-    """Includes between files; ``x.c`` and ``x.h`` are one."""
+    """Includes between files, with their suffixes."""
     found = set()
     for name, path in sources().items():
         for target, line in _included(name, path.read_text()):
-            if node(target) != node(name):
-                found.add(Edge(node(name), node(target), line, False))
+            found.add(Edge(name, target, line, False))
     return sorted(found, key=str)
 
 
@@ -98,7 +110,7 @@ def calls() -> list[Edge]:
     for name, path in sources().items():
         if path.suffix == ".h":
             continue  # declarations; inline functions come with the include
-        for target, line in _called(path.read_text()):
+        for target, line in _called(name):
             if node(target) != node(name):
                 found.add(Edge(node(name), node(target), line, False))
     return sorted(found, key=str)
