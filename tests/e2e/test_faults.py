@@ -7,7 +7,6 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -15,11 +14,8 @@ from pathlib import Path
 
 import pytest
 
-from support.command_line import T1, command, wait_for_cycle
-from support.paths import ROOT
-
-sys.path.append(str(ROOT / "bench"))
 from fault_matrix import Fault, clean, one
+from support.command_line import T1, command, wait_for_cycle
 
 SAMPLE = [
     Fault("cnc", "KILL", "M pending"),
