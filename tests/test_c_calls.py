@@ -1,7 +1,9 @@
-"""Includes and calls of c_ext run one way: no circle between files or folders, folders in one order.
+"""Includes and calls of c_ext run one way: no circle between files or folders,
+folders in one order.
 
-Calls are found by name: a function that another file defines, called or taken by its address.
-The order is the one of docs/architecture.md; ``tests/open_edges.txt`` lists what is not open yet.
+Calls are found by name: a function that another file defines, called or taken
+by its address. The order is the one of docs/architecture.md;
+``tests/open_edges.txt`` lists what is not open yet.
 """
 
 from __future__ import annotations

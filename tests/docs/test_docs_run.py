@@ -1,8 +1,11 @@
-"""The documentation does what it says: every command and code block of every page is executed, page by page.
+"""The documentation does what it says: every command and code block of every
+page is executed, page by page.
 
-Blocks of a page run in their order in one folder. ``python``: a script; ``bash`` and ``sh``: commands; ``file=NAME``
-behind the language: the block is written to that file instead; ``in=NAME``: run in a copy of that folder of the
-project. A comment ``<!-- docs-test: skip, REASON -->`` on the line before leaves a block out.
+Blocks of a page run in their order in one folder. ``python``: a script;
+``bash`` and ``sh``: commands; ``file=NAME`` behind the language: the block is
+written to that file instead; ``in=NAME``: run in a copy of that folder of the
+project. A comment ``<!-- docs-test: skip, REASON -->`` on the line before
+leaves a block out.
 """
 
 from __future__ import annotations
@@ -143,7 +146,9 @@ def diagrams() -> dict[str, set[str]]:
 
 
 def test_every_state_of_every_block_is_drawn() -> None:
-    """Each Enum of block states has a diagram with exactly its states; each block says which Enum is its own."""
+    """Each Enum of block states has a diagram with exactly its states; each
+    block says which Enum is its own.
+    """
     drawn = diagrams()
     enums = {
         value.__name__: {member.value for member in value}

@@ -1,4 +1,6 @@
-"""The models of ``docs/model`` hold, and each fence, store order and lock in them is needed (checked by spin)."""
+"""The models of ``docs/model`` hold, and each fence, store order and lock in
+them is needed (checked by spin).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Motion time of tangential lines and arcs without jerk beside the optimum, which scipy's linear programming finds."""
+"""Motion time of tangential lines and arcs without jerk beside the optimum,
+which scipy's linear programming finds.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,9 @@ def derivatives(
 def optimum(
     chain: Chain, heading: float, feed: float, v: FloatArray, a: FloatArray
 ) -> float:
-    """TOPP2: x = (ds/dt)^2 / feed^2 at knots is largest everywhere at once, so the sum of all x is too."""
+    """TOPP2: x = (ds/dt)^2 / feed^2 at knots is largest everywhere at once, so
+    the sum of all x is too.
+    """
     h, d1, d2, d1_at = derivatives(chain, heading)
     n = len(h)
     mean = diags([0.5, 0.5], [0, 1], shape=(n, n + 1))
@@ -136,7 +140,9 @@ CASES: dict[str, tuple[tuple[float, float], tuple[float, float], float, float, C
 def test_arcs_with_ramps_take_the_shortest_time(
     case: str, tmp_path: Path
 ) -> None:
-    """Ramps along arcs, where what the axes allow changes with the direction: within 1 % of the optimum."""
+    """Ramps along arcs, where what the axes allow changes with the direction:
+    within 1 % of the optimum.
+    """
     v, a, heading, feed, chain = CASES[case]
     assert (
         0.995
@@ -149,7 +155,9 @@ def test_arcs_with_ramps_take_the_shortest_time(
 def test_random_chains_take_the_shortest_time(
     seed: int, tmp_path: Path
 ) -> None:
-    """Lines and arcs of all radii, joined tangentially, axes of unequal limits: within 1 % of the optimum."""
+    """Lines and arcs of all radii, joined tangentially, axes of unequal limits:
+    within 1 % of the optimum.
+    """
     rng = np.random.default_rng(seed)
     chain: Chain = []
     for _ in range(int(rng.integers(2, 9))):

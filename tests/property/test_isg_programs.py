@@ -13,9 +13,12 @@ from support.isg_programs import Run
 SEEDS = range(40)
 
 
-# ------------------------------------------------------------------------------------------------ expressions
+# ------------------------------------------------------------------------------------------------
+# expressions
 def _expression(rng: random.Random, depth: int) -> tuple[str, str]:
-    """(NC text, Python text) of one random expression; every operand is bracketed in Python alone."""
+    """(NC text, Python text) of one random expression; every operand is
+    bracketed in Python alone.
+    """
     if depth == 0 or rng.random() < 0.15:
         value = rng.choice([rng.randint(0, 9), round(rng.uniform(0, 20), 3)])
         return rng.choice(
@@ -86,11 +89,13 @@ def test_expressions_agree_with_python(seed, tmp_path):
     for i, (nc, python) in enumerate(pairs):
         wanted = float(eval(python, {"math": math, "p": p}))
         found = run.reader.state.store.program[f"R{i}"].values[0]
-        # steps of comparisons and roundings stand in the trees: angles may differ by the last digit only
+        # steps of comparisons and roundings stand in the trees: angles may
+        # differ by the last digit only
         assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9), (nc, python)
 
 
-# ------------------------------------------------------------------------------------------------ control flow
+# ------------------------------------------------------------------------------------------------
+# control flow
 class Program:
     """A random structured program as NC text, and the same as Python source."""
 
@@ -289,7 +294,9 @@ class Program:
 
 @pytest.mark.parametrize("seed", range(60))
 def test_control_flow_agrees_with_python(seed, tmp_path):
-    """Random programs of nested statements and subprograms drive to the positions of the same Python function."""
+    """Random programs of nested statements and subprograms drive to the
+    positions of the same Python function.
+    """
     text, source = Program(seed).make()
     space: dict = {}
     exec("\n".join(source), space)
@@ -307,9 +314,12 @@ def test_control_flow_agrees_with_python(seed, tmp_path):
     assert (again.rows == run.rows).all(), "with and without the C scanner"
 
 
-# ------------------------------------------------------------------------------------------------ offsets
+# ------------------------------------------------------------------------------------------------
+# offsets
 class OffsetModel:
-    """What lies between programmed and machine coordinates, in numpy; every step gives an NC line."""
+    """What lies between programmed and machine coordinates, in numpy; every
+    step gives an NC line.
+    """
 
     lengths = {0: 0.0, 1: 20.0, 2: 7.0}
     mirrors = {20: (1, 1), 21: (-1, 1), 22: (1, -1), 23: (-1, -1)}
@@ -412,7 +422,9 @@ class OffsetModel:
 
 @pytest.mark.parametrize("seed", range(30))
 def test_offsets_and_mirroring_agree_with_numpy(seed, tmp_path):
-    """Zero offsets, G92, tool lengths, mirroring, inch, diameter: each axis takes them at its next absolute word."""
+    """Zero offsets, G92, tool lengths, mirroring, inch, diameter: each axis
+    takes them at its next absolute word.
+    """
     model = OffsetModel(random.Random(seed))
     run = Run("\n".join(["G00", *(model.step() for _ in range(80))]), tmp_path)
     assert not run.codes
@@ -421,7 +433,8 @@ def test_offsets_and_mirroring_agree_with_numpy(seed, tmp_path):
     )
 
 
-# ------------------------------------------------------------------------------------------------ fuzz
+# ------------------------------------------------------------------------------------------------
+# fuzz
 WORDS = (
     """
 $IF 1|$ELSE|$ENDIF|$FOR P1=1,3,1|$ENDFOR|$WHILE P1<4|$ENDWHILE|$DO|$ENDDO|$BREAK|$CONTINUE|$SWITCH P1|$CASE 1

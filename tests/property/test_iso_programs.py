@@ -44,7 +44,9 @@ def read(text, scan=True):
 
 
 class Mini:
-    """RS-274 in a few lines: writes a program and says where each of its lines leads, machine coordinates in mm."""
+    """RS-274 in a few lines: writes a program and says where each of its lines
+    leads, machine coordinates in mm.
+    """
 
     def __init__(self, rng):
         self.rng, self.text, self.points = rng, [], []
@@ -213,7 +215,9 @@ class Mini:
 @pytest.mark.parametrize("seed", range(60))
 @pytest.mark.parametrize("scan", [True, False])
 def test_programs_lead_where_an_independent_interpreter_goes(seed, scan):
-    """Absolute, incremental, inch, offsets, tool length, home and drilling cycles: the same points, line for line."""
+    """Absolute, incremental, inch, offsets, tool length, home and drilling
+    cycles: the same points, line for line.
+    """
     mini = Mini(random.Random(seed))
     mini.say("G21 G90 G98 G54 F500")
     for _ in range(60):
@@ -229,7 +233,9 @@ def test_programs_lead_where_an_independent_interpreter_goes(seed, scan):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_arcs_about_a_rounded_centre(seed):
-    """Arcs whose end point and centre are rounded to 0.001 mm, as CAM writes them: end point, sense, sweep, radius."""
+    """Arcs whose end point and centre are rounded to 0.001 mm, as CAM writes
+    them: end point, sense, sweep, radius.
+    """
     rng = random.Random(seed)
     for _ in range(20):
         radius, first, sweep = (
@@ -273,7 +279,9 @@ LINE = st.builds(" ".join, st.lists(WORD, max_size=5))
 @FIXED
 @given(st.lists(LINE, min_size=1, max_size=25))
 def test_scanner_and_parser_agree(lines):
-    """A program read by the scanner and the same program forced through the parser give the same rows and errors."""
+    """A program read by the scanner and the same program forced through the
+    parser give the same rows and errors.
+    """
     text = "F100 G0 X1\n" + "\n".join(lines)
     rows, errors = read(text)
     parsed, parser_errors = read(text, scan=False)

@@ -1,4 +1,6 @@
-"""Kinematic chains against a construction of their own: 4x4 matrices of scipy rotations, multiplied one by one."""
+"""Kinematic chains against a construction of their own: 4x4 matrices of scipy
+rotations, multiplied one by one.
+"""
 
 from __future__ import annotations
 
@@ -45,8 +47,14 @@ def part_to_tool(
     mac: str, bed: str, steps: dict[str, tuple[float, ...]], q: dict[str, float]
 ) -> np.ndarray:
     """inv(bed to part) (bed to tool), from the texts of sections 9.3 and 10.2 alone."""
-    order = "T LI3 LI2 LI1 TOL WRK P|T TOL LI3 LI2 LI1 WRK P|T TOL WRK LI3 LI2 LI1 P|T LI3 LI2 TOL LI1 WRK P"
-    order += "|T LI3 TOL LI2 LI1 WRK P|T TOL LI3 LI2 WRK LI1 P|T TOL LI3 WRK LI2 LI1 P|T LI3 TOL LI2 WRK LI1 P"
+    order = (
+        "T LI3 LI2 LI1 TOL WRK P|T TOL LI3 LI2 LI1 WRK P|T TOL WRK LI3 "
+        "LI2 LI1 P|T LI3 LI2 TOL LI1 WRK P"
+    )
+    order += (
+        "|T LI3 TOL LI2 LI1 WRK P|T TOL LI3 LI2 WRK LI1 P|T TOL LI3 WRK "
+        "LI2 LI1 P|T LI3 TOL LI2 WRK LI1 P"
+    )
     listed = dict(
         zip(
             ["WRK", "MIX", "TOL", "WC1", "WC2", "TC1", "TC2", "C12"],
@@ -107,7 +115,9 @@ def test_forward_is_the_product_of_the_steps(mac, bed):
 
 @pytest.mark.parametrize(("mac", "bed"), TYPES)
 def test_inverse_brings_back_pose_and_position(mac, bed):
-    """Every branch points the tool into the direction and holds the tip; the nearest one to a position is it."""
+    """Every branch points the tool into the direction and holds the tip; the
+    nearest one to a position is it.
+    """
     rng = np.random.default_rng([2, *map(ord, mac + bed)])
     done = 0
     while done < 8:
@@ -174,7 +184,8 @@ def test_derivatives_are_those_of_the_inverse(mac):
     )
 
 
-# ------------------------------------------------------------------------------------------------ the manual's machine
+# ------------------------------------------------------------------------------------------------
+# the manual's machine
 K = 246.5
 
 

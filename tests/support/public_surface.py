@@ -1,4 +1,6 @@
-"""The public surface as lines of text: names, signatures, commands, JSON keys, keys of cell.toml."""
+"""The public surface as lines of text: names, signatures, commands, JSON keys,
+keys of cell.toml.
+"""
 
 from __future__ import annotations
 

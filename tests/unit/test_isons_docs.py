@@ -1,4 +1,6 @@
-"""The tables of docs/isons.md against the code: every function, instruction, variable, property and parameter."""
+"""The tables of docs/isons.md against the code: every function, instruction,
+variable, property and parameter.
+"""
 
 import re
 from pathlib import Path

@@ -1,4 +1,6 @@
-"""Versors, compensation, tangential axis and sample machine of the HSM specification (5.2, 5.3, 5.4, 10, 12.1)."""
+"""Versors, compensation, tangential axis and sample machine of the HSM
+specification (5.2, 5.3, 5.4, 10, 12.1).
+"""
 
 from itertools import pairwise
 
@@ -80,7 +82,9 @@ def test_normal_of_a_plunge_is_the_one_before():
 
 
 def test_derivatives_are_exact():
-    """Normal and tip of a helix: first and second derivatives agree with differences of the values."""
+    """Normal and tip of a helix: first and second derivatives agree with
+    differences of the values.
+    """
     rng = np.random.default_rng(5)
     coef = rng.normal(size=(1, 3, 6))
     spec = spec_of(contact_deg=-60, radius=10, edge_radius=2)
@@ -177,7 +181,9 @@ def test_first_point_needs_its_versors(shop):
 
 
 def test_offset_of_a_circle(shop):
-    """Automatic normals on a circle, contact angle -90, cylindrical tool: a circle whose radius is R smaller."""
+    """Automatic normals on a circle, contact angle -90, cylindrical tool: a
+    circle whose radius is R smaller.
+    """
     setup = changed(
         SETUP_3,
         PNT="(PNT,CCP,CCP,QUI)",
@@ -204,7 +210,9 @@ def test_offset_of_a_circle(shop):
 
 
 def test_feed_refers_to_the_contact_curve(shop):
-    """Feed on CCP: the time of the smaller offset circle is that of the programmed one; feed on CLP: its own."""
+    """Feed on CCP: the time of the smaller offset circle is that of the
+    programmed one; feed on CLP: its own.
+    """
     angles = np.linspace(0, np.pi, 60)
     body = "\n".join(
         f"X{20 * np.cos(a):.9f}Y{20 * np.sin(a):.9f}Z0F600" for a in angles
@@ -396,7 +404,9 @@ def wave(n, versors=True):
 
 
 def test_five_axis_points_hold_the_limits(shop):
-    """CLP points with ijk on the sample machine: every axis within 1.02 of its limits, the tip on its curve."""
+    """CLP points with ijk on the sample machine: every axis within 1.02 of its
+    limits, the tip on its curve.
+    """
     setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)")
     result = plan_program(
         shop.profile("\n".join(wave(40)), setup, cell=CELL_5, programmed=False)
@@ -460,7 +470,8 @@ def test_unreachable_direction(shop):
             f"[axes.{n}]\nid={i}\n"
             for n, i in zip("XYZ", (1, 2, 4), strict=True)
         )
-        + '[axes.A]\nid=5\nkind="rotary"\n[axes.B]\nid=6\nkind="rotary"\nmin_mm=-30.0\nmax_mm=30.0\n'
+        + '[axes.A]\nid=5\nkind="rotary"\n[axes.B]\nid=6\nkind="rotary"\n'
+        "min_mm=-30.0\nmax_mm=30.0\n"
     )
     setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)")
     with pytest.raises(CncError) as caught:
@@ -481,7 +492,9 @@ def test_operating_limits(shop):
 
 
 def test_both_branches_of_the_sample_machine(shop):
-    """10.4: the inverse of row 5 is A30 B20 near there and A-150 B-20 near that; at B = 0 A stays."""
+    """10.4: the inverse of row 5 is A30 B20 near there and A-150 B-20 near
+    that; at B = 0 A stays.
+    """
     program = shop.profile(
         "X0Y0Z0A0B0F100\nX1",
         changed(SETUP_5, TOL="(TOL,100,0,0,-90,)"),
@@ -572,7 +585,9 @@ def test_b_splines_of_directions(shop):
 
 
 def test_feed_of_axis_points_refers_to_the_tip(shop):
-    """AXI points, feed on CLP, OriginLen: a pure rotation of B moves the tip on a circle of radius K + L."""
+    """AXI points, feed on CLP, OriginLen: a pure rotation of B moves the tip on
+    a circle of radius K + L.
+    """
     setup = changed(
         SETUP_5,
         PNT="(PNT,AXI,CLP,QUI)",
@@ -678,7 +693,9 @@ def test_machine_with_two_tables(shop):
 
 
 def test_location_in_the_centre_and_feed_along_the_arc(shop):
-    """The cell decides what the manual leaves open: centre instead of tip (31.6), arc length instead of parameter."""
+    """The cell decides what the manual leaves open: centre instead of tip
+    (31.6), arc length instead of parameter.
+    """
     cell = parse_config('[osai]\nlocation = "centre"\nfeed = "arc"\n')
     setup = changed(
         SETUP_3,
@@ -704,7 +721,9 @@ def test_location_in_the_centre_and_feed_along_the_arc(shop):
 
 
 def test_a_normal_that_leaves_the_tool_direction(shop):
-    """From flat contact on q is where the normal goes; where it swings across, the tool steps over at standstill."""
+    """From flat contact on q is where the normal goes; where it swings across,
+    the tool steps over at standstill.
+    """
     setup = changed(
         SETUP_3,
         PNT="(PNT,CCP,CCP,QUI)",
@@ -727,7 +746,9 @@ def test_a_normal_that_leaves_the_tool_direction(shop):
 
 
 def test_directions_that_change_at_one_place(shop):
-    """Where only ijk changes the tip stands: edges on both sides, the rotary axes turn, everything is driven."""
+    """Where only ijk changes the tip stands: edges on both sides, the rotary
+    axes turn, everything is driven.
+    """
     setup = changed(
         SETUP_5,
         TOL="(TOL,100,0,0,-90,)",

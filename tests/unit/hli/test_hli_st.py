@@ -1,4 +1,6 @@
-"""Structured Text that real tools accept; the oracle is blark, a parser of TwinCAT projects that nobody here wrote."""
+"""Structured Text that real tools accept; the oracle is blark, a parser of
+TwinCAT projects that nobody here wrote.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ import pytest
 
 from hli import export, layout
 
-# IEC 61131-3 edition 3, table 4 and the elementary types; OVERRIDE is left out: TwinCAT and CODESYS do not reserve it.
+# IEC 61131-3 edition 3, table 4 and the elementary types; OVERRIDE is left out:
+# TwinCAT and CODESYS do not reserve it.
 _WORDS = """
 ABS ABSTRACT ACTION AND ARRAY ASIN ATAN BOOL BY BYTE CASE CHAR CLASS CONFIGURATION CONSTANT CONTINUE COS CTD CTU CTUD
 DATE DINT DIV DO DT DWORD ELSE ELSIF END_ACTION END_CASE END_FOR END_FUNCTION END_IF END_STRUCT END_TYPE END_VAR EQ EXIT
@@ -46,9 +49,11 @@ TWINCAT = (
 
 @pytest.fixture(scope="module")
 def blark(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What blark makes of the text, of three TwinCAT files and of a broken text; one process, its start is slow.
+    """What blark makes of the text, of three TwinCAT files and of a broken
+    text; one process, its start is slow.
 
-    It stands under another licence than the project: used where it is installed, required nowhere.
+    It stands under another licence than the project: used where it is
+    installed, required nowhere.
     """
     if importlib.util.find_spec("blark") is None:
         pytest.skip("blark is not installed")

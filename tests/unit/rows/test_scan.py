@@ -119,7 +119,9 @@ def test_many_random_numbers_are_correctly_rounded():
 
 
 def test_lines_and_line_breaks():
-    """Empty lines and comments are plain and counted; CRLF, TAB and blanks end nothing but the line."""
+    """Empty lines and comments are plain and counted; CRLF, TAB and blanks end
+    nothing but the line.
+    """
     stop, rows, _, m = scan(
         "\r\n; comment\r\n(comment)\r\n\tG00\tX1 \r\n  \r\nN7 X2\t\r\n"
     )
@@ -221,7 +223,9 @@ def test_absolute_centre_carries_the_offset():
 
 
 def test_random_bytes_do_no_harm():
-    """Any bytes give a reason to stop; the state stays finite and nothing is written behind the rows."""
+    """Any bytes give a reason to stop; the state stays finite and nothing is
+    written behind the rows.
+    """
     rng = random.Random(1)
     words = [
         b"G01",

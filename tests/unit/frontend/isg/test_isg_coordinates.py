@@ -1,4 +1,6 @@
-"""#CS, #ACS, #ROTATION, #MCS, #TRAFO, #PTP and their kin: what programs reach, and what is refused with its number."""
+"""#CS, #ACS, #ROTATION, #MCS, #TRAFO, #PTP and their kin: what programs reach,
+and what is refused with its number.
+"""
 
 from __future__ import annotations
 
@@ -64,15 +66,19 @@ S30, C30 = 0.5, np.sqrt(0.75)
         ("#CS ON [0,0,0,0,30,90]\nG00 X10 Y0 Z0", [(0, 10 * C30, -10 * S30)]),
         ("#CS ON [0,0,0,90,0,90]\nG00 X0 Y10 Z0", [(0, 0, 10)]),
         # other sequences, fixed axes
-        ("#CS MODE ON [ROTATION_SEQUENCE=XYZ]\n#CS ON [0,0,0,90,0,90]\nG00 X0 Y10 Z0", [(-10, 0, 0)]),
-        ("#CS MODE ON [ROTATION_MODE_FIXED]\n#CS ON [0,0,0,90,0,90]\nG00 X10 Y0 Z0\n#CS OFF\n#CS MODE OFF\n"
+        ("#CS MODE ON [ROTATION_SEQUENCE=XYZ]\n#CS ON [0,0,0,90,0,90]\n"
+"G00 X0 Y10 Z0", [(-10, 0, 0)]),
+        ("#CS MODE ON [ROTATION_MODE_FIXED]\n#CS ON [0,0,0,90,0,90]\n"
+"G00 X10 Y0 Z0\n#CS OFF\n#CS MODE OFF\n"
          "#CS ON [0,0,0,90,0,90]\nX10 Y0 Z0", [(0, 0, 10), (0, 10, 0)]),
         # short and empty fields
         ("#CS ON [1,2]\nG00 X0 Y0 Z0", [(1, 2, 0)]),
         ("#CS ON [,,10,,,90]\nG00 X1 Y0 Z0", [(0, 1, 10)]),
         # stored ones, the one defined last, nested
-        ("#CS DEF [2][1,2,3]\n#CS DEF [3][0,0,0,0,0,90]\n#CS ON [2]\n#CS ON\nG00 X1 Y0 Z0", [(1, 3, 3)]),
-        ("#CS DEF [2][1,2,3]\n#CS ON [2]\n#CS ON [3][10,0,0]\n#CS OFF\n#CS ON [3]\nG00 X0 Y0 Z0\n#CS OFF ALL\nX0Y0Z0",
+        ("#CS DEF [2][1,2,3]\n#CS DEF [3][0,0,0,0,0,90]\n#CS ON [2]\n"
+"#CS ON\nG00 X1 Y0 Z0", [(1, 3, 3)]),
+        ("#CS DEF [2][1,2,3]\n#CS ON [2]\n#CS ON [3][10,0,0]\n#CS OFF\n"
+"#CS ON [3]\nG00 X0 Y0 Z0\n#CS OFF ALL\nX0Y0Z0",
          [(11, 2, 3), (0, 0, 0)]),
         # expressions, inch
         ("P1=45\n#CS ON [P1/9,0,0,0,0,2*P1]\nG00 X1 Y0", [(5, 1, 0)]),
@@ -89,7 +95,8 @@ S30, C30 = 0.5, np.sqrt(0.75)
         ("G54\n#ACS ON [0,0,0,0,0,90]\nG00 X0 Y0\n#CS ON [10,0,0]\nX0\n#ACS OFF\nX1",
          [(-50, 100, 0), (-50, 110, 0), (111, 110, 0)]),
         # contour rotation: the offsets keep their directions
-        ("#ROTATION ON [ANGLE=90 CENTER1=10 CENTER2=0]\nG00 X20 Y0\nG54 X20 Y0\n#ROTATION OFF\nX0 Y0",
+        ("#ROTATION ON [ANGLE=90 CENTER1=10 CENTER2=0]\nG00 X20 Y0\n"
+"G54 X20 Y0\n#ROTATION OFF\nX0 Y0",
          [(10, 10, 0), (110, 60, 0), (100, 50, 0)]),
         ("G54 G00 X0 Y0\n#ROTATION ON [ANGLE=90]\nX1\nG91 X1", [(100, 50, 0), (100, 51, 0), (100, 52, 0)]),
         ("G68 R90 X10 Y0\nG00 X20 Y0\nG69\nX20 Y0", [(10, 10, 0), (20, 0, 0)]),
@@ -99,10 +106,12 @@ S30, C30 = 0.5, np.sqrt(0.75)
         # the named stack of the manual
         ("#CS ADD [ICS] [10,10,0,0,0,90]\n#CS ADD [WCS][15,20,0]\n#CS ADD [PCS] [1,2,3]\n"
          "#CS SELECT[WCS]\nG00 X0 Y0 Z0\n"
-         "#CS SELECT [PCS]\nX0 Y0 Z0\n#CS DEL\nX0 Y0 Z0\n#CS SET [ICS][0,0,0]\nX0 Y0 Z0\n#CS SELECT [MCS]\nX0 Y0 Z0",
+         "#CS SELECT [PCS]\nX0 Y0 Z0\n#CS DEL\nX0 Y0 Z0\n"
+"#CS SET [ICS][0,0,0]\nX0 Y0 Z0\n#CS SELECT [MCS]\nX0 Y0 Z0",
          [(-10, 25, 0), (-12, 26, 3), (-10, 25, 0), (15, 20, 0), (0, 0, 0)]),
         # machine coordinates: everything off; what is selected inside ends with them
-        ("G54 T1 D1\n#CS ON [0,0,5,0,30,0]\nG00 X0 Y0 Z0\n#MCS ON\nX1 Y1 Z1\nG55 X0\nD1 Z0\n#MCS OFF\nX1 Y0 Z0",
+        ("G54 T1 D1\n#CS ON [0,0,5,0,30,0]\nG00 X0 Y0 Z0\n#MCS ON\n"
+"X1 Y1 Z1\nG55 X0\nD1 Z0\n#MCS OFF\nX1 Y0 Z0",
          [(100, 50, 45), (1, 1, 1), (200, 1, 1), (200, 1, 40), (100 + C30, 50, 45 - S30)]),
         ("T1\n#MCS ON [EX TOOL]\nD1\nG00 Z1\n#MCS OFF\nZ1", [(0, 0, 1), (0, 0, 41)]),
         # scale: words, distances, radius and centre, not the offsets
@@ -169,7 +178,8 @@ def test_wrong_programs_are_refused(tmp_path, text, codes):
         ("#TRAFO ON\n#PTP ON\n#CS ON [1,1]\n#MCS ON\n#TRAFO OFF\n#TRAFO ON\n#ACS ON [1,1]",
          [(21550, 3), (21531, 4), (21552, 5), (21552, 6), (21550, 7)]),
         ("#KIN ID [3]\n#TRAFO ON", [(292005, 2)]),
-        ("#TRAFO ON\n#KIN ID [3]\n#TRAFO [4]\n#KIN ID\n#TRAFO OFF\n#KIN ID[0]\n#TRAFO ON", [(20687, 2), (20687, 3)]),
+        ("#TRAFO ON\n#KIN ID [3]\n#TRAFO [4]\n#KIN ID\n#TRAFO OFF\n"
+"#KIN ID[0]\n#TRAFO ON", [(20687, 2), (20687, 3)]),
         ("#TRAFO ON\n#CS ON [0,0,0,0,120,0]\n#TOOL ORI CS", [(910102, 3)]),
         ("#TRAFO ON\n#PTP ON\nF100 G00 X0 Y0\nG02 X10 I5", [(910105, 4)]),
         ("#TRAFO ON\nG01 F1000 X900", [(903001, 2)]),
@@ -186,7 +196,10 @@ def test_refused_on_a_machine_with_kinematics(tmp_path, text, codes):
 def test_rotation_is_warned_of(tmp_path):
     """It ends with the plane, and cycles do not expect it."""
     (tmp_path / "c.nc").write_text("G00 X1\nM17\n")
-    text = "#ROTATION ON [ANGLE=90]\nG00 X1\nG18\nX2 Z0 Y0\n#ROTATION ON [ANGLE=9]\nL CYCLE [NAME=c.nc @P1=1]\n"
+    text = (
+        "#ROTATION ON [ANGLE=90]\nG00 X1\nG18\nX2 Z0 Y0\n"
+        "#ROTATION ON [ANGLE=9]\nL CYCLE [NAME=c.nc @P1=1]\n"
+    )
     shown = Shown(tmp_path, text)
     assert (shown.codes, shown.warned) == ([], [(910110, 3), (910111, 6)])
     assert (
@@ -253,7 +266,9 @@ def test_circles_in_planes_parallel_to_axes_stay_circles(tmp_path):
 
 
 def test_circles_in_tilted_planes_are_exact_quintics(tmp_path):
-    """Helix and full circle: within 1e-6 mm of the circle, at constant speed along it, joined smoothly."""
+    """Helix and full circle: within 1e-6 mm of the circle, at constant speed
+    along it, joined smoothly.
+    """
     text = "#CS ON [5,6,7,10,20,30]\nG00 X0 Y0 Z0\nG02 X0 Y0 I50 J20 F1000\nG03 X30 Y0 Z12 I15 J0\n"
     shown = Shown(tmp_path, text)
     turn = Rotation.from_euler("ZYX", (30, 20, 10), degrees=True)
@@ -291,11 +306,14 @@ def test_circles_in_tilted_planes_are_exact_quintics(tmp_path):
 
 
 def test_ptp_drives_lines_of_the_axes(tmp_path):
-    """The end is the programmed one, the way between is straight for the axes, rapid or at F along them."""
+    """The end is the programmed one, the way between is straight for the axes,
+    rapid or at F along them.
+    """
     cell = load_config(FIVE_AXIS / "head_table.toml")
     path = tmp_path / "a.nc"
     path.write_text(
-        "#TRAFO ON\nG00 X0 Y0 Z50\n#PTP ON\nG00 X40 Y10 B60 C90\nG01 B10 F600\n#PTP OFF\nG01 X41 F600\n"
+        "#TRAFO ON\nG00 X0 Y0 Z50\n#PTP ON\nG00 X40 Y10 B60 C90\n"
+        "G01 B10 F600\n#PTP OFF\nG01 X41 F600\n"
     )
     program = Program(path, cell, "isg")
     rows = np.concatenate([b.rows for b in program.batches()])
@@ -320,7 +338,9 @@ def test_ptp_drives_lines_of_the_axes(tmp_path):
 
 
 def test_trafo_keeps_the_machine_where_it_stands(tmp_path):
-    """On and off move nothing, the programmed position is the tip's; tool data act along the tool."""
+    """On and off move nothing, the programmed position is the tip's; tool data
+    act along the tool.
+    """
     text = """T1
 G00 X10 Y20 Z200 B40 C30
 #TRAFO ON
@@ -349,7 +369,9 @@ G01 X[P1] Y[P2] Z[P3+P4]
 
 
 def test_kinematic_programs_of_the_field(tmp_path):
-    """The order of words as posts write it: KIN ID, CHANNEL INIT, ORI MODE, variables of the kinematic."""
+    """The order of words as posts write it: KIN ID, CHANNEL INIT, ORI MODE,
+    variables of the kinematic.
+    """
     text = """%MAIN
 N10 #KIN ID[9]
 N20 V.G.KIN[9].PROGRAMMING_MODE=17 V.G.KIN[9].RTCP=1
@@ -369,7 +391,9 @@ M30
 
 
 def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
-    """#TLC: axes programmed for one tool are driven for a longer one; in tilted motion the tip does not notice."""
+    """#TLC: axes programmed for one tool are driven for a longer one; in tilted
+    motion the tip does not notice.
+    """
     cell = load_config(FIVE_AXIS / "head_table.toml")
     path = tmp_path / "a.nc"
     text = "G00 X100 Y20 Z300 B20 C10\n#TLC ON [12]\nG01 X150 Y-30 Z280 F2000\n"
@@ -400,7 +424,9 @@ def test_length_correction_keeps_the_tip_on_its_path(tmp_path):
 
 
 def test_tool_orientation_without_a_transformation(tmp_path):
-    """#TOOL ORI CS turns rotary axes alone; the linear axes stand, what follows is programmed in the frame."""
+    """#TOOL ORI CS turns rotary axes alone; the linear axes stand, what follows
+    is programmed in the frame.
+    """
     cell = load_config(FIVE_AXIS / "head_head.toml")
     text = "G00 X10 Y20 Z30\n#CS ON [1,2,3,0,25,30]\n#TOOL ORI CS\nG00 X0 Y0 Z0\n#TOOL ORI CS\n"
     shown = Shown(tmp_path, text, cell)
@@ -450,7 +476,9 @@ def test_a_machine_without_z_turns_in_its_plane(tmp_path):
 
 
 def test_scaled_circles(tmp_path):
-    """Centre, radius and pitch grow with the words, in the scanner and in the parser; the tool radius does not."""
+    """Centre, radius and pitch grow with the words, in the scanner and in the
+    parser; the tool radius does not.
+    """
     text = (
         "#SCALE ON [X2 Y2 Z2]\nG00 X0 Y0 Z0\nG02 X10 Y0 I5 F100\nG03 X20 R5\n"
     )

@@ -111,7 +111,9 @@ def test_error_in_continuation_names_its_physical_line(front_end):
 
 
 def test_program_lines(front_end):
-    """%NAME opens the main program; a later % line ends it, with a warning unless it is a local subprogram."""
+    """%NAME opens the main program; a later % line ends it, with a warning
+    unless it is a local subprogram.
+    """
     reader = front_end("; head\n%MAIN\nG00 X1\n%OTHER\nX2\n")
     assert len(rows_of(reader)) == 1
     assert reader.program_name == "MAIN"
@@ -150,7 +152,9 @@ def test_axis_names_of_several_letters(front_end):
 
 
 def test_exact_stop(front_end):
-    """G60 stops at the end of its block, G360 at every one, G359 ends that; plain lines follow too."""
+    """G60 stops at the end of its block, G360 at every one, G359 ends that;
+    plain lines follow too.
+    """
     rows = rows_of(front_end("G00 G60 X1\nX2\nG360\nX3\nG359 X4\n"))
     assert (rows["flags"] & EXACT_STOP != 0).tolist() == [
         True,
@@ -186,7 +190,9 @@ def test_deep_brackets_are_refused(front_end):
 
 
 def test_block_too_long(front_end):
-    """Over 4096 characters, in one line or in several, is error 20301; the block is skipped as a whole."""
+    """Over 4096 characters, in one line or in several, is error 20301; the
+    block is skipped as a whole.
+    """
     text = "G00 X1 ;" + "x" * 70000 + "\nX2 \\\n" + ("; \\\n" * 2000) + "\nX3\n"
     reader = front_end(text, collect=True)
     assert rows_of(reader)["end"][:, 0].tolist() == [3.0]
