@@ -41,7 +41,8 @@ __attribute__((constructor)) static void loaded(void) {
 }
 int clock_gettime(clockid_t id, struct timespec *t) {
     int r = (int)syscall(SYS_clock_gettime, id, t);
-    if (r == 0 && (id == CLOCK_REALTIME || id == CLOCK_REALTIME_COARSE || id == CLOCK_TAI)) t->tv_sec += step();
+    int wall = id == CLOCK_REALTIME || id == CLOCK_REALTIME_COARSE || id == CLOCK_TAI;
+    if (r == 0 && wall) t->tv_sec += step();
     return r;
 }
 int gettimeofday(struct timeval *restrict t, void *restrict zone) {

@@ -37,7 +37,8 @@ G261
 G00 Z60
 G00 X50 Y50
 L CYCLE [NAME=SysMillRectangularPocket.ecy \\
-  @P1=0 @P2=50 @P3=2 @P4=12 @P5=4 @P6=V.L.MaxIncrementXY @P20=6000 @P21=4000 @P31=1 @P72=20 @P73=20 \\
+  @P1=0 @P2=50 @P3=2 @P4=12 @P5=4 @P6=V.L.MaxIncrementXY @P20=6000 @P21=4000 \\
+  @P31=1 @P72=20 @P73=20 \\
   PATTERN_ID=V.CYC.PatternID PATTERN_RETRACT=V.CYC.PatternRetract \\
   ]
 G260

@@ -36,21 +36,34 @@ def _expression(rng: random.Random, depth: int) -> tuple[str, str]:
     if kind < 0.4:
         name, python = rng.choice(
             [
-                ("ABS", "abs({})"), ("SQR", "(({0})*({0}))"), ("INT", "float(math.trunc({}))"),
-                ("FLOOR", "float(math.floor({}))"), ("CEIL", "float(math.ceil({}))"),
-                ("SIN", "math.sin(math.radians({}))"), ("COS", "math.cos(math.radians({}))"),
-                ("ATAN", "math.degrees(math.atan({}))"), ("NOT", "float(not ({}))"),
+                ("ABS", "abs({})"),
+                ("SQR", "(({0})*({0}))"),
+                ("INT", "float(math.trunc({}))"),
+                ("FLOOR", "float(math.floor({}))"),
+                ("CEIL", "float(math.ceil({}))"),
+                ("SIN", "math.sin(math.radians({}))"),
+                ("COS", "math.cos(math.radians({}))"),
+                ("ATAN", "math.degrees(math.atan({}))"),
+                ("NOT", "float(not ({}))"),
                 ("FRACT", "(({0})-math.trunc({0}))"),
             ]
-        )  # fmt: skip
+        )
         a = _expression(rng, depth - 1)
         return f"{name}[{a[0]}]", python.format(a[1])
     operators = {
-        "+": "({}+{})", "-": "({}-{})", "*": "({}*{})", "<": "float({}<{})", ">": "float({}>{})", "<=": "float({}<={})",
-        ">=": "float({}>={})", "==": "float({}=={})", "!=": "float({}!={})",
-        "&&": "float(bool({}) and bool({}))", "||": "float(bool({}) or bool({}))",
+        "+": "({}+{})",
+        "-": "({}-{})",
+        "*": "({}*{})",
+        "<": "float({}<{})",
+        ">": "float({}>{})",
+        "<=": "float({}<={})",
+        ">=": "float({}>={})",
+        "==": "float({}=={})",
+        "!=": "float({}!={})",
+        "&&": "float(bool({}) and bool({}))",
+        "||": "float(bool({}) or bool({}))",
         " XOR ": "float(bool({}) != bool({}))",
-    }  # fmt: skip
+    }
     name = rng.choice(list(operators))
     a, b = _expression(rng, depth - 1), _expression(rng, depth - 1)
     return f"[{a[0]}]{name}[{b[0]}]", operators[name].format(a[1], b[1])
@@ -437,12 +450,15 @@ def test_offsets_and_mirroring_agree_with_numpy(seed, tmp_path):
 # fuzz
 WORDS = (
     """
-$IF 1|$ELSE|$ENDIF|$FOR P1=1,3,1|$ENDFOR|$WHILE P1<4|$ENDWHILE|$DO|$ENDDO|$BREAK|$CONTINUE|$SWITCH P1|$CASE 1
-$ENDSWITCH|$DEFAULT|$REPEAT|$UNTIL 1|$GOTO [A]|$GOTO N20|[A]|N20:|#VAR|#ENDVAR|V.L.A : SGN08 = 5|P1=P1+1|X[P1]
-LL S|L x.nc|L CYCLE [NAME=s.nc @P1=2]|%L S|%M|M17|M30|G54 X1|G92 X0|G21|D1|"M" = "X5"|"M"|#COMMENT BEGIN
-#COMMENT END|#IF 1|#ELSE|#ENDIF|/ X1|/2 Y1|V.P.T = "abc"|V.P.T = MID[V.P.T,1,2]|X V.A.ABS.Y|#MSG ["%d", P1]
-#FLUSH WAIT|G41 D1|G40 X0|G02 X5 I2|#DELETE V.P.T|V.E.GO = 1|G93 F2|G94|S100 M3|#ERROR [ID=5 RC=0]|#TIMER START
-X=SIZEOF[P1]|\\|X10 \\|#PSET X5|#MCS ON|#OVERRIDE [FEED_FACT=50]|G80 [1,,2]|#WAIT [ID=1]|#SIGNAL [ID=1]|@P1=3
+$IF 1|$ELSE|$ENDIF|$FOR P1=1,3,1|$ENDFOR|$WHILE P1<4|$ENDWHILE|$DO|$ENDDO|$BREAK
+$CONTINUE|$SWITCH P1|$CASE 1|$ENDSWITCH|$DEFAULT|$REPEAT|$UNTIL 1|$GOTO [A]
+$GOTO N20|[A]|N20:|#VAR|#ENDVAR|V.L.A : SGN08 = 5|P1=P1+1|X[P1]|LL S|L x.nc
+L CYCLE [NAME=s.nc @P1=2]|%L S|%M|M17|M30|G54 X1|G92 X0|G21|D1|"M" = "X5"|"M"
+#COMMENT BEGIN|#COMMENT END|#IF 1|#ELSE|#ENDIF|/ X1|/2 Y1|V.P.T = "abc"
+V.P.T = MID[V.P.T,1,2]|X V.A.ABS.Y|#MSG ["%d", P1]|#FLUSH WAIT|G41 D1|G40 X0
+G02 X5 I2|#DELETE V.P.T|V.E.GO = 1|G93 F2|G94|S100 M3|#ERROR [ID=5 RC=0]
+#TIMER START|X=SIZEOF[P1]|\\|X10 \\|#PSET X5|#MCS ON|#OVERRIDE [FEED_FACT=50]
+G80 [1,,2]|#WAIT [ID=1]|#SIGNAL [ID=1]|@P1=3
 """.strip()
     .replace("\n", "|")
     .split("|")

@@ -267,12 +267,78 @@ def test_arcs_about_a_rounded_centre(seed):
 
 
 WORD = st.one_of(
-    st.builds("{}{}".format, st.sampled_from("XYZAIJKRFxyPQ"), st.integers(-9999, 9999).map(lambda i: i / 100)),
-    st.sampled_from(["G0", "G01", "G02", "G3", "G17", "G18", "G19", "G90", "G91", "F600", "N10", "(c)", "I5 J5"]),
-    st.sampled_from(["X.5", "X=5", "X[1+2]", "X1e5", "X--1", "; c", "(", "S9", "M3", "X1 2", "K0", "(MSG,a)", "#1=3"]),
-    st.sampled_from(["G20", "G21", "G90.1", "G91.1", "G61", "G64", "G80", "G81 Z-5 R1", "G93", "G94", "G53", "G92 X1"]),
-    st.sampled_from(["G28", "G43 H1", "G49", "G54", "G55", "G10 L2 P1 X5", "G41 D1", "G40", "G99", "/", "%", "X#1"]),
-)  # fmt: skip
+    st.builds(
+        "{}{}".format,
+        st.sampled_from("XYZAIJKRFxyPQ"),
+        st.integers(-9999, 9999).map(lambda i: i / 100),
+    ),
+    st.sampled_from(
+        [
+            "G0",
+            "G01",
+            "G02",
+            "G3",
+            "G17",
+            "G18",
+            "G19",
+            "G90",
+            "G91",
+            "F600",
+            "N10",
+            "(c)",
+            "I5 J5",
+        ]
+    ),
+    st.sampled_from(
+        [
+            "X.5",
+            "X=5",
+            "X[1+2]",
+            "X1e5",
+            "X--1",
+            "; c",
+            "(",
+            "S9",
+            "M3",
+            "X1 2",
+            "K0",
+            "(MSG,a)",
+            "#1=3",
+        ]
+    ),
+    st.sampled_from(
+        [
+            "G20",
+            "G21",
+            "G90.1",
+            "G91.1",
+            "G61",
+            "G64",
+            "G80",
+            "G81 Z-5 R1",
+            "G93",
+            "G94",
+            "G53",
+            "G92 X1",
+        ]
+    ),
+    st.sampled_from(
+        [
+            "G28",
+            "G43 H1",
+            "G49",
+            "G54",
+            "G55",
+            "G10 L2 P1 X5",
+            "G41 D1",
+            "G40",
+            "G99",
+            "/",
+            "%",
+            "X#1",
+        ]
+    ),
+)
 LINE = st.builds(" ".join, st.lists(WORD, max_size=5))
 
 

@@ -323,9 +323,18 @@ def test_turns_and_limits():
 
 def test_unreachable_direction():
     """A 45 degree head cannot point the tool down; a direction needs a length."""
-    elements = {n: Element(i, Step(turns=t)) for i, (n, t) in enumerate(
-        [("LI1", (0, 90, 0)), ("LI2", (-90, 0, -90)), ("LI3", (90, 0, 0)), ("WRK", (0, 0, 0)), ("TOL", (30, 0, 0))]
-    )}  # fmt: skip
+    elements = {
+        n: Element(i, Step(turns=t))
+        for i, (n, t) in enumerate(
+            [
+                ("LI1", (0, 90, 0)),
+                ("LI2", (-90, 0, -90)),
+                ("LI3", (90, 0, 0)),
+                ("WRK", (0, 0, 0)),
+                ("TOL", (30, 0, 0)),
+            ]
+        )
+    }
     kin = Kinematics(
         machine_chain("TOL", "WRK", elements, Step(), Step(turns=(-30, 0, 0))),
         (0, 1, 2),

@@ -47,7 +47,7 @@ print(n, flush=True)
 
 WAITER = """
 import signal, sys, hli
-signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may have it ignored
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from hli._sync import lib
 from hli.handshake import word_pointer
 from hli.view import Areas

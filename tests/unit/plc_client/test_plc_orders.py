@@ -111,9 +111,14 @@ def test_force_read_unforce_from_outside(plc: PlcRunner) -> None:
     plc.task.gain = 7.0
     plc.step()
     assert (plc.task.gain, plc.symbol(OVERRIDE).value) == (2.5, 500)
-    assert ordered(plc, "read", "Some.gain", "Some.constant", "Some.coming", OVERRIDE)["values"] == {
-        "Some.gain": 2.5, "Some.constant": 5, "Some.coming": None, OVERRIDE: 500,
-    }  # fmt: skip
+    assert ordered(
+        plc, "read", "Some.gain", "Some.constant", "Some.coming", OVERRIDE
+    )["values"] == {
+        "Some.gain": 2.5,
+        "Some.constant": 5,
+        "Some.coming": None,
+        OVERRIDE: 500,
+    }
     assert ordered(
         plc, "unforce", "gpCh[0]^.bahn_mc_control.override.command_w"
     )["forced"] == {"Some.gain": 2.5}

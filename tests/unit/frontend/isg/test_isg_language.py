@@ -107,10 +107,15 @@ def test_live_files_stay_in_the_folder(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "value", "raw"),
     [
-        ("BOOLEAN", 1.0, "01"), ("SGN08", -2.0, "fe"), ("UNS16", 65535.0, "ffff"), ("SGN32", -1.0, "ffffffff"),
-        ("UNS32", 4294967295.0, "ffffffff"), ("REAL64", 1.0, "000000000000f03f"), ("STRING", "ab", "616200"),
+        ("BOOLEAN", 1.0, "01"),
+        ("SGN08", -2.0, "fe"),
+        ("UNS16", 65535.0, "ffff"),
+        ("SGN32", -1.0, "ffffffff"),
+        ("UNS32", 4294967295.0, "ffffffff"),
+        ("REAL64", 1.0, "000000000000f03f"),
+        ("STRING", "ab", "616200"),
     ],
-)  # fmt: skip
+)
 def test_external_storage(kind, value, raw):
     """Every variable begins at its 24-byte block; elements follow each other,
     bytes are little-endian.

@@ -130,8 +130,13 @@ def test_methods_that_nobody_has(tmp_path):
 
 def test_homing_that_finds_nothing(tmp_path):
     """Error 1005 of the guide says what is missing."""
-    for mode, missing in ((0, "negative home sensor"), (9, "encoder index"), (128 + 256, "limit_negative"),
-                          (128 + 256 * 18, "limit_positive"), (128 + 256 * 19, "positive home sensor")):  # fmt: skip
+    for mode, missing in (
+        (0, "negative home sensor"),
+        (9, "encoder index"),
+        (128 + 256, "limit_negative"),
+        (128 + 256 * 18, "limit_positive"),
+        (128 + 256 * 19, "positive home sensor"),
+    ):
         with pytest.raises(CncError, match=missing) as caught:
             run(tmp_path, "G71X\n", f"[isons]\nRZERO_MODE_X = {mode}\n")
         assert (caught.value.code, caught.value.place.line) == (1005, 1)
