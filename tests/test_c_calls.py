@@ -2,7 +2,7 @@
 folders in one order.
 
 Calls are found by name: a function that another file defines, called or taken
-by its address. The order is the one of docs/architecture.md;
+by its address. The order is the one of docs/explanation/architecture.md;
 ``tests/open_edges.txt`` lists what is not open yet.
 """
 
@@ -20,29 +20,29 @@ from support.import_graph import Edge, in_circles
 from support.open_edges import held
 
 # top to bottom; a folder calls and includes what stands below it
-ORDER = """
-engine
-engine/geo
-engine/plan
-engine/accel
-engine/jerk_adapter
-engine/run
-engine/store
-engine/commit
-engine/path
-engine/state
-jerk
-jerk/solver
-jerk/path
-jerk/state
-stages/contouring
-stages/smoothing
-stages/compensation
-stages
-curve
-rows
-hli
-""".split()
+ORDER = [
+    "engine",
+    "engine/geo",
+    "engine/plan",
+    "engine/accel",
+    "engine/jerk_adapter",
+    "engine/run",
+    "engine/store",
+    "engine/commit",
+    "engine/path",
+    "engine/state",
+    "jerk",
+    "jerk/solver",
+    "jerk/path",
+    "jerk/state",
+    "stages/contouring",
+    "stages/smoothing",
+    "stages/compensation",
+    "stages",
+    "curve",
+    "rows",
+    "hli",
+]
 
 
 def told(found: list[Edge]) -> list[str]:

@@ -1,6 +1,6 @@
 """Imports run one way: no circle between modules, and rooms in one order from top to bottom.
 
-The order is the one of docs/architecture.md.
+The order is the one of docs/explanation/architecture.md.
 A rule sees names, too: no dialect below the waist, no capability by ``hasattr``.
 ``tests/open_edges.txt`` lists what is not open yet.
 """
@@ -32,58 +32,58 @@ from support.open_edges import held
 from support.paths import ROOT
 
 # top to bottom; the longest prefix names a module's room
-ORDER = """
-cnc_core.cli
-cnc_core.pytest_plugin
-cnc_core.commands
-cnc_core.benchmarks
-cnc_core.optimize
-cnc_core.planning
-cnc_core
-cnc_core.cell
-cnc_core.process
-cnc_core.engine
-cnc_core.program
-cnc_core.config
-cnc_core.frontend.offline
-cnc_core.frontend
-cnc_core.frontend.isons
-cnc_core.frontend.isons.flow
-cnc_core.frontend.isons.operator
-cnc_core.frontend.isons.language
-cnc_core.frontend.isons.motion
-cnc_core.frontend.isons.devices
-cnc_core.frontend.isons.base
-cnc_core.frontend.isg
-cnc_core.frontend.isg.flow
-cnc_core.frontend.isg.commands
-cnc_core.frontend.isg.language
-cnc_core.frontend.isg.cycles
-cnc_core.frontend.isg.state
-cnc_core.frontend.iso
-cnc_core.frontend.osai
-cnc_core.frontend.base
-cnc_core.frontend.detect
-cnc_core.frontend.port
-cnc_core.frontend.operator
-cnc_core.frontend.machine
-cnc_core.frontend.isons.base.machine
-cnc_core.geometry.stages
-cnc_core.geometry.profiles
-cnc_core.geometry.filters
-cnc_core.geometry.stages.stage
-cnc_core.geometry.shapes
-cnc_core.geometry
-cnc_core.kinematics
-cnc_core.blocks
-cnc_core.errors
-cnc_core.units
-plc_client
-plc_client.blocks
-plc_client.clock
-plc_client.stats
-hli
-""".split()
+ORDER = [
+    "cnc_core.cli",
+    "cnc_core.pytest_plugin",
+    "cnc_core.commands",
+    "cnc_core.benchmarks",
+    "cnc_core.optimize",
+    "cnc_core.planning",
+    "cnc_core",
+    "cnc_core.cell",
+    "cnc_core.process",
+    "cnc_core.engine",
+    "cnc_core.program",
+    "cnc_core.config",
+    "cnc_core.frontend.offline",
+    "cnc_core.frontend",
+    "cnc_core.frontend.isons",
+    "cnc_core.frontend.isons.flow",
+    "cnc_core.frontend.isons.operator",
+    "cnc_core.frontend.isons.language",
+    "cnc_core.frontend.isons.motion",
+    "cnc_core.frontend.isons.devices",
+    "cnc_core.frontend.isons.base",
+    "cnc_core.frontend.isg",
+    "cnc_core.frontend.isg.flow",
+    "cnc_core.frontend.isg.commands",
+    "cnc_core.frontend.isg.language",
+    "cnc_core.frontend.isg.cycles",
+    "cnc_core.frontend.isg.state",
+    "cnc_core.frontend.iso",
+    "cnc_core.frontend.osai",
+    "cnc_core.frontend.base",
+    "cnc_core.frontend.detect",
+    "cnc_core.frontend.port",
+    "cnc_core.frontend.operator",
+    "cnc_core.frontend.machine",
+    "cnc_core.frontend.isons.base.machine",
+    "cnc_core.geometry.stages",
+    "cnc_core.geometry.profiles",
+    "cnc_core.geometry.filters",
+    "cnc_core.geometry.stages.stage",
+    "cnc_core.geometry.shapes",
+    "cnc_core.geometry",
+    "cnc_core.kinematics",
+    "cnc_core.blocks",
+    "cnc_core.errors",
+    "cnc_core.units",
+    "plc_client",
+    "plc_client.blocks",
+    "plc_client.clock",
+    "plc_client.stats",
+    "hli",
+]
 DIALECTS = ("isg", "iso", "isons", "osai")
 BELOW_THE_WAIST = tuple(
     f"cnc_core.{room}"

@@ -2,7 +2,7 @@
 
 Unknown keys are errors that name the nearest known one; every number has its
 range.  Names follow the parameters of the manual where there is one
-(P-CHAN-00650 and friends, see ``docs/glossary.md``).
+(P-CHAN-00650 and friends, see ``docs/reference/glossary.md``).
 """
 
 from __future__ import annotations
@@ -230,7 +230,7 @@ class SpindleConfig(_Table):
 
 
 class OsaiConfig(_Table):
-    """10-Series programs: what the manual leaves open (docs/osai.md).
+    """10-Series programs: what the manual leaves open (docs/reference/osai.md).
 
     ``feed``: of polynomials and B-splines, that of their parameter or along the
     arc.  ``location``: where a cutter location point lies on a ball or toroidal

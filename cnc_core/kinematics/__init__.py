@@ -26,5 +26,5 @@ tip rows into axis rows.
     exact first and second derivatives
 
 Errors are CncError: 910101 direction not reachable, 910102 reachable beyond the
-limits only.  Mathematics, cell keys and the stage: ``docs/kinematics.md``.
+limits only.  Mathematics, cell keys and the stage: ``docs/reference/kinematics.md``.
 """

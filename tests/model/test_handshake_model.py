@@ -1,4 +1,4 @@
-"""The models of ``docs/model`` hold, and each fence, store order and lock in
+"""The models of ``docs/explanation/model`` hold, and each fence, store order and lock in
 them is needed (checked by spin).
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-FOLDER = Path(__file__).resolve().parents[2] / "docs" / "model"
+FOLDER = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "model"
 MODELS = sorted(
     path.stem for path in FOLDER.glob("*.pml") if path.stem != "memory"
 )

@@ -11,6 +11,7 @@ import json
 import subprocess
 from collections.abc import Callable, Iterator
 from enum import Enum
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
 
@@ -113,7 +114,7 @@ def pytest_names() -> list[str]:
     lines = inspect.getsource(plugin).splitlines()
     fixtures = [
         after.partition("def ")[2].partition("(")[0]
-        for line, after in zip(lines, lines[1:], strict=False)
+        for line, after in pairwise(lines)
         if line.startswith("@pytest.fixture")
     ]
     options: list[str] = []

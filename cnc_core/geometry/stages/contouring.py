@@ -3,7 +3,7 @@ shorter; ``c_ext/contour*.c`` does it.
 
 Off until a ``CONTOUR`` row says otherwise.  One motion is held until the next
 one is known, and the rows between them with it.  How it is done is told in
-docs/contouring.md.
+docs/explanation/contouring.md.
 """
 
 from __future__ import annotations

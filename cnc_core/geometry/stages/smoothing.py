@@ -1,7 +1,7 @@
 """Smoothing of micro-segments and corners within a tolerance, as a streaming
 stage.
 
-The geometry is in C (``c_ext/smooth*.c``, told in ``docs/smoothing.md``).
+The geometry is in C (``c_ext/stages/smoothing``, told in ``docs/explanation/smoothing.md``).
 Programmed motions go on as *elements* (flag ``ELEMENT``: what the PLC sees),
 among them *pieces* (flag ``PIECE``: what the machine executes; ``value`` is the
 programmed distance they cover).  A motion that is driven as programmed stays

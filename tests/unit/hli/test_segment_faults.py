@@ -1,5 +1,5 @@
 """Segments that cannot be created, and creators that die: what
-docs/model/attach.pml and place.pml say, in the code.
+docs/explanation/model/attach.pml and place.pml say, in the code.
 """
 
 from __future__ import annotations
