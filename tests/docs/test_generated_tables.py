@@ -37,7 +37,9 @@ PAGES = [p for p in GENERATE.pages() if "<!-- generated" in p.read_text()]
 
 def regions(page: Path) -> list[tuple[str, str]]:
     """(table, argument) of the page's regions."""
-    return [(m[2], m[3] or "") for m in GENERATE.REGION.finditer(page.read_text())]
+    return [
+        (m[2], m[3] or "") for m in GENERATE.REGION.finditer(page.read_text())
+    ]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)

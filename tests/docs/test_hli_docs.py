@@ -8,7 +8,9 @@ import pytest
 
 from hli import layout
 
-TEXT = (Path(__file__).resolve().parents[2] / "docs" / "reference" / "hli.md").read_text()
+TEXT = (
+    Path(__file__).resolve().parents[2] / "docs" / "reference" / "hli.md"
+).read_text()
 ROWS = re.findall(r"^\| `(HLI_\w+)\.(\w+)` \| (\d+) \|", TEXT, re.M)
 
 
