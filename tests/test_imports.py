@@ -12,7 +12,9 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 DIALECTS = ("isg", "iso", "isons", "osai")
 # functions of numbers alone: no rows, no stages
-PURE_GEOMETRY = tuple(f"cnc_core.geometry.{name}" for name in ("fits", "pocket", "rotation"))
+PURE_GEOMETRY = tuple(
+    f"cnc_core.geometry.{name}" for name in ("fits", "pocket", "rotation")
+)
 
 
 def imported(path: Path) -> set[str]:
@@ -23,9 +25,15 @@ def imported(path: Path) -> set[str]:
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            base = package.split(".")[: len(package.split(".")) - node.level + 1] if node.level else []
+            base = (
+                package.split(".")[: len(package.split(".")) - node.level + 1]
+                if node.level
+                else []
+            )
             module = ".".join([*base, *([node.module] if node.module else [])])
-            names |= {module} | {f"{module}.{alias.name}" for alias in node.names}
+            names |= {module} | {
+                f"{module}.{alias.name}" for alias in node.names
+            }
     return names
 
 
@@ -36,7 +44,9 @@ def files(package: str) -> list[Path]:
 @pytest.mark.parametrize("path", files("hli"), ids=str)
 def test_hli_imports_neither_neighbour(path: Path) -> None:
     """hli knows neither the CNC nor the PLC."""
-    assert not {n for n in imported(path) if n.startswith(("cnc_core", "plc_client"))}
+    assert not {
+        n for n in imported(path) if n.startswith(("cnc_core", "plc_client"))
+    }
 
 
 @pytest.mark.parametrize("path", files("plc_client"), ids=str)
@@ -48,12 +58,21 @@ def test_plc_client_never_imports_the_cnc(path: Path) -> None:
 @pytest.mark.parametrize("path", files("cnc_core/frontend"), ids=str)
 def test_front_ends_stand_above_the_waist(path: Path) -> None:
     """A front end sees rows, errors, units, the port and pure geometry, never stages, engine or shared memory."""
-    forbidden = ("cnc_core.geometry", "cnc_core.kinematics", "cnc_core.engine", "cnc_core.process.preparation", "hli", "plc_client")
+    forbidden = (
+        "cnc_core.geometry",
+        "cnc_core.kinematics",
+        "cnc_core.engine",
+        "cnc_core.process.preparation",
+        "hli",
+        "plc_client",
+    )
     found = {n for n in imported(path) if n.startswith(forbidden)}
     assert not {n for n in found if not n.startswith(PURE_GEOMETRY)}
 
 
-@pytest.mark.parametrize("path", files("cnc_core/geometry") + files("cnc_core/kinematics"), ids=str)
+@pytest.mark.parametrize(
+    "path", files("cnc_core/geometry") + files("cnc_core/kinematics"), ids=str
+)
 def test_nothing_below_the_waist_knows_a_dialect(path: Path) -> None:
     """Stages import no front end, and no engine either."""
     forbidden = (
@@ -76,4 +95,9 @@ def test_the_layout_imports_ctypes_alone() -> None:
 def test_the_plc_process_does_not_load_the_planner() -> None:
     """Importing all of plc_client leaves cnc_core (and so its library) unloaded."""
     code = "import plc_client, plc_client.__main__, sys; sys.exit(any(m.startswith('cnc_core') for m in sys.modules))"
-    assert subprocess.run([sys.executable, "-P", "-c", code], check=False).returncode == 0
+    assert (
+        subprocess.run(
+            [sys.executable, "-P", "-c", code], check=False
+        ).returncode
+        == 0
+    )

@@ -1,6 +1,23 @@
 /* Life of the engine, pumping in lockstep and free run. Threads: threads.c. */
 #include <stdlib.h>
+#include <string.h>
+#include "curve/curve.h"
+#include "engine/accel/accel_planner.h"
+#include "engine/accel/corner_zones.h"
+#include "engine/accel/span_store.h"
+#include "engine/events.h"
+#include "engine/geo/cycle.h"
+#include "engine/geo/external.h"
+#include "engine/geo/interpolate.h"
+#include "engine/geo/publish.h"
+#include "engine/jerk_adapter/adapter.h"
+#include "engine/path/limits.h"
+#include "engine/plan/prediction.h"
+#include "engine/plan/pump.h"
+#include "engine/state/memory.h"
 #include "engine/state/state.h"
+#include "engine/threads.h"
+#include "hli/sync.h"
 
 #define TURN_SPIN_NS                                                           \
     500000 /* a PLC scan in Python takes some 10 us, a futex wake across cores \
@@ -74,6 +91,9 @@ struct engine *engine_new(const engine_config *config, void *segment) {
         return NULL;
     }
     engine->cfg = *config;
+    engine->planner =
+        drive_wanted(config) ? &jerk_limited_planner : &accel_planner;
+    engine->traits = engine->planner->traits;
     if (!allocate(engine)) {
         engine_free(engine);
         return NULL;
@@ -196,22 +216,6 @@ void engine_set_phase(struct engine *engine, uint32_t phase) {
     }
 }
 
-/* Preparation is wanted when less than a good window is ahead of the planner.
- */
-static bool needs_blocks(struct engine *engine) {
-    if (!ATOMIC_GET(engine->program_active) || ATOMIC_GET(engine->finished)
-        || ATOMIC_GET(engine->expect_drain)) {
-        return false;
-    }
-    if (ATOMIC_GET(engine->geo.cycle) < ATOMIC_GET(engine->blocks_from)) {
-        return false;
-    }
-    uint64_t ahead = engine->element_head - ATOMIC_GET(engine->geo.active);
-    return ring_has_room(engine)
-           && (ahead < 2u * engine->cfg.window + 256u
-               || engine->store_head - ATOMIC_GET(engine->store_done) < 1024u);
-}
-
 void engine_expect_cycle(struct engine *engine) {
     ATOMIC_SET(engine->blocks_from, ATOMIC_GET(engine->geo.cycle) + 1);
 }
@@ -223,51 +227,6 @@ int engine_take_command(struct engine *engine, struct engine_command *out) {
     *out = engine->commands[engine->command_tail % COMMANDS_MAX];
     ATOMIC_SET(engine->command_tail, engine->command_tail + 1);
     return 1;
-}
-
-static bool plc_finished(const struct engine *engine) {
-    return ATOMIC_GET(engine->program_end) && !ATOMIC_GET(engine->stay)
-           && engine->side && load_u32_acquire(&engine->side->plc.finished);
-}
-
-/* What preparation or the cell has to know, in order of urgency; -1 if nothing.
- */
-int pending_event(struct engine *engine) {
-    if (engine->fault) {
-        return ENGINE_FAULT;
-    }
-    if (ATOMIC_GET(engine->mode_pending)) {
-        return ENGINE_MODE_COMMAND;
-    }
-    if (ATOMIC_GET(engine->plc_error_id)) {
-        return ENGINE_PLC_ERROR;
-    }
-    if (ATOMIC_GET(engine->watchdog_event)) {
-        ATOMIC_SET(engine->watchdog_event, 0);
-        return ENGINE_WATCHDOG;
-    }
-    if (ATOMIC_GET(engine->retraced_event)) {
-        ATOMIC_SET(engine->retraced_event, 0);
-        return ENGINE_RETRACED;
-    }
-    if (ATOMIC_GET(engine->expect_drain)
-        && ATOMIC_GET(engine->geo.cycle) >= engine->drain_from
-        && ATOMIC_GET(engine->store_done) >= engine->drain_at
-        && geo_drained(engine)) {
-        ATOMIC_SET(engine->expect_drain, 0);
-        return ENGINE_DRAINED;
-    }
-    if (ATOMIC_GET(engine->program_end) && !engine->end_reported) {
-        engine->end_reported = 1;
-        return ENGINE_PROGRAM_END;
-    }
-    if (engine->threads_started && plc_finished(engine)) {
-        return ENGINE_PLC_FINISHED;
-    }
-    if (needs_blocks(engine)) {
-        return ENGINE_NEED_BLOCKS;
-    }
-    return -1;
 }
 
 static bool plc_attached(const struct engine *engine) {

@@ -3,6 +3,11 @@
  * as long as an overloaded machine might. So a race is the same every time, and
  * a run takes no real time.
  */
+#include "engine/events.h"
+#include "engine/geo/cycle.h"
+#include "engine/geo/lookahead_service.h"
+#include "engine/plan/prediction.h"
+#include "engine/plan/pump.h"
 #include "engine/state/state.h"
 
 #ifdef ENGINE_INTERLEAVE

@@ -1,7 +1,15 @@
 /* The engine's programs: one begins, one is aborted. Called while nothing moves
  * but for engine_abort. */
 #include <string.h>
+#include "engine/geo/interpolate.h"
+#include "engine/geo/technology.h"
+#include "engine/path/limits.h"
+#include "engine/plan/prediction.h"
+#include "engine/run/standstill_jobs.h"
 #include "engine/state/state.h"
+#include "engine/store/element_map.h"
+#include "engine/store/marked_log.h"
+#include "engine/store/push.h"
 
 /* Brake, leave out what is left and report the program's end. No row may be
  * pushed any more. */
@@ -35,42 +43,6 @@ void engine_resync(struct engine *engine) {
     engine->end_speed = 0.0f;
 }
 
-static void clear_units(struct engine *engine) {
-    memset(engine->std_slots, 0, sizeof engine->std_slots);
-    memset(engine->late_slots, 0, sizeof engine->late_slots);
-    memset(engine->spindle_slots, 0, sizeof engine->spindle_slots);
-    engine->std_open = engine->late_open = engine->std_used = 0;
-    memset(engine->spindle_open, 0, sizeof engine->spindle_open);
-    engine->spindle_used = 0;
-    ATOMIC_SET(engine->units_cleared, 0);
-}
-
-/* The PLC's side of it, in the cycle. */
-void techno_clear_units(struct engine *engine) {
-    if (ATOMIC_GET(engine->units_cleared)) {
-        return;
-    }
-    ATOMIC_SET(engine->units_cleared, 1);
-    for (uint32_t i = 0; i <= HLI_TU_CH_STD_SYNC_MAXIDX; i++) {
-        store_u8_release(&engine->channel->techno_unit_std_sync[i].please_rw,
-                         0);
-    }
-    for (uint32_t i = 0; i <= HLI_TU_CH_LATE_SYNC_MAXIDX; i++) {
-        store_u8_release(&engine->channel->techno_unit_late_sync[i].please_rw,
-                         0);
-    }
-    store_u16_relaxed(&engine->channel->used_units_std_sync_r, 0);
-    store_u16_relaxed(&engine->channel->used_units_late_sync_r, 0);
-    for (uint32_t k = 0; k < engine->cfg.spindle_count; k++) {
-        HLI_AXIS *axis =
-            &engine->segment->axis[engine->cfg.axis_count + (int)k];
-        for (uint32_t i = 0; i <= HLI_TU_AX_STD_SYNC_MAXIDX; i++) {
-            store_u8_release(&axis->techno_unit_std_sync[i].please_rw, 0);
-        }
-        store_u16_relaxed(&axis->used_units_std_sync_r, 0);
-    }
-}
-
 void engine_suppress_functions(struct engine *engine, int suppressed) {
     ATOMIC_SET(engine->suppressed, suppressed);
 }
@@ -90,7 +62,7 @@ void engine_set_error(struct engine *engine, uint32_t id) {
 /* Pending technology units and edges go; level units, enable_w and what the PLC
  * has written stay (hli_reference 1.4). */
 void engine_reset_channel(struct engine *engine) {
-    clear_units(engine);
+    technology_clear(engine);
 }
 
 static void begin_preparation(struct engine *engine) {
@@ -126,7 +98,7 @@ static void begin_motion(struct engine *engine) {
     struct geo *geo = &engine->geo;
     memset(&engine->done, 0, sizeof engine->done);
     memset(&engine->done_again, 0, sizeof engine->done_again);
-    clear_units(engine);
+    technology_clear(engine);
     geo->dist = geo->path = geo->path_shift = geo->v = geo->feed = 0.0;
     geo->count = geo->n = 0;
     geo->waiting_continue = geo->waiting_techno = geo->stands_single =

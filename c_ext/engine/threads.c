@@ -1,10 +1,20 @@
 /* Real time: planner, GEO and the immediate look-ahead service as threads of
  * their own. */
 #include <errno.h>
+#include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <time.h>
+#include "engine/threads.h"
+#include "curve/curve.h"
+#include "engine/commit/planner.h"
+#include "engine/events.h"
+#include "engine/geo/cycle.h"
+#include "engine/geo/lookahead_service.h"
+#include "engine/plan/prediction.h"
+#include "engine/plan/pump.h"
 #include "engine/state/state.h"
+#include "hli/sync.h"
 
 #define NS 1000000000LL
 #define PLANNER_IDLE_NS 500000
@@ -16,8 +26,23 @@
 #define REHEARSAL_NS 10000  /* the last of it is for the rehearsal, ... */
 #define REHEARSAL_PART 50   /* ... this part of a cycle at the most */
 #define EARLIER_NS 2000     /* behind a wake that was late for it ... */
-#define LATER_NS 10 /* ... and behind the others: one in two hundred is late   \
-                     */
+#define LATER_NS                                                               \
+    10 /* ... and behind the others: one in two hundred is late                \
+        */
+
+/* Wakes come late by what the machine needs to leave its sleep. So GEO sleeps
+ * less, by what mostly suffices, and waits for the rest with its eyes on the
+ * clock. While others had the core its caches and branch predictors have
+ * forgotten the cycle: it rehearses what changes nothing, so that the cycle
+ * itself is short. */
+typedef struct waker {
+    int64_t early, most; /* ns that it sleeps less; at the most */
+    int64_t rehearsal;   /* ns that are left for the rehearsal */
+} waker;
+
+typedef struct bare_loop {
+    int64_t period, rows, *late;
+} bare_loop;
 
 static int64_t now_ns(void) {
     struct timespec time;
@@ -31,16 +56,6 @@ static void sleep_until(int64_t t) {
            == EINTR) {
     }
 }
-
-/* Wakes come late by what the machine needs to leave its sleep. So GEO sleeps
- * less, by what mostly suffices, and waits for the rest with its eyes on the
- * clock. While others had the core its caches and branch predictors have
- * forgotten the cycle: it rehearses what changes nothing, so that the cycle
- * itself is short. */
-typedef struct waker {
-    int64_t early, most; /* ns that it sleeps less; at the most */
-    int64_t rehearsal;   /* ns that are left for the rehearsal */
-} waker;
 
 static struct waker waker_of(int64_t cycle) {
     struct waker waker = {.most = cycle / EARLY_PART < EARLY_MAX_NS
@@ -139,10 +154,6 @@ static int start_thread(pthread_t *thread,
     }
     return error ? -1 : 0;
 }
-
-typedef struct bare_loop {
-    int64_t period, rows, *late;
-} bare_loop;
 
 static void *bare_main(void *arg) {
     struct bare_loop *bare_loop = arg;

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .. import _engine
+from cnc_core import _engine
+
 from ..blocks import NC_AXES, NC_BLOCK, BlockBatch
 from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError

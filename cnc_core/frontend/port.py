@@ -43,6 +43,11 @@ class ChannelPort(Protocol):
     manual_data: bool
 
     @property
+    def operator(self) -> Operator:
+        """Who answers the dialogs."""
+        ...
+
+    @property
     def answers(self) -> bool:
         """Waits are answered by a machine that moves; a program may wait as
         long as it likes.

@@ -5,7 +5,6 @@ deviations, knots, smoothness.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,10 +20,7 @@ from .least_squares import (
     local_basis,
 )
 from .reference import Reference
-from .types import FloatArray, IntArray, Pace
-
-if TYPE_CHECKING:
-    from .section import SectionFitter
+from .types import Demands, FloatArray, IntArray, Pace
 
 USED = 0.97  # share of the tolerance that the fit uses
 REFINEMENTS = 30
@@ -62,18 +58,14 @@ class Group:
 
     def __init__(
         self,
-        section: SectionFitter,
+        demands: Demands,
         reference: Reference,
         state: FloatArray | None,
         ends: bool,
     ) -> None:
-        self.section, self.reference, self.state, self.ends = (
-            section,
-            reference,
-            state,
-            ends,
-        )
-        self.linear = section.linear
+        self.demands, self.reference = demands, reference
+        self.state, self.ends = state, ends
+        self.linear = demands.linear
 
     # least squares
 
@@ -92,9 +84,9 @@ class Group:
         rows, share = derivative_rows(knots)
         at = np.arange(count - ORDER)
         control = np.zeros((count, self.reference.values.shape[1]))
-        stiff = stiff or [self.softest(breaks)] * len(self.section.kinds)
+        stiff = stiff or [self.softest(breaks)] * len(self.demands.kinds)
         for (kind, columns), weight in zip(
-            self.section.kinds, stiff, strict=True
+            self.demands.kinds, stiff, strict=True
         ):
             values = self.reference.values[:, columns]
             normal = Normal(count)
@@ -107,7 +99,7 @@ class Group:
                     first + i,
                     (self.reference.weight * basis[:, i])[:, None] * values,
                 )
-            condition = int(self.section.condition[kind])
+            condition = int(self.demands.condition[kind])
             given = None if self.state is None else self.state[:, columns]
             begin = _begin(values, u, knots, given, condition, kind == 0)
             back = values[::-1], -u[::-1], -knots[::-1]
@@ -142,7 +134,7 @@ class Group:
         """For each kind of column the (n,) largest deviation of each polynomial
         over its tolerance; (v,) feet.
         """
-        section, reference = self.section, self.reference
+        demands, reference = self.demands, self.reference
         off, feet = band.off_points(
             reference.values, curve.u, curve.coef, curve.breaks, self.linear
         )
@@ -152,17 +144,17 @@ class Group:
             len(curve.coef) - 1,
         )
         out = []
-        for kind, columns in section.kinds:
+        for kind, columns in demands.kinds:
             worst = np.zeros(len(curve.coef))
             if kind == 0:
                 far = np.linalg.norm(off[:, columns], axis=1) / (
-                    USED * section.tolerances.linear
+                    USED * demands.tolerances.linear
                 )
                 bound, piece = self._path(curve)
-                np.maximum.at(worst, piece, bound / (section.tolerances.linear))
+                np.maximum.at(worst, piece, bound / (demands.tolerances.linear))
             else:
                 far = np.abs(off[:, columns]).max(axis=1) / (
-                    USED * max(section.limits[columns[0]], 1e-12)
+                    USED * max(demands.limits[columns[0]], 1e-12)
                 )
             np.maximum.at(worst, k, far)
             # a vertex at a knot: of both
@@ -230,7 +222,7 @@ class Group:
         disturbs their curve then.
         """
         best, cost, idle = None, np.inf, 0
-        kinds = len(self.section.kinds)
+        kinds = len(self.demands.kinds)
         weight = [
             np.full(
                 len(breaks) - 1,
@@ -255,7 +247,7 @@ class Group:
 
     def cost(self, curve: Curve) -> float:
         return duration(
-            curve.coef, np.diff(curve.breaks), self.linear, self.section.pace
+            curve.coef, np.diff(curve.breaks), self.linear, self.demands.pace
         )
 
     def _by_length(

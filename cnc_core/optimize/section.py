@@ -33,7 +33,7 @@ from .reference import (
     polyline,
     reference_of,
 )
-from .types import FitReport, FloatArray, IntArray, Pace, Tolerances
+from .types import Demands, FitReport, FloatArray, IntArray, Pace, Tolerances
 
 KNOTS_FROM = (12, 4)  # every so manieth bend is a first knot
 WORTH = 0.0005  # share of the time that more polynomials must save
@@ -90,6 +90,9 @@ class SectionFitter:
             for k in range(3)
             if (kind == k).any()
         ]
+        self.demands = Demands(
+            linear, self.kinds, self.limits, self.condition, t, self.pace
+        )
         self.driven = driven(values, linear, degree, begin)
         self.reference = reference_of(values, linear, t.linear, self.driven)
         self.vertex = np.flatnonzero(self.reference.given)  # of each point
@@ -181,7 +184,7 @@ class SectionFitter:
         reference.u = reference.u - reference.u[0]
         bends = self._bends(self.values[a : end + 1])
         report.polyline_points += len(bends)
-        fit = Group(self, reference, state, end == len(self.values) - 1)
+        fit = Group(self.demands, reference, state, end == len(self.values) - 1)
         at_cut = reference.u[self.vertex[cut] - self.vertex[a]]
         bent = reference.u[self.vertex[a:][bends] - self.vertex[a]]
         curve = None

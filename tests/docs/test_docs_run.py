@@ -25,9 +25,13 @@ ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUNS = ("python", "bash", "sh")
 KNOWN = (*RUNS, "text", "toml", "mermaid", "nc", "c", "json", "")
-FENCE = re.compile(r"^```(\w*)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE)
+FENCE = re.compile(
+    r"^```(\w*)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE
+)
 SKIP = re.compile(r"<!-- docs-test: skip, (.+?) -->\n$")
-PART = "N10 G01 X40 Y0 F6000\nN20 G03 X42 Y2 I0 J2\nN30 G01 Y30\nN40 X0\nN50 M30\n"
+PART = (
+    "N10 G01 X40 Y0 F6000\nN20 G03 X42 Y2 I0 J2\nN30 G01 Y30\nN40 X0\nN50 M30\n"
+)
 
 
 @dataclass(frozen=True)
@@ -64,22 +68,46 @@ def run(block: Block, folder: Path) -> None:
         script.write_text(block.text)
         command = [sys.executable, str(script)]
     else:
-        command = ["bash", "-euo", "pipefail", "-c", block.text.replace(".venv/bin/", "")]
+        command = [
+            "bash",
+            "-euo",
+            "pipefail",
+            "-c",
+            block.text.replace(".venv/bin/", ""),
+        ]
     done = subprocess.run(
-        command, cwd=where, env=environment, capture_output=True, text=True, timeout=120, check=False
+        command,
+        cwd=where,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
     )
-    assert done.returncode == 0, f"block at line {block.line}:\n{block.text}\n{done.stdout}\n{done.stderr}"
+    assert done.returncode == 0, (
+        f"block at line {block.line}:\n{block.text}\n{done.stdout}\n{done.stderr}"
+    )
 
 
 def executable(page: Path) -> bool:
-    return any(b.language in RUNS or "file" in b.options for b in blocks_of(page))
+    return any(
+        b.language in RUNS or "file" in b.options for b in blocks_of(page)
+    )
 
 
-@pytest.mark.parametrize("page", [p for p in PAGES if executable(p)], ids=lambda p: str(p.relative_to(ROOT)))
+@pytest.mark.parametrize(
+    "page",
+    [p for p in PAGES if executable(p)],
+    ids=lambda p: str(p.relative_to(ROOT)),
+)
 def test_every_block_of_the_page_works(page: Path, tmp_path: Path) -> None:
     """In the page's order, in one folder that holds a small part.nc and the project's examples."""
     (tmp_path / "part.nc").write_text(PART)
-    shutil.copytree(ROOT / "examples", tmp_path / "examples", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(
+        ROOT / "examples",
+        tmp_path / "examples",
+        ignore=shutil.ignore_patterns("__pycache__"),
+    )
     for block in blocks_of(page):
         if block.skip:
             continue
@@ -93,7 +121,9 @@ def test_every_block_of_the_page_works(page: Path, tmp_path: Path) -> None:
 def test_links_pictures_and_languages_exist(page: Path) -> None:
     """Relative links lead somewhere; no block has a language this runner does not know."""
     text = page.read_text()
-    for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", FENCE.sub("", text)):
+    for target in re.findall(
+        r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", FENCE.sub("", text)
+    ):
         assert (page.parent / target).exists(), f"{page.name}: {target}"
     assert {b.language for b in blocks_of(page)} <= set(KNOWN)
 
@@ -102,7 +132,10 @@ def diagrams() -> dict[str, set[str]]:
     """State names of the diagrams of docs/plc.md by the name of their Enum."""
     found: dict[str, set[str]] = {}
     text = (ROOT / "docs" / "plc.md").read_text()
-    section = re.compile(r"^### [^\n]*`(\w+)`\n(?:(?!^###).)*?```mermaid\n(.*?)```", re.DOTALL | re.MULTILINE)
+    section = re.compile(
+        r"^### [^\n]*`(\w+)`\n(?:(?!^###).)*?```mermaid\n(.*?)```",
+        re.DOTALL | re.MULTILINE,
+    )
     for title, body in section.findall(text):
         names = re.findall(r"^\s*(\S+) --> ([\w\[\]*]+)", body, re.MULTILINE)
         found[title] = {name for pair in names for name in pair} - {"[*]"}
@@ -115,12 +148,16 @@ def test_every_state_of_every_block_is_drawn() -> None:
     enums = {
         value.__name__: {member.value for member in value}
         for name in blocks.__all__
-        if isinstance(value := getattr(blocks, name), type) and name.endswith("State") and value is not ProcessState
+        if isinstance(value := getattr(blocks, name), type)
+        and name.endswith("State")
+        and value is not ProcessState
     }
     assert enums
     for name, states in enums.items():
         assert drawn[name] == states, name
-    assert drawn["ProcessState"] == {s.name.lower() for s in ProcessState if s <= ProcessState.ERROR}
+    assert drawn["ProcessState"] == {
+        s.name.lower() for s in ProcessState if s <= ProcessState.ERROR
+    }
 
 
 def test_every_block_is_in_the_table() -> None:
@@ -134,5 +171,9 @@ def test_every_block_is_in_the_table() -> None:
 
 def test_ten_lines_from_import_to_the_plot() -> None:
     """The notebook snippet of the tutorial has ten lines."""
-    snippet = [b.text for b in blocks_of(ROOT / "docs" / "tutorial.md") if b.language == "python"][-1]
+    snippet = [
+        b.text
+        for b in blocks_of(ROOT / "docs" / "tutorial.md")
+        if b.language == "python"
+    ][-1]
     assert len(snippet.strip().splitlines()) == 10

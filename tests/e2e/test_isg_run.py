@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from conftest import command
-from plc_external import Answer
 
 from cnc_core import Cell
+from support.command_line import command
+from support.plc.external import Answer
 
 CELL = '[external.GO]\ntype = "UNS32"\n[external.REQUEST]\n[external.ANSWER]\n'
 PROGRAM = """V.E.REQUEST = 12.5
@@ -37,7 +37,13 @@ def test_program_and_plc_share_external_variables(tmp_path: Path) -> None:
     for number in range(2):
         target = tmp_path / f"run{number}.npz"
         with Cell(tmp_path / "cell.toml") as cell:
-            result = cell.run(tmp_path / "a.nc", Answer, out=tmp_path / "out", record=target, lenient=True)
+            result = cell.run(
+                tmp_path / "a.nc",
+                Answer,
+                out=tmp_path / "out",
+                record=target,
+                lenient=True,
+            )
         assert (result.end, result.errors) == ("completed", [])
         assert result.messages[:2] == ["answer 25.000000", "line 5"]
         assert result.files == ["log.txt"]
@@ -64,7 +70,15 @@ def test_an_endless_program_can_be_interrupted(tmp_path: Path) -> None:
     (tmp_path / "a.nc").write_text("$DO\nP1=1\n$ENDDO\n")
     name = f"hli-test-{os.getpid()}"
     process = subprocess.Popen(
-        command("cnc", tmp_path / "a.nc", "--name", name, "--no-wait", "--clock", "freerun"),
+        command(
+            "cnc",
+            tmp_path / "a.nc",
+            "--name",
+            name,
+            "--no-wait",
+            "--clock",
+            "freerun",
+        ),
         stderr=subprocess.PIPE,
         text=True,
     )

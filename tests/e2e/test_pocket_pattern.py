@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -11,9 +9,14 @@ from shapely import affinity, contains_xy
 from shapely.geometry import box
 
 from cnc_core import Cell
+from support.paths import EXAMPLES
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "pocket_pattern"
-PLACES = [(100.0, 0.0, 0.0, 0.0), (100.0, 100.0, 5.0, 60.0), (0.0, 100.0, 10.0, 0.0)]
+EXAMPLE = EXAMPLES / "pocket_pattern"
+PLACES = [
+    (100.0, 0.0, 0.0, 0.0),
+    (100.0, 100.0, 5.0, 60.0),
+    (0.0, 100.0, 10.0, 0.0),
+]
 PAT_1 = """T8 D8
 M6
 G54 G90 S6000 M03
@@ -44,7 +47,9 @@ M30
 def milled(tmp_path, program, record):
     """(n, 3) positions of the tip at the cycle."""
     with Cell(EXAMPLE / "cell.toml") as cell:
-        result = cell.run(program, plc="none", record=record, out=tmp_path / "out")
+        result = cell.run(
+            program, plc="none", record=record, out=tmp_path / "out"
+        )
     assert result.end == "completed", result.errors
     with np.load(record) as columns:
         return columns["pos"][:, :3].copy()
@@ -53,14 +58,27 @@ def milled(tmp_path, program, record):
 def edge(place, length, width, corner):
     """The pocket of a place as a polygon."""
     x, y, _, turn = place
-    flat = box(corner - length / 2, corner - width / 2, length / 2 - corner, width / 2 - corner)
-    return affinity.translate(affinity.rotate(flat.buffer(corner, quad_segs=400), turn, origin=(0, 0)), x, y)
+    flat = box(
+        corner - length / 2,
+        corner - width / 2,
+        length / 2 - corner,
+        width / 2 - corner,
+    )
+    return affinity.translate(
+        affinity.rotate(
+            flat.buffer(corner, quad_segs=400), turn, origin=(0, 0)
+        ),
+        x,
+        y,
+    )
 
 
 def uncut(wall, floor):
     """Share of the area that the tool (radius 5 mm, corners rounded within 0.05 mm) has not covered, by a grid."""
     x0, y0, x1, y1 = wall.bounds
-    grid = np.stack(np.meshgrid(np.arange(x0, x1, 0.1), np.arange(y0, y1, 0.1)), axis=-1).reshape(-1, 2)
+    grid = np.stack(
+        np.meshgrid(np.arange(x0, x1, 0.1), np.arange(y0, y1, 0.1)), axis=-1
+    ).reshape(-1, 2)
     inside = grid[contains_xy(wall, grid)]
     return float((cKDTree(floor[:, :2]).query(inside)[0] > 5.05 + 5e-3).mean())
 
@@ -79,7 +97,9 @@ def test_pockets_are_milled_where_they_belong(tmp_path, case):
         below = near[near[:, 2] < place[2] - 1e-6]
         assert below[:, 2].min() == pytest.approx(place[2] - 12.0, abs=1e-6)
         wall = edge(place, *sizes)
-        assert contains_xy(wall.buffer(-5.0 + 2e-3, quad_segs=400), below[:, :2]).all()
+        assert contains_xy(
+            wall.buffer(-5.0 + 2e-3, quad_segs=400), below[:, :2]
+        ).all()
         floor = below[below[:, 2] < place[2] - 12.0 + 1e-6]
         assert uncut(wall, floor) < 1e-4
         done.append(len(below))

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from conftest import Outcome
-from inside import Inside
+
+from support.command_line import Outcome
+from support.inside import Inside
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
@@ -23,18 +24,27 @@ LATER = [1.712693, *FIRST[1:]]
 
 def _log(cli: Cli, program: Write, text: str) -> Any:
     cell = program(CELL, "cell.toml")
-    return cli("lookahead", program(text), "--index", 0, "--config", cell, "--json").json
+    return cli(
+        "lookahead", program(text), "--index", 0, "--config", cell, "--json"
+    ).json
 
 
 def _elements(answer: Any) -> list[tuple[float, float, float]]:
     lines = [e for e in answer["response"] if e["block_type"] == 1]
-    return [(e["start_position"], e["length"], e["tangent_variation"]) for e in lines]
+    return [
+        (e["start_position"], e["length"], e["tangent_variation"])
+        for e in lines
+    ]
 
 
-def _expected(copies: int, start: float = 50000.0) -> list[tuple[float, float, float]]:
+def _expected(
+    copies: int, start: float = 50000.0
+) -> list[tuple[float, float, float]]:
     out = []
     for copy in range(copies):
-        for length, angle in zip(LENGTHS, FIRST if copy == 0 else LATER, strict=True):
+        for length, angle in zip(
+            LENGTHS, FIRST if copy == 0 else LATER, strict=True
+        ):
             out.append((start, length, angle))
             start += length
     return out
@@ -44,7 +54,10 @@ def test_marked_outside_three_copies(cli: Cli, program: Write) -> None:
     """T3: ON before and OFF behind the loop log it three times; the block behind follows the third copy."""
     text = f"{HEAD}N060 {MARK_ON} [PARAM=1]\n#RT WHILE\n{BODY}#RT ENDWHILE\nN140 G1 X0 Y10\nN150 {MARK_OFF} [PARAM=8]\n"
     answer = _log(cli, program, text)
-    got, want = _elements(answer), [*_expected(3), (759705.627485, 100000.0, 0.927295)]
+    got, want = (
+        _elements(answer),
+        [*_expected(3), (759705.627485, 100000.0, 0.927295)],
+    )
     assert len(got) == len(want)
     for mine, theirs in zip(got, want, strict=True):
         assert mine == pytest.approx(theirs, abs=1e-5)
@@ -62,7 +75,9 @@ def test_marked_inside_once(cli: Cli, program: Write) -> None:
 
 
 @pytest.mark.parametrize(("on_inside", "count"), [(True, 4), (False, 2)])
-def test_marked_half_inside(on_inside: bool, count: int, cli: Cli, program: Write) -> None:
+def test_marked_half_inside(
+    on_inside: bool, count: int, cli: Cli, program: Write
+) -> None:
     """ON inside and OFF outside, or the reverse: three copies of the marked elements."""
     lines = BODY.splitlines(keepends=True)
     if on_inside:
@@ -79,22 +94,41 @@ def test_marked_half_inside(on_inside: bool, count: int, cli: Cli, program: Writ
 @pytest.mark.parametrize(
     ("text", "code", "line"),
     [
-        ("G1 X1 F100\n#RT WHILE\nG1 X2\nX1\n#CONTOUR LOOKAHEAD LOG CLEAR\n#RT ENDWHILE\n", 22073, 5),
+        (
+            "G1 X1 F100\n#RT WHILE\nG1 X2\nX1\n#CONTOUR LOOKAHEAD LOG CLEAR\n#RT ENDWHILE\n",
+            22073,
+            5,
+        ),
         ("G1 X1 F100\n#RT WHILE\nG1 X2\nM8\nX1\n#RT ENDWHILE\n", 22073, 4),
         ("G1 X1 F100\n#RT WHILE\nG1 X2\nG4 1\nX1\n#RT ENDWHILE\n", 22073, 4),
         ("G1 X1 F100\n#RT WHILE\nG1 X2\nX1\nM30\n#RT ENDWHILE\n", 22073, 5),
-        ("G1 X1 F100\n#RT WHILE\nG1 X2\n#RT WHILE\nX1\n#RT ENDWHILE\n", 22181, 4),
+        (
+            "G1 X1 F100\n#RT WHILE\nG1 X2\n#RT WHILE\nX1\n#RT ENDWHILE\n",
+            22181,
+            4,
+        ),
         ("G1 X1 F100\n#RT ENDWHILE\n", 22181, 2),
         ("G1 X1 F100\n#RT WHILE\nG1 X2\nX1\n", 22181, 2),
         ("G1 X1 F100\n#RT WHILE\nG1 X2\n#RT ENDWHILE\n", 50991, 4),
-        ("G17 G41 D1 G1 X1 F100\n#RT WHILE\nG1 X2\nX1\n#RT ENDWHILE\n", 22158, 2),
+        (
+            "G17 G41 D1 G1 X1 F100\n#RT WHILE\nG1 X2\nX1\n#RT ENDWHILE\n",
+            22158,
+            2,
+        ),
     ],
 )
-def test_refused(text: str, code: int, line: int, cli: Cli, program: Write) -> None:
+def test_refused(
+    text: str, code: int, line: int, cli: Cli, program: Write
+) -> None:
     """Wrong loops are refused with the manual's number at their place."""
-    cell = program("[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm = 1.0\n", "cell.toml")
+    cell = program(
+        "[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm = 1.0\n",
+        "cell.toml",
+    )
     outcome = cli("check", program(text), "--config", cell, "--json")
-    assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:1] == [(code, line)]
+    assert [(e["code"], e["line"]) for e in outcome.json["errors"]][:1] == [
+        (code, line)
+    ]
 
 
 @pytest.mark.parametrize("modulo", [False, True])
@@ -107,14 +141,21 @@ def test_the_plc_ends_the_loop(modulo: bool, tmp_path: Path) -> None:
         for _ in range(2000):
             cnc.run(1)
             seen.append(cnc.state.dist_prog_start / 10000)
-            assert cnc.clah.state.max_dist_prog_start >= cnc.state.dist_prog_start - 1e-3
+            assert (
+                cnc.clah.state.max_dist_prog_start
+                >= cnc.state.dist_prog_start - 1e-3
+            )
         passes = round((max(seen) - 10) / 40)
-        assert max(seen) == pytest.approx(50.0, abs=0.5) if modulo else passes >= 3
+        assert (
+            max(seen) == pytest.approx(50.0, abs=0.5) if modulo else passes >= 3
+        )
         cnc.level(cnc.bahn.rt_loop_enable, False)
         cnc.end()
         assert cnc.pos[-1] == pytest.approx([0, 0, 0])
         turns = cnc.state.dist_prog_start / 10000
-        assert (turns - 20) / 40 == pytest.approx(1.0 if modulo else round((turns - 20) / 40), abs=1e-9)
+        assert (turns - 20) / 40 == pytest.approx(
+            1.0 if modulo else round((turns - 20) / 40), abs=1e-9
+        )
 
 
 def test_an_empty_loop_does_not_spin(tmp_path: Path) -> None:

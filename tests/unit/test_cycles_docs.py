@@ -20,7 +20,9 @@ def section(name):
 def test_every_parameter_stands_in_the_docs_as_it_is_declared(cycle):
     """Number, meaning, unit, range, default: row by row."""
     rows = [
-        [cell.strip() for cell in line.split("|")[1:-1]] for line in section(cycle.name).splitlines() if "|" in line
+        [cell.strip() for cell in line.split("|")[1:-1]]
+        for line in section(cycle.name).splitlines()
+        if "|" in line
     ]
     wanted = []
     for p in cycle.parameters:
@@ -28,7 +30,9 @@ def test_every_parameter_stands_in_the_docs_as_it_is_declared(cycle):
         allowed = p.range_text + (f", or {names}" if names else "")
         value = "-" if p.default is None else f"{p.default:g}"
         default = "required" if p.required else p.default_text or value
-        wanted.append([str(p.number), p.text, p.unit or "-", allowed or "-", default])
+        wanted.append(
+            [str(p.number), p.text, p.unit or "-", allowed or "-", default]
+        )
     assert rows[2:] == wanted
 
 

@@ -13,7 +13,9 @@ ROWS = re.findall(r"^\| `(HLI_\w+)\.(\w+)` \| (\d+) \|", TEXT, re.M)
 
 
 @pytest.mark.parametrize(("structure", "member", "offset"), ROWS)
-def test_documented_offset_is_the_layouts(structure: str, member: str, offset: str) -> None:
+def test_documented_offset_is_the_layouts(
+    structure: str, member: str, offset: str
+) -> None:
     """Every `STRUCTURE.member` row of the page."""
     assert getattr(getattr(layout, structure), member).offset == int(offset)
 
@@ -21,7 +23,10 @@ def test_documented_offset_is_the_layouts(structure: str, member: str, offset: s
 def test_byte_map_of_the_segment_is_the_layouts() -> None:
     """The drawn areas begin where the layout says, and every area is drawn."""
     drawn = [int(n) for n in re.findall(r"^ *(\d+)  \+-{60}\+", TEXT, re.M)]
-    offsets = [getattr(layout.HLI_SEGMENT, name).offset for name, _ in layout.HLI_SEGMENT._fields_]
+    offsets = [
+        getattr(layout.HLI_SEGMENT, name).offset
+        for name, _ in layout.HLI_SEGMENT._fields_
+    ]
     assert drawn == [*offsets, ctypes.sizeof(layout.HLI_SEGMENT)]
 
 
@@ -31,7 +36,14 @@ def test_every_alias_is_in_the_table(alias: str) -> None:
     assert alias.rpartition(".")[2] in TEXT.split("## Aliases")[1]
 
 
-@pytest.mark.parametrize("name", [n for n in dir(__import__("hli")) if n.startswith("Hli") and n != "HliError"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        n
+        for n in dir(__import__("hli"))
+        if n.startswith("Hli") and n != "HliError"
+    ],
+)
 def test_every_error_is_in_the_table(name: str) -> None:
     """Attach errors by name."""
     assert f"`{name}`" in TEXT

@@ -8,7 +8,12 @@ import pytest
 from cnc_core.frontend.isons.base import codes, parameters
 from cnc_core.frontend.isons.base.machine import EVENTS
 from cnc_core.frontend.isons.flow import instructions
-from cnc_core.frontend.isons.language.formulas import FUNCTIONS, OF_ANGLES, OPERATORS, TO_ANGLES
+from cnc_core.frontend.isons.language.formulas import (
+    FUNCTIONS,
+    OF_ANGLES,
+    OPERATORS,
+    TO_ANGLES,
+)
 from cnc_core.frontend.isons.motion.system import INDICES
 from cnc_core.frontend.isons.operator.dialogs import KNOWN as FORM_INSTRUCTIONS
 from cnc_core.frontend.isons.operator.forms import PROPERTIES
@@ -32,21 +37,45 @@ def test_every_g_function_has_its_row():
 
 
 def named(word):
-    return re.search(rf"(?<![A-Z_]){re.escape(word)}(?![A-Z_])", PAGE) is not None
+    return (
+        re.search(rf"(?<![A-Z_]){re.escape(word)}(?![A-Z_])", PAGE) is not None
+    )
 
 
 @pytest.mark.parametrize(
     "words",
     [
         [*instructions._TABLE, *instructions._POSITIONERS],
-        [*FORM_INSTRUCTIONS, "LIB_MESSAGE", "LIB_SHOWFORM", "LIB_CLOSEFORM", "LIB_INPUTSETVALUE"],
+        [
+            *FORM_INSTRUCTIONS,
+            "LIB_MESSAGE",
+            "LIB_SHOWFORM",
+            "LIB_CLOSEFORM",
+            "LIB_INPUTSETVALUE",
+        ],
         [*FUNCTIONS, *OF_ANGLES, *TO_ANGLES],
         list(PROPERTIES),
         list(EVENTS),
         [f"$_{family}" for family in INDICES],
-        ["USER_ZERO", "USER_OFFSET", "PAUSE_MODE", "RESUME_T", "--answers", "--start-line", "--start-marker"],
+        [
+            "USER_ZERO",
+            "USER_OFFSET",
+            "PAUSE_MODE",
+            "RESUME_T",
+            "--answers",
+            "--start-line",
+            "--start-marker",
+        ],
     ],
-    ids=["instructions", "forms", "functions", "properties", "events", "families", "words"],
+    ids=[
+        "instructions",
+        "forms",
+        "functions",
+        "properties",
+        "events",
+        "families",
+        "words",
+    ],
 )
 def test_every_word_is_named(words):
     """Instructions, properties, functions, events, families of system variables."""
@@ -55,18 +84,28 @@ def test_every_word_is_named(words):
 
 def test_every_operator_is_named():
     """As the specification writes them."""
-    row = next(line for line in PAGE.splitlines() if "precedence as the specification" in line).replace("\\|", "|")
+    row = next(
+        line
+        for line in PAGE.splitlines()
+        if "precedence as the specification" in line
+    ).replace("\\|", "|")
     assert [name for name in OPERATORS if name not in row] == []
 
 
 @pytest.mark.parametrize(
     ("table", "ending"),
-    [(parameters.GENERIC, ""), (parameters.AXIS, "_X"), (parameters.POSITIONER, "_P0")],
+    [
+        (parameters.GENERIC, ""),
+        (parameters.AXIS, "_X"),
+        (parameters.POSITIONER, "_P0"),
+    ],
     ids=["generic", "axis", "positioner"],
 )
 def test_every_parameter_has_its_row(table, ending):
     """Name, default, whether it acts or is stored, and the code's reason."""
     for name, known in table.items():
         default = "none" if abs(known.default) >= 1e11 else f"{known.default:g}"
-        state = f"stored: {known.stored}" if known.stored else f"acts: {known.acts}"
+        state = (
+            f"stored: {known.stored}" if known.stored else f"acts: {known.acts}"
+        )
         assert f"| `{name}{ending}` | {default} | {state} |" in PAGE

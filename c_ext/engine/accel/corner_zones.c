@@ -6,8 +6,10 @@
  * that have no corner of their own. Beyond another corner with a zone it cannot
  * reach further than that one's, since less than a cycle is left there.
  */
-#include <math.h>
 #include <stdlib.h>
+#include "engine/accel/corner_zones.h"
+#include "engine/path/speed_caps.h"
+#include "engine/path/stands.h"
 #include "engine/state/state.h"
 
 bool zones_new(struct engine *e) {
@@ -31,8 +33,6 @@ double corner_zone(const struct engine *engine,
     return zone_of(engine, v, piece->accel);
 }
 
-/* ------------------------------------------------------------------------------------------------
- * list of corners */
 /* Piece i is the next one that is capped: behind the one capped last, or again
  * behind one that has been. */
 void zones_follow(struct engine *engine, uint64_t i) {
@@ -77,8 +77,6 @@ void zones_note(struct engine *engine,
     plan->zones_to = i + 1;
 }
 
-/* ------------------------------------------------------------------------------------------------
- * what they use up */
 /* How far a corner reaches on p, which begins or ends `distance` mm from it. */
 static inline double reach_of(const struct engine *engine,
                               const struct used_corner *used_corner,

@@ -8,7 +8,9 @@
  * stretches are the special case of a constant |u|, in closed form.
  */
 #include <math.h>
+#include "engine/accel/curved_span.h"
 #include "engine/state/state.h"
+#include "rows/nc_block.h"
 
 #define NEAR_REST                                                              \
     5e-4 /* of the speed squared at the start of a brake: the rest is that of  \
@@ -37,6 +39,26 @@
 #define PARTS 12  /* lengths tried */
 #define SHORT_MM 1e-3
 #define ROUNDING 1.0000001 /* speeds squared may miss by rounding */
+
+/* Rows of a stretch while they are written; largest |r0|, |r2|, and |r1|, |r3|
+ * of them. */
+typedef struct row_writer {
+    double *at, length, most, bend;
+} row_writer;
+
+/* The stretch from s (mm behind its start) on: bounds of u over x at s. */
+typedef struct part {
+    double h, cap2, end_cap2, accel;
+    const struct span *span;
+    const double *bounds; /* two per axis, four numbers, `step` apart */
+    int n, step;
+    double t, local[4 * MOST_ROWS];
+} part;
+
+/* Range of u at x, with the slope by x of what bounds it. */
+typedef struct range {
+    double low, high, low_slope, high_slope;
+} range;
 
 /* Largest x at a knot: acceleration at constant speed, limits of the path. */
 static double knot_cap2(const struct engine *engine,
@@ -99,12 +121,6 @@ static void set_bound(double cu, double cx, double *bound) {
     bound[0] = fabs(inv);
     bound[1] = -cx * inv;
 }
-
-/* Rows of a stretch while they are written; largest |r0|, |r2|, and |r1|, |r3|
- * of them. */
-typedef struct row_writer {
-    double *at, length, most, bend;
-} row_writer;
 
 /* |r0 u + r1 x| <= 1 at the start, |r2 u + r3 x| <= 1 at the end, and what it
  * bounds. */
@@ -210,15 +226,6 @@ uint32_t bent_rows(const struct engine *engine,
     return ROW * out->n_rows;
 }
 
-/* The stretch from s (mm behind its start) on: bounds of u over x at s. */
-typedef struct part {
-    double h, cap2, end_cap2, accel;
-    const struct span *span;
-    const double *bounds; /* two per axis, four numbers, `step` apart */
-    int n, step;
-    double t, local[4 * MOST_ROWS];
-} part;
-
 static double between(double a, double b, double t) {
     return a + t * (b - a);
 }
@@ -260,11 +267,6 @@ static void part_from(const struct span *sp, double s, struct part *part) {
         set_bound(r[2] + 2.0 * part->h * r[3], r[3], part->local + 4 * i + 2);
     }
 }
-
-/* Range of u at x, with the slope by x of what bounds it. */
-typedef struct range {
-    double low, high, low_slope, high_slope;
-} range;
 
 static struct range range_at(const struct part *part,
                              double x,
@@ -374,8 +376,6 @@ static bent_step hop(const struct part *part, double soft2) {
     return (bent_step){peak2 / (2.0 * half), half, peak2};
 }
 
-/* ------------------------------------------------------------------------------------------------
- * long stretches */
 /* Part of a stretch from s0 to s1, its rows on the chord. */
 static void sub_span(const struct span *sp,
                      double s0,

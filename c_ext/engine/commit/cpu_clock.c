@@ -10,6 +10,7 @@
  * planner is timed by its CPU clock always.
  */
 #include <time.h>
+#include "engine/commit/cpu_clock.h"
 #include "engine/state/state.h"
 
 #define EXACT_PUMPS 64 /* are timed each by the CPU clock, later ones ... */
@@ -31,7 +32,8 @@ static double least_reading(clockid_t clock) {
 }
 
 static bool by_cpu_clock(const struct engine *engine) {
-    return engine->drive.planner || engine->plan.watch.pumps <= EXACT_PUMPS;
+    return engine->traits.uses_cpu_clock
+           || engine->plan.watch.pumps <= EXACT_PUMPS;
 }
 
 /* Whether the next pump is timed. */

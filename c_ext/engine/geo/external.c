@@ -6,7 +6,9 @@
  */
 #include <stdlib.h>
 #include <string.h>
+#include "engine/geo/external.h"
 #include "engine/state/state.h"
+#include "hli/sync.h"
 
 #define EXTERNAL_WRITES 4096u
 #define WRITE_BYTES 160u

@@ -6,8 +6,11 @@
  * its own serves; the copy is repeated then.
  */
 #include <math.h>
-#include <time.h>
+#include <string.h>
+#include "engine/geo/lookahead_service.h"
 #include "engine/state/state.h"
+#include "engine/store/marked_log.h"
+#include "hli/sync.h"
 
 #define ANSWER_MAX (HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1)
 

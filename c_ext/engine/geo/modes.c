@@ -6,11 +6,12 @@
  * with the new state.
  */
 #include <string.h>
+#include "engine/geo/modes.h"
 #include "engine/state/state.h"
+#include "hli/sync.h"
 
 #define STANDBY 1u
 #define MODE_MAX 5u
-#define SELECTED 2u
 #define READY 3u
 #define ACTIVE 4u
 #define HOLD 5u
@@ -57,8 +58,6 @@ int engine_take_mode_command(struct engine *engine,
     return 1;
 }
 
-/* ------------------------------------------------------------------------------------------------
- * errors */
 /* Queue of ERRORS_MAX records; what finds no room is counted. One producer: GEO
  * and the cell on GEO's behalf. */
 static void queue_error(struct engine *engine, const engine_error *error) {
@@ -161,8 +160,6 @@ int engine_take_plc_error(struct engine *engine,
     return 1;
 }
 
-/* ------------------------------------------------------------------------------------------------
- * watchdogs */
 /* The CNC monitors the PLC: alive_rw has to be set once in every period of the
  * cell's time. */
 static void watch_plc(struct engine *engine, bool present) {
@@ -200,8 +197,6 @@ static void show_life(struct engine *engine, bool present) {
     show_u8(&watchdog->alive_state_r, enabled);
 }
 
-/* ------------------------------------------------------------------------------------------------
- * modes */
 static bool legal_target(uint32_t mode, uint32_t state) {
     if (mode < 1 || mode > MODE_MAX) {
         return false;

@@ -1,6 +1,9 @@
 /* Limits that a program sets for its motions (NC_DYNAMICS): G127-G134,
  * G230-G233, #VECTOR LIMIT, #SLOPE. */
+#include <string.h>
+#include "engine/path/limits.h"
 #include "engine/state/state.h"
+#include "rows/nc_block.h"
 
 #define PROFILES 3 /* highest number of #SLOPE */
 #define PATH_LIMITS 6

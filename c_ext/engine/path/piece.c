@@ -1,6 +1,11 @@
 /* Geometry of one piece: where it is and where it points at path length s. */
 #include <math.h>
+#include <string.h>
+#include "engine/path/piece.h"
+#include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
+#include "hli/sync.h"
+#include "rows/nc_block.h"
 
 #define ARC_NORMAL                                                             \
     0.8 /* share of the acceleration limit for the normal direction; 0.6 is    \
@@ -37,14 +42,14 @@ static double axis_speed_limit(const struct engine *engine,
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         bool in_plane = piece->kind == PIECE_ARC
                         && (i == piece->axis1 || i == piece->axis2);
-        double share = in_plane
-                           ? engine->drive.planner ? piece->plane_speed : 0.0
-                           : fabs(piece->slope[i]);
+        double share =
+            in_plane ? !engine->traits.exact_arcs ? piece->plane_speed : 0.0
+                     : fabs(piece->slope[i]);
         if (share > 1e-12) {
             v = fmin(v, piece_v_max(engine, piece, i) / share);
         }
     }
-    if (piece->kind == PIECE_ARC && !engine->drive.planner) {
+    if (piece->kind == PIECE_ARC && engine->traits.exact_arcs) {
         v = fmin(v,
                  hypot(piece_v_max(engine, piece, piece->axis1),
                        piece_v_max(engine, piece, piece->axis2))
@@ -63,7 +68,7 @@ static double speed_limit(const struct engine *engine,
         double a1 = piece_a_max(engine, piece, piece->axis1),
                a2 = piece_a_max(engine, piece, piece->axis2);
         double a =
-            engine->drive.planner
+            !engine->traits.exact_arcs
                 ? ARC_NORMAL * fmin(a1, a2)
                 : hypot(a1,
                         a2); /* nowhere on it is more possible; curved_span.c */
@@ -263,4 +268,14 @@ void piece_tangent(const struct engine *engine,
         u[piece->axis1] -= speed * sin(angle);
         u[piece->axis2] += speed * cos(angle);
     }
+}
+
+/* Angle between two unit vectors, exact near 0 and pi. */
+double angle_between(const double *a, const double *b) {
+    double minus = 0.0, plus = 0.0;
+    for (int i = 0; i < 3; i++) {
+        minus += (a[i] - b[i]) * (a[i] - b[i]);
+        plus += (a[i] + b[i]) * (a[i] + b[i]);
+    }
+    return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }

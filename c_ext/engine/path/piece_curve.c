@@ -9,7 +9,12 @@
  * what the speed that occurs leaves over is for the tangent.
  */
 #include <math.h>
+#include <string.h>
+#include "engine/path/piece_curve.h"
+#include "curve/curve.h"
+#include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
+#include "rows/nc_block.h"
 
 #define USABLE                                                                 \
     0.98 /* share of the acceleration limit that is planned with, as in        \
@@ -23,6 +28,13 @@
 #define BOUND_POINTS 5 /* per cell */
 #define OVER_FEED 2.0  /* the largest override */
 #define BETWEEN 1.2    /* speeds squared may be that much larger between them */
+
+/* Bounds of the derivatives over one cell. */
+typedef struct cell_bounds {
+    double d1[NC_AXES], d2[NC_AXES], kappa;
+} cell_bounds;
+
+static const double no_reserve[NC_AXES];
 
 static uint16_t main_mask(const struct engine *engine) {
     uint16_t mask = 0;
@@ -84,11 +96,6 @@ bool curve_row_check(struct engine *e,
     return miss <= LENGTH_MISS + 1e-9 * row->length
            && meets(e, c, 0.0, e->last_end) && meets(e, c, 1.0, row->end);
 }
-
-/* Bounds of the derivatives over one cell. */
-typedef struct cell_bounds {
-    double d1[NC_AXES], d2[NC_AXES], kappa;
-} cell_bounds;
 
 /* Largest magnitude of a smooth function from its samples: a peak between them
  * adds up to an eighth of the second difference. */
@@ -182,8 +189,6 @@ static double accel_bound(const struct engine *engine,
     return accel;
 }
 
-static const double no_reserve[NC_AXES];
-
 /* Largest speed squared anywhere on a cell of what its limits let through where
  * the path acceleration helps, about. */
 static double fastest2(const struct engine *engine,
@@ -227,7 +232,7 @@ void curve_piece_build(struct engine *engine, struct piece *piece) {
         struct cell_bounds cell_bounds = bound_cell(curve, k);
         piece->v_hard =
             fmax(piece->v_hard,
-                 engine->drive.planner
+                 !engine->traits.exact_arcs
                      ? speed_bound(engine, piece, &cell_bounds, no_reserve)
                      : sqrt(fastest2(engine, piece, curve, k)));
         for (int i = 0; i < curve->axes; i++) {

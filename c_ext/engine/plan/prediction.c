@@ -8,33 +8,21 @@
  */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
+#include "engine/plan/prediction.h"
+#include "engine/commit/commit.h"
+#include "engine/commit/planner.h"
+#include "engine/path/piece.h"
+#include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
+#include "hli/sync.h"
+#include "jerk/planner.h"
+#include "rows/nc_block.h"
 
 #define BUFFERS 3u
 #define NONE 3u
-#define MARKS_MAX 4 /* feed blocks looked ahead to */
 #define SECOND_US 1e6
 #define SAME 1e-6
-
-typedef struct place_of_rest {
-    bool moving; /* there is one ahead of the commit's end, ... */
-    double way;  /* ... mm from there */
-    double q[NC_AXES];
-} place_of_rest;
-
-typedef struct forecast {
-    double begin_s; /* motion time at which the first phase begins */
-    uint32_t count, mark_count;
-    bool complete;           /* at rest at its end, and nothing comes behind */
-    double marks[MARKS_MAX]; /* motion times at which feed blocks begin behind
-                                rapid motion */
-    uint64_t piece;          /* the commit's end ... */
-    double s;
-    struct place_of_rest
-        rest[2]; /* of a hold that comes now; that comes so late that more is
-                    committed before it acts */
-    phase *phases;
-} forecast;
 
 struct foresight {
     struct forecast of[BUFFERS];
@@ -42,10 +30,8 @@ struct foresight {
     double times[ENGINE_ESA_TIMES]; /* GEO: as configured, or as the program has
                                        set them */
     uint32_t max;
-    uint64_t seen;         /* phases written when it was made */
-    jerk_planner *scratch; /* a stop is tried in it */
-    jerk_preview next;     /* of a hold behind the next commit, ... */
-    double next_s;         /* ... which is expected to end there */
+    uint64_t seen; /* phases written when it was made */
+    struct rest_search search;
 };
 
 bool foresight_new(struct engine *e) {
@@ -66,10 +52,11 @@ bool foresight_new(struct engine *e) {
             return false;
         }
     }
-    if (!e->drive.planner || !(e->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) {
+    if (!e->traits.tries_stops
+        || !(e->cfg.functions & ENGINE_FCT_CALC_POS_V_0)) {
         return true;
     }
-    return (f->scratch = drive_spare(e)) != NULL;
+    return (f->search.scratch = e->planner->spare(e)) != NULL;
 }
 
 void foresight_begin_program(struct engine *engine) {
@@ -94,52 +81,22 @@ void foresight_free(struct engine *engine) {
     for (uint32_t i = 0; i < BUFFERS; i++) {
         free(engine->foresight->of[i].phases);
     }
-    jerk_free(engine->foresight->scratch);
+    jerk_free(engine->foresight->search.scratch);
     free(engine->foresight);
 }
 
-/* ------------------------------------------------------------------------------------------------
- * rest of the plan */
-static bool append(struct foresight *foresight, struct forecast *to, phase ph) {
-    if (to->count >= foresight->max || !(ph.time >= 0.0)) {
-        return false;
-    }
-    to->phases[to->count++] = ph;
-    return true;
-}
-
-/* The jerk-limited planner's stored tail is the rest of its plan. */
 static void rest_of_plan(struct engine *engine, struct forecast *to) {
-    const struct tail *tail =
-        &engine->plan.tails[(ATOMIC_GET(engine->commit) >> 1) & 1];
-    for (uint32_t i = tail->first; i < tail->count; i++) {
-        if (!append(engine->foresight, to, tail->phases[i])) {
-            return;
-        }
-    }
-}
-
-/* The acceleration-limited planner stores no plan: its window once more, to
- * where its last backward pass began. */
-static void run_window(struct engine *engine, struct forecast *to) {
-    uint64_t end = engine->plan.need_end;
-    if (engine->plan.capped < end) {
-        return; /* pieces have come anew since */
-    }
     struct writer writer = {.e = engine,
                             .out = to->phases,
                             .max = engine->foresight->max,
                             .piece = engine->plan.piece,
                             .s = engine->plan.s,
                             .v = engine->plan.v,
-                            .budget = NEVER,
-                            .left = engine->plan.left};
-    drive_window(&writer, end);
+                            .budget = NEVER};
+    engine->planner->rest_of_plan(engine, &writer);
     to->count = writer.count;
 }
 
-/* ------------------------------------------------------------------------------------------------
- * feed blocks */
 /* Piece i is the first of a feed block behind rapid motion. */
 static bool begins_feed(struct engine *engine, uint64_t i) {
     const struct piece *piece = piece_at(engine, i);
@@ -186,7 +143,7 @@ static double stretch_time(struct engine *engine,
     if (length <= 0.0) {
         return 0.0;
     }
-    return jerk_line_time(engine->drive.planner, most, length, fastest) + time
+    return engine->planner->line_time(engine, most, length, fastest) + time
            - length / fastest;
 }
 
@@ -214,7 +171,7 @@ static void marks_behind_plan(struct engine *engine,
                 at + (first < i ? stretch_time(engine, first, i - 1) : 0.0));
             return;
         }
-        if (!drive_stands_behind(engine, i)) {
+        if (!engine->planner->stands_behind(engine, i)) {
             continue;
         }
         at += stretch_time(engine, first, i);
@@ -246,7 +203,7 @@ static void find_marks(struct engine *engine, struct forecast *to) {
         }
         at += ph->time;
     }
-    if (!engine->drive.planner || to->mark_count > 0) {
+    if (!engine->planner->stands_behind || to->mark_count > 0) {
         return;
     }
     const phase *end = to->count ? &to->phases[to->count - 1] : NULL;
@@ -256,71 +213,6 @@ static void find_marks(struct engine *engine, struct forecast *to) {
                           at,
                           end ? end->piece + 1 : engine->plan.piece);
     }
-}
-
-/* ------------------------------------------------------------------------------------------------
- * the place of rest */
-/* The acceleration-limited planner's stopping tail ends where a hold would. */
-static double tail_way(struct engine *engine) {
-    planner_store_tail(engine);
-    const struct tail *tail =
-        &engine->plan.tails[(ATOMIC_GET(engine->commit) >> 1) & 1];
-    double sum = -engine->plan.s;
-    for (uint64_t i = engine->plan.piece; i < tail->piece; i++) {
-        if (is_motion(piece_at(engine, i))) {
-            sum += piece_at(engine, i)->length;
-        }
-    }
-    return fmax(0.0, sum + (tail->piece < engine->piece_head ? tail->s : 0.0));
-}
-
-/* What is committed next, once too little is ahead of GEO; s. */
-static double next_commit(struct engine *engine) {
-    double dt = engine->cfg.cycle_s, low = commit_low(engine),
-           ahead = ahead_s(engine);
-    return engine->plan.hold
-               ? 0.0
-               : greater(0.0,
-                         commit_high(engine)
-                             - (ahead
-                                - (floor(greater(0.0, ahead - low) / dt) + 1.0)
-                                      * dt));
-}
-
-/* Whether the plan has come to where the last forecast has looked from: what it
- * has found there holds. */
-static bool as_foreseen(const struct engine *engine) {
-    const struct foresight *foresight = engine->foresight;
-    return !engine->plan.hold && foresight->next.v > 0.0
-           && fabs(engine->plan.committed_s - foresight->next_s) < SAME
-           && fabs(engine->plan.v - foresight->next.v)
-                  < SAME * foresight->next.v;
-}
-
-/* From the commit's end to where a hold brings the path to rest: one that comes
- * now, one that comes behind the next commit. */
-static void ways_to_rest(struct engine *engine, double way[2]) {
-    struct foresight *foresight = engine->foresight;
-    jerk_planner *planner = engine->drive.planner;
-    way[0] = way[1] = 0.0;
-    if (!planner) {
-        if (engine->plan.v > 0.0) {
-            way[0] = way[1] = tail_way(engine);
-        }
-        return;
-    }
-    if (engine->plan.v <= 0.0 && engine->drive.restart) {
-        return;
-    }
-    double later = next_commit(engine);
-    jerk_preview now = foresight->next;
-    if (!as_foreseen(engine)) {
-        jerk_stop_preview(planner, foresight->scratch, 0.0, &now);
-    }
-    jerk_stop_preview(planner, foresight->scratch, later, &foresight->next);
-    foresight->next_s = engine->plan.committed_s + later;
-    way[0] = now.way;
-    way[1] = foresight->next.before + foresight->next.way;
 }
 
 /* Axis positions `way` mm behind the commit's end; false: the path has no place
@@ -348,8 +240,6 @@ static bool position_behind(struct engine *engine, double way, double *q) {
     return false;
 }
 
-/* ------------------------------------------------------------------------------------------------
- * planner's side */
 static struct forecast *free_buffer(struct foresight *foresight) {
     uint32_t held = __atomic_load_n(&foresight->held, __ATOMIC_SEQ_CST);
     for (uint32_t i = 0; i < BUFFERS; i++) {
@@ -378,11 +268,7 @@ void foresight_plan(struct engine *engine, bool pumped) {
     }
     to->begin_s = engine->plan.committed_s;
     to->count = to->mark_count = 0;
-    if (engine->drive.planner) {
-        rest_of_plan(engine, to);
-    } else {
-        run_window(engine, to);
-    }
+    rest_of_plan(engine, to);
     uint64_t last =
         to->count ? to->phases[to->count - 1].piece + 1 : engine->plan.piece;
     to->complete = engine->feed.final && last >= engine->piece_head;
@@ -393,7 +279,7 @@ void foresight_plan(struct engine *engine, bool pumped) {
     to->s = engine->plan.s;
     if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
         double way[2];
-        ways_to_rest(engine, way);
+        engine->planner->ways_to_rest(engine, &foresight->search, way);
         for (int i = 0; i < 2; i++) {
             to->rest[i].way = way[i];
             to->rest[i].moving = position_behind(engine, way[i], to->rest[i].q);
@@ -405,8 +291,6 @@ void foresight_plan(struct engine *engine, bool pumped) {
                      __ATOMIC_SEQ_CST);
 }
 
-/* ------------------------------------------------------------------------------------------------
- * GEO's side */
 static const struct forecast *hold_latest(struct foresight *foresight) {
     for (;;) {
         uint32_t i = __atomic_load_n(&foresight->latest, __ATOMIC_SEQ_CST);

@@ -6,6 +6,10 @@
  * motion, published in the same atomic word): if the planner is late with the
  * stop, GEO goes on as before and comes to rest where the old plan does.
  */
+#include <string.h>
+#include "engine/plan/recall.h"
+#include "engine/commit/commit.h"
+#include "engine/commit/planner.h"
 #include "engine/state/state.h"
 
 #define THREAD_MARGIN_S                                                        \
@@ -38,7 +42,7 @@ static double consumed_s(struct engine *engine) {
  * behind its beginning), the rest of it becomes a phase of its own. */
 static void end_present_phase(struct engine *engine) {
     struct geo *geo = &engine->geo;
-    if (engine->drive.planner || ATOMIC_GET(engine->run_running)) {
+    if (cuts_phases(engine)) {
         return; /* GEO may be at work on another thread */
     }
     double dt = engine->cfg.cycle_s,
@@ -171,7 +175,7 @@ void recall_commit(struct engine *engine) {
     uint64_t word = ATOMIC_GET(engine->commit);
     struct cut cut;
     if ((word & 1) || ATOMIC_GET(engine->withdraw) != WITHDRAW_NONE
-        || (engine->drive.planner && engine->drive.restart)) {
+        || engine->planner->stands_elsewhere(engine)) {
         return;
     }
     if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
@@ -182,21 +186,11 @@ void recall_commit(struct engine *engine) {
     if (!find_cut(engine, margin_s(engine), &cut)) {
         return;
     }
-    if (!engine->drive.planner) {
-        publish_cut(engine, word, &cut);
-        return;
-    }
-    double seconds = drive_take_back(engine, cut.motion_s);
+    double seconds = engine->planner->take_back(engine, cut.motion_s);
     if (seconds <= 0.0) {
         return;
     }
     cut_later(engine, &cut, seconds);
     bool in_time = publish_cut(engine, word, &cut);
-    if (in_time || engine->plan.late) {
-        engine->plan.v = jerk_speed(
-            engine->drive.planner); /* late: GEO comes to the tail, whose
-                                       beginning that is (rejoin.c) */
-    } else {
-        engine->drive.restart = true; /* from where the tail ends */
-    }
+    engine->planner->taken_back(engine, in_time || engine->plan.late);
 }

@@ -11,13 +11,12 @@
  * passed or what lies ahead cannot be met from it, a later one is tried.
  */
 #include <math.h>
+#include "engine/plan/rejoin.h"
+#include "engine/commit/commit.h"
+#include "engine/commit/planner.h"
 #include "engine/state/state.h"
+#include "jerk/planner.h"
 
-#define THREAD_MARGIN_S                                                        \
-    0.010 /* the place is so far ahead of GEO where the planner has its own    \
-             thread, ... */
-#define QUICK_MARGIN_S                                                         \
-    0.004 /* ... without jerk, where plans take less time, ... */
 #define MARGIN_CYCLES 3.0 /* ... and at least so many cycles */
 #define LEAST_LEFT_CYCLES                                                      \
     5.0 /* of the tail behind it: for less it is driven to its end */
@@ -34,8 +33,7 @@ typedef struct place {
 static double margin_s(struct engine *engine) {
     double least = MARGIN_CYCLES * engine->cfg.cycle_s;
     return ATOMIC_GET(engine->run_running)
-               ? fmax(engine->drive.planner ? THREAD_MARGIN_S : QUICK_MARGIN_S,
-                      least)
+               ? fmax(engine->traits.rejoin_margin_s, least)
                : least;
 }
 
@@ -68,9 +66,8 @@ static bool find_place(struct engine *engine,
 
 /* GEO drives the tail, and the planner is where that begins. */
 bool rejoin_possible(struct engine *e) {
-    return !(e->drive.planner ? e->drive.restart : e->rejoin.over)
-           && e->plan.v > 0.0 && (ATOMIC_GET(e->commit) & 1)
-           && !ATOMIC_GET(e->tail_done);
+    return e->planner->may_rejoin(e) && e->plan.v > 0.0
+           && (ATOMIC_GET(e->commit) & 1) && !ATOMIC_GET(e->tail_done);
 }
 
 static void place_writer(struct engine *engine,
@@ -105,14 +102,7 @@ static void go_back(struct engine *engine) {
     engine->plan.v = rejoin->v;
     engine->plan.committed_s = rejoin->committed_s;
     engine->plan.written = rejoin->written;
-    engine->drive.restart = true;
-}
-
-/* Committed motion ends where the writer is. */
-static void end_at(struct engine *engine, const struct writer *writer) {
-    engine->plan.piece = writer->piece;
-    engine->plan.s = writer->s;
-    engine->plan.v = writer->v;
+    engine->planner->stand_elsewhere(engine);
 }
 
 /* The offer, as far as the planner has written it. */
@@ -124,58 +114,24 @@ static void offer(struct engine *engine, const place *at, uint32_t next) {
     ATOMIC_SET(engine->rejoin.state, REJOIN_OFFERED);
 }
 
-/* Without jerk any place of the tail will do: all that lies ahead can be met
- * from where it begins, so from there too, unless it has been fed anew
- * meanwhile. */
-static void offer_quickly(struct engine *engine) {
-    uint64_t word = ATOMIC_GET(engine->commit);
-    uint32_t old = (word >> 1) & 1, next = old ^ 1;
-    place at;
-    struct writer writer;
-    if (!find_place(engine, &engine->plan.tails[old], &at)) {
-        engine->rejoin.over = true;
-        return;
-    }
-    remember_end(engine);
-    place_writer(engine, &engine->plan.tails[old], &at, &writer);
-    end_at(engine, &writer);
-    engine->plan.committed_s += at.at_s;
-    if (!profile_write(engine, &writer, &engine->plan.tails[next])) {
-        go_back(engine);
-        return;
-    }
-    end_at(engine, &writer);
-    engine->plan.left = writer.left;
-    engine->plan.committed_s += writer.seconds;
-    offer(engine, &at, next);
-}
-
 /* Motion from a place on the tail on. If there is none the tail is driven to
  * its end. */
 void rejoin_offer(struct engine *engine) {
-    if (!engine->drive.planner) {
-        offer_quickly(engine);
-        return;
-    }
-    uint64_t word = ATOMIC_GET(engine->commit);
-    uint32_t old = (word >> 1) & 1, next = old ^ 1;
+    const struct planner_ops *planner = engine->planner;
+    uint32_t old = (ATOMIC_GET(engine->commit) >> 1) & 1, next = old ^ 1;
     place at;
     struct writer writer;
     remember_end(engine);
-    bool found = find_place(engine, &engine->plan.tails[old], &at);
-    if (!found
-        || fabs(jerk_advance(engine->drive.planner, at.motion_s) - at.motion_s)
-               > SAME_TIME) {
-        engine->drive.restart = true;
+    if (!find_place(engine, &engine->plan.tails[old], &at)
+        || !planner->follow(engine, at.motion_s)) {
+        planner->give_up_rejoin(engine);
         return;
     }
     place_writer(engine, &engine->plan.tails[old], &at, &writer);
-    if (!drive_write(engine, &writer, &engine->plan.tails[next])) {
+    if (!planner->write(engine, at.at_s, &writer, &engine->plan.tails[next])) {
         go_back(engine);
         return;
     }
-    end_at(engine, &writer);
-    engine->plan.committed_s += at.at_s + writer.seconds;
     offer(engine, &at, next);
 }
 

@@ -10,21 +10,22 @@
  * room to stop.
  */
 #include <math.h>
-#include <stddef.h>
+#include "engine/run/dispatch.h"
+#include "engine/commit/planner.h"
+#include "engine/path/piece.h"
+#include "engine/run/inserted_stop.h"
 #include "engine/run/run_ring.h"
+#include "engine/state/state.h"
+#include "rows/nc_block.h"
 
-#define FED_NEAR                                                               \
-    64u /* pieces fed beyond the window: what corner limits mostly have to     \
-           look at ... */
-#define FED_AT_ONCE 8u  /* ... of which so many may be missing ... */
-#define FED_AHEAD 1064u /* ... and at the most */
+#define FED_AT_ONCE 8u /* ... of which so many may be missing ... */
 #define LOOP_AHEAD                                                             \
     8u /* the same inside a real-time loop, whose end is decided as late as    \
           possible */
 
 /* Lowest piece of the store that is still needed: the backward store, or the
  * beginning of the loop being driven. */
-void feed_store_floor(struct engine *engine) {
+static void feed_store_floor(struct engine *engine) {
     uint64_t done = ATOMIC_GET(engine->store_done),
              kept =
                  engine->store_kept
@@ -41,11 +42,6 @@ void feed_store_floor(struct engine *engine) {
     }
 }
 
-static bool run_has_room(struct engine *engine) {
-    return engine->piece_head - ATOMIC_GET(engine->piece_done)
-           < engine->piece_mask + 1 - KEPT_BEHIND - 8;
-}
-
 /* Change of direction per axis between the piece before and this one. */
 static void set_jump(struct engine *engine, struct piece *piece) {
     if (piece->stop_before || !engine->feed.has_motion) {
@@ -55,64 +51,6 @@ static void set_jump(struct engine *engine, struct piece *piece) {
     for (int i = 0; i < engine->cfg.axis_count; i++) {
         piece->jump[i] = fabs(piece->tangent_in[i] - before->tangent_out[i]);
     }
-}
-
-struct piece *feed_copy(struct engine *engine, const struct piece *from) {
-    struct piece *piece = piece_at(engine, engine->piece_head);
-    memcpy(piece, from, offsetof(struct piece, capped));
-    piece->capped = piece->spanned = piece->settled = piece->cruises = false;
-    piece->corner_v = piece->need2 = 0.0;
-    piece->cruise2 = -1.0;
-    piece->span_count = 0;
-    return piece;
-}
-
-void feed_publish(struct engine *engine) {
-    engine->piece_head++;
-}
-
-/* ------------------------------------------------------------------------------------------------
- * functions again */
-static struct piece *feed_gate(struct engine *engine,
-                               const struct piece *from,
-                               struct techno_counts need) {
-    struct piece *piece = feed_copy(engine, from);
-    piece->type = NC_EVENT;
-    piece->code = EVENT_GATE;
-    piece->flags = 0;
-    piece->need = need;
-    piece->dir = (int8_t)engine->feed.dir;
-    piece->gated = piece->replay = true;
-    piece->stop_before = false;
-    feed_publish(engine);
-    return piece;
-}
-
-/* A function outside the program's count: again on a stretch driven before, or
- * inserted by the PLC. One at a time. */
-void feed_function(struct engine *engine,
-                   const struct piece *from,
-                   uint32_t synch) {
-    struct techno_counts need = {0};
-    need.std_freed = engine->feed.pushed.std_freed;
-    if (need.std_freed) {
-        feed_gate(engine, from, need);
-    }
-    struct piece *piece = feed_copy(engine, from);
-    piece->flags |= NC_OUTPUT;
-    piece->replay = true;
-    piece->put_out = false;
-    piece->synch = synch;
-    piece->dir = (int8_t)engine->feed.dir;
-    piece->stop_before = false;
-    feed_publish(engine);
-    engine->feed.pushed.std_freed++;
-    if (!(synch & SYNCH_MVS_SVS)) {
-        return;
-    }
-    engine->feed.pushed.std_acked++;
-    need = (struct techno_counts){.std_acked = engine->feed.pushed.std_acked};
-    feed_gate(engine, from, need);
 }
 
 /* How a function acts on a stretch driven before: MOS, unless a flag asks for
@@ -128,82 +66,6 @@ static uint32_t synch_again(struct engine *engine, const struct piece *piece) {
     return waits ? SYNCH_MVS_SVS : SYNCH_MOS;
 }
 
-/* ------------------------------------------------------------------------------------------------
- * run ring, again */
-/* First piece of the run ring that may still be changed: none that is
- * committed, none that the tail runs over. */
-uint64_t feed_first_free(struct engine *engine) {
-    if (engine->plan.v <= 0.0) {
-        return engine->plan.piece + (engine->plan.s > 0.0);
-    }
-    planner_store_tail(engine);
-    uint64_t word = ATOMIC_GET(engine->commit);
-    return engine->plan.tails[(word >> 1) & 1].piece + 1;
-}
-
-/* An inserted stop that is dropped has to be found again; of several the first.
- */
-static void drop_stop(struct engine *engine, const struct piece *piece) {
-    ATOMIC_SET(engine->stops_fed, engine->stops_fed - 1);
-    if (engine->feed.dropped_stop) {
-        return;
-    }
-    engine->feed.dropped_stop = engine->feed.armed = true;
-    engine->feed.target = piece->path0;
-}
-
-/* An inserted stop that stays is one for the motion behind it too, when that is
- * fed again. */
-static void stop_behind(struct engine *engine, const struct piece *piece) {
-    if (!piece->inserted || piece->type != NC_M) {
-        return;
-    }
-    if (piece->m01) {
-        engine->feed.m01 = true;
-    } else {
-        engine->feed.stop = true;
-    }
-}
-
-/* Drop what has been fed from `head` on. */
-void feed_cut(struct engine *engine, uint64_t head) {
-    for (uint64_t i = head; i < engine->piece_head; i++) {
-        const struct piece *piece = piece_at(engine, i);
-        engine->feed.displaced |=
-            piece->shortcut
-            && (i > engine->plan.piece
-                || engine->plan.s <= 0.0); /* not begun: the way back to the
-                                              path is still to go */
-        if (piece->inserted && piece->type == NC_M) {
-            drop_stop(engine, piece);
-        }
-        if (!piece->replay || !(piece->flags & NC_OUTPUT)) {
-            continue;
-        }
-        engine->feed.pushed.std_freed--;
-        if (piece->synch & SYNCH_MVS_SVS) {
-            engine->feed.pushed.std_acked--;
-        }
-    }
-    engine->feed.dropped_stop = false;
-    engine->plan.fed_anew |= engine->plan.v > 0.0;
-    drive_cut_run(engine, head);
-    engine->piece_head = head;
-    engine->plan.capped = engine->plan.piece;
-    engine->feed.has_motion = engine->feed.stop = engine->feed.m01 = false;
-    for (uint64_t i = head; i-- > 0 && i + KEPT_BEHIND > engine->plan.piece;) {
-        if (!is_motion(piece_at(engine, i))) {
-            stop_behind(engine, piece_at(engine, i));
-            continue;
-        }
-        engine->feed.last_motion = i;
-        engine->feed.has_motion = true;
-        return;
-    }
-}
-
-/* ------------------------------------------------------------------------------------------------
- * real-time loops */
 static bool is_branch(const struct piece *piece) {
     return piece->kind == PIECE_EVENT
            && piece->type
@@ -235,7 +97,7 @@ static void free_decisions(struct engine *engine) {
         if (!is_branch(piece) || piece->again == loop_wanted(engine, piece)) {
             continue;
         }
-        drive_shorten_tail(engine);
+        engine->planner->shorten_tail(engine);
         return;
     }
 }
@@ -243,9 +105,7 @@ static void free_decisions(struct engine *engine) {
 /* The condition of a loop may have changed since its end was fed. */
 static void reconsider_loop(struct engine *engine) {
     bool ahead = false;
-    if (engine->drive.planner) {
-        free_decisions(engine);
-    }
+    free_decisions(engine);
     for (uint64_t i = feed_first_free(engine); i < engine->piece_head; i++) {
         struct piece *piece = piece_at(engine, i);
         if (!is_branch(piece)) {
@@ -268,8 +128,6 @@ static void reconsider_loop(struct engine *engine) {
     }
 }
 
-/* ------------------------------------------------------------------------------------------------
- * feeding */
 static double piece_end(const struct engine *engine, const struct piece *from) {
     return engine->feed.dir > 0 ? from->whole : 0.0;
 }
@@ -303,21 +161,6 @@ static void feed_part(struct engine *engine,
     piece->new_block =
         engine->feed.has_motion
         && piece_at(engine, engine->feed.last_motion)->count != piece->count;
-}
-
-/* Shorten a motion that is driven forward to its first s mm. */
-void feed_shorten(struct engine *engine, struct piece *piece, double s) {
-    double end[NC_AXES];
-    piece_position(engine, piece, s, end);
-    piece_tangent(engine, piece, s, piece->tangent_out);
-    for (int i = 0; i < NC_AXES; i++) {
-        store_f64_relaxed(&piece->end[i],
-                          end[i]); /* GEO may be in it, ahead of s */
-    }
-    store_f64_release(&piece->length,
-                      s); /* who takes it for the end finds the new end */
-    piece->stop_after = piece->spanned = piece->settled = false;
-    piece->cruise2 = -1.0;
 }
 
 void feed_motion(struct engine *engine, const struct piece *from) {
@@ -442,9 +285,9 @@ static void feed_next(struct engine *engine) {
 
 static uint64_t fed_ahead(const struct engine *engine) {
     return engine->cfg.window
-           + (engine->feed.in_loop    ? LOOP_AHEAD
-              : engine->drive.planner ? FED_AHEAD
-                                      : FED_NEAR + engine->feed.reach);
+           + (engine->feed.in_loop
+                  ? LOOP_AHEAD
+                  : engine->traits.fed_ahead + engine->feed.reach);
 }
 
 static bool wants_more(struct engine *engine) {
@@ -457,7 +300,7 @@ static bool wants_more(struct engine *engine) {
  */
 static bool feed_waits(struct engine *engine, bool finished, uint64_t head) {
     const struct feeder *feeder = &engine->feed;
-    if (engine->drive.planner || feeder->in_loop || feeder->dir < 0
+    if (!engine->traits.feeds_in_batches || feeder->in_loop || feeder->dir < 0
         || feeder->armed
         || ATOMIC_GET(engine->insert_requests) != feeder->inserts) {
         return false;

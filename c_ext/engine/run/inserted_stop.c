@@ -1,7 +1,14 @@
 /* Stops and functions that the PLC inserts (insert_cmd, hli_reference 5.3):
  * where they lie, and how the path is cut there. */
 #include <math.h>
+#include <string.h>
+#include "engine/run/inserted_stop.h"
+#include "engine/commit/planner.h"
+#include "engine/path/piece.h"
 #include "engine/run/run_ring.h"
+#include "engine/state/state.h"
+#include "hli/sync.h"
+#include "rows/nc_block.h"
 
 /* Where in a piece an axis is at `target`: the first place found, or -1. Lines
  * and arcs change direction rarely enough. */
@@ -194,7 +201,7 @@ static bool cut_rest_piece(struct engine *engine) {
         feed_shorten(engine, piece, stop);
     }
     if (cut) {
-        drive_shorten(engine, i, stop);
+        engine->planner->shorten(engine, i, stop);
     }
     double at =
         piece->from
@@ -214,7 +221,7 @@ static bool cut_rest_piece(struct engine *engine) {
 void feed_take_insert(struct engine *engine) {
     uint32_t request = ATOMIC_GET(engine->insert_requests);
     if (request == engine->feed.inserts || engine->feed.dir < 0
-        || !drive_shorten_tail(engine)) {
+        || !engine->planner->shorten_tail(engine)) {
         return;
     }
     uint64_t i = feed_first_free(engine);

@@ -5,12 +5,24 @@
  * was committed is touched.
  */
 #include <math.h>
+#include <string.h>
+#include "engine/run/standstill_jobs.h"
+#include "engine/commit/planner.h"
+#include "engine/run/dispatch.h"
 #include "engine/run/run_ring.h"
+#include "engine/state/state.h"
+#include "engine/store/push.h"
+#include "rows/nc_block.h"
 
 typedef struct place {
     uint64_t i; /* piece of the store */
     double s;   /* in it; 0: ahead of it */
 } place;
+
+typedef struct target {
+    uint64_t piece; /* motion whose end is driven to */
+    bool found;
+} target;
 
 /* Where in the program the path stands. */
 static place stand_place(struct engine *engine) {
@@ -110,8 +122,7 @@ static void begin_run(struct engine *engine, place at) {
     }
     engine->plan.piece = engine->feed.run = ++engine->piece_head;
     engine->plan.s = engine->plan.v = 0.0;
-    engine->plan.capped = engine->plan.piece;
-    engine->drive.restart = true;
+    engine->planner->begin_run(engine);
     engine->feed.has_motion = engine->feed.stop = engine->feed.m01 = false;
 }
 
@@ -144,11 +155,6 @@ static uint64_t block_end(struct engine *engine, uint64_t i, uint64_t head) {
     }
     return i;
 }
-
-typedef struct target {
-    uint64_t piece; /* motion whose end is driven to */
-    bool found;
-} target;
 
 /* The end of the next motion block; with end marks made valid, the first place
  * so marked. A loop is not left. */

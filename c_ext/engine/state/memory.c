@@ -5,7 +5,7 @@
 #include <stdint.h>
 #include <sys/mman.h>
 #include <unistd.h>
-#include "engine/state/state.h"
+#include "engine/state/memory.h"
 
 typedef struct pages {
     char *first;

@@ -343,6 +343,20 @@ typedef struct used_corner {
                                path acceleration beside it */
 } used_corner;
 
+/* What the rooms below a planner have to know of it: constant from engine_new
+ * on. */
+typedef struct planner_traits {
+    double rejoin_margin_s; /* a place to rejoin at is so far ahead of GEO */
+    uint32_t fed_ahead;     /* pieces fed beyond the window */
+    bool feeds_in_batches;  /* some pieces at a time are fed */
+    bool cuts_phases;       /* phases are always written cycle by cycle */
+    bool tries_stops;       /* the prediction needs a spare planner */
+    bool uses_cpu_clock;    /* every pump is timed by the CPU clock */
+    bool uses_spans;        /* pieces have stretches */
+    bool exact_arcs; /* limits along arcs and curves are found by the planner;
+                        else those of a piece hold anywhere on it */
+} planner_traits;
+
 typedef struct planner {
     uint64_t piece; /* where committed motion ends */
     double s, v;

@@ -8,6 +8,7 @@
  * backward.
  */
 #include <math.h>
+#include "engine/store/element_map.h"
 #include "engine/state/state.h"
 
 #define ROUNDING 1e-9 /* mm */
@@ -15,6 +16,7 @@
 static double start_mm(struct engine *engine, uint64_t i) {
     return element_at(engine, i)->facts.start_position / TENTH_UM;
 }
+
 static double length_mm(struct engine *engine, uint64_t i) {
     return element_at(engine, i)->facts.length / TENTH_UM;
 }

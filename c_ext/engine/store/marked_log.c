@@ -7,8 +7,13 @@
  * until the loop's end is known: an area inside the loop is logged once, a loop
  * inside an area three times (section 8).
  */
+#include <math.h>
 #include <stdlib.h>
+#include <string.h>
+#include "engine/store/marked_log.h"
+#include "engine/path/piece.h"
 #include "engine/state/state.h"
+#include "rows/nc_block.h"
 
 #define LOOP_COPIES 3
 #define MARKER_NONE 0 /* an element */

@@ -8,7 +8,13 @@
  * own first.
  */
 #include <math.h>
+#include "engine/store/short_motions.h"
 #include "engine/state/state.h"
+#include "engine/store/element_map.h"
+#include "engine/store/elements.h"
+#include "engine/store/piece_push.h"
+#include "engine/store/store.h"
+#include "rows/nc_block.h"
 
 #define CARRIED_MM 1e-7 /* together they are not longer, */
 #define CARRIED_ROWS                                                           \
@@ -17,39 +23,13 @@
 #define FADE_MM                                                                \
     1e-4 /* shorter arcs and polynomials do not take a displacement */
 
-static double distance(const struct engine *engine,
-                       const double *from,
-                       const double *to) {
-    double sum = 0.0;
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        sum += (to[i] - from[i]) * (to[i] - from[i]);
-    }
-    return sqrt(sum);
-}
-
-/* Where the row begins as it is programmed. */
-static const double *begins(const struct engine *engine) {
-    return engine->carried.rows ? engine->carried.row.end : engine->last_end;
-}
-
-/* Length of a line with what is carried to its start. */
-static double line_length(const struct engine *engine, const nc_block *row) {
-    double whole = distance(engine, begins(engine), row->end),
-           length = whole > 0.0
-                        ? row->length
-                              * distance(engine, engine->last_end, row->end)
-                              / whole
-                        : 0.0;
-    return length > STEPPED_OVER_MM ? length : row->length;
-}
-
 static bool too_short(const struct engine *engine, const nc_block *row) {
     if (row->type == NC_POLYNOMIAL
         || row->flags & (NC_EXACT_STOP | NC_BY_PARAMETER | NC_OF_TIP)
         || engine->carried.rows >= CARRIED_ROWS) {
         return false;
     }
-    double way = distance(engine, engine->last_end, row->end),
+    double way = axis_distance(engine, engine->last_end, row->end),
            path = row->length
                   + (engine->carried.rows ? engine->carried.path : 0.0);
     return way <= CARRIED_MM
@@ -92,39 +72,6 @@ bool carry_row(struct engine *e, const nc_block *row) {
     return true;
 }
 
-/* The geometry of p, which begins where the last piece has ended instead of
- * where its row does. */
-void carry_build(struct engine *engine,
-                 struct piece *piece,
-                 const nc_block *row) {
-    double off[NC_AXES];
-    for (int i = 0; i < NC_AXES; i++) {
-        off[i] = engine->last_end[i] - engine->carried.row.end[i];
-    }
-    if (row->type == NC_LINEAR) {
-        nc_block line = *row;
-        line.length = line_length(engine, row);
-        piece_build(engine, piece, &line);
-        return;
-    }
-    if (row->type == NC_POLYNOMIAL) {
-        for (int i = 0; i < engine->cfg.axis_count; i++) {
-            engine->next_curve.c[i][0] += off[i];
-            engine->next_curve.c[i][1] -= off[i];
-        }
-        piece_build(engine, piece, row);
-        return;
-    }
-    memcpy(piece->start, engine->carried.row.end, sizeof piece->start);
-    piece_build(engine, piece, row);
-    memcpy(piece->start, engine->last_end, sizeof piece->start);
-    for (int i = 0; i < engine->cfg.axis_count; i++) {
-        piece->slope[i] -= off[i] / piece->length;
-    }
-    piece_tangent(engine, piece, 0.0, piece->tangent_in);
-    piece_tangent(engine, piece, piece->length, piece->tangent_out);
-}
-
 /* Something comes that is no motion: the displacement is driven ahead of it. */
 void carry_flush(struct engine *engine) {
     struct carried *carried = &engine->carried;
@@ -134,7 +81,7 @@ void carry_flush(struct engine *engine) {
     nc_block row = carried->row;
     carried->rows = 0;
     row.type = NC_LINEAR;
-    row.length = distance(engine, engine->last_end, row.end);
+    row.length = axis_distance(engine, engine->last_end, row.end);
     row.end_speed = 0.0f;
     if (!(row.length > 0.0)) {
         return;

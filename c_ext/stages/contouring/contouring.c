@@ -6,9 +6,10 @@
 #include <string.h>
 #include "stages/contouring/state.h"
 
-#define SHORTEST 0.032 /* mm: shorter blocks are not rounded (message 120216)  \
-                        */
-#define NOTHING 1e-7   /* mm: what is left of a block is left out */
+#define SHORTEST                                                               \
+    0.032            /* mm: shorter blocks are not rounded (message 120216)    \
+                      */
+#define NOTHING 1e-7 /* mm: what is left of a block is left out */
 
 typedef struct held_row {
     nc_block row;
@@ -264,10 +265,10 @@ static void emit_curve(nc_contour *contour,
 }
 
 static double slower_feed(const struct leg *leg, const struct leg *leg_b) {
-    double fa = leg->row.flags & NC_RAPID ? INFINITY : leg->row.feed,
-           fb = leg_b->row.flags & NC_RAPID ? INFINITY : leg_b->row.feed;
-    double f = fmin(fa, fb);
-    return isfinite(f) ? f : 0.0;
+    double fa = leg->row.flags & NC_RAPID ? INFINITY : leg->row.feed;
+    double fb = leg_b->row.flags & NC_RAPID ? INFINITY : leg_b->row.feed;
+    double slower = fmin(fa, fb);
+    return isfinite(slower) ? slower : 0.0;
 }
 
 static void round_corner(nc_contour *contour,

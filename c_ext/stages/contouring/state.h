@@ -43,21 +43,25 @@ void leg_set(const nc_contour_config *cfg,
 void leg_at(const nc_contour_config *cfg,
             const struct leg *leg,
             double s,
-            double *q,
+            double *position,
             double *d1,
             double *d2);
-void leg_cut_end(const nc_contour_config *cfg, struct leg *leg, double d);
-void leg_cut_start(const nc_contour_config *cfg, struct leg *leg, double d);
+void leg_cut_end(const nc_contour_config *cfg,
+                 struct leg *leg,
+                 double distance);
+void leg_cut_start(const nc_contour_config *cfg,
+                   struct leg *leg,
+                   double distance);
 double leg_track(const nc_contour_config *cfg, const struct leg *leg);
 
 /* The curve from a to b; `skipped` blocks between them are left out. False: the
  * corner stays as it is. */
 bool corner_make(const nc_contour_config *cfg,
-                 const struct contour_mode *m,
-                 const struct leg *a,
-                 const struct leg *b,
+                 const struct contour_mode *mode,
+                 const struct leg *before,
+                 const struct leg *behind,
                  const struct leg *skipped,
-                 int n,
+                 int skipped_count,
                  struct corner *out,
                  bool *irregular);
 #endif

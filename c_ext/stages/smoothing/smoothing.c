@@ -67,11 +67,11 @@ void drop_nodes(nc_smooth *smooth, int count) {
 }
 
 static double distance(const nc_smooth *smooth,
-                       const double *a,
-                       const double *b) {
+                       const double *from,
+                       const double *to) {
     double sum = 0.0;
     for (int i = 0; i < smooth->cfg.axes; i++) {
-        sum += (a[i] - b[i]) * (a[i] - b[i]);
+        sum += (from[i] - to[i]) * (from[i] - to[i]);
     }
     return sqrt(sum);
 }
@@ -79,11 +79,11 @@ static double distance(const nc_smooth *smooth,
 /* The section begins anew at the programmed position. */
 static void begin_at(nc_smooth *smooth) {
     struct node node = {.t = smooth->t,
-                        .d = smooth->d,
+                        .programmed = smooth->programmed,
                         .kind = NODE_BREAK,
                         .size = 1e9,
                         .feed = -1.0};
-    memcpy(node.q, smooth->last, sizeof node.q);
+    memcpy(node.position, smooth->last, sizeof node.position);
     smooth->nodes[0] = node;
     smooth->n_nodes = 1;
     smooth->keep.valid = smooth->has_line = false;
@@ -107,16 +107,18 @@ void nc_smooth_resync(nc_smooth *smooth, const double *position) {
 }
 
 static double turn_at(const nc_smooth *smooth,
+                      const struct node *before,
                       const struct node *node,
-                      const struct node *node_b,
-                      const struct node *node_c) {
-    double minus = 0.0, plus = 0.0, la = node_b->t - node->t,
-           lb = node_c->t - node_b->t;
+                      const struct node *behind) {
+    double minus = 0.0;
+    double plus = 0.0;
+    double la = node->t - before->t;
+    double lb = behind->t - node->t;
     for (int i = 0; i < smooth->cfg.axes; i++) {
-        double u = (node_b->q[i] - node->q[i]) / la,
-               v = (node_c->q[i] - node_b->q[i]) / lb;
-        minus += (u - v) * (u - v);
-        plus += (u + v) * (u + v);
+        double into = (node->position[i] - before->position[i]) / la;
+        double out = (behind->position[i] - node->position[i]) / lb;
+        minus += (into - out) * (into - out);
+        plus += (into + out) * (into + out);
     }
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }
@@ -124,20 +126,23 @@ static double turn_at(const nc_smooth *smooth,
 /* The main axes turn back although others go on: their speed, by which the path
  * is measured, would vanish in the turn. */
 static bool main_turns_back(const nc_smooth *smooth,
+                            const struct node *before,
                             const struct node *node,
-                            const struct node *node_b,
-                            const struct node *node_c) {
-    double before = 0.0, behind = 0.0, both = 0.0;
+                            const struct node *behind) {
+    double before2 = 0.0;
+    double behind2 = 0.0;
+    double both = 0.0;
     for (int i = 0; i < smooth->cfg.axes; i++) {
         if (!in_main(smooth, i)) {
             continue;
         }
-        double u = node_b->q[i] - node->q[i], v = node_c->q[i] - node_b->q[i];
-        before += u * u;
-        behind += v * v;
-        both += u * v;
+        double into = node->position[i] - before->position[i];
+        double out = behind->position[i] - node->position[i];
+        before2 += into * into;
+        behind2 += out * out;
+        both += into * out;
     }
-    return both < TURN_BACK * sqrt(before * behind);
+    return both < TURN_BACK * sqrt(before2 * behind2);
 }
 
 /* How much a turn is a corner, 0..1: where lines meet at a large angle a short
@@ -166,8 +171,8 @@ static double run_out(const nc_smooth *this_smooth,
     if (node->kind == NODE_BREAK) {
         return 0.0;
     }
-    double turn = fmax(node->turn, 1e-9),
-           corner = corner_distance(this_smooth, turn);
+    double turn = fmax(node->turn, 1e-9);
+    double corner = corner_distance(this_smooth, turn);
     double smooth = fmin(3.0 * sqrt(8.0 * this_smooth->tol * beside / turn),
                          fast_length(this_smooth, turn));
     double bend = fmax(fmin(smooth, KINK * this_smooth->tol / turn),
@@ -177,20 +182,23 @@ static double run_out(const nc_smooth *this_smooth,
 
 static struct node between(const nc_smooth *smooth,
                            const struct node *node,
-                           const struct node *node_b,
-                           double r,
+                           const struct node *behind,
+                           double share,
                            uint8_t kind,
                            double size) {
-    struct node node_n = *node_b;
+    struct node node_n = *behind;
     node_n.kind = kind;
-    node_n.t = node->t + r * (node_b->t - node->t);
-    node_n.d = node->d + r * (node_b->d - node->d);
+    node_n.t = node->t + share * (behind->t - node->t);
+    node_n.programmed =
+        node->programmed + share * (behind->programmed - node->programmed);
     node_n.turn = 0.0;
     node_n.size = size;
     node_n.mark = false;
     node_n.end_speed = 0.0f;
     for (int i = 0; i < smooth->cfg.axes; i++) {
-        node_n.q[i] = node->q[i] + r * (node_b->q[i] - node->q[i]);
+        node_n.position[i] =
+            node->position[i]
+            + share * (behind->position[i] - node->position[i]);
     }
     return node_n;
 }
@@ -198,14 +206,16 @@ static struct node between(const nc_smooth *smooth,
 /* The chord that ends at node i, both of whose turns are known: a long one is
  * driven exactly in its middle. */
 static void split_long(nc_smooth *smooth, int i, double beside_next) {
-    struct node node = smooth->nodes[i - 1], node_b = smooth->nodes[i];
-    double own = node_b.t - node.t;
+    struct node node = smooth->nodes[i - 1];
+    struct node behind = smooth->nodes[i];
+    double own = behind.t - node.t;
     if (node.kind == NODE_HEAD || node.kind == NODE_TAIL) {
         return;
     }
-    double left = run_out(smooth, &node, node.len),
-           right = run_out(smooth, &node_b, beside_next),
-           corner_a = sharpness(node.turn), corner_b = sharpness(node_b.turn);
+    double left = run_out(smooth, &node, node.len);
+    double right = run_out(smooth, &behind, beside_next);
+    double corner_a = sharpness(node.turn);
+    double corner_b = sharpness(behind.turn);
     if (fmin(corner_a, corner_b) > 0.9 && own < left + right
         && own > CROWDED * (left + right)) {
         left = right = 0.45 * own; /* smaller blends */
@@ -222,12 +232,12 @@ static void split_long(nc_smooth *smooth, int i, double beside_next) {
     int count = 0;
     if (node.kind != NODE_BREAK) {
         add[count++] =
-            between(smooth, &node, &node_b, left / own, NODE_TAIL, left / 4.0);
+            between(smooth, &node, &behind, left / own, NODE_TAIL, left / 4.0);
     }
-    if (node_b.kind != NODE_BREAK) {
+    if (behind.kind != NODE_BREAK) {
         add[count++] = between(smooth,
                                &node,
-                               &node_b,
+                               &behind,
                                1.0 - right / own,
                                NODE_HEAD,
                                right / 4.0);
@@ -243,13 +253,14 @@ static void split_long(nc_smooth *smooth, int i, double beside_next) {
 }
 
 static void size_of(nc_smooth *smooth, struct node *node, double next) {
-    double turn = fmax(node->turn, 1e-9), chord = fmax(node->len, next);
+    double turn = fmax(node->turn, 1e-9);
+    double chord = fmax(node->len, next);
     node->size =
         fmax(smooth->tol,
              fmin(3.0 * smooth->tol / turn, TURN_PER_SPAN * chord / turn));
-    double half = 0.5 * SIZE_GROWTH * node->len,
-           spans = (log1p(half / node->size) + log1p(half / node[-1].size))
-                   / SIZE_GROWTH;
+    double half = 0.5 * SIZE_GROWTH * node->len;
+    double spans =
+        (log1p(half / node->size) + log1p(half / node[-1].size)) / SIZE_GROWTH;
     smooth->measure += fmax(spans, 1.0 / 8.0);
 }
 
@@ -337,16 +348,17 @@ static void add_node(nc_smooth *smooth, const struct node *node) {
 /* The directions in which a chord passes all points left out on it: a ball
  * around `toward`. Each point leaves a ball of its own, and what is kept of the
  * common part is a ball again. */
-static void narrow(nc_smooth *smooth, const double *u, double radius) {
-    double apart = smooth->merged_n ? distance(smooth, u, smooth->toward) : 0.0;
+static void narrow(nc_smooth *smooth, const double *unit, double radius) {
+    double apart =
+        smooth->merged_n ? distance(smooth, unit, smooth->toward) : 0.0;
     if (smooth->merged_n == 0 || apart + radius <= smooth->spread) {
-        memcpy(smooth->toward, u, sizeof smooth->toward);
+        memcpy(smooth->toward, unit, sizeof smooth->toward);
         smooth->spread = radius;
     } else if (apart + smooth->spread > radius) {
-        double common = 0.5 * (smooth->spread + radius - apart),
-               shift = apart > 0.0 ? (smooth->spread - common) / apart : 0.0;
+        double common = 0.5 * (smooth->spread + radius - apart);
+        double shift = apart > 0.0 ? (smooth->spread - common) / apart : 0.0;
         for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-            smooth->toward[axis] += shift * (u[axis] - smooth->toward[axis]);
+            smooth->toward[axis] += shift * (unit[axis] - smooth->toward[axis]);
         }
         smooth->spread = common;
     }
@@ -355,10 +367,10 @@ static void narrow(nc_smooth *smooth, const double *u, double radius) {
 static double direction_to(const nc_smooth *smooth,
                            const double *from,
                            const double *to,
-                           double *u) {
+                           double *unit) {
     double length = distance(smooth, from, to);
     for (int axis = 0; axis < NC_AXES; axis++) {
-        u[axis] =
+        unit[axis] =
             axis < smooth->cfg.axes ? (to[axis] - from[axis]) / length : 0.0;
     }
     return length;
@@ -382,15 +394,16 @@ static bool merge(nc_smooth *smooth, const struct node *node) {
         return false;
     }
     const struct node *from = at - 1;
-    double u[NC_AXES], v[NC_AXES],
-        before = direction_to(smooth, from->q, at->q, u),
-        length = direction_to(smooth, from->q, node->q, v);
+    double unit[NC_AXES], v[NC_AXES];
+    double before = direction_to(smooth, from->position, at->position, unit);
+    double length = direction_to(smooth, from->position, node->position, v);
     if (length <= before + ZERO) {
         return false;
     }
-    double toward[NC_AXES], spread = smooth->spread;
+    double toward[NC_AXES];
+    double spread = smooth->spread;
     memcpy(toward, smooth->toward, sizeof toward);
-    narrow(smooth, u, allowed / before);
+    narrow(smooth, unit, allowed / before);
     if (distance(smooth, v, smooth->toward) > smooth->spread) {
         memcpy(smooth->toward, toward, sizeof toward);
         smooth->spread = spread;
@@ -408,17 +421,17 @@ static bool merge(nc_smooth *smooth, const struct node *node) {
 /* The programmed position becomes a node; `row` says where it comes from. */
 static void add_point(nc_smooth *smooth, const nc_block *row, double slack) {
     struct node *at = last_node(smooth);
-    double length = distance(smooth, at->q, smooth->last);
+    double length = distance(smooth, at->position, smooth->last);
     struct node node = {.t = at->t + length,
-                        .d = smooth->d,
+                        .programmed = smooth->programmed,
                         .kind = NODE_VERTEX,
                         .slack = fmax(slack, smooth->skipped),
                         .len = length,
                         .size = 1e9};
-    memcpy(node.q, smooth->last, sizeof node.q);
+    memcpy(node.position, smooth->last, sizeof node.position);
     node.feed = row->flags & NC_RAPID ? 0.0 : row->feed;
     node.flags = row->flags & NC_NO_OVERRIDE;
-    node.n = row->n;
+    node.number = row->n;
     node.line = row->line;
     node.count = row->count;
     node.file = row->file;
@@ -457,8 +470,8 @@ static void leave_out(nc_smooth *smooth, double length) {
         }
     }
     left_out *to = &smooth->left[smooth->left_n++];
-    memcpy(to->q, smooth->last, sizeof to->q);
-    to->d = smooth->d;
+    memcpy(to->position, smooth->last, sizeof to->position);
+    to->programmed = smooth->programmed;
 }
 
 /* The path comes back to the last node from a figure whose points have all been
@@ -466,9 +479,11 @@ static void leave_out(nc_smooth *smooth, double length) {
  * to each other. */
 static void drive_figure(nc_smooth *smooth) {
     const nc_block *row = newest_motion(smooth);
-    double last[NC_AXES], d = smooth->d, leave = FIGURE * smooth->skipped;
+    double last[NC_AXES];
+    double programmed = smooth->programmed;
+    double leave = FIGURE * smooth->skipped;
     if (!row || smooth->skipped <= ZERO
-        || distance(smooth, last_node(smooth)->q, smooth->last) > ZERO) {
+        || distance(smooth, last_node(smooth)->position, smooth->last) > ZERO) {
         return;
     }
     nc_block copy = *row;
@@ -476,22 +491,23 @@ static void drive_figure(nc_smooth *smooth) {
     last_node(smooth)->mark = true;
     smooth->skipped = 0.0;
     for (int i = 0, count = smooth->left_n; i < count; i++) {
-        memcpy(smooth->last, smooth->left[i].q, sizeof last);
-        smooth->d = smooth->left[i].d;
-        if (distance(smooth, last_node(smooth)->q, smooth->last)
+        memcpy(smooth->last, smooth->left[i].position, sizeof last);
+        smooth->programmed = smooth->left[i].programmed;
+        if (distance(smooth, last_node(smooth)->position, smooth->last)
             > fmax(leave, ZERO)) {
             add_point(smooth, &copy, leave);
         }
     }
     memcpy(smooth->last, last, sizeof last);
-    smooth->d = d;
+    smooth->programmed = programmed;
 }
 
 /* A node where the programmed position is, so that something can take effect
  * there. */
 static struct node *node_here(nc_smooth *smooth) {
     const nc_block *row = newest_motion(smooth);
-    if (row && distance(smooth, last_node(smooth)->q, smooth->last) > ZERO) {
+    if (row
+        && distance(smooth, last_node(smooth)->position, smooth->last) > ZERO) {
         nc_block copy = *row;
         last_node(smooth)->mark = true; /* not merged into what is before */
         add_point(smooth, &copy, 0.0);
@@ -532,7 +548,7 @@ static void exact_motion(nc_smooth *smooth,
         smooth->last[axis] = row->end[axis] * smooth->scale[axis];
     }
     smooth->t += row->length;
-    smooth->d += row->length;
+    smooth->programmed += row->length;
     begin_at(smooth);
 }
 
@@ -562,8 +578,8 @@ static void line_point(nc_smooth *smooth, const nc_block *row) {
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->last[axis] = row->end[axis] * smooth->scale[axis];
     }
-    smooth->d += row->length;
-    double length = distance(smooth, last_node(smooth)->q, smooth->last);
+    smooth->programmed += row->length;
+    double length = distance(smooth, last_node(smooth)->position, smooth->last);
     if (length < LEAVE_OUT * smooth->tol && !last_node(smooth)->mark) {
         leave_out(smooth, length);
     } else if (length > ZERO) {
@@ -576,27 +592,33 @@ static void line_point(nc_smooth *smooth, const nc_block *row) {
 
 static void arc_points(nc_smooth *smooth, const nc_block *row) {
     static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
-    int a1 = smooth->cfg.main_axis[planes[row->plane - 17][0]],
-        a2 = smooth->cfg.main_axis[planes[row->plane - 17][1]];
-    double from[NC_AXES], sagitta = SAGITTA * smooth->tol, d0 = smooth->d;
+    int a1 = smooth->cfg.main_axis[planes[row->plane - 17][0]];
+    int a2 = smooth->cfg.main_axis[planes[row->plane - 17][1]];
+    double from[NC_AXES];
+    double sagitta = SAGITTA * smooth->tol;
+    double d0 = smooth->programmed;
     memcpy(from, smooth->last, sizeof from);
-    double e1 = from[a1] - row->center[0], e2 = from[a2] - row->center[1],
-           radius = hypot(e1, e2), angle0 = atan2(e2, e1);
-    double step = 2.0 * acos(fmax(1.0 - sagitta / radius, 0.5)),
-           count = ceil(fabs(row->angle) / step);
+    double e1 = from[a1] - row->center[0];
+    double e2 = from[a2] - row->center[1];
+    double radius = hypot(e1, e2);
+    double angle0 = atan2(e2, e1);
+    double step = 2.0 * acos(fmax(1.0 - sagitta / radius, 0.5));
+    double count = ceil(fabs(row->angle) / step);
     for (double k = 1.0; k <= count; k++) {
-        double r = k / count, angle = angle0 + row->angle * r;
+        double share = k / count;
+        double angle = angle0 + row->angle * share;
         for (int axis = 0; axis < smooth->cfg.axes; axis++) {
             smooth->last[axis] =
                 from[axis]
-                + r * (row->end[axis] * smooth->scale[axis] - from[axis]);
+                + share * (row->end[axis] * smooth->scale[axis] - from[axis]);
         }
         if (k < count) {
             smooth->last[a1] = row->center[0] + radius * cos(angle);
             smooth->last[a2] = row->center[1] + radius * sin(angle);
         }
-        smooth->d = d0 + r * row->length;
-        if (distance(smooth, last_node(smooth)->q, smooth->last) > ZERO) {
+        smooth->programmed = d0 + share * row->length;
+        if (distance(smooth, last_node(smooth)->position, smooth->last)
+            > ZERO) {
             add_point(smooth, row, sagitta);
         }
     }
@@ -616,12 +638,14 @@ static bool smoothable(const nc_smooth *smooth, const nc_block *row) {
     if (row->type == NC_CIRCULAR) {
         return true;
     }
-    double main = 0.0, all = 0.0;
+    double main = 0.0;
+    double all = 0.0;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-        double d = row->end[axis] * smooth->scale[axis] - smooth->last[axis];
-        all += d * d;
+        double difference =
+            row->end[axis] * smooth->scale[axis] - smooth->last[axis];
+        all += difference * difference;
         if (in_main(smooth, axis)) {
-            main += d * d;
+            main += difference * difference;
         }
     }
     return main > 1e-12 && main >= MAIN_LEAST * MAIN_LEAST * all;

@@ -62,7 +62,7 @@ static void node_sizes(nc_smooth *smooth, int end, double *size) {
 
 typedef struct knot_maker {
     double *tau;
-    int n, room, passed;
+    int count, room, passed;
     double rest; /* of a span still to go */
 } knot_maker;
 
@@ -72,19 +72,23 @@ static void ramp(struct knot_maker *knot_maker,
                  double t,
                  double length,
                  double size,
-                 double g) {
+                 double growth) {
     double at = 0.0;
-    while (knot_maker->n < knot_maker->room) {
-        double left = g == 0.0 ? (length - at) / size
-                               : log((size + g * length) / (size + g * at)) / g;
+    while (knot_maker->count < knot_maker->room) {
+        double left =
+            growth == 0.0
+                ? (length - at) / size
+                : log((size + growth * length) / (size + growth * at)) / growth;
         if (left < knot_maker->rest) {
             knot_maker->rest -= left;
             return;
         }
-        at = g == 0.0
-                 ? at + knot_maker->rest * size
-                 : ((size + g * at) * exp(g * knot_maker->rest) - size) / g;
-        knot_maker->tau[knot_maker->n++] = t + at;
+        at =
+            growth == 0.0
+                ? at + knot_maker->rest * size
+                : ((size + growth * at) * exp(growth * knot_maker->rest) - size)
+                      / growth;
+        knot_maker->tau[knot_maker->count++] = t + at;
         knot_maker->rest = 1.0;
         knot_maker->passed = 0;
     }
@@ -94,19 +98,21 @@ static void chord_knots(struct knot_maker *knot_maker,
                         double t,
                         double from,
                         double length,
-                        double a,
-                        double b) {
-    double top =
-        fmin(fmax((b - a + SIZE_GROWTH * length) / (2.0 * SIZE_GROWTH), 0.0),
-             length); /* the largest size is here */
+                        double size_from,
+                        double size_to) {
+    double top = fmin(
+        fmax((size_to - size_from + SIZE_GROWTH * length) / (2.0 * SIZE_GROWTH),
+             0.0),
+        length); /* the largest size is here */
     if (from < top) {
         ramp(knot_maker,
              t + from,
              top - from,
-             a + SIZE_GROWTH * from,
+             size_from + SIZE_GROWTH * from,
              SIZE_GROWTH);
     }
-    double begin = fmax(from, top), high = b + SIZE_GROWTH * (length - begin);
+    double begin = fmax(from, top);
+    double high = size_to + SIZE_GROWTH * (length - begin);
     if (begin < length) {
         ramp(knot_maker, t + begin, length - begin, high, -SIZE_GROWTH);
     }
@@ -116,45 +122,47 @@ static void chord_knots(struct knot_maker *knot_maker,
  * returns the node reached. */
 static int make_knots(nc_smooth *smooth,
                       double *tau,
-                      int *n,
+                      int *count,
                       int room,
                       int end) {
     double size[NODES];
     node_sizes(smooth, end, size);
-    struct knot_maker knot_maker = {tau, *n, room, 0, 1.0};
-    double at = tau[*n - 1];
+    struct knot_maker knot_maker = {tau, *count, room, 0, 1.0};
+    double at = tau[*count - 1];
     int i = 0;
     while (i < end && smooth->nodes[i + 1].t <= at) {
         i++;
     }
-    for (; i < end && knot_maker.n < room; i++) {
-        const struct node *node = &smooth->nodes[i], *node_b = node + 1;
+    for (; i < end && knot_maker.count < room; i++) {
+        const struct node *node = &smooth->nodes[i];
+        const struct node *behind = node + 1;
         chord_knots(&knot_maker,
                     node->t,
                     fmax(at - node->t, 0.0),
-                    node_b->t - node->t,
+                    behind->t - node->t,
                     size[i],
                     size[i + 1]);
-        if (++knot_maker.passed >= NODES_PER_SPAN && knot_maker.n < room
-            && node_b->t > tau[knot_maker.n - 1]) {
-            tau[knot_maker.n++] = node_b->t;
+        if (++knot_maker.passed >= NODES_PER_SPAN && knot_maker.count < room
+            && behind->t > tau[knot_maker.count - 1]) {
+            tau[knot_maker.count++] = behind->t;
             knot_maker.passed = 0;
             knot_maker.rest = 1.0;
         }
     }
-    if (knot_maker.n == room) { /* end at the last node that the knots cover */
-        while (i > 1 && smooth->nodes[i].t > tau[knot_maker.n - 1]) {
+    if (knot_maker.count
+        == room) { /* end at the last node that the knots cover */
+        while (i > 1 && smooth->nodes[i].t > tau[knot_maker.count - 1]) {
             i--;
         }
     }
     double stop = smooth->nodes[i].t;
-    while (knot_maker.n > *n
-           && tau[knot_maker.n - 1]
-                  > stop - 0.5 * (stop - tau[knot_maker.n - 2])) {
-        knot_maker.n--;
+    while (knot_maker.count > *count
+           && tau[knot_maker.count - 1]
+                  > stop - 0.5 * (stop - tau[knot_maker.count - 2])) {
+        knot_maker.count--;
     }
-    tau[knot_maker.n++] = stop;
-    *n = knot_maker.n;
+    tau[knot_maker.count++] = stop;
+    *count = knot_maker.count;
     return i;
 }
 
@@ -162,37 +170,44 @@ static int make_knots(nc_smooth *smooth,
  * ------------------------------------------------------------------------------------------------
  */
 
-static void on_chord(const nc_smooth *smooth, int i, double t, double *q) {
-    const struct node *node = &smooth->nodes[i], *node_b = node + 1;
-    double r = (t - node->t) / (node_b->t - node->t);
+static void on_chord(const nc_smooth *smooth,
+                     int i,
+                     double t,
+                     double *position) {
+    const struct node *node = &smooth->nodes[i];
+    const struct node *behind = node + 1;
+    double share = (t - node->t) / (behind->t - node->t);
     for (int k = 0; k < smooth->cfg.axes; k++) {
-        q[k] = node->q[k] + r * (node_b->q[k] - node->q[k]);
+        position[k] = node->position[k]
+                      + share * (behind->position[k] - node->position[k]);
     }
 }
 
 /* The first or last three control points on the line: position, direction, no
  * curvature. */
 static void clamp(nc_smooth *smooth, int chord, int first) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     for (int j = first; j < first + 3; j++) {
         double t = 0.0;
         for (int k = 1; k <= 5; k++) {
             t += 0.2 * window->tau[j + k];
         }
-        on_chord(smooth, chord, t, window->c[j]);
+        on_chord(smooth, chord, t, window->control[j]);
     }
 }
 
 /* Knots, spans and fixed control points from where the section is written to
  * nodes[end]; returns the node reached. */
 static int lay_out(nc_smooth *smooth, int end, bool final) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     int count; /* knots up to and with the last one, once */
     if (smooth->keep.valid) {
         count = smooth->keep.spans + 6 < HEAD_KNOTS ? smooth->keep.spans + 6
                                                     : HEAD_KNOTS;
         memcpy(window->tau, smooth->keep.tau, sizeof(double) * (size_t)count);
-        memcpy(window->c, smooth->keep.c, sizeof(window->c[0]) * 5);
+        memcpy(window->control,
+               smooth->keep.control,
+               sizeof(window->control[0]) * 5);
         window->fixed_head = 5;
     } else {
         for (count = 0; count < 6; count++) {
@@ -217,14 +232,16 @@ static int lay_out(nc_smooth *smooth, int end, bool final) {
         clamp(smooth, 0, 0);
     }
     if (window->fixed_head == 1) {
-        memcpy(window->c[0], smooth->nodes[0].q, sizeof smooth->nodes[0].q);
+        memcpy(window->control[0],
+               smooth->nodes[0].position,
+               sizeof smooth->nodes[0].position);
     }
     if (window->fixed_tail == 3) {
         clamp(smooth, end - 1, window->spans + 2);
     }
-    memcpy(window->c[window->spans + 4],
-           smooth->nodes[end].q,
-           sizeof smooth->nodes[0].q);
+    memcpy(window->control[window->spans + 4],
+           smooth->nodes[end].position,
+           sizeof smooth->nodes[0].position);
     for (int k = 0; k < window->spans; k++) {
         spline_span(window, k);
     }
@@ -232,22 +249,22 @@ static int lay_out(nc_smooth *smooth, int end, bool final) {
 }
 
 static void add_point(struct window *window,
-                      const double *q,
+                      const double *position,
                       double t,
                       double target,
                       double allowed,
                       int span,
                       int axes) {
     struct site *site = &window->sites[window->sites_n++];
-    memcpy(site->q, q, sizeof(double) * (size_t)axes);
+    memcpy(site->position, position, sizeof(double) * (size_t)axes);
     site->t = t;
     site->target = target;
     site->allowed = allowed;
     site->span = span;
     site->wish = target < SHARE * allowed;
-    double h = window->tau[span + 6] - window->tau[span + 5];
-    spline_basis_at(window->m[span],
-                    (t - window->tau[span + 5]) / h,
+    double length = window->tau[span + 6] - window->tau[span + 5];
+    spline_basis_at(window->basis[span],
+                    (t - window->tau[span + 5]) / length,
                     site->basis);
 }
 
@@ -261,18 +278,20 @@ static double allowed_at(const nc_smooth *smooth, int i) {
  * against that of the nodes beside it. */
 static double scatter_at(const nc_smooth *smooth, int i) {
     const struct node *node = &smooth->nodes[i];
-    double sum = 0.0, before = node->t - node[-1].t,
-           behind = node[1].t - node->t, r = before / (before + behind);
+    double sum = 0.0;
+    double before = node->t - node[-1].t;
+    double behind = node[1].t - node->t;
+    double share = before / (before + behind);
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         double rate[4];
         for (int k = 0; k < 4; k++) {
-            rate[k] = (node[k - 1].q[axis] - node[k - 2].q[axis])
+            rate[k] = (node[k - 1].position[axis] - node[k - 2].position[axis])
                       / (node[k - 1].t - node[k - 2].t);
         }
-        double left = 2.0 * (rate[1] - rate[0]) / (node->t - node[-2].t),
-               right = 2.0 * (rate[3] - rate[2]) / (node[2].t - node->t);
-        double own = 2.0 * (rate[2] - rate[1]) / (before + behind),
-               off = own - (1.0 - r) * left - r * right;
+        double left = 2.0 * (rate[1] - rate[0]) / (node->t - node[-2].t);
+        double right = 2.0 * (rate[3] - rate[2]) / (node[2].t - node->t);
+        double own = 2.0 * (rate[2] - rate[1]) / (before + behind);
+        double off = own - (1.0 - share) * left - share * right;
         sum += off * off;
     }
     return 0.5 * sqrt(sum) * before * behind;
@@ -287,8 +306,8 @@ static void scatter(const nc_smooth *smooth, int end, double *out) {
             sum[i] + (i >= 2 && i + 2 <= end ? scatter_at(smooth, i) : 0.0);
     }
     for (int i = 0; i <= end; i++) {
-        int from = i - 3 > 2 ? i - 3 : 2,
-            to = i + 3 < end - 2 ? i + 3 : end - 2;
+        int from = i - 3 > 2 ? i - 3 : 2;
+        int to = i + 3 < end - 2 ? i + 3 : end - 2;
         if (from > to) {
             from = to = i < 2 ? 2 : end - 2;
         }
@@ -302,8 +321,8 @@ static void scatter(const nc_smooth *smooth, int end, double *out) {
  * less would follow their rounding. */
 static double target_of(const nc_smooth *smooth, int i, double noise) {
     const struct node *node = &smooth->nodes[i];
-    double sagitta = 0.125 * node->turn * fmax(node->len, node[1].len),
-           allowed = allowed_at(smooth, i);
+    double sagitta = 0.125 * node->turn * fmax(node->len, node[1].len);
+    double allowed = allowed_at(smooth, i);
     if (node->turn > 0.3 || sagitta > 0.3 * smooth->tol) {
         return SHARE * allowed;
     }
@@ -314,7 +333,7 @@ static double target_of(const nc_smooth *smooth, int i, double noise) {
 /* Points of the contour that pull: nodes, and the middle of every span that
  * holds none. */
 static void lay_sites(nc_smooth *smooth, int end) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     int i = 0;
     double noise[NODES];
     scatter(smooth, end, noise);
@@ -323,11 +342,12 @@ static void lay_sites(nc_smooth *smooth, int end) {
         i++;
     }
     for (int k = 0; k < window->spans; k++) {
-        double from = window->tau[k + 5], to = window->tau[k + 6];
+        double from = window->tau[k + 5];
+        double to = window->tau[k + 6];
         int first = window->sites_n;
         for (; i < end && smooth->nodes[i].t < to; i++) {
             add_point(window,
-                      smooth->nodes[i].q,
+                      smooth->nodes[i].position,
                       smooth->nodes[i].t,
                       target_of(smooth, i, noise[i]),
                       allowed_at(smooth, i),
@@ -336,20 +356,22 @@ static void lay_sites(nc_smooth *smooth, int end) {
         }
         double gap = window->sites_n > first ? 0.0 : 0.5;
         if (gap > 0.0 && window->sites_n < SITES) {
-            double q[NC_AXES], t = from + gap * (to - from);
-            on_chord(smooth, i - 1, t, q);
+            double position[NC_AXES];
+            double t = from + gap * (to - from);
+            on_chord(smooth, i - 1, t, position);
             double allowed =
                 fmax(smooth->tol - smooth->nodes[i].slack, 0.1 * smooth->tol);
             add_point(window,
-                      q,
+                      position,
                       t,
                       SHARE * allowed,
                       allowed,
                       k,
                       smooth->cfg.axes);
         }
-        double h = to - from, weight = STIFF / (h * h * h * h * h)
-                                       / (double)(window->sites_n - first);
+        double length = to - from;
+        double weight = STIFF / (length * length * length * length * length)
+                        / (double)(window->sites_n - first);
         for (int j = first; j < window->sites_n; j++) {
             window->sites[j].weight = weight;
         }
@@ -363,19 +385,22 @@ static void lay_sites(nc_smooth *smooth, int end) {
 
 /* Square of the curvature of span k at its middle, over all axes. */
 static double bend2(const struct window *window, int k, int axes) {
-    double h = window->tau[k + 6] - window->tau[k + 5], d1 = 0.0, d2 = 0.0,
-           both = 0.0;
+    double length = window->tau[k + 6] - window->tau[k + 5];
+    double d1 = 0.0;
+    double d2 = 0.0;
+    double both = 0.0;
     for (int axis = 0; axis < axes; axis++) {
-        double v = 0.0, b = 0.0;
+        double first = 0.0;
+        double second = 0.0;
         for (int j = 0; j < ORDER; j++) {
-            v += window->middle[k][0][j] * window->c[k + j][axis];
-            b += window->middle[k][1][j] * window->c[k + j][axis];
+            first += window->middle[k][0][j] * window->control[k + j][axis];
+            second += window->middle[k][1][j] * window->control[k + j][axis];
         }
-        v /= h;
-        b /= h * h;
-        d1 += v * v;
-        d2 += b * b;
-        both += v * b;
+        first /= length;
+        second /= length * length;
+        d1 += first * first;
+        d2 += second * second;
+        both += first * second;
     }
     d1 = fmax(d1, 1e-6);
     return fmax(d2 * d1 - both * both, 0.0) / (d1 * d1 * d1);
@@ -384,8 +409,9 @@ static double bend2(const struct window *window, int k, int axes) {
 /* Fairness counts with the sixth power of the speed that the curve found so far
  * allows: jerk is q''' v^3. */
 static void weigh_by_speed(nc_smooth *smooth) {
-    struct window *window = &smooth->w;
-    double v2[SPANS_ROOM], top = smooth->cfg.feed * smooth->cfg.feed;
+    struct window *window = &smooth->window;
+    double v2[SPANS_ROOM];
+    double top = smooth->cfg.feed * smooth->cfg.feed;
     for (int k = 0; k < window->spans; k++) {
         v2[k] = fmin(top,
                      smooth->cfg.accel
@@ -412,26 +438,28 @@ static void weigh_by_speed(nc_smooth *smooth) {
 /* Residual of every point over its target; returns the largest over what is
  * allowed, NaN if any is none. */
 static double residuals(nc_smooth *smooth) {
-    struct window *window = &smooth->w;
-    double most = 0.0, all = 0.0;
+    struct window *window = &smooth->window;
+    double most = 0.0;
+    double all = 0.0;
     int axes = smooth->cfg.axes;
     for (int k = 0; k < window->sites_n; k++) {
         struct site *site = &window->sites[k];
         double sum[2] = {0.0, 0.0};
         for (int axis = 0; axis < axes; axis += 2) {
-            pair q = -*(const pair *)(site->q + axis);
+            pair miss2 = -*(const pair *)(site->position + axis);
             for (int j = 0; j < ORDER; j++) {
-                q += site->basis[j]
-                     * *(const pair *)(window->c[site->span + j] + axis);
+                miss2 +=
+                    site->basis[j]
+                    * *(const pair *)(window->control[site->span + j] + axis);
             }
-            q *= q;
-            sum[smooth->cfg.rotary >> axis & 1] += q[0];
+            miss2 *= miss2;
+            sum[smooth->cfg.rotary >> axis & 1] += miss2[0];
             if (axis + 1 < axes) {
-                sum[smooth->cfg.rotary >> (axis + 1) & 1] += q[1];
+                sum[smooth->cfg.rotary >> (axis + 1) & 1] += miss2[1];
             }
         }
-        double miss = sqrt(sum[0] > sum[1] ? sum[0] : sum[1]),
-               share = miss / site->allowed;
+        double miss = sqrt(sum[0] > sum[1] ? sum[0] : sum[1]);
+        double share = miss / site->allowed;
         site->miss = miss / site->target;
         all += share;
         if (share > most) {
@@ -470,8 +498,10 @@ static void reweigh(struct window *window,
             }
             factor = fmin(factor, GROWTH);
         }
-        double h = window->tau[site->span + 6] - window->tau[site->span + 5],
-               first = STIFF * window->rho[site->span] / (h * h * h * h * h);
+        double length =
+            window->tau[site->span + 6] - window->tau[site->span + 5];
+        double first = STIFF * window->rho[site->span]
+                       / (length * length * length * length * length);
         site->weight = fmin(site->weight * factor,
                             (site->wish ? WISH_SPREAD : WEIGHT_SPREAD) * first);
     }
@@ -484,17 +514,17 @@ static void add_where_it_fails(nc_smooth *smooth,
                                struct verdict verdict,
                                const contour *path,
                                int chord) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     if (window->sites_n >= SITES - SPANS_ROOM) {
         return;
     }
     while (chord > 0 && path->nodes[chord].t > verdict.t) {
         chord--;
     }
-    double q[NC_AXES],
-        weight = 0.0,
-        allowed =
-            fmax(smooth->tol - path->nodes[chord + 1].slack, 0.1 * smooth->tol);
+    double position[NC_AXES];
+    double weight = 0.0;
+    double allowed =
+        fmax(smooth->tol - path->nodes[chord + 1].slack, 0.1 * smooth->tol);
     for (int k = 0; k < window->sites_n; k++) {
         if (window->sites[k].span != span) {
             continue;
@@ -508,9 +538,9 @@ static void add_where_it_fails(nc_smooth *smooth,
         }
         weight = fmax(weight, window->sites[k].weight);
     }
-    on_chord(smooth, chord, verdict.t, q);
+    on_chord(smooth, chord, verdict.t, position);
     add_point(window,
-              q,
+              position,
               verdict.t,
               SHARE * allowed,
               allowed,
@@ -527,7 +557,7 @@ static void add_where_it_fails(nc_smooth *smooth,
 /* All spans against the contour; spans that fail get a point where they do.
  * Returns the largest deviation. */
 static double certify_window(nc_smooth *smooth, int end, double *deviation) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     contour path = {smooth->nodes, end + 1};
     int chord = 0;
     double worst = 0.0;
@@ -553,7 +583,7 @@ static double certify_window(nc_smooth *smooth, int end, double *deviation) {
 }
 
 static bool iterate(nc_smooth *smooth, int end, double *deviation) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     bool failed = false;
     smooth->stats.windows++;
     for (int i = 0; i < ITERATIONS; i++) {
@@ -621,16 +651,16 @@ static void write_spans(nc_smooth *smooth,
 }
 
 static void keep_tail(nc_smooth *smooth, int from) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     int count = window->spans - from;
     smooth->keep.valid = true;
     smooth->keep.spans = count;
     memcpy(smooth->keep.tau,
            window->tau + from,
            sizeof(double) * (size_t)(count + 11));
-    memcpy(smooth->keep.c,
-           window->c + from,
-           sizeof window->c[0] * (size_t)(count + 5));
+    memcpy(smooth->keep.control,
+           window->control + from,
+           sizeof window->control[0] * (size_t)(count + 5));
 }
 
 /* Forget the nodes that end at or before what is written. */
@@ -646,15 +676,15 @@ static void forget_nodes(nc_smooth *smooth) {
 /* The tail that an earlier window left is certified and ends on a node:
  * written, and the section begins anew behind it. */
 static void use_tail(nc_smooth *smooth) {
-    struct window *window = &smooth->w;
+    struct window *window = &smooth->window;
     double pieces[SPANS_ROOM][NC_AXES][ORDER];
     window->spans = smooth->keep.spans;
     memcpy(window->tau,
            smooth->keep.tau,
            sizeof(double) * (size_t)(window->spans + 11));
-    memcpy(window->c,
-           smooth->keep.c,
-           sizeof window->c[0] * (size_t)(window->spans + 5));
+    memcpy(window->control,
+           smooth->keep.control,
+           sizeof window->control[0] * (size_t)(window->spans + 5));
     for (int k = 0; k < window->spans; k++) {
         spline_span(window, k);
         spline_piece(window, k, smooth->cfg.axes, pieces[k]);
@@ -694,11 +724,11 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
     for (size_t k = 0; !good && k < sizeof finer / sizeof *finer; k++) {
         smooth->finer = finer[k];
         reached = lay_out(smooth, end, final);
-        if (!final && reached == end && smooth->w.spans < SPANS_LEAST
+        if (!final && reached == end && smooth->window.spans < SPANS_LEAST
             && smooth->n_nodes <= NODES_FULL) {
             smooth->measure =
-                smooth->w.spans; /* too much of it would be fixed before what
-                                    follows is known */
+                smooth->window.spans; /* too much of it would be fixed before
+                                    what follows is known */
             return;
         }
         lay_sites(smooth, reached);
@@ -711,7 +741,7 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
         return;
     }
     final = final && reached == end;
-    int commit = smooth->w.spans;
+    int commit = smooth->window.spans;
     if (!final && commit > 6) {
         commit = commit - 5 < COMMIT_SPANS   ? commit - 5
                  : commit > 2 * COMMIT_SPANS ? commit - COMMIT_SPANS
@@ -721,12 +751,12 @@ void window_advance(nc_smooth *smooth, int end, bool final) {
         note_deviation(smooth, deviation[k]);
     }
     for (int k = 0; k < commit; k++) {
-        spline_piece(&smooth->w, k, smooth->cfg.axes, pieces[k]);
+        spline_piece(&smooth->window, k, smooth->cfg.axes, pieces[k]);
     }
-    write_spans(smooth, pieces, smooth->w.tau, commit, reached);
+    write_spans(smooth, pieces, smooth->window.tau, commit, reached);
     smooth->keep.valid = false;
-    smooth->measure = smooth->w.spans - commit;
-    if (commit < smooth->w.spans) {
+    smooth->measure = smooth->window.spans - commit;
+    if (commit < smooth->window.spans) {
         keep_tail(smooth, commit);
     }
     if (final) {

@@ -26,9 +26,7 @@ class ForesightCommands(CommandBase):
             self._rest()
 
             def stored() -> Items:
-                self._context.executor.stored_without_effect(
-                    "#CHANNEL SET", start
-                )
+                self._state.channel.stored_without_effect("#CHANNEL SET", start)
                 return []
 
             return stored

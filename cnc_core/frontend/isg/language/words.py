@@ -15,9 +15,10 @@ from cnc_core.frontend.base.formula import Constant, number_of
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.scanner import MotionWords
 
-from ..state.state import Context
+from ..state.call import Call
+from ..state.state import ProgramState
 from . import gcodes
-from .calls import Call, CallParser
+from .calls import CallParser
 from .formulas import Formulas
 
 FUNCTION_MAX = 65535
@@ -123,7 +124,7 @@ class WordParser:
         stream: TokenStream,
         axes: dict[str, int],
         formulas: Formulas,
-        context: Context,
+        state: ProgramState,
     ) -> None:
         self.block = WordBlock()
         self._stream = stream
@@ -131,7 +132,7 @@ class WordParser:
             axes  # name in capitals -> channel index, longest name first
         )
         self._formulas = formulas
-        self._context = context
+        self._state = state
         self._letter = ""
         self._letters: dict[str, Callable[[int], None]] = {
             "N": self._n,
@@ -176,17 +177,17 @@ class WordParser:
         name, place = f"@{letter}", "XYZIJK".index(letter)
         self._once(name, offset)
         self._motion_word(offset)
-        value, context = self._value(name, offset), self._context
+        value, state = self._value(name, offset), self._state
 
         def step(words: Words) -> None:
-            context.store.needs_cycle(name, offset)
-            main = motion_planes(words.motion.plane or context.modal.plane)[
+            state.store.needs_cycle(name, offset)
+            main = motion_planes(words.motion.plane or state.modal.plane)[
                 place % 3
             ]
             if place > 2:
                 words.motion.centre["IJK"[main]] = value()
                 return
-            axis = context.machine.main[main]
+            axis = state.machine.main[main]
             if axis < 0:
                 raise fail(900016, f"{name}: {ERRORS[900016]}", offset)
             words.motion.axis[axis] = value()
@@ -345,7 +346,7 @@ class WordParser:
                     "E: the feed at the block's end must be positive",
                     offset,
                 )
-            self._context.executor.stored_without_effect("word E", offset)
+            self._state.channel.stored_without_effect("word E", offset)
 
         self._step(step)
 
@@ -482,7 +483,7 @@ class WordParser:
         block.
         """
         self._once("L", offset)
-        made = CallParser(self._stream, self._formulas, self._context).parse(
+        made = CallParser(self._stream, self._formulas, self._state).parse(
             offset, letters
         )
 
@@ -555,7 +556,7 @@ class WordParser:
                 if code not in gcodes.VALUE_OPTIONAL:
                     raise fail(900004, f"G{code} without a value", offset)
                 return
-            self._context.warn(
+            self._state.warn(
                 907040, f"G{code} without = before its value", offset
             )
         value = self._value(f"G{code}", offset)

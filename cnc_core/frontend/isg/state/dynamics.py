@@ -15,10 +15,8 @@ import numpy.typing as npt
 
 from cnc_core._engine import lib
 from cnc_core.blocks import DYNAMICS
-from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.lexer import Warn, fail
 from cnc_core.frontend.base.scanner import Modal, Row
-
-from .state import Warn
 
 LOWEST = 0.001  # share: smaller weights, 0 too, count as this (R)
 FEED, RAPID = 0, 1

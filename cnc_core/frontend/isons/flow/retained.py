@@ -6,15 +6,13 @@ from __future__ import annotations
 
 import copy
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from cnc_core.frontend.base.scanner import MotionWords
 
-if TYPE_CHECKING:
-    from ..motion.executor import Executor
+from ..motion.state import ChannelState
 
 
-def take_over(new: Executor, old: Executor) -> None:
+def take_over(new: ChannelState, old: ChannelState) -> None:
     """Go on with what the program before has left: all but rotation (G50),
     compensation and secondary limits.
     """

@@ -21,13 +21,13 @@ from cnc_core.frontend.base.formula import (
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 
 from ..base.store import Store
-from ..motion.system import SYSTEM_NAME, System
+from ..base.words import Number
+from .variables import SYSTEM_NAME, SystemVariables
 
 POWER = 9
 # what a block reads: the running machine; what belongs to the end of its motion
 # under G61; what time alone changes
 LIVE, BEHIND_MOTION, TIMED = 1, 2, 4
-Number = Callable[[], float]
 
 
 def bits(value: float) -> int:
@@ -104,7 +104,7 @@ class Formulas(FormulaParser):
     word_operators = ("XOR", "AND", "OR")
 
     def __init__(
-        self, stream: TokenStream, store: Store, system: System
+        self, stream: TokenStream, store: Store, system: SystemVariables
     ) -> None:
         super().__init__(stream)
         self._store, self._system = store, system
