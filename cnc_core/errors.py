@@ -2,7 +2,7 @@
 
 Vendor numbers are used where they are public (companion specifications, "DG"
 pages); everything else lies in our own range 900000..909999.  The table is
-printed into the docs by ``docs/errors.md`` and checked for completeness by a
+printed into the docs by ``docs/reference/errors.md`` and checked for completeness by a
 test.
 """
 

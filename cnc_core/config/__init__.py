@@ -230,7 +230,7 @@ class SpindleConfig(_Table):
 
 
 class OsaiConfig(_Table):
-    """10-Series programs: what the manual leaves open (docs/osai.md).
+    """10-Series programs: what the manual leaves open (docs/reference/osai.md).
 
     ``feed``: of polynomials and B-splines, that of their parameter or along the
     arc.  ``location``: where a cutter location point lies on a ball or toroidal

@@ -1,8 +1,11 @@
-"""The documentation does what it says: every command and code block of every page is executed, page by page.
+"""The documentation does what it says: every command and code block of every
+page is executed, page by page.
 
-Blocks of a page run in their order in one folder. ``python``: a script; ``bash`` and ``sh``: commands; ``file=NAME``
-behind the language: the block is written to that file instead; ``in=NAME``: run in a copy of that folder of the
-project. A comment ``<!-- docs-test: skip, REASON -->`` on the line before leaves a block out.
+Blocks of a page run in their order in one folder. ``python``: a script;
+``bash`` and ``sh``: commands; ``file=NAME`` behind the language: the block is
+written to that file instead; ``in=NAME``: run in a copy of that folder of the
+project. A comment ``<!-- docs-test: skip, REASON -->`` on the line before leaves
+a block out.
 """
 
 from __future__ import annotations
@@ -26,7 +29,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 RUNS = ("python", "bash", "sh")
 KNOWN = (*RUNS, "text", "toml", "mermaid", "nc", "c", "json", "")
 FENCE = re.compile(
-    r"^```(\w*)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE
+    r"^```(\{?\w*\}?)([^\n]*)\n(.*?)^```[ \t]*$", re.DOTALL | re.MULTILINE
 )
 SKIP = re.compile(r"<!-- docs-test: skip, (.+?) -->\n$")
 PART = (
@@ -48,6 +51,8 @@ class Block:
 def blocks_of(page: Path) -> Iterator[Block]:
     text = page.read_text()
     for match in FENCE.finditer(text):
+        if match[1].startswith("{"):
+            continue  # a directive of the site (toctree): nothing to run
         options = dict(item.split("=", 1) for item in match[2].split())
         skip = SKIP.search(text[: match.start()])
         line = text[: match.start()].count("\n") + 1
@@ -129,9 +134,9 @@ def test_links_pictures_and_languages_exist(page: Path) -> None:
 
 
 def diagrams() -> dict[str, set[str]]:
-    """State names of the diagrams of docs/plc.md by the name of their Enum."""
+    """State names of the diagrams of docs/reference/plc.md by the name of their Enum."""
     found: dict[str, set[str]] = {}
-    text = (ROOT / "docs" / "plc.md").read_text()
+    text = (ROOT / "docs" / "reference" / "plc.md").read_text()
     section = re.compile(
         r"^### [^\n]*`(\w+)`\n(?:(?!^###).)*?```mermaid\n(.*?)```",
         re.DOTALL | re.MULTILINE,
@@ -143,7 +148,7 @@ def diagrams() -> dict[str, set[str]]:
 
 
 def test_every_state_of_every_block_is_drawn() -> None:
-    """Each Enum of block states has a diagram with exactly its states; each block says which Enum is its own."""
+    """Each Enum of block states has a diagram with exactly its states."""
     drawn = diagrams()
     enums = {
         value.__name__: {member.value for member in value}
@@ -161,8 +166,8 @@ def test_every_state_of_every_block_is_drawn() -> None:
 
 
 def test_every_block_is_in_the_table() -> None:
-    """docs/plc.md names every function block."""
-    text = (ROOT / "docs" / "plc.md").read_text()
+    """docs/reference/plc.md names every function block."""
+    text = (ROOT / "docs" / "reference" / "plc.md").read_text()
     for name in set(blocks.__all__) - {"FunctionBlock", "ExecuteBlock"}:
         value = getattr(blocks, name)
         if isinstance(value, type) and issubclass(value, FunctionBlock):
@@ -173,7 +178,7 @@ def test_ten_lines_from_import_to_the_plot() -> None:
     """The notebook snippet of the tutorial has ten lines."""
     snippet = [
         b.text
-        for b in blocks_of(ROOT / "docs" / "tutorial.md")
+        for b in blocks_of(ROOT / "docs" / "tutorial" / "ten_minutes.md")
         if b.language == "python"
     ][-1]
     assert len(snippet.strip().splitlines()) == 10

@@ -10,9 +10,7 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "model"
-MODELS = sorted(
-    path.stem for path in FOLDER.glob("*.pml") if path.stem != "memory"
-)
+MODELS = sorted(path.stem for path in FOLDER.glob("*.pml") if path.stem != "memory")
 DEPTH = 200_000
 
 

@@ -1,6 +1,6 @@
 """Every # command of the manual by name, and what becomes of it.
 
-``docs/isg.md`` prints the same table.
+``docs/reference/isg.md`` prints the same table.
 
 WORKS: executed.  STORED: accepted and kept, without effect on the rows, said
 once in a warning.  REFUSED: an error.
