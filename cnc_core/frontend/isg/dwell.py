@@ -8,7 +8,7 @@ from cnc_core.errors import ERRORS
 from ..base.lexer import fail
 from ..base.scanner import Row
 from .commands.time import DWELL_MAX_S
-from .language.words import Words
+from .language.word_block import Words
 from .state.state import ProgramState
 
 DWELL_WORDS = frozenset({"N", "S", "G motion"})

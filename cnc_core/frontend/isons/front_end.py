@@ -45,6 +45,7 @@ from cnc_core.frontend.base.scanner import (
 )
 from cnc_core.frontend.machine import ProgramMachine
 
+from ..front_end import Restartable
 from ..port import ChannelPort, Wait
 from .base.machine import IsonsCell
 from .base.parameters import Parameters
@@ -102,7 +103,7 @@ class IsonsFrontEnd(BlockReader):
         scan: bool = True,
         caller: IsonsFrontEnd | None = None,
     ) -> None:
-        cell = machine.isons or IsonsCell()
+        cell = machine.settings(IsonsCell)
         self.parameters = Parameters(cell.parameters)
         rules = Rules(
             RULE_BITS,
@@ -190,7 +191,7 @@ class IsonsFrontEnd(BlockReader):
     @property
     def asks(self) -> bool:
         """An operator may change what the program sees."""
-        return self.forms.shown or self.port.operator.waiting
+        return self.forms.shown or self.port.operator_waiting
 
     @property
     def collecting(self) -> bool:
@@ -459,6 +460,10 @@ class IsonsFrontEnd(BlockReader):
         self._closing, self._failed = False, None
 
     # pausing
+
+    @property
+    def restartable(self) -> Restartable:
+        return self
 
     @property
     def pause_mode(self) -> int:

@@ -146,9 +146,8 @@ class Feeds:
             raise fail(
                 907061, "G194: the machine's axis velocities are not known", 0
             )
-        way = np.abs(row["end"][0][: len(start)] - start) / float(
-            row["length"][0]
-        )
+        length = float(row["length"][0])
+        way = np.abs(row["end"][0][: len(start)] - start) / length
         if row["type"][0] == CIRCULAR:
             for place in motion_planes(int(row["plane"][0]))[:2]:
                 way[self._machine.main[place]] = 1.0

@@ -174,8 +174,8 @@ class Endless:
         modal = program.modal._modal
         copy = ffi.new("nc_modal *", modal[0])
         copy.line = copy.count = copy.n = copy.programmed = 0
-        shared = program.system.shared
-        written = {} if program.port.answers else dict(shared.written)
+        port = program.port
+        external = port.written_externals() if not port.answers else {}
         parts = (
             channel.frame,
             channel.transform,
@@ -193,6 +193,6 @@ class Endless:
         )
         return (
             bytes(ffi.buffer(copy)),
-            written,
+            external,
             *(told(part) for part in (*parts, *more)),
         )
