@@ -1,11 +1,14 @@
-"""Kill and stop CNC, PLC and launcher at chosen and random moments; every run must end and leave nothing.
+"""Kill and stop CNC, PLC and launcher at chosen and random moments; every run
+must end and leave nothing.
 
     python bench/fault_matrix.py --runs 200 [--seed 1]
 
-Each run is ``hli-cosim run`` in a temporary folder of its own (TMPDIR).  A fault is (who, what, when): SIGKILL, or
-SIGSTOP and SIGCONT after a while.  Asserted per run: the launcher ends within 5 s of a kill (a killed launcher: its
-children do), a stopped side goes on to a completed run, no process, segment or folder is left but those of a killed
-launcher; the clean run behind each batch completes and removes these too.
+Each run is ``hli-cosim run`` in a temporary folder of its own (TMPDIR).  A
+fault is (who, what, when): SIGKILL, or SIGSTOP and SIGCONT after a while.
+Asserted per run: the launcher ends within 5 s of a kill (a killed launcher: its
+children do), a stopped side goes on to a completed run, no process, segment or
+folder is left but those of a killed launcher; the clean run behind each batch
+completes and removes these too.
 """
 
 from __future__ import annotations
@@ -76,7 +79,12 @@ class Fault:
 def faults(runs: int, seed: int) -> Iterator[Fault]:
     """All chosen combinations in random order, over and over."""
     rng = random.Random(seed)
-    table = [Fault(a, b, c) for a in ("cnc", "plc", "launcher") for b in ("KILL", "STOP") for c in MOMENTS]
+    table = [
+        Fault(a, b, c)
+        for a in ("cnc", "plc", "launcher")
+        for b in ("KILL", "STOP")
+        for c in MOMENTS
+    ]
     while runs > 0:
         rng.shuffle(table)
         yield from table[:runs]
@@ -91,7 +99,15 @@ class Run:
         (folder / "part.nc").write_text(PROGRAM)
         (folder / "plc.py").write_text(PLC)
         (folder / "cell.toml").write_text(CONFIG)
-        command = [sys.executable, "-P", "-m", "cnc_core.cli", "run", "part.nc", "--json"]
+        command = [
+            sys.executable,
+            "-P",
+            "-m",
+            "cnc_core.cli",
+            "run",
+            "part.nc",
+            "--json",
+        ]
         command += ["--config", "cell.toml", "--plc", "plc.py"]
         scratch = folder / "tmp"
         scratch.mkdir(exist_ok=True)
@@ -108,7 +124,13 @@ class Run:
     def find(self) -> None:
         """Process ids of the children, as they appear."""
         try:
-            children = Path(f"/proc/{self.launcher.pid}/task/{self.launcher.pid}/children").read_text().split()
+            children = (
+                Path(
+                    f"/proc/{self.launcher.pid}/task/{self.launcher.pid}/children"
+                )
+                .read_text()
+                .split()
+            )
         except OSError:
             return
         for pid in map(int, children):
@@ -116,7 +138,10 @@ class Run:
                 words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")
             except OSError:
                 continue
-            for name, module in (("cnc", b"cnc_core.cnc_process"), ("plc", b"plc_client")):
+            for name, module in (
+                ("cnc", b"cnc_core.process"),
+                ("plc", b"plc_client"),
+            ):
                 if module in words:
                     self.pids[name] = pid
 
@@ -132,7 +157,9 @@ class Run:
     def reached(self, moment: str, since: float, delay: float) -> bool:
         """Whether the moment has come."""
         if moment in ("start", "random"):
-            return time.monotonic() - since > (0.0 if moment == "start" else delay)
+            return time.monotonic() - since > (
+                0.0 if moment == "start" else delay
+            )
         seg = self.segment()
         if seg is None:
             return moment == "shutdown" and getattr(self, "seen", False)
@@ -144,7 +171,9 @@ class Run:
             "cycle 1": lambda: side.cnc.cycle >= 1,
             "motion": lambda: side.cnc.cycle >= 300,
             "request pending": lambda: bool(ch.contour_lookahead.semaphor_rw),
-            "M pending": lambda: any(unit.please_rw for unit in ch.techno_unit_std_sync),
+            "M pending": lambda: any(
+                unit.please_rw for unit in ch.techno_unit_std_sync
+            ),
             "end": lambda: bool(ch.bahn_state.program_end_r),
             "shutdown": lambda: side.cnc.phase == layout.HLI_PHASE_SHUTDOWN,
         }[moment]()
@@ -153,7 +182,10 @@ class Run:
 def alive(pid: int) -> bool:
     """Whether the process runs (a zombie does not)."""
     try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] not in "ZX"
+        return (
+            Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0]
+            not in "ZX"
+        )
     except OSError:
         return False
 
@@ -182,11 +214,15 @@ def one(fault: Fault, folder: Path, rng: random.Random) -> tuple[bool, float]:
     text = run.launcher.communicate()[0]
     wait(lambda: not any(alive(pid) for pid in run.pids.values()))
     if fault.who != "launcher" or fault.what != "KILL" or not hit:
-        assert json.loads(text)["end"] in ("completed", "aborted", "error"), text
+        assert json.loads(text)["end"] in ("completed", "aborted", "error"), (
+            text
+        )
         if fault.what == "STOP":
             assert json.loads(text)["end"] == "completed", text
         assert not list((folder / "tmp").iterdir()), "temporary folder left"
-        assert not list(SHM.glob(f"hli-cosim-{run.launcher.pid}-*")), "segment left"
+        assert not list(SHM.glob(f"hli-cosim-{run.launcher.pid}-*")), (
+            "segment left"
+        )
     return hit, seconds
 
 
@@ -205,21 +241,31 @@ def inject(pid: int, what: str, rng: random.Random) -> bool:
 
 
 def clean(folder: Path) -> None:
-    """A run without a fault completes and leaves nothing, of its own or of those before."""
+    """A run without a fault completes and leaves nothing, of its own or of
+    those before.
+    """
     run = Run(folder)
     text = run.launcher.communicate(timeout=60)[0]
     assert json.loads(text)["end"] == "completed", text
-    assert not list((folder / "tmp").iterdir()), list((folder / "tmp").iterdir())
+    assert not list((folder / "tmp").iterdir()), list(
+        (folder / "tmp").iterdir()
+    )
     wait(lambda: not left_segments(), 1.0)
 
 
 def left_segments() -> list[str]:
     """Segments of runs whose launcher is gone."""
-    return [p.name for p in SHM.glob("hli-cosim-*-*") if not alive(int(p.name.split("-")[2]))]
+    return [
+        p.name
+        for p in SHM.glob("hli-cosim-*-*")
+        if not alive(int(p.name.split("-")[2]))
+    ]
 
 
 def matrix(runs: int, seed: int = 1, batch: int = 20) -> Counter[str]:
-    """Counts of injected and missed faults; AssertionError names the fault that broke a promise."""
+    """Counts of injected and missed faults; AssertionError names the fault that
+    broke a promise.
+    """
     rng, counts = random.Random(seed), Counter[str]()
     with tempfile.TemporaryDirectory() as root:
         folder = Path(root)
@@ -233,7 +279,10 @@ def matrix(runs: int, seed: int = 1, batch: int = 20) -> Counter[str]:
             except AssertionError as error:
                 raise AssertionError(f"run {k}, {fault}: {error}") from error
             counts[f"{fault.what} {fault.who}" if hit else "missed"] += 1
-            counts["slowest end, ms"] = max(counts["slowest end, ms"], round(1000 * seconds) * (fault.what == "KILL"))
+            counts["slowest end, ms"] = max(
+                counts["slowest end, ms"],
+                round(1000 * seconds) * (fault.what == "KILL"),
+            )
     return counts
 
 

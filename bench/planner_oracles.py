@@ -1,4 +1,6 @@
-"""Motion times of planners nobody here wrote: COPP (TOPP2, TOPP3) and toppra, offline, over the whole path."""
+"""Motion times of planners nobody here wrote: COPP (TOPP2, TOPP3) and toppra,
+offline, over the whole path.
+"""
 
 from __future__ import annotations
 
@@ -7,13 +9,19 @@ from typing import Any
 import copp_py as copp
 import numpy as np
 
-from cnc_core.jerk_paths import Knots as Path
-from cnc_core.jerk_planner import FloatArray
+from cnc_core.benchmarks.jerk_paths import Knots as Path
+from cnc_core.engine.jerk_planner import FloatArray
 
 UNLIMITED = 1e9
 
 
-def _robot(path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray, j: FloatArray | None) -> Any:
+def _robot(
+    path: Path,
+    feed: float | FloatArray,
+    v: FloatArray,
+    a: FloatArray,
+    j: FloatArray | None,
+) -> Any:
     n, axes = path.q.shape
     robot = copp.Robot(axes, capacity=n)
     robot.append_s(path.s)
@@ -25,43 +33,80 @@ def _robot(path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray, j
     robot.add_acceleration_limits(a, -a, start_idx_s=0, length=n)
     if j is not None:
         robot.add_jerk_limits(j, -j, start_idx_s=0, length=n)
-    robot.constraints.add_constraint_1st(np.broadcast_to(feed, n)[:, None] ** 2, 0)
+    robot.constraints.add_constraint_1st(
+        np.broadcast_to(feed, n)[:, None] ** 2, 0
+    )
     return robot
 
 
-def topp2_profile(path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray) -> FloatArray:
-    """x = (ds/dt)^2 at the knots, limited by velocity and acceleration; feed: one, or one a knot."""
+def topp2_profile(
+    path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray
+) -> FloatArray:
+    """x = (ds/dt)^2 at the knots, limited by velocity and acceleration; feed:
+    one, or one a knot.
+    """
     robot = _robot(path, feed, v, a, None)
     problem = copp.solver.topp2_ra.Problem(
-        robot.constraints, idx_s_interval=(0, len(path.s) - 1), a_boundary=(0.0, 0.0)
+        robot.constraints,
+        idx_s_interval=(0, len(path.s) - 1),
+        a_boundary=(0.0, 0.0),
     )
-    return np.asarray(copp.solver.topp2_ra.solve(problem, copp.solver.topp2_ra.Options()))
+    return np.asarray(
+        copp.solver.topp2_ra.solve(problem, copp.solver.topp2_ra.Options())
+    )
 
 
-def topp2_time(path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray) -> float:
+def topp2_time(
+    path: Path, feed: float | FloatArray, v: FloatArray, a: FloatArray
+) -> float:
     """Motion time limited by velocity and acceleration."""
-    return float(copp.interpolation.s_to_t_topp2(path.s, topp2_profile(path, feed, v, a), 0.0)[0])
+    return float(
+        copp.interpolation.s_to_t_topp2(
+            path.s, topp2_profile(path, feed, v, a), 0.0
+        )[0]
+    )
 
 
-def topp2_time_by_middles(path: Path, feed: FloatArray, v: FloatArray, a: FloatArray) -> float:
-    """The same with every other knot as the middle of an interval, where accelerations are limited: of second order,
-    and q'' may jump at the knots left. |q' u + q'' (x + 2 h u)| <= a, h: from the knot to the middle."""
+def topp2_time_by_middles(
+    path: Path, feed: FloatArray, v: FloatArray, a: FloatArray
+) -> float:
+    """The same with every other knot as the middle of an interval, where
+    accelerations are limited: of second order, and q'' may jump at the knots
+    left. |q' u + q'' (x + 2 h u)| <= a, h: from the knot to the middle.
+    """
     knots, d1, d2 = slice(None, None, 2), path.d1[1::2], path.d2[1::2]
     s, half = path.s[knots], (path.s[1::2] - path.s[:-1:2])[:, None]
     rows = (np.vstack([r, r[-1:]]) for r in (d1 + 2.0 * half * d2, d2))
-    cap = np.minimum(feed[knots], (v / np.maximum(np.abs(path.d1[knots]), 1e-12)).min(axis=1))
+    cap = np.minimum(
+        feed[knots], (v / np.maximum(np.abs(path.d1[knots]), 1e-12)).min(axis=1)
+    )
     shifted = Path(s, path.q[knots], *rows, path.d3[knots])
     return topp2_time(shifted, cap, np.full(len(v), UNLIMITED), a)
 
 
-def topp3_time(path: Path, feed: float, v: FloatArray, a: FloatArray, j: FloatArray, rounds: int = 20) -> float:
-    """Motion time limited by velocity, acceleration and jerk: linearised again until the time stands still.
+def topp3_time(
+    path: Path,
+    feed: float,
+    v: FloatArray,
+    a: FloatArray,
+    j: FloatArray,
+    rounds: int = 20,
+) -> float:
+    """Motion time limited by velocity, acceleration and jerk: linearised again
+    until the time stands still.
 
     Both of COPP's solvers, from two starts; the shortest time counts.
     """
     full = topp2_profile(path, feed, v, a)
-    starts = [(solver, scale) for solver in (copp.solver.topp3_lp, copp.solver.topp3_socp) for scale in (1.0, 0.3)]
-    return min(_topp3(path, feed, v, a, j, rounds, solver, full * scale) for solver, scale in starts)
+    starts = [
+        (solver, scale)
+        for solver in (copp.solver.topp3_lp, copp.solver.topp3_socp)
+        for scale in (1.0, 0.3)
+    ]
+    return min(
+        _topp3(path, feed, v, a, j, rounds, solver, full * scale)
+        for solver, scale in starts
+    )
 
 
 def _topp3(

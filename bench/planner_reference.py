@@ -1,6 +1,8 @@
-"""Compare the planners with optima of COPP (offline, over the whole path): ``python bench/planner_reference.py``.
+"""Compare the planners with optima of COPP (offline, over the whole path):
+``python bench/planner_reference.py``.
 
-The optima that the tests store come from here.  A run takes some minutes; ``--blocks`` shortens the contour.
+The optima that the tests store come from here.  A run takes some minutes;
+``--blocks`` shortens the contour.
 """
 
 from __future__ import annotations
@@ -11,8 +13,8 @@ import time
 import numpy as np
 from planner_oracles import topp2_time, topp3_time
 
-from cnc_core.jerk_paths import Knots, contour, raster_line
-from cnc_core.jerk_planner import JerkPlanner, Limits, Topp2, run
+from cnc_core.benchmarks.jerk_paths import Knots, contour, raster_line
+from cnc_core.engine.jerk_planner import JerkPlanner, Limits, Topp2, run
 
 WINDOWS = (30, 60, 120, 190)
 
@@ -22,8 +24,12 @@ def limits(axes: int) -> Limits:
     return Limits([300.0] * axes, [3000.0] * axes, [50000.0] * axes)
 
 
-def compare(name: str, path: Knots, per_block: int, feed: float, optimum: bool) -> None:
-    """One line for each window: motion time, its ratio to the optimum, blocks a second."""
+def compare(
+    name: str, path: Knots, per_block: int, feed: float, optimum: bool
+) -> None:
+    """One line for each window: motion time, its ratio to the optimum, blocks a
+    second.
+    """
     axes = path.q.shape[1]
     lim = limits(axes)
     v, a, j = (np.array(x) for x in (lim.v, lim.a, lim.j))
@@ -31,7 +37,9 @@ def compare(name: str, path: Knots, per_block: int, feed: float, optimum: bool) 
     rows["blocks"] = np.arange(len(rows)) % per_block == per_block - 1
     best3 = topp3_time(path, feed, v, a, j) if optimum else float("nan")
     best2 = topp2_time(path, feed, v, a)
-    print(f"{name}, {axes} axes, F{feed:.0f}: TOPP2 {best2:.5f} s, TOPP3 {best3:.5f} s")
+    print(
+        f"{name}, {axes} axes, F{feed:.0f}: TOPP2 {best2:.5f} s, TOPP3 {best3:.5f} s"
+    )
     for window in WINDOWS:
         planner = JerkPlanner(lim, window=window)
         cpu = time.process_time()
@@ -45,8 +53,15 @@ def compare(name: str, path: Knots, per_block: int, feed: float, optimum: bool) 
         _acceleration_limited(lim, window, per_block, rows, best2)
 
 
-def _acceleration_limited(lim: Limits, window: int, per_block: int, rows: np.ndarray, best: float) -> None:
-    planner, total, done, cpu = Topp2(lim, window=window, knots=per_block * window), 0.0, 0, time.process_time()
+def _acceleration_limited(
+    lim: Limits, window: int, per_block: int, rows: np.ndarray, best: float
+) -> None:
+    planner, total, done, cpu = (
+        Topp2(lim, window=window, knots=per_block * window),
+        0.0,
+        0,
+        time.process_time(),
+    )
     while True:
         done += planner.push(rows[done : done + planner.room])
         laws = planner.take(0.5 if done < len(rows) else 1e9)
@@ -54,17 +69,35 @@ def _acceleration_limited(lim: Limits, window: int, per_block: int, rows: np.nda
             break
         total += float(laws["time"].sum())
     cpu = time.process_time() - cpu
-    print(f"  accel W{window:3d}: {total:.5f} s, ratio {total / best:.5f}, {rows['blocks'].sum() / cpu:9.0f} blocks/s")
+    print(
+        f"  accel W{window:3d}: {total:.5f} s, ratio {total / best:.5f}, {rows['blocks'].sum() / cpu:9.0f} blocks/s"
+    )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--blocks", type=int, default=1200)
-    parser.add_argument("--speed", action="store_true", help="no optimum: times and blocks a second only")
+    parser.add_argument(
+        "--speed",
+        action="store_true",
+        help="no optimum: times and blocks a second only",
+    )
     options = parser.parse_args()
     for feed in (100.0, 300.0):
-        compare("contour", contour(options.blocks, per_block=2), 2, feed, not options.speed)
-        compare("raster line", raster_line(3, per_block=2), 2, feed, not options.speed)
+        compare(
+            "contour",
+            contour(options.blocks, per_block=2),
+            2,
+            feed,
+            not options.speed,
+        )
+        compare(
+            "raster line",
+            raster_line(3, per_block=2),
+            2,
+            feed,
+            not options.speed,
+        )
     for axes in (3, 6):
         compare("contour", contour(options.blocks, axes), 1, 100.0, False)
 

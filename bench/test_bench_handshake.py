@@ -1,7 +1,9 @@
-"""Handshake latency: raw C, Python on both sides, immediate and cyclic service of the engine, in the same run.
+"""Handshake latency: raw C, Python on both sides, immediate and cyclic service
+of the engine, in the same run.
 
-``pytest bench --benchmark-enable``; each round is one measurement of a quarter of a second, whose distribution stands
-in ``extra_info`` (ns).  Nothing timed is asserted.
+``pytest bench --benchmark-enable``; each round is one measurement of a quarter
+of a second, whose distribution stands in ``extra_info`` (ns).  Nothing timed is
+asserted.
 """
 
 from typing import Any
@@ -17,7 +19,9 @@ SECONDS = 0.25
 
 def distribution(measured: Measurement) -> dict[str, Any]:
     """mean, p50, p99, p999, max in ns, and what the numbers are worth."""
-    p50, p99, p999 = (float(q) for q in np.percentile(measured.ns, [50, 99, 99.9]))
+    p50, p99, p999 = (
+        float(q) for q in np.percentile(measured.ns, [50, 99, 99.9])
+    )
     return {
         "mean": float(measured.ns.mean()),
         "p50": p50,
@@ -48,12 +52,16 @@ def test_python_on_both_sides_beside_the_raw_reference(benchmark: Any) -> None:
 
     raw, python = benchmark.pedantic(both, rounds=1)
     ratio = float(np.median(python.ns) / np.median(raw.ns))
-    benchmark.extra_info.update(ratio=ratio, raw=distribution(raw), python=distribution(python))
+    benchmark.extra_info.update(
+        ratio=ratio, raw=distribution(raw), python=distribution(python)
+    )
     assert raw.torn == python.torn == 0
 
 
 def test_all_services_beside_the_raw_reference(benchmark: Any) -> None:
-    """What ``hli-cosim bench handshake`` measures; goals: immediate 2, Python on both sides 2.5 times raw C."""
+    """What ``hli-cosim bench handshake`` measures; goals: immediate 2, Python
+    on both sides 2.5 times raw C.
+    """
     value = benchmark.pedantic(handshake, args=(4.0,), rounds=1)
     benchmark.extra_info.update(value)
     assert value["torn_reads"] == 0

@@ -1,7 +1,10 @@
-"""The pair: how much faster than real time CNC and PLC run together, at 1 ms, and the CNC with nothing attached.
+"""The pair: how much faster than real time CNC and PLC run together, at 1 ms,
+and the CNC with nothing attached.
 
-``pytest bench/test_bench_pair.py --benchmark-enable``; figures stand in ``extra_info``. Nothing timed is asserted. In
-lockstep the two processes wait for each other once a millisecond of machine time, spinning: two free cores are needed.
+``pytest bench/test_bench_pair.py --benchmark-enable``; figures stand in
+``extra_info``. Nothing timed is asserted. In lockstep the two processes wait
+for each other once a millisecond of machine time, spinning: two free cores are
+needed.
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ README = Path(__file__).parents[1] / "README.md"
 HEAD = "from plc_client import ContourAhead, Override, task\n@task(interval=0.001)\n"
 PLC = {
     "empty": HEAD + "class Task:\n    def cyclic(self): pass\n",
-    "readme": README.read_text().split("```python\n")[1].split("```")[0],  # mode 2 and override in every scan
+    # mode 2 and override in every scan
+    "readme": README.read_text().split("```python\n")[1].split("```")[0],
     "contract": (  # mode 2 in every scan, the radii looked at
         "from plc_client import ContourLookahead, task\n"
         "@task(interval=0.001)\n"
@@ -48,7 +52,9 @@ PLC = {
 def part(folder: Path, minutes: float) -> Path:
     """Lines of 100 mm at 100 mm/s."""
     path = folder / "part.nc"
-    lines = [f"X{100 * (i % 2)} Y{i * 0.1:.1f}" for i in range(round(minutes * 60))]
+    lines = [
+        f"X{100 * (i % 2)} Y{i * 0.1:.1f}" for i in range(round(minutes * 60))
+    ]
     path.write_text("\n".join(["G01 F6000", *lines, "M30", ""]))
     return path
 
@@ -57,7 +63,13 @@ def part(folder: Path, minutes: float) -> Path:
 def test_pair(benchmark: Any, tmp_path: Path, name: str) -> None:
     """Lockstep with a Python PLC; ``none``: nothing attached."""
     program = part(tmp_path, 1.0 if name != "none" else 20.0)
-    plc: Any = name if name == "none" else None if name == "acknowledge" else tmp_path / "plc.py"
+    plc: Any = (
+        name
+        if name == "none"
+        else None
+        if name == "acknowledge"
+        else tmp_path / "plc.py"
+    )
     if name in PLC:
         plc.write_text(PLC[name])
 
@@ -68,7 +80,11 @@ def test_pair(benchmark: Any, tmp_path: Path, name: str) -> None:
     result = benchmark.pedantic(run, rounds=1)
     assert result.end == "completed"
     scans = {k: v["mean_us"] for k, v in result.plc.get("tasks", {}).items()}
-    benchmark.extra_info.update(realtime_factor=result.realtime_factor, cycles=result.cycles, mean_scan_us=scans)
+    benchmark.extra_info.update(
+        realtime_factor=result.realtime_factor,
+        cycles=result.cycles,
+        mean_scan_us=scans,
+    )
 
 
 class Empty:

@@ -1,9 +1,12 @@
-"""cffi modules (API mode): ``cnc_core._engine`` (planner, interpolator, scanner) and ``hli._sync`` (memory ordering).
+"""cffi modules (API mode): ``cnc_core._engine`` (planner, interpolator,
+scanner) and ``hli._sync`` (memory ordering).
 
-The C declarations cffi needs are read from the headers, between ``/* cdef begin */`` and ``/* cdef end */``; the
-header of the shared-memory layout is generated from ``hli/layout.py`` before anything is compiled.  The environment
-variable HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the sanitizers;
-HLI_COSIM_INTERLEAVE=1 with the places at which ``tests/unit/test_interleaving.py`` switches between planner and GEO.
+The C declarations cffi needs are read from the headers, between ``/* cdef begin
+*/`` and ``/* cdef end */``; the header of the shared-memory layout is generated
+from ``hli/layout.py`` before anything is compiled.  The environment variable
+HLI_COSIM_SANITIZE=address,undefined (or thread) builds both modules under the
+sanitizers; HLI_COSIM_INTERLEAVE=1 with the places at which
+``tests/unit/test_interleaving.py`` switches between planner and GEO.
 """
 
 from __future__ import annotations
@@ -25,12 +28,22 @@ CDEF = re.compile(r"/\* cdef begin \*/(.*?)/\* cdef end \*/", re.S)
 
 def cdef_of(*headers: str) -> str:
     """The declarations of the named headers, for ``FFI.cdef``."""
-    return "\n".join(part for name in headers for part in CDEF.findall((HERE / name).read_text()))
+    return "\n".join(
+        part
+        for name in headers
+        for part in CDEF.findall((HERE / name).read_text())
+    )
 
 
 def write_layout_header() -> None:
-    """Generate c_ext/hli_layout.h; imports hli.layout and hli.export without the (not yet built) hli package."""
-    saved = {name: mod for name, mod in sys.modules.items() if name == "hli" or name.startswith("hli.")}
+    """Generate c_ext/hli/hli_layout.h; imports hli.layout and hli.export
+    without the (not yet built) hli package.
+    """
+    saved = {
+        name: mod
+        for name, mod in sys.modules.items()
+        if name == "hli" or name.startswith("hli.")
+    }
     for name in saved:
         del sys.modules[name]
     package = types.ModuleType("hli")
@@ -42,17 +55,31 @@ def write_layout_header() -> None:
         layout.verify()
         text = export.c_header()
     finally:
-        for name in [n for n in sys.modules if n == "hli" or n.startswith("hli.")]:
+        for name in [
+            n for n in sys.modules if n == "hli" or n.startswith("hli.")
+        ]:
             del sys.modules[name]
         sys.modules.update(saved)
-    path = HERE / "hli_layout.h"
+    path = HERE / "hli" / "hli_layout.h"
     if not path.exists() or path.read_text() != text:
         path.write_text(text)
 
 
 def compile_args() -> tuple[list[str], list[str]]:
-    """(compiler, linker) arguments. No -ffast-math and no contraction: distances must add up the same everywhere."""
-    args = ["-std=gnu11", "-O3", "-fvisibility=hidden", "-Wall", "-Wextra", "-fno-fast-math", "-ffp-contract=off"]
+    """(compiler, linker) arguments.
+
+    No -ffast-math and no contraction: distances must add up the same
+    everywhere.
+    """
+    args = [
+        "-std=gnu11",
+        "-O3",
+        "-fvisibility=hidden",
+        "-Wall",
+        "-Wextra",
+        "-fno-fast-math",
+        "-ffp-contract=off",
+    ]
     args += ["-Wno-psabi", "-pthread"]
     link = ["-pthread", "-lm", "-lrt"]
     if os.environ.get("HLI_COSIM_WERROR"):
@@ -61,9 +88,15 @@ def compile_args() -> tuple[list[str], list[str]]:
         args.append("-DENGINE_INTERLEAVE")
     sanitize = os.environ.get("HLI_COSIM_SANITIZE")
     if sanitize:
-        args += [f"-fsanitize={sanitize}", "-g", "-fno-omit-frame-pointer", "-fno-sanitize-recover=all"]
+        args += [
+            f"-fsanitize={sanitize}",
+            "-g",
+            "-fno-omit-frame-pointer",
+            "-fno-sanitize-recover=all",
+        ]
         if "thread" in sanitize:
-            args.append("-Wno-tsan")  # it says that fences are not modelled: docs/reliability.md
+            # it says that fences are not modelled: docs/reliability.md
+            args.append("-Wno-tsan")
         link.append(f"-fsanitize={sanitize}")
     return args, link
 
@@ -80,21 +113,34 @@ def module(name: str, headers: list[str], sources: list[str]) -> FFI:
         "\n".join(f'#include "{h}"' for h in headers),
         sources=relative,
         include_dirs=[os.path.relpath(HERE, ROOT)],
-        depends=[os.path.relpath(p, ROOT) for p in sorted(HERE.glob("*.h"))],
+        depends=[os.path.relpath(p, ROOT) for p in sorted(HERE.rglob("*.h"))],
         extra_compile_args=args,
         extra_link_args=link,
     )
     return ffi
 
 
-SYNC_SOURCES = ["hli_sync.c", "hli_bench.c"]
-ENGINE_HEADERS = ["nc_block.h", "scan.h", "offset.h", "smooth.h", "contour.h", "engine.h", "jerk_planner.h", "topp2.h"]
-ENGINE_HEADERS += ["tube.h"]
+SYNC_SOURCES = ["hli/sync.c", "hli/bench.c"]
+ENGINE_HEADERS = [
+    "rows/nc_block.h",
+    "rows/scan.h",
+    "stages/compensation/offset.h",
+    "stages/smoothing/smoothing.h",
+    "stages/contouring/contouring.h",
+    "engine/state/api.h",
+    "jerk/planner.h",
+    "jerk/topp2.h",
+    "stages/polyline_distance.h",
+]
 
-engine_ffi = module(
-    "cnc_core._engine",
-    [h for h in ENGINE_HEADERS if (HERE / h).exists()],
-    # hli_sync.c too: the engine waits and wakes with the same functions
-    sorted(p.name for p in HERE.glob("*.c") if p.name != "hli_bench.c"),
-)
-sync_ffi = module("hli._sync", ["hli_sync.h", "hli_bench.h"], SYNC_SOURCES)
+
+def engine_sources() -> list[str]:
+    """Every C file below c_ext but the one that only measures; hli/sync.c too:
+    the engine waits with its functions.
+    """
+    found = {str(path.relative_to(HERE)) for path in HERE.rglob("*.c")}
+    return sorted(found - {"hli/bench.c", "_engine.c", "_sync.c"})
+
+
+engine_ffi = module("cnc_core._engine", ENGINE_HEADERS, engine_sources())
+sync_ffi = module("hli._sync", ["hli/sync.h", "hli/bench.h"], SYNC_SOURCES)

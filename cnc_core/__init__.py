@@ -6,7 +6,9 @@ __all__ = ["Cell", "CncError", "RunResult", "start_plc"]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the public names when they are asked for: processes that need less start faster."""
+    """Import the public names when they are asked for: processes that need less
+    start faster.
+    """
     if name in ("Cell", "RunResult"):
         from . import cell  # noqa: PLC0415
 
@@ -16,7 +18,7 @@ def __getattr__(name: str) -> Any:
 
         return CncError
     if name == "start_plc":
-        from .stepping import start_plc  # noqa: PLC0415
+        from .cell.stepping import start_plc  # noqa: PLC0415
 
         return start_plc
     raise AttributeError(f"module 'cnc_core' has no attribute {name!r}")

@@ -1,4 +1,5 @@
-"""The command line ``hli-cosim``; every command and every JSON field is named in the README and the docs.
+"""The command line ``hli-cosim``; every command and every JSON field is named
+in the README and the docs.
 
 Exit status: 0 success, 1 program or user error, 2 wrong usage, 130 interrupted.
 """
@@ -19,9 +20,13 @@ from .errors import CncError
 
 
 def main() -> None:
-    """Entry point: runs a command and turns every expected failure into its exit status."""
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # also where the caller had it ignored
-    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))  # so that what runs is ended and the recording kept
+    """Entry point: runs a command and turns every expected failure into its
+    exit status.
+    """
+    # also where the caller had it ignored
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    # so that what runs is ended and the recording kept
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     try:
         code = app(standalone_mode=False)
         sys.exit(code if isinstance(code, int) else 0)
@@ -42,16 +47,24 @@ def _numbered(error: Exception) -> CncError:
     if isinstance(error, HliError):
         return CncError(error.code, str(error))
     if isinstance(error, OSError):
-        return CncError(901004 if error.filename else 901002, f"{error.filename or ''}: {error.strerror}")
-    return CncError(905015 if "segment name" in str(error) else 900012, str(error))
+        return CncError(
+            901004 if error.filename else 901002,
+            f"{error.filename or ''}: {error.strerror}",
+        )
+    return CncError(
+        905015 if "segment name" in str(error) else 900012, str(error)
+    )
 
 
 def _failed(error: Exception) -> int:
-    """Print an expected failure and give its status; anything else is a bug and keeps its traceback.
+    """Print an expected failure and give its status; anything else is a bug and
+    keeps its traceback.
 
-    With --json standard output gets one object all the same, unless the command has printed something already.
+    With --json standard output gets one object all the same, unless the command
+    has printed something already.
     """
-    if hasattr(error, "show") and hasattr(error, "exit_code"):  # wrong usage, found by the command-line parser
+    # wrong usage, found by the command-line parser
+    if hasattr(error, "show") and hasattr(error, "exit_code"):
         error.show()
         return int(error.exit_code)
     if not isinstance(error, CncError | HliError | OSError | ValueError):
@@ -65,11 +78,15 @@ def _failed(error: Exception) -> int:
 
 
 def _empty_result(error: CncError) -> dict[str, Any]:
-    """What --json prints when a command ends before it has a result: ``errors``, for ``run`` the whole run object."""
+    """What --json prints when a command ends before it has a result:
+    ``errors``, for ``run`` the whole run object.
+    """
     if "run" in sys.argv[1:2]:
         from .cell import RunResult  # noqa: PLC0415
 
-        return RunResult(end="error", errors=[e.as_json() for e in (error, *error.also)]).as_json()
+        return RunResult(
+            end="error", errors=[e.as_json() for e in (error, *error.also)]
+        ).as_json()
     return {"errors": [e.as_json() for e in (error, *error.also)]}
 
 

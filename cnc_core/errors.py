@@ -1,7 +1,9 @@
 """One error base and one table of numbers.
 
-Vendor numbers are used where they are public (companion specifications, "DG" pages); everything else lies in our own
-range 900000..909999.  The table is printed into the docs by ``docs/errors.md`` and checked for completeness by a test.
+Vendor numbers are used where they are public (companion specifications, "DG"
+pages); everything else lies in our own range 900000..909999.  The table is
+printed into the docs by ``docs/errors.md`` and checked for completeness by a
+test.
 """
 
 from __future__ import annotations
@@ -328,9 +330,13 @@ class Place:
 
 
 class CncError(Exception):
-    """A numbered error with its place; ``str()`` gives ``FILE:LINE:COL: CODE: text`` and the source line."""
+    """A numbered error with its place; ``str()`` gives ``FILE:LINE:COL: CODE:
+    text`` and the source line.
+    """
 
-    def __init__(self, code: int, text: str = "", place: Place | None = None) -> None:
+    def __init__(
+        self, code: int, text: str = "", place: Place | None = None
+    ) -> None:
         self.code = code
         self.text = text or ERRORS.get(code, "error")
         self.place = place or Place()
@@ -345,14 +351,24 @@ class CncError(Exception):
 
     def __str__(self) -> str:
         p = self.place
-        head = f"{p.file}:{p.line}:{p.column}: " if p.line else (f"{p.file}: " if p.file else "")
+        head = (
+            f"{p.file}:{p.line}:{p.column}: "
+            if p.line
+            else (f"{p.file}: " if p.file else "")
+        )
         tail = f"\n    {p.source}" if p.source else ""
         return f"{head}{self.code}: {self.text}{tail}"
 
     def as_json(self) -> dict[str, Any]:
         """``{file, line, column, code, text}`` as the contract wants it."""
         p = self.place
-        return {"file": p.file, "line": p.line, "column": p.column, "code": self.code, "text": self.text}
+        return {
+            "file": p.file,
+            "line": p.line,
+            "column": p.column,
+            "code": self.code,
+            "text": self.text,
+        }
 
 
 class ConfigError(CncError):

@@ -1,4 +1,6 @@
-"""pytest fixtures for users: ``cell``, ``plc``, ``golden``; everything is ended and removed after each test."""
+"""pytest fixtures for users: ``cell``, ``plc``, ``golden``; everything is ended
+and removed after each test.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +16,17 @@ from plc_client.mock import Step
 from plc_client.runner import PlcRunner, Tasks
 
 from .cell import Cell
-from .stepping import start_plc
+from .cell.stepping import start_plc
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """``--golden-update``."""
     group = parser.getgroup("hli-cosim")
-    group.addoption("--golden-update", action="store_true", help="write the golden runs anew instead of comparing")
+    group.addoption(
+        "--golden-update",
+        action="store_true",
+        help="write the golden runs anew instead of comparing",
+    )
 
 
 @pytest.fixture
@@ -31,9 +37,11 @@ def cell() -> Iterator[Cell]:
 
 
 class PlcFactory:
-    """Makes runners: ``plc(MyPlc, script=[line(30)])`` on a mock CNC, ``plc(MyPlc, "part.nc")`` beside the real one.
+    """Makes runners: ``plc(MyPlc, script=[line(30)])`` on a mock CNC,
+    ``plc(MyPlc, "part.nc")`` beside the real one.
 
-    Both stand until the test steps them; ``config=`` is the cell of the real one, other options those of ``MockCnc``.
+    Both stand until the test steps them; ``config=`` is the cell of the real
+    one, other options those of ``MockCnc``.
     """
 
     def __init__(self) -> None:
@@ -52,11 +60,21 @@ class PlcFactory:
     ) -> PlcRunner:
         """A fresh runner: ``setup()`` done, no scan yet."""
         if (program is None) == (script is None):
-            raise ValueError("plc(): give either an NC program or script=[...] for the mock CNC")
+            raise ValueError(
+                "plc(): give either an NC program or script=[...] for the mock CNC"
+            )
         if program is not None:
-            runner = start_plc(program, tasks, config=config, dialect=dialect, autostart=autostart)
+            runner = start_plc(
+                program,
+                tasks,
+                config=config,
+                dialect=dialect,
+                autostart=autostart,
+            )
         else:
-            runner = PlcRunner.on_mock(tasks, script or (), auto_start=autostart, **mock)
+            runner = PlcRunner.on_mock(
+                tasks, script or (), auto_start=autostart, **mock
+            )
         self._runners.append(runner)
         return runner
 
@@ -68,22 +86,31 @@ class PlcFactory:
 
 @pytest.fixture
 def plc() -> Iterator[PlcFactory]:
-    """A PLC in the test's own process, stepped by the test: ``plc(MyPlc, "part.nc").run_to_distance(1e5)``."""
+    """A PLC in the test's own process, stepped by the test: ``plc(MyPlc,
+    "part.nc").run_to_distance(1e5)``.
+    """
     factory = PlcFactory()
     yield factory
     factory.close()
 
 
 class Golden:
-    """Compares columns with the golden file of this test: ``golden({"t": t, "power": p}, tolerance=1e-6)``."""
+    """Compares columns with the golden file of this test: ``golden({"t": t,
+    "power": p}, tolerance=1e-6)``.
+    """
 
     def __init__(self, folder: Path, stem: str, update: bool) -> None:
         self._folder, self._stem, self._update = folder, stem, update
 
     def __call__(
-        self, columns: Mapping[str, Any], name: str = "", tolerance: float | Mapping[str, float] = 1e-9
+        self,
+        columns: Mapping[str, Any],
+        name: str = "",
+        tolerance: float | Mapping[str, float] = 1e-9,
     ) -> None:
-        """Raises GoldenMismatchError; with ``--golden-update`` writes the file instead."""
+        """Raises GoldenMismatchError; with ``--golden-update`` writes the file
+        instead.
+        """
         check(self.path(name), columns, tolerance, update=self._update)
 
     def path(self, name: str = "") -> Path:
@@ -95,4 +122,8 @@ class Golden:
 def golden(request: pytest.FixtureRequest) -> Golden:
     """Golden runs in a folder ``golden`` beside the test file, one file per test."""
     stem = re.sub(r"[^\w.-]+", "_", request.node.name).strip("_")
-    return Golden(request.path.parent / "golden", stem, bool(request.config.getoption("--golden-update")))
+    return Golden(
+        request.path.parent / "golden",
+        stem,
+        bool(request.config.getoption("--golden-update")),
+    )

@@ -24,7 +24,9 @@ class HliNotReady(HliError):
 
 
 class HliVersionError(HliError):
-    """Magic, ABI version, size or layout hash differ; the message names which and gives both values."""
+    """Magic, ABI version, size or layout hash differ; the message names which
+    and gives both values.
+    """
 
     code = 905012
 

@@ -1,6 +1,8 @@
-"""The HLI layout in other languages: C header, IEC 61131-3 Structured Text, JSON.
+"""The HLI layout in other languages: C header, IEC 61131-3 Structured Text,
+JSON.
 
-Everything is generated from ``hli.layout``; nothing here knows a byte offset of its own.
+Everything is generated from ``hli.layout``; nothing here knows a byte offset of
+its own.
 """
 
 from __future__ import annotations
@@ -52,7 +54,9 @@ ST_CONSTANTS = {
 
 
 def layout_hash() -> bytes:
-    """SHA-256 over ``layout.describe()``: 32 bytes, part of the segment head, compared on attach."""
+    """SHA-256 over ``layout.describe()``: 32 bytes, part of the segment head,
+    compared on attach.
+    """
     return hashlib.sha256(layout.describe().encode()).digest()
 
 
@@ -60,16 +64,30 @@ def _c_member(name: str, ctype: Any) -> str:
     if layout.is_string(ctype):
         return f"char {name}[{ctype._length_}];"
     base, dims = layout.element_type(ctype)
-    base_name = base.__name__ if issubclass(base, ctypes.Structure) else _C_TYPES[base.__name__]
+    base_name = (
+        base.__name__
+        if issubclass(base, ctypes.Structure)
+        else _C_TYPES[base.__name__]
+    )
     return f"{base_name} {name}" + "".join(f"[{d}]" for d in dims) + ";"
 
 
 def c_header(asserts: bool = True) -> str:
-    """C11 header with every structure; with ``asserts`` a ``_Static_assert`` holds every offset and size."""
-    out = ["/* Generated from hli/layout.py. Do not edit. */", "#ifndef HLI_LAYOUT_H", "#define HLI_LAYOUT_H"]
+    """C11 header with every structure; with ``asserts`` a ``_Static_assert``
+    holds every offset and size.
+    """
+    out = [
+        "/* Generated from hli/layout.py. Do not edit. */",
+        "#ifndef HLI_LAYOUT_H",
+        "#define HLI_LAYOUT_H",
+    ]
     out += ["#include <stddef.h>", "#include <stdint.h>", ""]
     for name, value in layout.CONSTANTS.items():
-        out.append(f"#define {name} {value:#x}ULL" if value > 0xFFFFFFFF else f"#define {name} {value}")
+        out.append(
+            f"#define {name} {value:#x}ULL"
+            if value > 0xFFFFFFFF
+            else f"#define {name} {value}"
+        )
     digest = ", ".join(f"0x{b:02x}" for b in layout_hash())
     out += [f"#define HLI_LAYOUT_HASH {{{digest}}}", ""]
     for cls in layout.structures():
@@ -80,8 +98,12 @@ def c_header(asserts: bool = True) -> str:
         if asserts:
             for name, _ in fields:
                 offset = getattr(cls, name).offset
-                out.append(f'_Static_assert(offsetof({cls.__name__}, {name}) == {offset}, "{cls.__name__}.{name}");')
-            out.append(f'_Static_assert(sizeof({cls.__name__}) == {ctypes.sizeof(cls)}, "{cls.__name__}");')
+                out.append(
+                    f'_Static_assert(offsetof({cls.__name__}, {name}) == {offset}, "{cls.__name__}.{name}");'
+                )
+            out.append(
+                f'_Static_assert(sizeof({cls.__name__}) == {ctypes.sizeof(cls)}, "{cls.__name__}");'
+            )
         out.append("")
     out.append("#endif")
     return "\n".join(out) + "\n"
@@ -92,7 +114,11 @@ def _st_member(name: str, ctype: Any) -> str:
     if layout.is_string(ctype):
         return f"{name} : STRING({ctype._length_ - 1});"
     base, dims = layout.element_type(ctype)
-    base_name = base.__name__ if issubclass(base, ctypes.Structure) else _ST_TYPES[base.__name__]
+    base_name = (
+        base.__name__
+        if issubclass(base, ctypes.Structure)
+        else _ST_TYPES[base.__name__]
+    )
     if dims:
         ranges = ", ".join(f"0..{d - 1}" for d in dims)
         base_name = f"ARRAY [{ranges}] OF {base_name}"
@@ -105,18 +131,36 @@ def _public(cls: type[ctypes.Structure]) -> bool:
 
 def _st_constants() -> dict[str, int]:
     public = re.compile("HLI_(.*_(MAXIDX|LAENGE)|(CLAH|IMCM)_.*)")
-    return {name: value for name, value in layout.CONSTANTS.items() if public.fullmatch(name)} | ST_CONSTANTS
+    return {
+        name: value
+        for name, value in layout.CONSTANTS.items()
+        if public.fullmatch(name)
+    } | ST_CONSTANTS
 
 
 def _st_structure(cls: Any) -> str:
     if cls is layout.HLI_EXT_VAR:  # gpVECh[i]^[n], as in the manual
         return f"TYPE {cls.__name__} : ARRAY [0..{layout.HLI_EXT_VAR_MAXIDX}] OF UDINT;\nEND_TYPE\n"
     members = [f"    {_st_member(name, ctype)}" for name, ctype in cls._fields_]
-    return "\n".join([f"TYPE {cls.__name__} :", "STRUCT", *members, "END_STRUCT", "END_TYPE"]) + "\n"
+    return (
+        "\n".join(
+            [
+                f"TYPE {cls.__name__} :",
+                "STRUCT",
+                *members,
+                "END_STRUCT",
+                "END_TYPE",
+            ]
+        )
+        + "\n"
+    )
 
 
 def _st_constant_list() -> str:
-    lines = [f"    {name} : UDINT := {value};" for name, value in _st_constants().items()]
+    lines = [
+        f"    {name} : UDINT := {value};"
+        for name, value in _st_constants().items()
+    ]
     return "\n".join(["VAR_GLOBAL CONSTANT", *lines, "END_VAR"]) + "\n"
 
 
@@ -132,7 +176,10 @@ def _st_pointer_list() -> str:
         "gNrCh : UINT;",
         "gNrAx : UINT;",
     ]
-    return "\n".join(["VAR_GLOBAL", *(f"    {m}" for m in members), "END_VAR"]) + "\n"
+    return (
+        "\n".join(["VAR_GLOBAL", *(f"    {m}" for m in members), "END_VAR"])
+        + "\n"
+    )
 
 
 def _st_structures() -> list[Any]:
@@ -140,21 +187,40 @@ def _st_structures() -> list[Any]:
 
 
 def st_types() -> str:
-    """Constants, TYPE declarations and the global pointers in one text, for TwinCAT and CODESYS style compilers."""
-    parts = [_ST_HEAD, _st_constant_list(), *map(_st_structure, _st_structures()), _st_pointer_list()]
+    """Constants, TYPE declarations and the global pointers in one text, for
+    TwinCAT and CODESYS style compilers.
+    """
+    parts = [
+        _ST_HEAD,
+        _st_constant_list(),
+        *map(_st_structure, _st_structures()),
+        _st_pointer_list(),
+    ]
     return "\n".join(parts)
 
 
 def twincat_files() -> dict[str, str]:
-    """The same as files of a TwinCAT 3 project (name -> content), to be added as existing items."""
-    files = {f"{cls.__name__}.TcDUT": _tc_object("DUT", cls.__name__, _st_structure(cls)) for cls in _st_structures()}
-    for name, text in ((GVL_CONSTANTS, _st_constant_list()), (GVL_VARIABLES, _st_pointer_list())):
+    """The same as files of a TwinCAT 3 project (name -> content), to be added
+    as existing items.
+    """
+    files = {
+        f"{cls.__name__}.TcDUT": _tc_object(
+            "DUT", cls.__name__, _st_structure(cls)
+        )
+        for cls in _st_structures()
+    }
+    for name, text in (
+        (GVL_CONSTANTS, _st_constant_list()),
+        (GVL_VARIABLES, _st_pointer_list()),
+    ):
         files[f"{name}.TcGVL"] = _tc_object("GVL", name, text)
     return files
 
 
 def _tc_object(kind: str, name: str, declaration: str) -> str:
-    """The same Id for the same name: files that are written again replace the old ones."""
+    """The same Id for the same name: files that are written again replace the
+    old ones.
+    """
     identity = uuid.uuid5(uuid.NAMESPACE_URL, f"hli-cosim/{kind}/{name}")
     return (
         '<?xml version="1.0" encoding="utf-8"?>\n<TcPlcObject Version="1.1.0.1">\n'
@@ -164,7 +230,9 @@ def _tc_object(kind: str, name: str, declaration: str) -> str:
 
 
 def json_layout() -> dict[str, Any]:
-    """Every structure with size and members (name, type, dimensions, offset, size), constants and hash."""
+    """Every structure with size and members (name, type, dimensions, offset,
+    size), constants and hash.
+    """
     structures: dict[str, Any] = {}
     for cls in layout.structures():
         members = []
@@ -183,7 +251,10 @@ def json_layout() -> dict[str, Any]:
                     "size": ctypes.sizeof(ctype),
                 }
             )
-        structures[cls.__name__] = {"size": ctypes.sizeof(cls), "members": members}
+        structures[cls.__name__] = {
+            "size": ctypes.sizeof(cls),
+            "members": members,
+        }
     return {
         "abi_version": layout.HLI_ABI_VERSION,
         "layout_hash": layout_hash().hex(),

@@ -1,7 +1,8 @@
-"""Handshakes over views: thin Python around the C functions of ``hli._sync``, which do all ordering and waiting.
+"""Handshakes over views: thin Python around the C functions of ``hli._sync``,
+which do all ordering and waiting.
 
-``ContourUnit`` binds one contour look-ahead control unit to the waiter words of its segment, with all pointers cast
-once, so that one exchange is one C call.
+``ContourUnit`` binds one contour look-ahead control unit to the waiter words of
+its segment, with all pointers cast once, so that one exchange is one C call.
 """
 
 from __future__ import annotations
@@ -20,7 +21,9 @@ from .view import BLOCK_DTYPE, View, view_class
 _ROW_BYTES = BLOCK_DTYPE.itemsize
 BLOCK_ROWS = layout.HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1
 _SNAPSHOT_TRIES = 1000
-_YIELD_S = 50e-6  # a writer that lost its core in the middle of a write gets one
+_YIELD_S = (
+    50e-6  # a writer that lost its core in the middle of a write gets one
+)
 _SLICE_NS = 100_000_000  # Python looks for signals this often
 
 OK: int = lib.HS_OK
@@ -30,7 +33,9 @@ REFUSED: int = lib.HS_REFUSED
 
 
 def word_pointer(root: View, name: str) -> Any:
-    """cffi pointer to a side word (``cnc_turn``, ``clah_bell`` ...) of a segment view."""
+    """cffi pointer to a side word (``cnc_turn``, ``clah_bell`` ...) of a
+    segment view.
+    """
     return root.sidecar._pointer(getattr(layout.HLI_SIDECAR, name).offset)
 
 
@@ -42,28 +47,43 @@ def root_of(view: View) -> View:
 
 
 def snapshot(view: View, timeout_s: float = 1.0) -> Any:
-    """A consistent private copy of ``bahn_state`` or ``contour_lookahead.state`` of channel 0, as a view.
+    """A consistent private copy of ``bahn_state`` or
+    ``contour_lookahead.state`` of channel 0, as a view.
 
-    These two are what the CNC writes under the seqlock; ValueError for any other view.
-    Raises HliTimeout if no copy stayed undisturbed for ``timeout_s`` (the writer died while it wrote).
+    These two are what the CNC writes under the seqlock; ValueError for any
+    other view. Raises HliTimeout if no copy stayed undisturbed for
+    ``timeout_s`` (the writer died while it wrote).
     """
     root: Any = root_of(view)
-    if view not in (root.channel[0].bahn_state, root.channel[0].contour_lookahead.state):
-        raise ValueError(f"{type(view).__name__}: only gpCh[0].bahn_state and contour_lookahead.state have a seqlock")
+    if view not in (
+        root.channel[0].bahn_state,
+        root.channel[0].contour_lookahead.state,
+    ):
+        raise ValueError(
+            f"{type(view).__name__}: only gpCh[0].bahn_state and contour_lookahead.state have a seqlock"
+        )
     structure: Any = type(view._c)
     copy = structure()
     target = ffi.cast("void *", ctypes.addressof(copy))
-    source, seq, size = view._pointer(), word_pointer(root, "channel_seq"), ctypes.sizeof(copy)
+    source, seq, size = (
+        view._pointer(),
+        word_pointer(root, "channel_seq"),
+        ctypes.sizeof(copy),
+    )
     end = time.monotonic() + timeout_s
     while lib.hs_snapshot(seq, source, target, size, _SNAPSHOT_TRIES) != OK:
         if time.monotonic() > end:
-            raise HliTimeout(f"{structure.__name__}: no undisturbed copy within {timeout_s} s")
+            raise HliTimeout(
+                f"{structure.__name__}: no undisturbed copy within {timeout_s} s"
+            )
         time.sleep(_YIELD_S)
     return view_class(structure)(copy)
 
 
 class ContourUnit:
-    """One contour look-ahead unit and its bells: request, take, exchange (PLC); wait_request, answer (CNC)."""
+    """One contour look-ahead unit and its bells: request, take, exchange (PLC);
+    wait_request, answer (CNC).
+    """
 
     def __init__(self, unit: View) -> None:
         root = root_of(unit)
@@ -80,54 +100,96 @@ class ContourUnit:
     # -- PLC side
     def request(self, start_position: float, length: float) -> bool:
         """Place a request; False while an earlier one is pending."""
-        return bool(lib.hs_clah_request(self._unit, self._bell, start_position, length))
+        return bool(
+            lib.hs_clah_request(self._unit, self._bell, start_position, length)
+        )
 
     def take(self) -> int:
-        """Copy the answer into ``rows``: number of elements, or -1 while the request is pending."""
+        """Copy the answer into ``rows``: number of elements, or -1 while the
+        request is pending.
+        """
         n: int = lib.hs_clah_take(self._unit, self._rows)
         return n if n >= 0 else -1
 
     def next(self, start_position: float, length: float) -> int:
-        """``take`` and ``request`` in one C call, for whoever owns the pending request.
+        """``take`` and ``request`` in one C call, for whoever owns the pending
+        request.
 
-        Number of elements; below 0 nothing was done: BUSY, or REFUSED for a request that is not finite.
+        Number of elements; below 0 nothing was done: BUSY, or REFUSED for a
+        request that is not finite.
         """
-        n: int = lib.hs_clah_next(self._unit, self._bell, start_position, length, self._rows)
+        n: int = lib.hs_clah_next(
+            self._unit, self._bell, start_position, length, self._rows
+        )
         return n
 
     def copy(self, n: int) -> np.ndarray[Any, Any]:
-        """An own array with the first `n` rows: bytes as a whole, where numpy would copy member by member."""
-        return np.ndarray(n, BLOCK_DTYPE, bytearray(self._bytes[: n * _ROW_BYTES]))
+        """An own array with the first `n` rows: bytes as a whole, where numpy
+        would copy member by member.
+        """
+        return np.ndarray(
+            n, BLOCK_DTYPE, bytearray(self._bytes[: n * _ROW_BYTES])
+        )
 
-    def exchange(self, start_position: float, length: float, timeout_s: float = 1.0) -> np.ndarray[Any, Any]:
-        """Request, wait, copy: the answer's elements (a view of ``rows``, valid until the next exchange).
+    def exchange(
+        self, start_position: float, length: float, timeout_s: float = 1.0
+    ) -> np.ndarray[Any, Any]:
+        """Request, wait, copy: the answer's elements (a view of ``rows``, valid
+        until the next exchange).
 
-        Only where the CNC runs on by itself; in lockstep use ``plc_client.Hli.exchange``.  Raises HliTimeout.
+        Only where the CNC runs on by itself; in lockstep use
+        ``plc_client.Hli.exchange``.  Raises HliTimeout.
         """
         end = lib.hs_monotonic_ns() + int(timeout_s * 1e9)
         n = BUSY
         while n == BUSY:
             left = end - lib.hs_monotonic_ns()
             if left <= 0:
-                raise HliTimeout(f"an earlier request stays unanswered for {timeout_s} s")
+                raise HliTimeout(
+                    f"an earlier request stays unanswered for {timeout_s} s"
+                )
             n = lib.hs_clah_call(
-                self._unit, self._bell, self._answer, start_position, length, self._rows, min(left, _SLICE_NS)
+                self._unit,
+                self._bell,
+                self._answer,
+                start_position,
+                length,
+                self._rows,
+                min(left, _SLICE_NS),
             )
         while n < 0:
             left = end - lib.hs_monotonic_ns()
             if left <= 0:
                 raise HliTimeout(f"no answer within {timeout_s} s")
-            n = lib.hs_clah_await(self._unit, self._answer, self._rows, min(left, _SLICE_NS))
+            n = lib.hs_clah_await(
+                self._unit, self._answer, self._rows, min(left, _SLICE_NS)
+            )
         return self.rows[:n]
 
     # -- CNC side (tests, benchmarks, servers in Python)
-    def wait_request(self, timeout_s: float = 1.0) -> tuple[float, float] | None:
-        """Wait for a request: (start_position, length), or None after the time or a signal."""
-        if lib.hs_clah_wait_request(self._unit, self._bell, self._request, int(timeout_s * 1e9)) != OK:
+    def wait_request(
+        self, timeout_s: float = 1.0
+    ) -> tuple[float, float] | None:
+        """Wait for a request: (start_position, length), or None after the time
+        or a signal.
+        """
+        if (
+            lib.hs_clah_wait_request(
+                self._unit, self._bell, self._request, int(timeout_s * 1e9)
+            )
+            != OK
+        ):
             return None
         return self._request[0], self._request[1]
 
     def answer(self, blocks: np.ndarray[Any, Any]) -> None:
-        """Answer with these elements (BLOCK_DTYPE, contiguous, the first 128 are used) and clear the semaphore."""
+        """Answer with these elements (BLOCK_DTYPE, contiguous, the first 128
+        are used) and clear the semaphore.
+        """
         rows = np.ascontiguousarray(blocks, BLOCK_DTYPE)
-        lib.hs_clah_answer(self._unit, self._answer, ffi.cast("void *", rows.ctypes.data), len(rows))
+        lib.hs_clah_answer(
+            self._unit,
+            self._answer,
+            ffi.cast("void *", rows.ctypes.data),
+            len(rows),
+        )

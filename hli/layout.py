@@ -1,12 +1,15 @@
 """The bytes of the emulated HLI: the only truth about the shared memory.
 
-Every structure is little-endian, every member stands at a multiple of its size (8 at the most), every gap is
-an explicit ``fill_*`` member and every structure is padded to a multiple of 8, so packed and natural layouts
-agree.  ``verify()`` holds these rules.  The C header of the engine, the ST types and the JSON description are
-generated from this module, which imports ctypes alone because the build runs it before anything is installed.
+Every structure is little-endian, every member stands at a multiple of its size
+(8 at the most), every gap is an explicit ``fill_*`` member and every structure
+is padded to a multiple of 8, so packed and natural layouts agree.  ``verify()``
+holds these rules.  The C header of the engine, the ST types and the JSON
+description are generated from this module, which imports ctypes alone because
+the build runs it before anything is installed.
 
-Names are the manual's names; those marked (reconstructed) in ``docs/hli.md`` have no public source.
-Units: positions and distances 0.1 um, angles rad, speeds 1 um/s, times us, unless a member says otherwise.
+Names are the manual's names; those marked (reconstructed) in ``docs/hli.md``
+have no public source. Units: positions and distances 0.1 um, angles rad, speeds
+1 um/s, times us, unless a member says otherwise.
 """
 
 from __future__ import annotations
@@ -46,7 +49,8 @@ HLI_CUSTOMER_VAL_MAXIDX = 7
 HLI_ERR_MASK_MAXIDX = 583
 HLI_G_FUNCTION_MAXIDX = 15
 HLI_ESA_MAXIDX = 2
-HLI_EXT_VAR_MAXIDX = 5999  # UDINT words of one external-variable area: 1000 variables of 24 bytes
+# UDINT words of one external-variable area: 1000 variables of 24 bytes
+HLI_EXT_VAR_MAXIDX = 5999
 HLI_INTF_VERSION_NAME_LAENGE = 23
 
 # block_type of a contour look-ahead element
@@ -85,9 +89,16 @@ HLI_MAGIC = int.from_bytes(b"HLICOSIM", "little")
 HLI_ABI_VERSION = 1
 
 
-# --------------------------------------------------------------------------- patterns (hli_reference 2.2, 2.3)
+# ---------------------------------------------------------------------------
+# patterns (hli_reference 2.2, 2.3)
 class MC_CONTROL_BOOL_UNIT(Structure):
-    _fields_ = [("request_r", BOOL), ("enable_w", BOOL), ("command_w", BOOL), ("state_r", BOOL), ("fill_1", DINT)]
+    _fields_ = [
+        ("request_r", BOOL),
+        ("enable_w", BOOL),
+        ("command_w", BOOL),
+        ("state_r", BOOL),
+        ("fill_1", DINT),
+    ]
 
 
 class MC_CONTROL_UNS16_UNIT(Structure):
@@ -183,7 +194,10 @@ class HLI_INSERT_CMD_COMMAND(Structure):
 
 
 class HLI_INSERT_CMD_STATE(Structure):
-    _fields_ = [("distance_of_next_stop", LREAL), ("position_at_next_stop", DINT * (HLI_CS_AXIS_MAXIDX + 1))]
+    _fields_ = [
+        ("distance_of_next_stop", LREAL),
+        ("position_at_next_stop", DINT * (HLI_CS_AXIS_MAXIDX + 1)),
+    ]
 
 
 class MC_CONTROL_INSERT_CMD_UNIT(Structure):
@@ -229,7 +243,8 @@ class HLI_HEAD_AXIS(Structure):
     ]
 
 
-# --------------------------------------------------------------------------- channel control units (5.1)
+# ---------------------------------------------------------------------------
+# channel control units (5.1)
 class HLI_DECODER_MC_CONTROL(Structure):
     _fields_ = [
         ("program_block_ignore", MC_CONTROL_UNS32_UNIT),
@@ -264,7 +279,8 @@ class HLI_CHANNEL_MC_CONTROL(Structure):
     _fields_ = [("mode_and_state", MC_CONTROL_MCM_MODE_STATE_UNIT)]
 
 
-# --------------------------------------------------------------------------- channel status (4.1, 4.2)
+# ---------------------------------------------------------------------------
+# channel status (4.1, 4.2)
 class HLI_DECODER_STATE(Structure):
     _fields_ = [
         ("program_end_r", BOOL),
@@ -336,7 +352,8 @@ class HLI_BAHN_STATE(Structure):
     ]
 
 
-# --------------------------------------------------------------------------- technology (6)
+# ---------------------------------------------------------------------------
+# technology (6)
 class HLI_ATTRIBUT(Structure):
     _fields_ = [("data", BYTE * (HLI_TECH_UNIT_CH_MAXIDX + 1))]
 
@@ -406,7 +423,8 @@ class HLI_T_PROZESS(Structure):
     ]
 
 
-# --------------------------------------------------------------------------- errors (7.2)
+# ---------------------------------------------------------------------------
+# errors (7.2)
 class HLI_MODUL_NAME(Structure):
     _fields_ = [("zeichen", STRING(15))]
 
@@ -440,7 +458,11 @@ class HLI_ERROR_MASKE(Structure):
 
 
 class HLI_ERROR_RUMPF(Structure):
-    _fields_ = [("maske", HLI_ERROR_MASKE), ("value", (BYTE * 40) * 5), ("identifier", (BYTE * 16) * 4)]
+    _fields_ = [
+        ("maske", HLI_ERROR_MASKE),
+        ("value", (BYTE * 40) * 5),
+        ("identifier", (BYTE * 16) * 4),
+    ]
 
 
 class HLI_RUMPF_NC_PROG(Structure):
@@ -469,7 +491,8 @@ class MC_ERROR(Structure):
     ]
 
 
-# --------------------------------------------------------------------------- contour look-ahead (FCT-C40, 5)
+# ---------------------------------------------------------------------------
+# contour look-ahead (FCT-C40, 5)
 class HLI_CONTOUR_LOOKAHEAD_BLOCK(Structure):
     _fields_ = [
         ("block_type", UDINT),
@@ -491,7 +514,13 @@ class HLI_CONTOUR_LOOKAHEAD_REQUEST(Structure):
 
 
 class HLI_CONTOUR_LOOKAHEAD_RESPONSE(Structure):
-    _fields_ = [("block", HLI_CONTOUR_LOOKAHEAD_BLOCK * (HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1))]
+    _fields_ = [
+        (
+            "block",
+            HLI_CONTOUR_LOOKAHEAD_BLOCK
+            * (HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1),
+        )
+    ]
 
 
 class HLI_CONTOUR_LOOKAHEAD_STATE(Structure):
@@ -504,7 +533,9 @@ class HLI_CONTOUR_LOOKAHEAD_STATE(Structure):
 
 
 class HLI_CONTOUR_LOOKAHEAD(Structure):
-    """The control unit; request and semaphore share one cache line, the answer and the state have their own."""
+    """The control unit; request and semaphore share one cache line, the answer
+    and the state have their own.
+    """
 
     _fields_ = [
         ("request", HLI_CONTOUR_LOOKAHEAD_REQUEST),
@@ -528,8 +559,14 @@ class HLI_CHANNEL(Structure):
         ("used_units_std_sync_r", UINT),
         ("used_units_late_sync_r", UINT),
         ("fill_1", UDINT),
-        ("techno_unit_std_sync", TECHNO_UNIT_CH * (HLI_TU_CH_STD_SYNC_MAXIDX + 1)),
-        ("techno_unit_late_sync", TECHNO_UNIT_CH * (HLI_TU_CH_LATE_SYNC_MAXIDX + 1)),
+        (
+            "techno_unit_std_sync",
+            TECHNO_UNIT_CH * (HLI_TU_CH_STD_SYNC_MAXIDX + 1),
+        ),
+        (
+            "techno_unit_late_sync",
+            TECHNO_UNIT_CH * (HLI_TU_CH_LATE_SYNC_MAXIDX + 1),
+        ),
         ("mc_error", MC_ERROR),
         ("lc_error", MC_ERROR),
         ("fill_2", BYTE * 56),  # the look-ahead unit starts on a cache line
@@ -574,8 +611,14 @@ class HLI_AXIS(Structure):
         ("used_units_std_sync_r", UINT),
         ("used_units_late_sync_r", UINT),
         ("fill_1", UDINT),
-        ("techno_unit_std_sync", TECHNO_UNIT_AX * (HLI_TU_AX_STD_SYNC_MAXIDX + 1)),
-        ("techno_unit_late_sync", TECHNO_UNIT_AX * (HLI_TU_AX_LATE_SYNC_MAXIDX + 1)),
+        (
+            "techno_unit_std_sync",
+            TECHNO_UNIT_AX * (HLI_TU_AX_STD_SYNC_MAXIDX + 1),
+        ),
+        (
+            "techno_unit_late_sync",
+            TECHNO_UNIT_AX * (HLI_TU_AX_LATE_SYNC_MAXIDX + 1),
+        ),
     ]
 
 
@@ -603,7 +646,8 @@ class HLI_EXT_VAR(Structure):
     _fields_ = [("value", UDINT * (HLI_EXT_VAR_MAXIDX + 1))]
 
 
-# --------------------------------------------------------------------------- segment head and sidecar (not public)
+# ---------------------------------------------------------------------------
+# segment head and sidecar (not public)
 class HLI_SEGMENT_HEAD(Structure):
     """First bytes of the segment; ``ready`` is written last, with release order."""
 
@@ -622,7 +666,9 @@ class HLI_SEGMENT_HEAD(Structure):
 
 
 class HLI_SIDE_CNC(Structure):
-    """Written by the CNC process: identity, the cell's clock, liveness (one cache line)."""
+    """Written by the CNC process: identity, the cell's clock, liveness (one
+    cache line).
+    """
 
     _fields_ = [
         ("pid", LINT),
@@ -639,7 +685,9 @@ class HLI_SIDE_CNC(Structure):
 
 
 class HLI_SIDE_PLC(Structure):
-    """Written by the PLC process: identity, liveness, wish to keep the cell alive (one cache line)."""
+    """Written by the PLC process: identity, liveness, wish to keep the cell
+    alive (one cache line).
+    """
 
     _fields_ = [
         ("pid", LINT),
@@ -711,7 +759,8 @@ class HLI_SEGMENT(Structure):
     ]
 
 
-# Old or uncertain spellings -> the spelling used here (hli_reference 1.2, 4.1, 5.3; contour look-ahead section 10).
+# Old or uncertain spellings -> the spelling used here (hli_reference 1.2, 4.1,
+# 5.3; contour look-ahead section 10).
 ALIASES: dict[str, str] = {
     "dist_prog_start_high": "dist_prog_start",
     "stop_conditions_r": "stop_condition_r",
@@ -720,16 +769,28 @@ ALIASES: dict[str, str] = {
     "HLI_CONTOUR_LOOKAHEAD.HLI_INSERT_CMD_STATE": "HLI_CONTOUR_LOOKAHEAD_STATE",
 }
 
-CONSTANTS: dict[str, int] = {k: v for k, v in globals().items() if k.startswith("HLI_") and isinstance(v, int)}
+CONSTANTS: dict[str, int] = {
+    k: v
+    for k, v in globals().items()
+    if k.startswith("HLI_") and isinstance(v, int)
+}
 
 
 def structures() -> list[type[Structure]]:
     """All structures, members before the structures that hold them."""
-    return [v for v in globals().values() if isinstance(v, type) and issubclass(v, Structure) and v is not Structure]
+    return [
+        v
+        for v in globals().values()
+        if isinstance(v, type)
+        and issubclass(v, Structure)
+        and v is not Structure
+    ]
 
 
 def element_type(ctype: Any) -> tuple[Any, tuple[int, ...]]:
-    """(scalar or structure type, array dimensions) of a member's ctypes type; char arrays stay strings."""
+    """(scalar or structure type, array dimensions) of a member's ctypes type;
+    char arrays stay strings.
+    """
     dims: list[int] = []
     while hasattr(ctype, "_length_") and not is_string(ctype):
         dims.append(ctype._length_)
@@ -747,29 +808,45 @@ def _check_structure(cls: type[Structure]) -> None:
     for name, ctype in cls._fields_:  # type: ignore[misc]
         descriptor = getattr(cls, name)
         if descriptor.offset != end:
-            raise AssertionError(f"{cls.__name__}.{name}: gap before offset {descriptor.offset}")
+            raise AssertionError(
+                f"{cls.__name__}.{name}: gap before offset {descriptor.offset}"
+            )
         end = descriptor.offset + ctypes.sizeof(ctype)
     if ctypes.sizeof(cls) != end or end % 4:
-        raise AssertionError(f"{cls.__name__}: size {ctypes.sizeof(cls)}, members end at {end}")
+        raise AssertionError(
+            f"{cls.__name__}: size {ctypes.sizeof(cls)}, members end at {end}"
+        )
 
 
 def verify() -> None:
-    """Raise AssertionError if a structure has implicit padding or a size that packed layouts would not share."""
+    """Raise AssertionError if a structure has implicit padding or a size that
+    packed layouts would not share.
+    """
     for cls in structures():
         _check_structure(cls)
-    for offset in (HLI_CHANNEL.contour_lookahead.offset, HLI_SEGMENT.channel.offset, HLI_SEGMENT.sidecar.offset):
+    for offset in (
+        HLI_CHANNEL.contour_lookahead.offset,
+        HLI_SEGMENT.channel.offset,
+        HLI_SEGMENT.sidecar.offset,
+    ):
         if offset % 64:
             raise AssertionError(f"offset {offset} is not on a cache line")
     if ctypes.sizeof(HLI_CHANNEL) % 64:
-        raise AssertionError(f"HLI_CHANNEL: {ctypes.sizeof(HLI_CHANNEL)} bytes, not whole cache lines")
+        raise AssertionError(
+            f"HLI_CHANNEL: {ctypes.sizeof(HLI_CHANNEL)} bytes, not whole cache lines"
+        )
 
 
 def describe() -> str:
-    """One line per member of every structure (name, type, offset, size): what the layout hash is taken of."""
+    """One line per member of every structure (name, type, offset, size): what
+    the layout hash is taken of.
+    """
     lines = [f"abi {HLI_ABI_VERSION}"]
     for cls in structures():
         lines.append(f"{cls.__name__} {ctypes.sizeof(cls)}")
         for name, ctype in cls._fields_:  # type: ignore[misc]
             base, dims = element_type(ctype)
-            lines.append(f"  {name} {base.__name__}{list(dims)} @{getattr(cls, name).offset} {ctypes.sizeof(ctype)}")
+            lines.append(
+                f"  {name} {base.__name__}{list(dims)} @{getattr(cls, name).offset} {ctypes.sizeof(ctype)}"
+            )
     return "\n".join(lines)

@@ -1,9 +1,11 @@
 """The shared-memory segment: create, attach, publish, remove.
 
-A segment is one POSIX shared-memory object of the owner's user, mode 0600.  Its creator writes the head with the
-``ready`` word last (release) and is the only one that unlinks it; an attaching process checks owner, mode, magic, ABI
-version, ``ready``, size and layout hash, in this order, and never removes anything when it ends.  A segment whose
-owner (process id and start time) is dead is stale: ``create`` replaces it and ``sweep`` removes it.
+A segment is one POSIX shared-memory object of the owner's user, mode 0600.  Its
+creator writes the head with the ``ready`` word last (release) and is the only
+one that unlinks it; an attaching process checks owner, mode, magic, ABI
+version, ``ready``, size and layout hash, in this order, and never removes
+anything when it ends.  A segment whose owner (process id and start time) is
+dead is stale: ``create`` replaces it and ``sweep`` removes it.
 """
 
 from __future__ import annotations
@@ -25,21 +27,33 @@ import posix_ipc
 
 from . import layout
 from ._sync import ffi, lib
-from .errors import HliAccessError, HliError, HliInUse, HliNotFound, HliNotReady, HliVersionError
+from .errors import (
+    HliAccessError,
+    HliError,
+    HliInUse,
+    HliNotFound,
+    HliNotReady,
+    HliVersionError,
+)
 from .export import layout_hash
 
 SHM_DIR = Path("/dev/shm")
 NAME_RULE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]{0,63}")
 SEGMENT_SIZE = ctypes.sizeof(layout.HLI_SEGMENT)
 HEAD_SIZE = ctypes.sizeof(layout.HLI_SEGMENT_HEAD)
-DRAFT_RULE = re.compile(r"\.hli-new-(\d{1,10})-(\d{1,20})-\d{1,20}")  # process id, its start time, a running number
+# process id, its start time, a running number
+DRAFT_RULE = re.compile(r"\.hli-new-(\d{1,10})-(\d{1,20})-\d{1,20}")
 _CREATE_TRIES = 5
-_NO_UNNAMED_FILES = (errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT, errno.EINVAL)  # what file systems say to O_TMPFILE
+# what file systems say to O_TMPFILE
+_NO_UNNAMED_FILES = (errno.EOPNOTSUPP, errno.EISDIR, errno.ENOENT, errno.EINVAL)
 _drafts = itertools.count()
 
 
 class Segment:
-    """A mapped segment.  ``root`` is the ctypes structure over the memory, ``base`` its address."""
+    """A mapped segment.
+
+    ``root`` is the ctypes structure over the memory, ``base`` its address.
+    """
 
     def __init__(self, name: str, memory: mmap.mmap, owner: bool) -> None:
         self.name = name
@@ -49,12 +63,17 @@ class Segment:
         self.base = ctypes.addressof(self.root)
 
     def pointer(self, offset: int) -> Any:
-        """cffi ``void *`` to the byte at ``offset``; valid as long as the segment is mapped."""
+        """cffi ``void *`` to the byte at ``offset``; valid as long as the
+        segment is mapped.
+        """
         return ffi.cast("void *", self.base + offset)
 
     def publish(self) -> None:
         """Set the ``ready`` word (release): from here on other processes may attach."""
-        offset = layout.HLI_SEGMENT.segment_head.offset + layout.HLI_SEGMENT_HEAD.ready.offset
+        offset = (
+            layout.HLI_SEGMENT.segment_head.offset
+            + layout.HLI_SEGMENT_HEAD.ready.offset
+        )
         lib.hs_store_u32(self.pointer(offset), 1)
 
     def owner_alive(self) -> bool:
@@ -64,11 +83,15 @@ class Segment:
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
-        """Hold the segment's file lock: attaching PLCs look and register one after the other."""
+        """Hold the segment's file lock: attaching PLCs look and register one
+        after the other.
+        """
         try:
             fd = os.open(SHM_DIR / self.name, os.O_RDONLY | os.O_CLOEXEC)
         except FileNotFoundError:
-            raise HliNotFound(f"segment {self.name!r} has just been removed") from None
+            raise HliNotFound(
+                f"segment {self.name!r} has just been removed"
+            ) from None
         try:
             fcntl.flock(fd, fcntl.LOCK_EX)
             yield
@@ -76,14 +99,20 @@ class Segment:
             os.close(fd)
 
     def close(self) -> None:
-        """Give the mapping up; memory that views still look at is unmapped when the last of them goes."""
+        """Give the mapping up; memory that views still look at is unmapped when
+        the last of them goes.
+        """
         memory, self.memory, self.root = self.memory, None, None
         if memory is not None:
-            with contextlib.suppress(BufferError):  # a view still holds the memory
+            with contextlib.suppress(
+                BufferError
+            ):  # a view still holds the memory
                 memory.close()
 
     def unlink(self) -> None:
-        """Remove the name (the creator's duty); attached processes keep their mapping."""
+        """Remove the name (the creator's duty); attached processes keep their
+        mapping.
+        """
         remove(self.name)
 
     def __enter__(self) -> Segment:
@@ -96,7 +125,9 @@ class Segment:
 
 
 def check_name(name: str) -> str:
-    """The name itself, or ValueError: 1 to 64 letters, digits, ``.``, ``_``, ``-``, beginning with letter or digit."""
+    """The name itself, or ValueError: 1 to 64 letters, digits, ``.``, ``_``,
+    ``-``, beginning with letter or digit.
+    """
     if not NAME_RULE.fullmatch(name):
         raise ValueError(
             f"segment name {name!r}: use 1 to 64 letters, digits, '.', '_' or '-', beginning with a letter or digit"
@@ -110,27 +141,40 @@ def remove(name: str) -> None:
         posix_ipc.unlink_shared_memory("/" + check_name(name))
 
 
-# ------------------------------------------------------------------------------------------------ create
-def create(name: str, channel_count: int = 1, axis_count: int = 3, ready: bool = True) -> Segment:
-    """Create, zero and (unless ``ready`` is False) publish the segment; a stale one of this name is replaced.
+# ------------------------------------------------------------------------------------------------
+# create
+def create(
+    name: str, channel_count: int = 1, axis_count: int = 3, ready: bool = True
+) -> Segment:
+    """Create, zero and (unless ``ready`` is False) publish the segment; a stale
+    one of this name is replaced.
 
-    With ``ready=False`` the creator fills in the areas and calls ``Segment.publish()`` itself.
-    Raises ValueError (name, counts), HliInUse (a living owner, or a file that is no segment, holds the name), HliError
-    (no room in /dev/shm).
+    With ``ready=False`` the creator fills in the areas and calls
+    ``Segment.publish()`` itself. Raises ValueError (name, counts), HliInUse (a
+    living owner, or a file that is no segment, holds the name), HliError (no
+    room in /dev/shm).
     """
     check_name(name)
     if not 1 <= channel_count <= layout.HLI_SYS_CH_MAXIDX + 1:
-        raise ValueError(f"channel_count {channel_count}: 1..{layout.HLI_SYS_CH_MAXIDX + 1}")
+        raise ValueError(
+            f"channel_count {channel_count}: 1..{layout.HLI_SYS_CH_MAXIDX + 1}"
+        )
     if not 0 <= axis_count <= layout.HLI_SYS_AX_MAXIDX + 1:
-        raise ValueError(f"axis_count {axis_count}: 0..{layout.HLI_SYS_AX_MAXIDX + 1}")
-    segment = Segment(name, _map_new(name, channel_count, axis_count), owner=True)
+        raise ValueError(
+            f"axis_count {axis_count}: 0..{layout.HLI_SYS_AX_MAXIDX + 1}"
+        )
+    segment = Segment(
+        name, _map_new(name, channel_count, axis_count), owner=True
+    )
     if ready:
         segment.publish()
     return segment
 
 
 def _map_new(name: str, channel_count: int, axis_count: int) -> mmap.mmap:
-    """The memory, head written, with its name in one step: a creator that dies leaves no nameless head behind."""
+    """The memory, head written, with its name in one step: a creator that dies
+    leaves no nameless head behind.
+    """
     fd, draft = _open_draft(name)
     try:
         _reserve(name, fd)
@@ -149,18 +193,33 @@ def _map_new(name: str, channel_count: int, axis_count: int) -> mmap.mmap:
 
 
 def _open_draft(name: str) -> tuple[int, Path | None]:
-    """A file without a name, or, where the file system has none, one under a name that tells whose it is."""
+    """A file without a name, or, where the file system has none, one under a
+    name that tells whose it is.
+    """
     draft = None
     try:
         try:
-            fd = os.open(SHM_DIR, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600)
+            fd = os.open(
+                SHM_DIR, os.O_TMPFILE | os.O_RDWR | os.O_CLOEXEC, 0o600
+            )
         except OSError as error:
             if error.errno not in _NO_UNNAMED_FILES:
                 raise
             _sweep_drafts()
             pid = os.getpid()
-            draft = SHM_DIR / f".hli-new-{pid}-{lib.hs_process_start(pid)}-{next(_drafts)}"
-            fd = os.open(draft, os.O_CREAT | os.O_EXCL | os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+            draft = (
+                SHM_DIR
+                / f".hli-new-{pid}-{lib.hs_process_start(pid)}-{next(_drafts)}"
+            )
+            fd = os.open(
+                draft,
+                os.O_CREAT
+                | os.O_EXCL
+                | os.O_RDWR
+                | os.O_CLOEXEC
+                | os.O_NOFOLLOW,
+                0o600,
+            )
         os.fchmod(fd, 0o600)
     except OSError as error:
         raise _no_room(name, error) from None
@@ -168,7 +227,9 @@ def _open_draft(name: str) -> tuple[int, Path | None]:
 
 
 def _reserve(name: str, fd: int) -> None:
-    """All pages now: on a full /dev/shm this is an error here, and not a SIGBUS at some later store."""
+    """All pages now: on a full /dev/shm this is an error here, and not a SIGBUS
+    at some later store.
+    """
     try:
         os.posix_fallocate(fd, 0, SEGMENT_SIZE)
     except OSError as error:
@@ -176,7 +237,9 @@ def _reserve(name: str, fd: int) -> None:
 
 
 def _no_room(name: str, error: OSError) -> HliError:
-    return HliError(f"segment {name!r} cannot be created in {SHM_DIR}: {error.strerror} ({SEGMENT_SIZE} bytes needed)")
+    return HliError(
+        f"segment {name!r} cannot be created in {SHM_DIR}: {error.strerror} ({SEGMENT_SIZE} bytes needed)"
+    )
 
 
 def _take_name(name: str, fd: int, draft: Path | None) -> None:
@@ -187,8 +250,15 @@ def _take_name(name: str, fd: int, draft: Path | None) -> None:
             try:
                 if draft is not None:
                     os.link(draft, SHM_DIR / name)
-                else:  # with a folder's descriptor this is linkat(AT_SYMLINK_FOLLOW): the file, not the link in /proc
-                    os.link(str(fd), SHM_DIR / name, src_dir_fd=folder, follow_symlinks=True)
+                # with a folder's descriptor this is linkat(AT_SYMLINK_FOLLOW):
+                # the file, not the link in /proc
+                else:
+                    os.link(
+                        str(fd),
+                        SHM_DIR / name,
+                        src_dir_fd=folder,
+                        follow_symlinks=True,
+                    )
                 return
             except FileExistsError:
                 if not _remove_stale(SHM_DIR / name):
@@ -223,19 +293,26 @@ def _in_use(name: str) -> str:
     return f"segment {name!r} is in use by process {head.owner_pid}; end it or choose another name"
 
 
-# ------------------------------------------------------------------------------------------------ attach
+# ------------------------------------------------------------------------------------------------
+# attach
 def attach(name: str) -> Segment:
-    """Map an existing segment after checking that it is ours, published and laid out like this version's.
+    """Map an existing segment after checking that it is ours, published and
+    laid out like this version's.
 
-    Raises HliNotFound, HliAccessError, HliNotReady, HliVersionError; ValueError for a wrong name.
+    Raises HliNotFound, HliAccessError, HliNotReady, HliVersionError; ValueError
+    for a wrong name.
     """
     check_name(name)
     try:
         shared = posix_ipc.SharedMemory("/" + name)
     except posix_ipc.ExistentialError:
-        raise HliNotFound(f"segment {name!r} does not exist; is the CNC running?") from None
+        raise HliNotFound(
+            f"segment {name!r} does not exist; is the CNC running?"
+        ) from None
     except (posix_ipc.PermissionsError, PermissionError):
-        raise HliAccessError(f"segment {name!r} may not be opened by this user") from None
+        raise HliAccessError(
+            f"segment {name!r} may not be opened by this user"
+        ) from None
     try:
         _check_access(name, os.fstat(shared.fd))
         memory = _map_checked(name, shared.fd)
@@ -246,20 +323,31 @@ def attach(name: str) -> Segment:
 
 def _check_access(name: str, info: os.stat_result) -> None:
     if info.st_uid != os.getuid():
-        raise HliAccessError(f"segment {name!r} belongs to user {info.st_uid}, this process runs as {os.getuid()}")
+        raise HliAccessError(
+            f"segment {name!r} belongs to user {info.st_uid}, this process runs as {os.getuid()}"
+        )
     mode = stat.S_IMODE(info.st_mode)
     if mode != 0o600:
-        raise HliAccessError(f"segment {name!r} has mode {mode:04o}, expected 0600")
+        raise HliAccessError(
+            f"segment {name!r} has mode {mode:04o}, expected 0600"
+        )
 
 
 def _map_checked(name: str, fd: int) -> mmap.mmap:
     size = os.fstat(fd).st_size
     if size < HEAD_SIZE:
-        raise HliNotReady(f"segment {name!r} is being created ({size} bytes so far)")
+        raise HliNotReady(
+            f"segment {name!r} is being created ({size} bytes so far)"
+        )
     memory = mmap.mmap(fd, size)
     try:
         head = layout.HLI_SEGMENT_HEAD.from_buffer(memory)
-        ready = lib.hs_load_u32(ffi.cast("void *", ctypes.addressof(head) + layout.HLI_SEGMENT_HEAD.ready.offset))
+        ready = lib.hs_load_u32(
+            ffi.cast(
+                "void *",
+                ctypes.addressof(head) + layout.HLI_SEGMENT_HEAD.ready.offset,
+            )
+        )
         problem = _head_problem(name, head, ready, size)
         del head
         if problem is not None:
@@ -270,37 +358,60 @@ def _map_checked(name: str, fd: int) -> mmap.mmap:
     return memory
 
 
-def _head_problem(name: str, head: Any, ready: int, file_size: int) -> Exception | None:
-    """The first thing wrong with the head, as the exception to raise; None if all is well."""
+def _head_problem(
+    name: str, head: Any, ready: int, file_size: int
+) -> Exception | None:
+    """The first thing wrong with the head, as the exception to raise; None if
+    all is well.
+    """
     if head.magic == 0:
         return HliNotReady(f"segment {name!r} is being created")
     magics = (f"{head.magic:#018x}", f"{layout.HLI_MAGIC:#018x}")
-    for what, found, expected in (("magic", *magics), ("ABI version", head.abi_version, layout.HLI_ABI_VERSION)):
+    for what, found, expected in (
+        ("magic", *magics),
+        ("ABI version", head.abi_version, layout.HLI_ABI_VERSION),
+    ):
         if found != expected:
             return _differs(name, what, found, expected)
     if ready != 1:
-        return HliNotReady(f"segment {name!r} is not published yet by process {head.owner_pid}")
+        return HliNotReady(
+            f"segment {name!r} is not published yet by process {head.owner_pid}"
+        )
     hashes = (bytes(head.layout_hash).hex(), layout_hash().hex())
-    sizes = (("size", head.segment_size, SEGMENT_SIZE), ("file size", file_size, SEGMENT_SIZE))
+    sizes = (
+        ("size", head.segment_size, SEGMENT_SIZE),
+        ("file size", file_size, SEGMENT_SIZE),
+    )
     for what, found, expected in (*sizes, ("layout hash", *hashes)):
         if found != expected:
             return _differs(name, what, found, expected)
     return None
 
 
-def _differs(name: str, what: str, found: object, expected: object) -> HliVersionError:
-    return HliVersionError(f"segment {name!r}: {what} is {found}, this version expects {expected}")
+def _differs(
+    name: str, what: str, found: object, expected: object
+) -> HliVersionError:
+    return HliVersionError(
+        f"segment {name!r}: {what} is {found}, this version expects {expected}"
+    )
 
 
-# ------------------------------------------------------------------------------------------------ stale segments
+# ------------------------------------------------------------------------------------------------
+# stale segments
 def sweep() -> list[str]:
-    """Remove this user's segments whose owner is dead (published or not); returns their names.
+    """Remove this user's segments whose owner is dead (published or not);
+    returns their names.
 
-    Touched are only files in /dev/shm that belong to this user and begin with the segment magic, and the unfinished
-    ones of dead creators (only where the file system has no unnamed files).
+    Touched are only files in /dev/shm that belong to this user and begin with
+    the segment magic, and the unfinished ones of dead creators (only where the
+    file system has no unnamed files).
     """
     _sweep_drafts()
-    candidates = [path for path in sorted(SHM_DIR.iterdir()) if NAME_RULE.fullmatch(path.name)]
+    candidates = [
+        path
+        for path in sorted(SHM_DIR.iterdir())
+        if NAME_RULE.fullmatch(path.name)
+    ]
     return [path.name for path in candidates if _remove_stale(path)]
 
 
@@ -309,17 +420,22 @@ def _sweep_drafts() -> None:
     for path in SHM_DIR.iterdir():
         found = DRAFT_RULE.fullmatch(path.name)
         if found and not lib.hs_process_alive(int(found[1]), int(found[2])):
-            with contextlib.suppress(OSError):  # another user's, or swept by someone else
+            # another user's, or swept by someone else
+            with contextlib.suppress(OSError):
                 path.unlink()
 
 
 def _remove_stale(path: Path) -> bool:
-    """Unlink `path` if it is our segment and its owner is dead, or True too if it is gone already.
+    """Unlink `path` if it is our segment and its owner is dead, or True too if
+    it is gone already.
 
-    The lock and the second look at the inode keep two sweeping processes from removing each other's new segment.
+    The lock and the second look at the inode keep two sweeping processes from
+    removing each other's new segment.
     """
     try:
-        fd = os.open(path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
+        fd = os.open(
+            path, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
+        )
     except FileNotFoundError:
         return True
     except OSError:
@@ -327,7 +443,9 @@ def _remove_stale(path: Path) -> bool:
     try:
         fcntl.flock(fd, fcntl.LOCK_EX)
         head = _read_head(os.dup(fd))
-        if head is None or lib.hs_process_alive(head.owner_pid, head.owner_start):
+        if head is None or lib.hs_process_alive(
+            head.owner_pid, head.owner_start
+        ):
             return False
         if os.stat(path).st_ino == os.fstat(fd).st_ino:
             path.unlink()
@@ -341,12 +459,20 @@ def _remove_stale(path: Path) -> bool:
 
 
 def _read_head(fd: int) -> layout.HLI_SEGMENT_HEAD | None:
-    """The head behind the descriptor (closed here) if the file is a segment of this user, else None."""
+    """The head behind the descriptor (closed here) if the file is a segment of
+    this user, else None.
+    """
     try:
         info = os.fstat(fd)
-        if not stat.S_ISREG(info.st_mode) or info.st_uid != os.getuid() or info.st_size < HEAD_SIZE:
+        if (
+            not stat.S_ISREG(info.st_mode)
+            or info.st_uid != os.getuid()
+            or info.st_size < HEAD_SIZE
+        ):
             return None
-        head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(os.pread(fd, HEAD_SIZE, 0))
+        head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(
+            os.pread(fd, HEAD_SIZE, 0)
+        )
         return head if head.magic == layout.HLI_MAGIC else None
     finally:
         os.close(fd)

@@ -1,8 +1,11 @@
-"""Symbol paths as TwinCAT and CODESYS write them, resolved to the memory itself.
+"""Symbol paths as TwinCAT and CODESYS write them, resolved to the memory
+itself.
 
-``HLI_Global_Variables.gpCh[0]^.bahn_state.dist_prog_start`` and ``hli.gpCh[0].bahn_state.dist_prog_start`` are the same
-eight bytes.  The namespace in front, the ``^`` behind a pointer and the case of letters are optional; an index may be
-a number or a constant (``HLI_Global_Constants.HLI_SYS_CH_MAXIDX``).
+``HLI_Global_Variables.gpCh[0]^.bahn_state.dist_prog_start`` and
+``hli.gpCh[0].bahn_state.dist_prog_start`` are the same eight bytes.  The
+namespace in front, the ``^`` behind a pointer and the case of letters are
+optional; an index may be a number or a constant
+(``HLI_Global_Constants.HLI_SYS_CH_MAXIDX``).
 """
 
 from __future__ import annotations
@@ -15,16 +18,30 @@ from . import layout
 from .view import ArrayView, Pointers, View
 
 NAMESPACES = ("HLI_GLOBAL_VARIABLES", "HLI_GLOBAL_CONSTANTS")
-_TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-z_]\w*)|(?P<index>\[[^\[\]]*\])|(?P<deref>\^)|(?P<dot>\.))")
-_POINTERS = ("gpPform", "gpCh", "gpAx", "gpVECh", "gpVEGlobal", "gNrCh", "gNrAx")
+_TOKEN = re.compile(
+    r"\s*(?:(?P<name>[A-Za-z_]\w*)|(?P<index>\[[^\[\]]*\])|(?P<deref>\^)|(?P<dot>\.))"
+)
+_POINTERS = (
+    "gpPform",
+    "gpCh",
+    "gpAx",
+    "gpVECh",
+    "gpVEGlobal",
+    "gNrCh",
+    "gNrAx",
+)
 
 
 class SymbolError(ValueError):
-    """A path that names nothing; the text says where it stops and what there would be."""
+    """A path that names nothing; the text says where it stops and what there
+    would be.
+    """
 
 
 class Symbol:
-    """One variable: ``value`` reads and writes it.  ``path`` is the path in its canonical spelling."""
+    """One variable: ``value`` reads and writes it.  ``path`` is the path in its
+    canonical spelling.
+    """
 
     __slots__ = ("_holder", "_key", "path")
 
@@ -52,13 +69,17 @@ class Symbol:
 
 
 def tokens(path: str) -> list[str]:
-    """Names and indices ("[3]") of a path; dereferences and dots are dropped.  Raises SymbolError."""
+    """Names and indices ("[3]") of a path; dereferences and dots are dropped.
+    Raises SymbolError.
+    """
     found, at = [], 0
     text = path.strip().removeprefix(".")
     while at < len(text):
         match = _TOKEN.match(text, at)
         if match is None:
-            raise SymbolError(f"symbol {path!r}: {text[at:]!r} is not understood")
+            raise SymbolError(
+                f"symbol {path!r}: {text[at:]!r} is not understood"
+            )
         found += [part for part in (match["name"], match["index"]) if part]
         at = match.end()
     if not found or found[0].startswith("["):
@@ -71,14 +92,21 @@ def index_of(path: str, token: str) -> int:
     text = token[1:-1].strip().rpartition(".")[2]
     if text.isdigit():
         return int(text)
-    value = {name.upper(): number for name, number in layout.CONSTANTS.items()}.get(text.upper())
+    value = {
+        name.upper(): number for name, number in layout.CONSTANTS.items()
+    }.get(text.upper())
     if value is None:
-        raise SymbolError(f"symbol {path!r}: index {token} is neither a number nor a constant")
+        raise SymbolError(
+            f"symbol {path!r}: index {token} is neither a number nor a constant"
+        )
     return value
 
 
 def resolve(areas: Any, path: str) -> Symbol:
-    """The symbol behind a path, from ``Areas`` (any connection).  Raises SymbolError."""
+    """The symbol behind a path, from ``Areas`` (any connection).
+
+    Raises SymbolError.
+    """
     parts = tokens(path)
     if parts[0].upper() in NAMESPACES and len(parts) > 1:
         parts = parts[1:]
@@ -86,7 +114,9 @@ def resolve(areas: Any, path: str) -> Symbol:
     spelled = f"HLI_Global_Variables.{name}"
     holder, key = areas, name
     for part in parts[1:]:
-        holder, key, step = _step(path, getattr_or_item(holder, key), part, spelled)
+        holder, key, step = _step(
+            path, getattr_or_item(holder, key), part, spelled
+        )
         spelled += step
     return Symbol(spelled, holder, key)
 
@@ -98,11 +128,15 @@ def getattr_or_item(holder: Any, key: str | int) -> Any:
     return holder[key] if isinstance(key, int) else getattr(holder, key)
 
 
-def _step(path: str, value: Any, part: str, spelled: str) -> tuple[Any, Any, str]:
+def _step(
+    path: str, value: Any, part: str, spelled: str
+) -> tuple[Any, Any, str]:
     if part.startswith("["):
         return _index(path, value, part, spelled)
     if value is None:
-        raise SymbolError(f"symbol {path!r}: {spelled} is not configured (its pointer is NULL)")
+        raise SymbolError(
+            f"symbol {path!r}: {spelled} is not configured (its pointer is NULL)"
+        )
     if not isinstance(value, View):
         raise SymbolError(f"symbol {path!r}: {spelled} has no members")
     arrow = "^" if spelled.count(".") == 1 else ""
@@ -110,14 +144,19 @@ def _step(path: str, value: Any, part: str, spelled: str) -> tuple[Any, Any, str
     return value, name, f"{arrow}.{name}"
 
 
-def _index(path: str, value: Any, part: str, spelled: str) -> tuple[Any, Any, str]:
-    if isinstance(value, View) and hasattr(type(value), "value"):  # HLI_EXT_VAR: an ARRAY OF UDINT by itself
+def _index(
+    path: str, value: Any, part: str, spelled: str
+) -> tuple[Any, Any, str]:
+    # HLI_EXT_VAR: an ARRAY OF UDINT by itself
+    if isinstance(value, View) and hasattr(type(value), "value"):
         value = value.value
     if not isinstance(value, (tuple, ArrayView)):
         raise SymbolError(f"symbol {path!r}: {spelled} is no array")
     index = index_of(path, part)
     if not 0 <= index < len(value):
-        raise SymbolError(f"symbol {path!r}: {spelled}[{index}]: the index runs 0..{len(value) - 1}")
+        raise SymbolError(
+            f"symbol {path!r}: {spelled}[{index}]: the index runs 0..{len(value) - 1}"
+        )
     return value, index, f"[{index}]"
 
 
@@ -128,6 +167,10 @@ def _match(path: str, name: str, names: tuple[str, ...]) -> str:
     found = by_upper.get(name.upper())
     if found is None:
         near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]}?" if near else f"; known: {', '.join(names)}"
+        hint = (
+            f"; did you mean {near[0]}?"
+            if near
+            else f"; known: {', '.join(names)}"
+        )
         raise SymbolError(f"symbol {path!r}: {name} is unknown{hint}")
     return found

@@ -1,14 +1,18 @@
 """Typed views: attribute access to the memory itself, by the manual's names.
 
-``view_class(structure)`` builds one class per structure of ``hli.layout``: a property per member, sub-structures as
-sub-views that are built once and then stand in slots, arrays as tuples of views or as ``ArrayView``, strings as
-``str``, BOOL as ``bool``.  Reading and writing go straight to the shared memory, one member at a time and never torn;
-for several members that belong together use ``hli.handshake.snapshot``.  Semaphores and the flags of the technology
-units are loaded with acquire and stored with release (in C).  Members the CNC owns (``_r``) can be written too, as in
-the real shared memory: nothing but the convention protects them.
+``view_class(structure)`` builds one class per structure of ``hli.layout``: a
+property per member, sub-structures as sub-views that are built once and then
+stand in slots, arrays as tuples of views or as ``ArrayView``, strings as
+``str``, BOOL as ``bool``.  Reading and writing go straight to the shared
+memory, one member at a time and never torn; for several members that belong
+together use ``hli.handshake.snapshot``.  Semaphores and the flags of the
+technology units are loaded with acquire and stored with release (in C).
+Members the CNC owns (``_r``) can be written too, as in the real shared memory:
+nothing but the convention protects them.
 
-Names that do not exist raise AttributeError and tell the nearest one, for reading and for writing.  Numbers that do
-not fit the member raise OverflowError with the member's name; nothing wraps silently.
+Names that do not exist raise AttributeError and tell the nearest one, for
+reading and for writing.  Numbers that do not fit the member raise OverflowError
+with the member's name; nothing wraps silently.
 """
 
 from __future__ import annotations
@@ -34,7 +38,9 @@ if TYPE_CHECKING:
 
 FLAG_NAMES = frozenset({"please_rw", "done_w"})
 BLOCK_DTYPE = np.dtype(layout.HLI_CONTOUR_LOOKAHEAD_BLOCK)
-BLOCK_FIELDS = tuple(name for name in BLOCK_DTYPE.names or () if not name.startswith("fill_"))
+BLOCK_FIELDS = tuple(
+    name for name in BLOCK_DTYPE.names or () if not name.startswith("fill_")
+)
 
 
 def _is_flag(name: str) -> bool:
@@ -44,11 +50,17 @@ def _is_flag(name: str) -> bool:
 def _int_limits(ctype: Any) -> tuple[int, int]:
     bits = 8 * ctypes.sizeof(ctype)
     signed = ctype(-1).value < 0
-    return (-(1 << bits - 1), (1 << bits - 1) - 1) if signed else (0, (1 << bits) - 1)
+    return (
+        (-(1 << bits - 1), (1 << bits - 1) - 1)
+        if signed
+        else (0, (1 << bits) - 1)
+    )
 
 
 def _checker(name: str, ctype: Any) -> Any:
-    """Function value -> value the member can hold; raises TypeError or OverflowError that names the member."""
+    """Function value -> value the member can hold; raises TypeError or
+    OverflowError that names the member.
+    """
     if ctype is layout.BOOL:
         return _bool_checker(name)
     if ctype is layout.LREAL:
@@ -67,7 +79,11 @@ def _checker(name: str, ctype: Any) -> Any:
 def _whole(name: str, value: Any) -> int:
     if isinstance(value, (int, np.integer)):
         return int(value)
-    if isinstance(value, (float, np.floating)) and math.isfinite(value) and value == int(value):
+    if (
+        isinstance(value, (float, np.floating))
+        and math.isfinite(value)
+        and value == int(value)
+    ):
         return int(value)
     raise TypeError(f"{name} = {value!r}: a whole number is needed")
 
@@ -82,15 +98,20 @@ def _bool_checker(name: str) -> Any:
 
 
 class View:
-    """Base of the generated views; ``_c`` is the ctypes structure over the memory, ``_parent`` the view around it.
+    """Base of the generated views; ``_c`` is the ctypes structure over the
+    memory, ``_parent`` the view around it.
 
-    Numbers are properties over the structure's own fields.  Parts (sub-structures and arrays) stand in slots of their
-    name: an access is one step as long as the part was built before, and ``__getattr__`` builds it at the first one.
+    Numbers are properties over the structure's own fields.  Parts
+    (sub-structures and arrays) stand in slots of their name: an access is one
+    step as long as the part was built before, and ``__getattr__`` builds it at
+    the first one.
     """
 
     __slots__ = ("__weakref__", "_c", "_parent", "_pointers")
     _names: tuple[str, ...] = ()
-    _writers: dict[str, Callable[[View, Any], None]] = {}  # how a member is written
+    _writers: dict[
+        str, Callable[[View, Any], None]
+    ] = {}  # how a member is written
     _parts: dict[str, Callable[[View], Any]] = {}  # how a part is built
 
     def __init__(self, structure: Any, parent: View | None = None) -> None:
@@ -103,7 +124,9 @@ class View:
         return ctypes.addressof(self._c)
 
     def _pointer(self, offset: int = 0) -> Any:
-        """cffi ``void *`` into the memory; keep the view alive as long as it is used."""
+        """cffi ``void *`` into the memory; keep the view alive as long as it is
+        used.
+        """
         return ffi.cast("void *", ctypes.addressof(self._c) + offset)
 
     def __getattr__(self, name: str) -> Any:
@@ -121,14 +144,22 @@ class View:
         write(self, value)
 
     def __delattr__(self, name: str) -> None:
-        raise AttributeError(f"{type(self).__name__}.{name}: what lies in the memory cannot be deleted")
+        raise AttributeError(
+            f"{type(self).__name__}.{name}: what lies in the memory cannot be deleted"
+        )
 
     def _assign(self, name: str, value: Any) -> None:
         """A part as a whole: the bytes of another one of its type."""
         target, source = getattr(self._c, name), getattr(value, "_c", value)
         if not isinstance(source, type(target)):
-            raise TypeError(f"{name} is a {type(target).__name__}; assign its members, or another one as a whole")
-        ctypes.memmove(ctypes.addressof(target), ctypes.addressof(source), ctypes.sizeof(target))
+            raise TypeError(
+                f"{name} is a {type(target).__name__}; assign its members, or another one as a whole"
+            )
+        ctypes.memmove(
+            ctypes.addressof(target),
+            ctypes.addressof(source),
+            ctypes.sizeof(target),
+        )
 
     def _replace(self, name: str, part: View) -> None:
         """Let this name lead to another view (an image of the memory)."""
@@ -141,7 +172,11 @@ class View:
 
     def _unknown(self, name: str) -> str:
         near = difflib.get_close_matches(name, self._names, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]}?" if near else f"; members: {', '.join(self._names)}"
+        hint = (
+            f"; did you mean {near[0]}?"
+            if near
+            else f"; members: {', '.join(self._names)}"
+        )
         return f"{type(self).__name__} has no member {name!r}{hint}"
 
     def __dir__(self) -> list[str]:
@@ -152,7 +187,9 @@ class View:
 
 
 class ArrayView:
-    """An array of numbers or BOOLs in the memory: index, slice reads, item writes with range check, ``as_array()``."""
+    """An array of numbers or BOOLs in the memory: index, slice reads, item
+    writes with range check, ``as_array()``.
+    """
 
     __slots__ = ("_a", "_check", "_name", "_parent")
 
@@ -160,25 +197,37 @@ class ArrayView:
         self._name = name
         self._a = array
         self._parent = parent
-        self._check = _checker(name, array._type_) if not hasattr(array._type_, "_length_") else None
+        self._check = (
+            _checker(name, array._type_)
+            if not hasattr(array._type_, "_length_")
+            else None
+        )
 
     def __len__(self) -> int:
         return len(self._a)
 
     def _at(self, index: int) -> int:
         if not 0 <= index < len(self._a):
-            raise IndexError(f"{self._name}[{index}]: index runs 0..{len(self._a) - 1}")
+            raise IndexError(
+                f"{self._name}[{index}]: index runs 0..{len(self._a) - 1}"
+            )
         return index
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return list(self._a[index])
         item = self._a[self._at(index)]
-        return item if self._check else ArrayView(f"{self._name}[{index}]", item, self._parent)
+        return (
+            item
+            if self._check
+            else ArrayView(f"{self._name}[{index}]", item, self._parent)
+        )
 
     def __setitem__(self, index: int, value: Any) -> None:
         if self._check is None:
-            raise TypeError(f"{self._name}[{index}] is an array; assign its elements")
+            raise TypeError(
+                f"{self._name}[{index}] is an array; assign its elements"
+            )
         self._a[self._at(index)] = self._check(value)
 
     def __iter__(self) -> Iterator[Any]:
@@ -193,23 +242,29 @@ class ArrayView:
 
 
 class ViewArray(tuple[Any, ...]):
-    """An array of structures as a tuple of views, with the whole as one numpy structured array."""
+    """An array of structures as a tuple of views, with the whole as one numpy
+    structured array.
+    """
 
     _ctypes_array: Any = None
 
     def as_array(self) -> np.ndarray[Any, Any]:
         """numpy structured array over the memory itself (no copy)."""
-        return np.frombuffer(self._ctypes_array, dtype=np.dtype(self._ctypes_array._type_))
+        return np.frombuffer(
+            self._ctypes_array, dtype=np.dtype(self._ctypes_array._type_)
+        )
 
 
-# ------------------------------------------------------------------------------------------------ properties
+# ------------------------------------------------------------------------------------------------
+# properties
 def _scalar(name: str, ctype: Any) -> property:
     check = _checker(name, ctype)
 
     def write(self: Any, value: Any) -> None:
         setattr(self._c, name, check(value))
 
-    return property(operator.attrgetter(f"_c.{name}"), write)  # read without a Python function: scans read many
+    # read without a Python function: scans read many
+    return property(operator.attrgetter(f"_c.{name}"), write)
 
 
 def _flag(name: str, offset: int) -> property:
@@ -237,14 +292,18 @@ def _string(name: str, length: int) -> property:
     def write(self: Any, value: str) -> None:
         data = value.encode()
         if len(data) >= length:
-            raise ValueError(f"{name}: {len(data)} bytes do not fit STRING({length - 1})")
+            raise ValueError(
+                f"{name}: {len(data)} bytes do not fit STRING({length - 1})"
+            )
         setattr(self._c, name, data)
 
     return property(read, write)
 
 
 def _part(name: str, ctype: Any) -> Callable[[View], Any] | None:
-    """How the part of this name is built from the view around it; None: a single number, flag or text."""
+    """How the part of this name is built from the view around it; None: a
+    single number, flag or text.
+    """
     build: Callable[[Any, View], Any]
     if layout.is_string(ctype):
         return None
@@ -252,7 +311,9 @@ def _part(name: str, ctype: Any) -> Callable[[View], Any] | None:
         build = view_class(ctype)
     elif not hasattr(ctype, "_length_"):
         return None
-    elif isinstance(ctype._type_, type) and issubclass(ctype._type_, ctypes.Structure):
+    elif isinstance(ctype._type_, type) and issubclass(
+        ctype._type_, ctypes.Structure
+    ):
         build = _view_array
     else:
         build = functools.partial(ArrayView, name)
@@ -264,7 +325,10 @@ def _assigner(name: str) -> Callable[[View, Any], None]:
 
 
 def _alias(target: str) -> property:
-    return property(operator.attrgetter(target), lambda self, value: setattr(self, target, value))
+    return property(
+        operator.attrgetter(target),
+        lambda self, value: setattr(self, target, value),
+    )
 
 
 def _view_array(array: Any, parent: View) -> ViewArray:
@@ -277,66 +341,107 @@ def _view_array(array: Any, parent: View) -> ViewArray:
 def _property(name: str, ctype: Any, offset: int) -> property:
     if layout.is_string(ctype):
         return _string(name, ctype._length_)
-    return _flag(name, offset) if _is_flag(name) and ctype is layout.BOOL else _scalar(name, ctype)
+    return (
+        _flag(name, offset)
+        if _is_flag(name) and ctype is layout.BOOL
+        else _scalar(name, ctype)
+    )
 
 
 @functools.cache
 def view_class(structure: type[ctypes.Structure]) -> type[View]:
     """The view class of a structure of ``hli.layout``."""
     fields: list[tuple[str, Any]] = list(structure._fields_)  # type: ignore[arg-type]
-    parts = {name: part for name, ctype in fields if (part := _part(name, ctype))}
+    parts = {
+        name: part for name, ctype in fields if (part := _part(name, ctype))
+    }
     members: dict[str, Any] = {"__slots__": tuple(parts), "_parts": parts}
     for name, ctype in fields:
         if name not in parts:
-            members[name] = _property(name, ctype, getattr(structure, name).offset)
+            members[name] = _property(
+                name, ctype, getattr(structure, name).offset
+            )
     for alias, target in _aliases(structure):
         members[alias] = _alias(target)
     if structure is layout.HLI_CONTOUR_LOOKAHEAD_RESPONSE:
         members["as_array"] = lambda self: self.block.as_array()
     if structure is layout.HLI_EXT_VAR:
         members["__getitem__"] = lambda self, index: self.value[index]
-        members["__setitem__"] = lambda self, index, value: self.value.__setitem__(index, value)
+        members["__setitem__"] = lambda self, index, value: (
+            self.value.__setitem__(index, value)
+        )
     found = [*(name for name, _ in fields), *members]
-    names = tuple(dict.fromkeys(n for n in found if not n.startswith(("__", "_parts", "fill_", "as_array"))))
-    writers = {name: _assigner(name) if name in parts else members[name].fset for name in names}
-    return type(structure.__name__, (View,), {**members, "_names": names, "_writers": writers})
+    names = tuple(
+        dict.fromkeys(
+            n
+            for n in found
+            if not n.startswith(("__", "_parts", "fill_", "as_array"))
+        )
+    )
+    writers = {
+        name: _assigner(name) if name in parts else members[name].fset
+        for name in names
+    }
+    return type(
+        structure.__name__,
+        (View,),
+        {**members, "_names": names, "_writers": writers},
+    )
 
 
 def _aliases(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:
-    """(alias, member) of a structure; ``a.b`` aliases belong to the structure of the member ``a``."""
+    """(alias, member) of a structure; ``a.b`` aliases belong to the structure
+    of the member ``a``.
+    """
     names = {name for name, _ in structure._fields_}  # type: ignore[misc]
     found = []
     for alias, target in layout.ALIASES.items():
         owner, _, old = alias.rpartition(".")
         member = target.rpartition(".")[2]
-        if member in names and old not in names and owner in ("", *_holders(structure)):
+        if (
+            member in names
+            and old not in names
+            and owner in ("", *_holders(structure))
+        ):
             found.append((old, member))
     return found
 
 
 def _holders(structure: type[ctypes.Structure]) -> set[str]:
-    return {name for cls in layout.structures() for name, ctype in cls._fields_ if ctype is structure}  # type: ignore[misc]
+    return {
+        field[0]
+        for cls in layout.structures()
+        for field in cls._fields_
+        if field[1] is structure
+    }
 
 
 def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:
-    """A typed view over a byte array of the memory, as the PLC's typed pointer on ``attribut_r.data``."""
+    """A typed view over a byte array of the memory, as the PLC's typed pointer
+    on ``attribut_r.data``.
+    """
     if len(array) < ctypes.sizeof(structure):
-        raise ValueError(f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes, the array has {len(array)}")
+        raise ValueError(
+            f"{structure.__name__} needs {ctypes.sizeof(structure)} bytes, the array has {len(array)}"
+        )
     return view_class(structure)(structure.from_buffer(array._a))
 
 
 class Pointers(tuple[Any, ...]):
-    """``gpCh``, ``gpAx``, ``gpVECh``: a view for each area the CNC has; the others are NULL.
+    """``gpCh``, ``gpAx``, ``gpVECh``: a view for each area the CNC has; the
+    others are NULL.
 
-    Iteration and slices give None for those; an index that names one raises HliNotConfigured instead of handing out
-    a None that fails somewhere else.
+    Iteration and slices give None for those; an index that names one raises
+    HliNotConfigured instead of handing out a None that fails somewhere else.
     """
 
     name: str
     configured: int
 
     def __new__(cls, name: str, views: ViewArray, count: int) -> Self:
-        pointers = super().__new__(cls, (*views[:count], *([None] * (len(views) - count))))
+        pointers = super().__new__(
+            cls, (*views[:count], *([None] * (len(views) - count)))
+        )
         pointers.name, pointers.configured = name, count
         return pointers
 
@@ -351,14 +456,24 @@ class Pointers(tuple[Any, ...]):
 
     def _wrong(self, index: int) -> IndexError:
         if not 0 <= index < len(self):
-            return IndexError(f"{self.name}[{index}]: the index runs 0..{len(self) - 1}")
+            return IndexError(
+                f"{self.name}[{index}]: the index runs 0..{len(self) - 1}"
+            )
         what = "axis" if self.name == "gpAx" else "channel"
-        there = f"{self.name}[0..{self.configured - 1}]" if self.configured else "none"
-        return HliNotConfigured(f"{what} {index} is not configured: {self.name}[{index}] is NULL; the CNC has {there}")
+        there = (
+            f"{self.name}[0..{self.configured - 1}]"
+            if self.configured
+            else "none"
+        )
+        return HliNotConfigured(
+            f"{what} {index} is not configured: {self.name}[{index}] is NULL; the CNC has {there}"
+        )
 
 
 class Areas:
-    """The global pointers of the HLI over one segment; areas that are not configured are NULL (``Pointers``)."""
+    """The global pointers of the HLI over one segment; areas that are not
+    configured are NULL (``Pointers``).
+    """
 
     def __init__(self, segment: Segment) -> None:
         root: Any = view_class(layout.HLI_SEGMENT)(segment.root)
@@ -374,7 +489,8 @@ class Areas:
         self.sidecar: Any = root.sidecar
 
     def symbol(self, path: str) -> Symbol:
-        """The variable behind a TwinCAT-style path: ``symbol("HLI_Global_Variables.gpCh[0]^....").value``.
+        """The variable behind a TwinCAT-style path:
+        ``symbol("HLI_Global_Variables.gpCh[0]^....").value``.
 
         Raises SymbolError (a ValueError) that says where the path stops.
         """

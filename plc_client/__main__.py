@@ -1,4 +1,6 @@
-"""The PLC process: ``python -P -m plc_client --name NAME (--file FILE.py [--class QUALNAME] | --builtin NAME)``."""
+"""The PLC process: ``python -P -m plc_client --name NAME (--file FILE.py
+[--class QUALNAME] | --builtin NAME)``.
+"""
 
 from __future__ import annotations
 
@@ -49,12 +51,16 @@ class Process:
         self.programs = _programs(self._args)
 
     def on_restart(self, _number: int, _frame: Any) -> None:
-        """SIGUSR1: PLC restart before the next scan, with the file read anew; the CNC runs on."""
+        """SIGUSR1: PLC restart before the next scan, with the file read anew;
+        the CNC runs on.
+        """
         if self._scanner is not None:
             self._scanner.request_restart()
 
     def on_signal(self, number: int, _frame: Any) -> None:
-        """Signal handler: end after the current scan; the second signal ends a scan that never returns."""
+        """Signal handler: end after the current scan; the second signal ends a
+        scan that never returns.
+        """
         if self.signal:
             raise KeyboardInterrupt
         self.signal = number
@@ -62,7 +68,9 @@ class Process:
             self._scanner.stop()
 
     def run(self) -> None:
-        """Raises PlcError (the user's code), HliError (cannot attach; with ``once`` also: the CNC died)."""
+        """Raises PlcError (the user's code), HliError (cannot attach; with
+        ``once`` also: the CNC died).
+        """
         try:
             self._attach_and_scan()
         finally:
@@ -104,7 +112,13 @@ class Process:
 
     def _scan(self, hli: Hli) -> Ending:
         first = self._scanner is None
-        self._scanner = Scanner(hli, self.programs, watch=self.watch, forces=self._forces, guard=self._guard)
+        self._scanner = Scanner(
+            hli,
+            self.programs,
+            watch=self.watch,
+            forces=self._forces,
+            guard=self._guard,
+        )
         self._scanner.before_restart = self._read_anew
         self._scanner.orders = self._orders
         self._scanner.on_start = self._tell_warnings
@@ -116,24 +130,40 @@ class Process:
 
     def _tell_warnings(self) -> None:
         """On standard error, unless a launcher reads the report."""
-        for text in () if self._once else [text for p in self.programs for text in p.warnings]:
+        for text in (
+            ()
+            if self._once
+            else [text for p in self.programs for text in p.warnings]
+        ):
             print(f"warning: {text}", file=sys.stderr, flush=True)
 
     def _read_anew(self) -> Sequence[Program] | None:
-        """The tasks of the file as it is now; None, and the old ones run on, if it cannot be loaded.
+        """The tasks of the file as it is now; None, and the old ones run on, if
+        it cannot be loaded.
 
-        A task keeps its statistics by the name of its class, and takes interval and priority of the new text; one whose
-        class is gone runs no longer and stays in the report.
+        A task keeps its statistics by the name of its class, and takes interval
+        and priority of the new text; one whose class is gone runs no longer and
+        stays in the report.
         """
         if self._args.builtin:
             return self.programs
         old = {p.name: p for p in self.programs}
         try:
-            found = [(c, Program.of(c)) for c in load_tasks(self._args.file, self._args.qualname)]
+            found = [
+                (c, Program.of(c))
+                for c in load_tasks(self._args.file, self._args.qualname)
+            ]
         except PlcError as error:
-            print(f"restart refused, the old program runs on: {error}", file=sys.stderr, flush=True)
+            print(
+                f"restart refused, the old program runs on: {error}",
+                file=sys.stderr,
+                flush=True,
+            )
             return None
-        now = [old[fresh.name].become(cls) if fresh.name in old else fresh for cls, fresh in found]
+        now = [
+            old[fresh.name].become(cls) if fresh.name in old else fresh
+            for cls, fresh in found
+        ]
         self.programs = [*now, *(p for p in self.programs if p not in now)]
         return now
 
@@ -145,7 +175,9 @@ class Process:
             path, value = parse_force(text)
             symbol = table[path]
             if isinstance(symbol, TaskSymbol):
-                scanner.forces.hold(symbol.path, symbol, value)  # there after setup()
+                scanner.forces.hold(
+                    symbol.path, symbol, value
+                )  # there after setup()
                 continue
             try:
                 scanner.forces.force(symbol.path, symbol, value)
@@ -155,10 +187,15 @@ class Process:
     def _give_up(self, text: str) -> None:
         """A task hangs and nothing interrupts it: tell what is known and leave."""
         program = next((p for p in self.programs if p.has("cyclic")), None)
-        error = f"task watchdog: {text}" + (f" ({', '.join(p.name for p in self.programs)})" if program else "")
+        error = f"task watchdog: {text}" + (
+            f" ({', '.join(p.name for p in self.programs)})" if program else ""
+        )
         print(error, file=sys.stderr, flush=True)
         if self._args.report is not None:
-            _store(self._args.report, {**report([], 0, stats.HANDSHAKES.quantiles()), "error": error})
+            _store(
+                self._args.report,
+                {**report([], 0, stats.HANDSHAKES.quantiles()), "error": error},
+            )
         os._exit(1)
 
     def _wait_gone(self) -> None:
@@ -167,9 +204,14 @@ class Process:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Exit status: 0, 1 (error in the PLC program or at the segment), 2 (usage), 130 (interrupted)."""
+    """Exit status: 0, 1 (error in the PLC program or at the segment), 2
+    (usage), 130 (interrupted).
+    """
     args = _arguments(argv)
-    if args.parent is not None and lib.hs_die_with_parent(signal.SIGTERM, args.parent) != 0:
+    if (
+        args.parent is not None
+        and lib.hs_die_with_parent(signal.SIGTERM, args.parent) != 0
+    ):
         return 1
     process = Process(args)
     error = ""
@@ -186,7 +228,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         interrupted = process.signal != signal.SIGTERM
     for number in (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1):
-        signal.signal(number, signal.SIG_IGN)  # what is left takes no time and ends by itself
+        # what is left takes no time and ends by itself
+        signal.signal(number, signal.SIG_IGN)
     error = _write_report(args.report, process, error)
     if error:
         print(error, file=sys.stderr)
@@ -195,37 +238,77 @@ def main(argv: Sequence[str] | None = None) -> int:
 
 
 def _arguments(argv: Sequence[str] | None) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="plc_client", description="PLC process of a co-simulation cell")
-    parser.add_argument("--name", default=DEFAULT_NAME, help="segment of the CNC")
+    parser = argparse.ArgumentParser(
+        prog="plc_client", description="PLC process of a co-simulation cell"
+    )
+    parser.add_argument(
+        "--name", default=DEFAULT_NAME, help="segment of the CNC"
+    )
     what = parser.add_mutually_exclusive_group(required=True)
-    what.add_argument("--file", help="Python file with classes decorated by @task")
-    what.add_argument("--builtin", choices=builtin.NAMES, help="built-in PLC program")
+    what.add_argument(
+        "--file", help="Python file with classes decorated by @task"
+    )
+    what.add_argument(
+        "--builtin", choices=builtin.NAMES, help="built-in PLC program"
+    )
     parser.add_argument("--class", dest="qualname", help="one class of --file")
-    parser.add_argument("--args", type=json.loads, default={}, help="JSON object for --builtin")
-    parser.add_argument("--report", type=Path, help="write a JSON report here at the end")
-    parser.add_argument("--once", action="store_true", help="end with the CNC instead of waiting for the next one")
-    parser.add_argument("--watch", action="append", default=[], metavar="SYMBOL", help="record a symbol at every scan")
-    parser.add_argument("--force", action="append", default=[], metavar="SYMBOL=VALUE", help="hold a symbol at a value")
-    parser.add_argument("--parent", type=int, help="end when this parent process dies")
+    parser.add_argument(
+        "--args", type=json.loads, default={}, help="JSON object for --builtin"
+    )
+    parser.add_argument(
+        "--report", type=Path, help="write a JSON report here at the end"
+    )
+    parser.add_argument(
+        "--once",
+        action="store_true",
+        help="end with the CNC instead of waiting for the next one",
+    )
+    parser.add_argument(
+        "--watch",
+        action="append",
+        default=[],
+        metavar="SYMBOL",
+        help="record a symbol at every scan",
+    )
+    parser.add_argument(
+        "--force",
+        action="append",
+        default=[],
+        metavar="SYMBOL=VALUE",
+        help="hold a symbol at a value",
+    )
+    parser.add_argument(
+        "--parent", type=int, help="end when this parent process dies"
+    )
     return parser.parse_args(argv)
 
 
 def _programs(args: argparse.Namespace) -> list[Program]:
     if args.builtin:
-        return [Program.of(builtin.load(args.builtin), args.args, name=args.builtin)]
+        return [
+            Program.of(builtin.load(args.builtin), args.args, name=args.builtin)
+        ]
     return [Program.of(cls) for cls in load_tasks(args.file, args.qualname)]
 
 
 def _write_report(path: Path | None, process: Process, error: str) -> str:
-    """Write the report beside its name, then rename; returns the error text, with that of ``result()`` added."""
+    """Write the report beside its name, then rename; returns the error text,
+    with that of ``result()`` added.
+    """
     if path is None:
         return error
     counts = (stats.HANDSHAKES.n, stats.HANDSHAKES.quantiles())
     try:
-        content = {**report(process.programs, *counts, process.watch), "error": error or None}
+        content = {
+            **report(process.programs, *counts, process.watch),
+            "error": error or None,
+        }
     except PlcError as problem:
         error = error or str(problem)
-        content = {**report(process.programs, *counts, process.watch, results=False), "error": error}
+        content = {
+            **report(process.programs, *counts, process.watch, results=False),
+            "error": error,
+        }
     _store(path, content)
     return error
 

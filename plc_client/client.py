@@ -1,7 +1,8 @@
 """Connection of a PLC process (or a mere reader) to a running CNC.
 
-The PLC registers in the sidecar: process id and start time, a new generation, ``attached`` last.  In lockstep the CNC
-then runs only as far as the PLC lets it: ``Hli.step()`` by hand, or the scan runtime.
+The PLC registers in the sidecar: process id and start time, a new generation,
+``attached`` last.  In lockstep the CNC then runs only as far as the PLC lets
+it: ``Hli.step()`` by hand, or the scan runtime.
 """
 
 from __future__ import annotations
@@ -25,7 +26,9 @@ DEFAULT_NAME = "hli-cosim"
 SPIN_NS = 500_000
 MAX_STEP = 1 << 30  # cycles of one step(); the turn counter has 32 bits
 SLICE_NS = 100_000_000
-FREE_RUN = 0x3FFFFFFF  # turns ahead: more than any CNC runs before it looks again
+FREE_RUN = (
+    0x3FFFFFFF  # turns ahead: more than any CNC runs before it looks again
+)
 _RETRY_S = 0.02
 _OK: int = lib.HS_OK
 
@@ -33,12 +36,16 @@ Role = Literal["plc", "reader"]
 
 
 class Hli(Areas):
-    """The HLI of one running CNC: ``gpPform``, ``gpCh[i]``, ``gpAx[i]``, ``gpVECh[i]``, ``gpVEGlobal``, ``gNrCh`` ...
+    """The HLI of one running CNC: ``gpPform``, ``gpCh[i]``, ``gpAx[i]``,
+    ``gpVECh[i]``, ``gpVEGlobal``, ``gNrCh`` ...
 
-    A context manager; ``close()`` gives the PLC's place back.  Made by ``connect()``.
+    A context manager; ``close()`` gives the PLC's place back.  Made by
+    ``connect()``.
     """
 
-    def __init__(self, segment: Segment, role: Role = "plc", scans_due: bool = False) -> None:
+    def __init__(
+        self, segment: Segment, role: Role = "plc", scans_due: bool = False
+    ) -> None:
         super().__init__(segment)
         self.name = segment.name
         self.role = role
@@ -48,11 +55,17 @@ class Hli(Areas):
         self._plc_turn = word_pointer(self.root, "plc_turn")
         self._attached = self.plc._pointer(layout.HLI_SIDE_PLC.attached.offset)
         self._cycle = self.cnc._pointer(layout.HLI_SIDE_CNC.cycle.offset)
-        self._cell_time = self.cnc._pointer(layout.HLI_SIDE_CNC.cell_time_ns.offset)
+        self._cell_time = self.cnc._pointer(
+            layout.HLI_SIDE_CNC.cell_time_ns.offset
+        )
         self._phase = self.cnc._pointer(layout.HLI_SIDE_CNC.phase.offset)
         self._seen = self._cnc_identity()
         head = segment.root.segment_head
-        self._process = (self.cnc.pid, self.cnc.start) if self.cnc.pid else (head.owner_pid, head.owner_start)
+        self._process = (
+            (self.cnc.pid, self.cnc.start)
+            if self.cnc.pid
+            else (head.owner_pid, head.owner_start)
+        )
         self._open = True
         if role == "plc":
             with segment.locked():
@@ -64,28 +77,38 @@ class Hli(Areas):
         plc, me = self.plc, os.getpid()
         attached = lib.hs_load_u32(self._attached)
         if attached and lib.hs_process_alive(plc.pid, plc.start):
-            raise HliInUse(f"segment {self.name!r} already has a PLC, process {plc.pid}; end it first")
+            raise HliInUse(
+                f"segment {self.name!r} already has a PLC, process {plc.pid}; end it first"
+            )
         lib.hs_store_u32(self._attached, 0)
         plc.pid, plc.start = me, lib.hs_process_start(me)
         plc.finished = plc.scans = plc.heartbeat = 0
         plc.scans_due = scans_due
-        self.sidecar.cnc_turn.waiters = self.sidecar.clah_answer.waiters = 0  # a dead predecessor may have left some
+        # a dead predecessor may have left some
+        self.sidecar.cnc_turn.waiters = self.sidecar.clah_answer.waiters = 0
         self.release_until(lib.hs_load_u32(self._cnc_turn))
         plc.generation = (plc.generation + 1) & 0xFFFFFFFF
         lib.hs_store_u32(self._attached, 1)
 
     def set_present(self, present: bool = True) -> None:
-        """``plc_present_w`` of platform, channels and configured axes: the control units and technology output live."""
-        heads = [area.head for area in (*self.gpCh, *self.gpAx) if area is not None]
+        """``plc_present_w`` of platform, channels and configured axes: the
+        control units and technology output live.
+        """
+        heads = [
+            area.head for area in (*self.gpCh, *self.gpAx) if area is not None
+        ]
         for holder in (self.gpPform, *heads):
             holder.plc_present_w = present
 
     def finish(self) -> None:
         """Tell the CNC that the PLC does not need the cell any longer."""
-        lib.hs_store_u32(self.plc._pointer(layout.HLI_SIDE_PLC.finished.offset), 1)
+        lib.hs_store_u32(
+            self.plc._pointer(layout.HLI_SIDE_PLC.finished.offset), 1
+        )
 
     def close(self) -> None:
-        """Detach and give the memory up; the CNC runs on, in lockstep it waits for the next PLC.
+        """Detach and give the memory up; the CNC runs on, in lockstep it waits
+        for the next PLC.
 
         Views taken earlier stay readable.
         """
@@ -131,14 +154,20 @@ class Hli(Areas):
         return int(lib.hs_load_u32(self._phase))
 
     def alive(self) -> bool:
-        """Whether the CNC this connection was made to still runs and has not started anew."""
-        return self._cnc_identity() == self._seen and bool(lib.hs_process_alive(*self._process))
+        """Whether the CNC this connection was made to still runs and has not
+        started anew.
+        """
+        return self._cnc_identity() == self._seen and bool(
+            lib.hs_process_alive(*self._process)
+        )
 
     def _cnc_identity(self) -> tuple[int, int, int]:
         return (self.cnc.pid, self.cnc.start, self.cnc.generation)
 
     def snapshot(self, channel: int = 0) -> Any:
-        """A consistent private copy of ``gpCh[channel].bahn_state`` (channel 0 has the seqlock)."""
+        """A consistent private copy of ``gpCh[channel].bahn_state`` (channel 0
+        has the seqlock).
+        """
         return snapshot(self.gpCh[channel].bahn_state)
 
     # -- lockstep by hand
@@ -147,17 +176,37 @@ class Hli(Areas):
         lib.hs_word_post(self._plc_turn, cycle & 0xFFFFFFFF)
 
     def wait_cycle(self, cycle: int, timeout_ns: int = SLICE_NS) -> bool:
-        """Wait until the CNC completed `cycle` cycles; False after the time or when a signal came."""
-        return bool(lib.hs_word_wait(self._cnc_turn, cycle & 0xFFFFFFFF, SPIN_NS, timeout_ns) == lib.HS_OK)
+        """Wait until the CNC completed `cycle` cycles; False after the time or
+        when a signal came.
+        """
+        return bool(
+            lib.hs_word_wait(
+                self._cnc_turn, cycle & 0xFFFFFFFF, SPIN_NS, timeout_ns
+            )
+            == lib.HS_OK
+        )
 
     def turn(self, cycle: int) -> bool:
-        """``release_until`` and ``wait_cycle`` in one call into C: what a scan runtime does once a scan."""
-        return bool(lib.hs_word_turn(self._plc_turn, self._cnc_turn, cycle & 0xFFFFFFFF, SPIN_NS, SLICE_NS) == _OK)
+        """``release_until`` and ``wait_cycle`` in one call into C: what a scan
+        runtime does once a scan.
+        """
+        return bool(
+            lib.hs_word_turn(
+                self._plc_turn,
+                self._cnc_turn,
+                cycle & 0xFFFFFFFF,
+                SPIN_NS,
+                SLICE_NS,
+            )
+            == _OK
+        )
 
     def step(self, cycles: int = 1, timeout_s: float = 5.0) -> int:
-        """Lockstep: let the CNC run `cycles` cycles and wait for them; returns the completed cycles.
+        """Lockstep: let the CNC run `cycles` cycles and wait for them; returns
+        the completed cycles.
 
-        Raises ValueError (not 1..2**30 cycles), HliError (a reader, another clock, the CNC has ended), HliTimeout.
+        Raises ValueError (not 1..2**30 cycles), HliError (a reader, another
+        clock, the CNC has ended), HliTimeout.
         """
         cycles = operator.index(cycles)
         if not 1 <= cycles <= MAX_STEP:
@@ -168,24 +217,43 @@ class Hli(Areas):
         end = time.monotonic() + timeout_s
         while not self.wait_cycle(target):
             if not self.alive() or self.phase == layout.HLI_PHASE_SHUTDOWN:
-                raise HliError(f"the CNC behind segment {self.name!r} has ended")
+                raise HliError(
+                    f"the CNC behind segment {self.name!r} has ended"
+                )
             if time.monotonic() > end:
-                raise HliTimeout(f"the CNC did not complete {cycles} cycles within {timeout_s} s")
+                raise HliTimeout(
+                    f"the CNC did not complete {cycles} cycles within {timeout_s} s"
+                )
         return self.cycle
 
     def _check_step(self) -> None:
         if self.role != "plc":
-            raise HliError("step() needs role='plc'; a reader does not take part in the cell")
+            raise HliError(
+                "step() needs role='plc'; a reader does not take part in the cell"
+            )
         if self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP:
-            raise HliError("step() needs a CNC in lockstep; with other clocks the CNC runs by itself")
+            raise HliError(
+                "step() needs a CNC in lockstep; with other clocks the CNC runs by itself"
+            )
 
-    def exchange(self, start_position: float, length: float, channel: int = 0, timeout_s: float = 5.0) -> Any:
-        """One contour look-ahead request with its answer (own numpy copy), with any clock.
+    def exchange(
+        self,
+        start_position: float,
+        length: float,
+        channel: int = 0,
+        timeout_s: float = 5.0,
+    ) -> Any:
+        """One contour look-ahead request with its answer (own numpy copy), with
+        any clock.
 
-        In lockstep with a cyclic service the CNC is stepped until it has answered.  Raises HliTimeout.
+        In lockstep with a cyclic service the CNC is stepped until it has
+        answered.  Raises HliTimeout.
         """
         unit = ContourUnit(self.gpCh[channel].contour_lookahead)
-        by_itself = self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP or self.cnc.service == layout.HLI_SERVICE_IMMEDIATE
+        by_itself = (
+            self.cnc.clock != layout.HLI_CLOCK_LOCKSTEP
+            or self.cnc.service == layout.HLI_SERVICE_IMMEDIATE
+        )
         if self.role != "plc" or by_itself:
             return unit.exchange(start_position, length, timeout_s).copy()
         end = time.monotonic() + timeout_s
@@ -201,13 +269,21 @@ class Hli(Areas):
         self.step()
 
 
-def connect(name: str = DEFAULT_NAME, wait_s: float = 0.0, role: Role = "plc", present: bool = True) -> Hli:
-    """Attach to a running CNC, waiting up to ``wait_s`` seconds for it (0: not at all).
+def connect(
+    name: str = DEFAULT_NAME,
+    wait_s: float = 0.0,
+    role: Role = "plc",
+    present: bool = True,
+) -> Hli:
+    """Attach to a running CNC, waiting up to ``wait_s`` seconds for it (0: not
+    at all).
 
-    ``role="plc"`` takes the PLC's place and, with ``present``, sets ``plc_present_w`` everywhere; in lockstep the CNC
-    then stands until ``step()``, with other clocks the program starts.  ``present=False`` is for a scan runtime, which
-    sets it with its first scan: the program starts behind that one.  ``role="reader"`` only looks.
-    Raises HliNotFound, HliNotReady, HliVersionError, HliAccessError, HliInUse (there is a PLC already).
+    ``role="plc"`` takes the PLC's place and, with ``present``, sets
+    ``plc_present_w`` everywhere; in lockstep the CNC then stands until
+    ``step()``, with other clocks the program starts.  ``present=False`` is for
+    a scan runtime, which sets it with its first scan: the program starts behind
+    that one.  ``role="reader"`` only looks. Raises HliNotFound, HliNotReady,
+    HliVersionError, HliAccessError, HliInUse (there is a PLC already).
     """
     if role not in ("plc", "reader"):
         raise ValueError(f"role {role!r}: 'plc' or 'reader'")
@@ -231,10 +307,19 @@ def connect(name: str = DEFAULT_NAME, wait_s: float = 0.0, role: Role = "plc", p
 
 
 def attach_running(name: str) -> Segment:
-    """``hli.attach`` that takes a segment whose CNC is dead or shutting down as not there (HliNotFound)."""
+    """``hli.attach`` that takes a segment whose CNC is dead or shutting down as
+    not there (HliNotFound).
+    """
     segment = attach(name)
-    owner, phase = segment.root.segment_head.owner_pid, segment.root.sidecar.cnc.phase
-    problem = "" if segment.owner_alive() else f"is left over: its CNC, process {owner}, is gone"
+    owner, phase = (
+        segment.root.segment_head.owner_pid,
+        segment.root.sidecar.cnc.phase,
+    )
+    problem = (
+        ""
+        if segment.owner_alive()
+        else f"is left over: its CNC, process {owner}, is gone"
+    )
     if phase == layout.HLI_PHASE_SHUTDOWN:
         problem = problem or f"is being closed by its CNC, process {owner}"
     if problem:

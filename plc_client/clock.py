@@ -1,7 +1,8 @@
-"""The cell's clock as PLC function blocks see it: virtual or real time of the CNC process, in ns.
+"""The cell's clock as PLC function blocks see it: virtual or real time of the
+CNC process, in ns.
 
-The scan runtime latches it once per scan, so all timers of one scan agree.  Outside the runtime it is read live from
-the connection made last.
+The scan runtime latches it once per scan, so all timers of one scan agree.
+Outside the runtime it is read live from the connection made last.
 """
 
 from __future__ import annotations

@@ -1,8 +1,11 @@
-"""The task watchdog: a ``cyclic()`` that does not return is an error with a place, not a cell that hangs for ever.
+"""The task watchdog: a ``cyclic()`` that does not return is an error with a
+place, not a cell that hangs for ever.
 
-A thread looks a few times a second whether the scan that runs has used up its time on the wall's clock and then raises
-``TaskOverrun`` inside the user's code.  Code that cannot be interrupted that way (a long call into C) is given up on:
-the ``last_resort`` is called from the thread.  Nothing happens per scan but two assignments.
+A thread looks a few times a second whether the scan that runs has used up its
+time on the wall's clock and then raises ``TaskOverrun`` inside the user's code.
+Code that cannot be interrupted that way (a long call into C) is given up on:
+the ``last_resort`` is called from the thread.  Nothing happens per scan but two
+assignments.
 """
 
 from __future__ import annotations
@@ -24,11 +27,14 @@ class TaskOverrun(BaseException):
 class Guard:
     """Watches the calls of one thread between ``begin(limit_s)`` and ``end()``.
 
-    Time is counted by the watching thread itself, so a process that was suspended is not blamed for it.
-    ``last_resort(text)``: what to do when the code does not react (the PLC process writes its report and exits).
+    Time is counted by the watching thread itself, so a process that was
+    suspended is not blamed for it. ``last_resort(text)``: what to do when the
+    code does not react (the PLC process writes its report and exits).
     """
 
-    def __init__(self, last_resort: Callable[[str], None] | None = None) -> None:
+    def __init__(
+        self, last_resort: Callable[[str], None] | None = None
+    ) -> None:
         self._last_resort = last_resort
         self._limit_s = 0.0  # 0: nothing to watch
         self._call = 0  # which call: a new one has all its time again
@@ -39,7 +45,8 @@ class Guard:
     def begin(self, limit_s: float) -> None:
         """A call begins; ``limit_s`` 0: not watched."""
         self._call += 1
-        watched = limit_s > 0.0 and sys.gettrace() is None  # somebody debugs: standing still is no fault
+        # somebody debugs: standing still is no fault
+        watched = limit_s > 0.0 and sys.gettrace() is None
         self._limit_s = limit_s if watched else 0.0
         if self._thread is None and watched:
             self._start()
@@ -59,7 +66,9 @@ class Guard:
     def _start(self) -> None:
         self._stop.clear()
         self._target = threading.get_ident()
-        self._thread = threading.Thread(target=self._watch, name="task watchdog", daemon=True)
+        self._thread = threading.Thread(
+            target=self._watch, name="task watchdog", daemon=True
+        )
         self._thread.start()
 
     def _watch(self) -> None:
@@ -74,11 +83,15 @@ class Guard:
             if used_s < self._limit_s:
                 continue
             if raised_s > LAST_RESORT_S and self._last_resort is not None:
-                self._last_resort("a task hangs in a call that cannot be interrupted, or swallows its watchdog")
+                self._last_resort(
+                    "a task hangs in a call that cannot be interrupted, or swallows its watchdog"
+                )
             if raised_s == 0.0 or raised_s > LAST_RESORT_S:
                 raised_s = 0.0
                 self._raise()
             raised_s += step_s
 
     def _raise(self) -> None:
-        ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self._target), ctypes.py_object(TaskOverrun))
+        ctypes.pythonapi.PyThreadState_SetAsyncExc(
+            ctypes.c_ulong(self._target), ctypes.py_object(TaskOverrun)
+        )

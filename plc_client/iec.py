@@ -1,7 +1,9 @@
-"""Standard function blocks of IEC 61131-3 (edition 3, 6.6.3.5): timers, edges, counters, bistables.
+"""Standard function blocks of IEC 61131-3 (edition 3, 6.6.3.5): timers, edges,
+counters, bistables.
 
-An instance is called once per scan with the standard's inputs and keeps its outputs as attributes, under the
-standard's names.  Times are seconds of the cell's clock.
+An instance is called once per scan with the standard's inputs and keeps its
+outputs as attributes, under the standard's names.  Times are seconds of the
+cell's clock.
 """
 
 # ruff: noqa: N803 (inputs carry the standard's names)
@@ -17,9 +19,13 @@ _NS = 1_000_000_000
 
 
 class _Timer:
-    """Common part: the start of the running time on the cell's clock; PT below 0 counts as 0."""
+    """Common part: the start of the running time on the cell's clock; PT below
+    0 counts as 0.
+    """
 
-    def __init__(self, PT: float = 0.0, now_ns: Callable[[], int] | None = None) -> None:
+    def __init__(
+        self, PT: float = 0.0, now_ns: Callable[[], int] | None = None
+    ) -> None:
         self.IN = False
         self.PT = PT
         self.Q = False
@@ -42,7 +48,8 @@ class _Timer:
         """Refresh ET (held at PT) and tell whether PT has passed; exact to the ns."""
         limit_ns = max(round(self.PT * _NS), 0)
         now = self._now_ns()
-        self._start_ns = min(self._start_ns, now)  # a CNC that was started anew counts from 0
+        # a CNC that was started anew counts from 0
+        self._start_ns = min(self._start_ns, now)
         passed_ns = now - self._start_ns
         self.ET = min(passed_ns, limit_ns) / _NS
         return passed_ns >= limit_ns
@@ -78,13 +85,16 @@ class TOF(_Timer):
 
 
 class TP(_Timer):
-    """Pulse: a rising edge of IN gives a pulse of length PT, whatever IN does meanwhile."""
+    """Pulse: a rising edge of IN gives a pulse of length PT, whatever IN does
+    meanwhile.
+    """
 
     def __call__(self, IN: bool, PT: float | None = None) -> bool:
         rising, _ = self._inputs(IN, PT)
         if self._running:
             self._running = not self._elapsed()
-        if rising and not self._running:  # also in the scan that finds the last pulse over
+        # also in the scan that finds the last pulse over
+        if rising and not self._running:
             self._begin()
             self._running = not self._elapsed()
         self.Q = self._running
@@ -126,7 +136,9 @@ class CTU:
         self.PV, self.CV, self.Q = PV, 0, False
         self._up = R_TRIG()
 
-    def __call__(self, CU: bool, R: bool = False, PV: int | None = None) -> bool:
+    def __call__(
+        self, CU: bool, R: bool = False, PV: int | None = None
+    ) -> bool:
         self.PV = self.PV if PV is None else PV
         rising = self._up(CU)
         if R:
@@ -144,7 +156,9 @@ class CTD:
         self.PV, self.CV, self.Q = PV, 0, True
         self._down = R_TRIG()
 
-    def __call__(self, CD: bool, LD: bool = False, PV: int | None = None) -> bool:
+    def __call__(
+        self, CD: bool, LD: bool = False, PV: int | None = None
+    ) -> bool:
         self.PV = self.PV if PV is None else PV
         falling = self._down(CD)
         if LD:
@@ -156,7 +170,9 @@ class CTD:
 
 
 class CTUD:
-    """Up-down counter: R before LD before counting; both edges in one call cancel out; QU = CV >= PV, QD = CV <= 0."""
+    """Up-down counter: R before LD before counting; both edges in one call
+    cancel out; QU = CV >= PV, QD = CV <= 0.
+    """
 
     def __init__(self, PV: int = 0) -> None:
         self.PV, self.CV = PV, 0
@@ -164,7 +180,12 @@ class CTUD:
         self._up, self._down = R_TRIG(), R_TRIG()
 
     def __call__(
-        self, CU: bool = False, CD: bool = False, R: bool = False, LD: bool = False, PV: int | None = None
+        self,
+        CU: bool = False,
+        CD: bool = False,
+        R: bool = False,
+        LD: bool = False,
+        PV: int | None = None,
     ) -> None:
         self.PV = self.PV if PV is None else PV
         step = int(self._up(CU)) - int(self._down(CD))

@@ -1,9 +1,11 @@
 """The PLC's input image: what the CNC shows, latched once per scan.
 
-In lockstep the CNC stands while the PLC scans; in freerun and realtime it runs on, and a task that reads
-``dist_prog_start`` twice would see two values.  With an image all tasks of one scan see the same state, the same in
-every clock: ``bahn_state``, ``decoder_state`` and ``contour_lookahead.state`` of the channels (channel 0 consistent
-under the seqlock), ``lr_state`` of the axes.  Control units, semaphores, technology units stay the memory itself.
+In lockstep the CNC stands while the PLC scans; in freerun and realtime it runs
+on, and a task that reads ``dist_prog_start`` twice would see two values.  With
+an image all tasks of one scan see the same state, the same in every clock:
+``bahn_state``, ``decoder_state`` and ``contour_lookahead.state`` of the
+channels (channel 0 consistent under the seqlock), ``lr_state`` of the axes.
+Control units, semaphores, technology units stay the memory itself.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ from hli.handshake import OK, word_pointer
 from hli.view import view_class
 
 _latch = lib.hs_image_latch
-_TRIES = 1000  # at once; behind them with pauses, for a CNC that lost its core while it wrote
+# at once; behind them with pauses, for a CNC that lost its core while it wrote
+_TRIES = 1000
 _PAUSE_S = 50e-6
 _LIMIT_S = 2.0
 
@@ -34,15 +37,19 @@ class _Copy:
         self.target = ffi.cast("void *", ctypes.addressof(self.bytes))
         self.size = size
 
-    def structure(self, cls: type[ctypes.Structure], offset: int = 0) -> ctypes.Structure:
+    def structure(
+        self, cls: type[ctypes.Structure], offset: int = 0
+    ) -> ctypes.Structure:
         return cls.from_buffer(self.bytes, offset)
 
 
 class InputImage:
-    """Replaces the status views of a connection by views of copies; ``latch()`` refreshes them, in one C call.
+    """Replaces the status views of a connection by views of copies; ``latch()``
+    refreshes them, in one C call.
 
-    ``now``: what was latched (cffi ``hs_image``): ``now.cycle``, ``now.cell_time_ns``, ``now.phase``.
-    ``close()`` gives the views of the memory back.  Views taken before stay what they were.
+    ``now``: what was latched (cffi ``hs_image``): ``now.cycle``,
+    ``now.cell_time_ns``, ``now.phase``. ``close()`` gives the views of the
+    memory back.  Views taken before stay what they were.
     """
 
     def __init__(self, hli: Any) -> None:
@@ -60,13 +67,27 @@ class InputImage:
 
     def _channel(self, channel: Any, copies: list[_Copy]) -> None:
         """``decoder_state`` and ``bahn_state`` lie side by side: one copy."""
-        start, status = layout.HLI_CHANNEL.decoder_state.offset, layout.HLI_CHANNEL.bahn_state
+        start, status = (
+            layout.HLI_CHANNEL.decoder_state.offset,
+            layout.HLI_CHANNEL.bahn_state,
+        )
         both = _Copy(channel, start, status.offset + status.size - start)
-        self._replace(channel, "decoder_state", both.structure(layout.HLI_DECODER_STATE))
-        self._replace(channel, "bahn_state", both.structure(layout.HLI_BAHN_STATE, status.offset - start))
-        unit, state = channel.contour_lookahead, layout.HLI_CONTOUR_LOOKAHEAD.state
+        self._replace(
+            channel, "decoder_state", both.structure(layout.HLI_DECODER_STATE)
+        )
+        self._replace(
+            channel,
+            "bahn_state",
+            both.structure(layout.HLI_BAHN_STATE, status.offset - start),
+        )
+        unit, state = (
+            channel.contour_lookahead,
+            layout.HLI_CONTOUR_LOOKAHEAD.state,
+        )
         ahead = _Copy(unit, state.offset, state.size)
-        self._replace(unit, "state", ahead.structure(layout.HLI_CONTOUR_LOOKAHEAD_STATE))
+        self._replace(
+            unit, "state", ahead.structure(layout.HLI_CONTOUR_LOOKAHEAD_STATE)
+        )
         copies += [both, ahead]
 
     def _axis(self, axis: Any) -> None:
@@ -75,25 +96,35 @@ class InputImage:
         self._replace(axis, "lr_state", copy.structure(layout.HLI_LR_STATE))
         self._plain.append(copy)
 
-    def _replace(self, view: Any, name: str, structure: ctypes.Structure) -> None:
+    def _replace(
+        self, view: Any, name: str, structure: ctypes.Structure
+    ) -> None:
         view._replace(name, view_class(type(structure))(structure, view))
         self._replaced.append((view, name))
 
     def _native(self, hli: Any) -> Any:
         """The plan of copies as the C function takes it."""
         side = layout.HLI_SIDE_CNC
-        self._tables = [_table(copies) for copies in (self._locked, self._plain)]  # kept alive here
+        # kept alive here
+        self._tables = [
+            _table(copies) for copies in (self._locked, self._plain)
+        ]
         image = ffi.new("hs_image *")
         image.seq = word_pointer(hli.root, "channel_seq")
         image.cycle_at = hli.cnc._pointer(side.cycle.offset)
         image.cell_time_at = hli.cnc._pointer(side.cell_time_ns.offset)
         image.phase_at = hli.cnc._pointer(side.phase.offset)
         image.together, image.single = self._tables
-        image.together_count, image.single_count = len(self._locked), len(self._plain)
+        image.together_count, image.single_count = (
+            len(self._locked),
+            len(self._plain),
+        )
         return image
 
     def latch(self) -> None:
-        """Copy everything once; channel 0's copies belong to one cycle.  HliTimeout: the CNC died while it wrote."""
+        """Copy everything once; channel 0's copies belong to one cycle.
+        HliTimeout: the CNC died while it wrote.
+        """
         if _latch(self.now, _TRIES) != OK:
             self._latch_patiently()
 
@@ -101,7 +132,9 @@ class InputImage:
         end = time.monotonic() + _LIMIT_S
         while _latch(self.now, _TRIES) != OK:
             if time.monotonic() > end:
-                raise HliTimeout(f"input image: no undisturbed copy of the channel's state within {_LIMIT_S} s")
+                raise HliTimeout(
+                    f"input image: no undisturbed copy of the channel's state within {_LIMIT_S} s"
+                )
             time.sleep(_PAUSE_S)
 
     def close(self) -> None:

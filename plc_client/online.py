@@ -1,10 +1,13 @@
-"""What TwinCAT's online view does: symbols of HLI and tasks, watch list, force and unforce.
+"""What TwinCAT's online view does: symbols of HLI and tasks, watch list, force
+and unforce.
 
-A symbol is ``HLI_Global_Variables.gpCh[0]^.bahn_state.dist_prog_start`` (hli.symbol) or a variable of a task, by the
-class's name: ``LaserPower.power``, ``LaserPower.trigger.q``, ``LaserPower.table[2]``.
+A symbol is ``HLI_Global_Variables.gpCh[0]^.bahn_state.dist_prog_start``
+(hli.symbol) or a variable of a task, by the class's name: ``LaserPower.power``,
+``LaserPower.trigger.q``, ``LaserPower.table[2]``.
 
-A forced value is written behind the inputs and again behind the logic of every scan, so neither the CNC nor the program
-changes what the program, and the CNC, see.  Watched values are recorded at the end of every scan.
+A forced value is written behind the inputs and again behind the logic of every
+scan, so neither the CNC nor the program changes what the program, and the CNC,
+see.  Watched values are recorded at the end of every scan.
 """
 
 from __future__ import annotations
@@ -18,12 +21,26 @@ from typing import Any
 
 import numpy as np
 
-from hli.symbol import Symbol, SymbolError, getattr_or_item, index_of, resolve, tokens
+from hli.symbol import (
+    Symbol,
+    SymbolError,
+    getattr_or_item,
+    index_of,
+    resolve,
+    tokens,
+)
 from hli.view import ArrayView
 
 ROWS = 1_000_000
 """Rows of the watch list; when they are full every second one is dropped and half as many are taken."""
-UNFIT = (AttributeError, IndexError, KeyError, OverflowError, TypeError, ValueError)
+UNFIT = (
+    AttributeError,
+    IndexError,
+    KeyError,
+    OverflowError,
+    TypeError,
+    ValueError,
+)
 """What writing a symbol raises if the value does not fit, or the symbol cannot be written."""
 
 
@@ -53,12 +70,18 @@ class TaskSymbol(Symbol):
             setattr(holder, self._key, value)
 
     def check(self) -> None:
-        """SymbolError: after ``setup()`` there is no such variable, and no method of its class ever stores one."""
+        """SymbolError: after ``setup()`` there is no such variable, and no
+        method of its class ever stores one.
+        """
         value, spelled = self._task.instance, self._task.name
         for key in [*self._holder, self._key]:
             if value is None:
                 return  # comes later
-            problem = _no_item(value, key) if isinstance(key, int) else _no_variable(value, key)
+            problem = (
+                _no_item(value, key)
+                if isinstance(key, int)
+                else _no_variable(value, key)
+            )
             if problem:
                 raise SymbolError(f"symbol {self.path!r}: {spelled}{problem}")
             value = _peek(value, key)
@@ -69,8 +92,14 @@ def _no_item(value: Any, index: int) -> str:
     """What is wrong with an index; a list may still grow."""
     if not hasattr(type(value), "__getitem__"):
         return " is no array"
-    fixed = isinstance(value, (tuple, ArrayView)) or (isinstance(value, np.ndarray) and value.ndim > 0)
-    return f"[{index}]: the index runs 0..{len(value) - 1}" if fixed and index >= len(value) else ""
+    fixed = isinstance(value, (tuple, ArrayView)) or (
+        isinstance(value, np.ndarray) and value.ndim > 0
+    )
+    return (
+        f"[{index}]: the index runs 0..{len(value) - 1}"
+        if fixed and index >= len(value)
+        else ""
+    )
 
 
 def _no_variable(value: Any, name: str) -> str:
@@ -81,24 +110,45 @@ def _no_variable(value: Any, name: str) -> str:
     known |= _stored_names(type(value))
     if name in known:
         return ""
-    near = difflib.get_close_matches(name, [n for n in sorted(known) if not n.startswith("_")], n=1, cutoff=0.5)
-    return f" has no variable {name!r}" + (f"; did you mean {near[0]}?" if near else "")
+    near = difflib.get_close_matches(
+        name,
+        [n for n in sorted(known) if not n.startswith("_")],
+        n=1,
+        cutoff=0.5,
+    )
+    return f" has no variable {name!r}" + (
+        f"; did you mean {near[0]}?" if near else ""
+    )
 
 
 def _stored_names(cls: type) -> set[str]:
-    """Every name that the methods of a class assign as an attribute, of whatever object."""
+    """Every name that the methods of a class assign as an attribute, of
+    whatever object.
+    """
     members = [member for base in cls.__mro__ for member in vars(base).values()]
-    codes = [m.__code__ for m in (getattr(member, "__func__", member) for member in members) if hasattr(m, "__code__")]
+    codes = [
+        m.__code__
+        for m in (getattr(member, "__func__", member) for member in members)
+        if hasattr(m, "__code__")
+    ]
     found: set[str] = set()
     while codes:
         code = codes.pop()
-        found |= {step.argval for step in dis.get_instructions(code) if step.opname == "STORE_ATTR"}
-        codes += [inner for inner in code.co_consts if isinstance(inner, CodeType)]
+        found |= {
+            step.argval
+            for step in dis.get_instructions(code)
+            if step.opname == "STORE_ATTR"
+        }
+        codes += [
+            inner for inner in code.co_consts if isinstance(inner, CodeType)
+        ]
     return found
 
 
 def check(symbol: Symbol) -> None:
-    """SymbolError for a variable of a task that cannot come to be; call it after ``setup()``."""
+    """SymbolError for a variable of a task that cannot come to be; call it
+    after ``setup()``.
+    """
     if isinstance(symbol, TaskSymbol):
         symbol.check()
 
@@ -111,7 +161,9 @@ def _peek(holder: Any, key: str | int) -> Any:
 
 
 class SymbolTable:
-    """Symbols of one connection and its tasks (``programs``: with ``name`` and ``instance``)."""
+    """Symbols of one connection and its tasks (``programs``: with ``name`` and
+    ``instance``).
+    """
 
     def __init__(self, hli: Any, programs: Sequence[Any]) -> None:
         self._hli = hli
@@ -132,9 +184,16 @@ class SymbolTable:
                 tasks = ", ".join(p.name for p in self._programs.values())
                 raise SymbolError(f"{error}; tasks: {tasks}") from None
         if len(parts) < 2:
-            raise SymbolError(f"symbol {path!r}: a variable of task {program.name} is needed")
-        keys = [index_of(path, part) if part.startswith("[") else part for part in parts[1:]]
-        spelled = program.name + "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys)
+            raise SymbolError(
+                f"symbol {path!r}: a variable of task {program.name} is needed"
+            )
+        keys = [
+            index_of(path, part) if part.startswith("[") else part
+            for part in parts[1:]
+        ]
+        spelled = program.name + "".join(
+            f"[{k}]" if isinstance(k, int) else f".{k}" for k in keys
+        )
         return TaskSymbol(spelled, program, keys)
 
 
@@ -147,7 +206,9 @@ def _walk(value: Any, keys: Any) -> Any:
 
 
 class Watch:
-    """The watch list: ``columns()`` gives one array per symbol and ``t`` (cell time in s), a row per recorded scan."""
+    """The watch list: ``columns()`` gives one array per symbol and ``t`` (cell
+    time in s), a row per recorded scan.
+    """
 
     def __init__(self, rows: int = ROWS) -> None:
         self._symbols: dict[str, Symbol] = {}
@@ -159,15 +220,21 @@ class Watch:
         self._scan = 0
 
     def add(self, path: str, symbol: Symbol) -> None:
-        """Record this symbol from now on; earlier rows are NaN.  SymbolError: a structure, an array or a text."""
+        """Record this symbol from now on; earlier rows are NaN.  SymbolError: a
+        structure, an array or a text.
+        """
         if not isinstance(symbol, TaskSymbol):
             _check_number(path, symbol)
         self._symbols[path] = symbol
         self.any = True
-        self._values.setdefault(path, array("d", [float("nan")] * len(self._time)))
+        self._values.setdefault(
+            path, array("d", [float("nan")] * len(self._time))
+        )
 
     def rebind(self, table: SymbolTable) -> None:
-        """After ``setup()``: the same paths in the (new) instances.  SymbolError: a task has no such number."""
+        """After ``setup()``: the same paths in the (new) instances.
+        SymbolError: a task has no such number.
+        """
         self._symbols = {path: table[path] for path in self._symbols}
         for path, symbol in self._symbols.items():
             check(symbol)
@@ -188,11 +255,16 @@ class Watch:
     def _thin(self) -> None:
         self._every *= 2
         self._time = self._time[1::2]
-        self._values = {path: values[1::2] for path, values in self._values.items()}
+        self._values = {
+            path: values[1::2] for path, values in self._values.items()
+        }
 
     def columns(self) -> dict[str, np.ndarray[Any, Any]]:
         """Copies of what was recorded."""
-        return {name: np.array(values) for name, values in {"t": self._time, **self._values}.items()}
+        return {
+            name: np.array(values)
+            for name, values in {"t": self._time, **self._values}.items()
+        }
 
     def report(self) -> dict[str, list[float | None]]:
         """For JSON: NaN is None."""
@@ -210,7 +282,9 @@ class Watch:
 
 def _check_number(path: str, symbol: Symbol) -> None:
     if not _is_number(symbol.value):
-        raise SymbolError(f"symbol {path!r}: only single numbers and BOOLs can be watched; name a member")
+        raise SymbolError(
+            f"symbol {path!r}: only single numbers and BOOLs can be watched; name a member"
+        )
 
 
 def _number(value: Any) -> float:
@@ -237,7 +311,9 @@ class Forces:
         self.any = False  # whether something is forced
 
     def force(self, path: str, symbol: Symbol, value: Any) -> None:
-        """Hold a symbol at a value; a value that does not fit raises at once (TypeError, OverflowError)."""
+        """Hold a symbol at a value; a value that does not fit raises at once
+        (TypeError, OverflowError).
+        """
         symbol.value = value
         self.hold(path, symbol, value)
 
@@ -252,17 +328,25 @@ class Forces:
         self.any = False
 
     def let_go(self, named: Sequence[tuple[str, str]]) -> None:
-        """``unforce`` of these (as they were spelled, their paths), all or none.  SymbolError: one is not forced."""
+        """``unforce`` of these (as they were spelled, their paths), all or none.
+
+        SymbolError: one is not forced.
+        """
         for spelled, path in named:
             if path not in self._forced:
-                raise SymbolError(f"symbol {spelled!r} is not forced; forced: {', '.join(self._forced) or 'nothing'}")
+                raise SymbolError(
+                    f"symbol {spelled!r} is not forced; forced: {', '.join(self._forced) or 'nothing'}"
+                )
         for _, path in named:
             self._forced.pop(path, None)
         self.any = bool(self._forced)
 
     def rebind(self, table: SymbolTable) -> None:
         """After ``setup()``.  SymbolError: a task has no such variable."""
-        self._forced = {path: (table[path], value) for path, (_, value) in self._forced.items()}
+        self._forced = {
+            path: (table[path], value)
+            for path, (_, value) in self._forced.items()
+        }
         for path, (symbol, value) in self._forced.items():
             try:
                 check(symbol)
@@ -270,7 +354,10 @@ class Forces:
                 raise SymbolError(f"force {path}={value!r}: {error}") from None
 
     def apply(self) -> None:
-        """Write all forced values.  SymbolError: a variable of a task that does not take its value."""
+        """Write all forced values.
+
+        SymbolError: a variable of a task that does not take its value.
+        """
         for path, (symbol, value) in self._forced.items():
             try:
                 symbol.value = value
@@ -286,24 +373,34 @@ class Forces:
 
 
 class Online:
-    """Obeys the orders of other processes (``plc_client.orders``): ``force``, ``unforce``, ``read``, ``list``."""
+    """Obeys the orders of other processes (``plc_client.orders``): ``force``,
+    ``unforce``, ``read``, ``list``.
+    """
 
     def __init__(self, table: SymbolTable, forces: Forces) -> None:
         self._table = table
         self._forces = forces
 
     def __call__(self, order: dict[str, Any]) -> dict[str, Any]:
-        """The answer: always ``forced``, for ``read`` also ``values``.  Raises what makes an order impossible."""
+        """The answer: always ``forced``, for ``read`` also ``values``.  Raises
+        what makes an order impossible.
+        """
         what = order.get("do")
         answer: dict[str, Any] = {}
         if what == "force":
-            self._force([(str(path), value) for path, value in order["symbols"]])
+            self._force(
+                [(str(path), value) for path, value in order["symbols"]]
+            )
         elif what == "unforce":
             self._unforce([str(path) for path in order["symbols"]])
         elif what == "read":
-            answer["values"] = {path: self._read(str(path)) for path in order["symbols"]}
+            answer["values"] = {
+                path: self._read(str(path)) for path in order["symbols"]
+            }
         elif what != "list":
-            raise ValueError(f"order {what!r} is unknown: force, unforce, read, list")
+            raise ValueError(
+                f"order {what!r} is unknown: force, unforce, read, list"
+            )
         return {**answer, "forced": dict(self._forces.items())}
 
     def _symbol(self, path: str) -> Symbol:
@@ -317,8 +414,12 @@ class Online:
         symbols = [(path, self._symbol(path), value) for path, value in given]
         for path, symbol, value in symbols:
             now = symbol.value
-            if isinstance(now, (int, float, np.number)) and isinstance(value, str):
-                raise SymbolError(f"force {path}={value!r}: {path} is a number, {now!r} now")
+            if isinstance(now, (int, float, np.number)) and isinstance(
+                value, str
+            ):
+                raise SymbolError(
+                    f"force {path}={value!r}: {path} is a number, {now!r} now"
+                )
         for path, symbol, value in symbols:
             try:
                 self._forces.force(symbol.path, symbol, value)
@@ -339,11 +440,15 @@ class Online:
             value = value.item()
         if value is None or isinstance(value, (bool, int, float, str)):
             return value
-        raise SymbolError(f"symbol {path!r}: only single values can be read; name a member")
+        raise SymbolError(
+            f"symbol {path!r}: only single values can be read; name a member"
+        )
 
 
 def parse_force(text: str) -> tuple[str, Any]:
-    """``SYMBOL=VALUE`` of a command line: TRUE, FALSE, a number, or text.  ValueError without ``=``."""
+    """``SYMBOL=VALUE`` of a command line: TRUE, FALSE, a number, or text.
+    ValueError without ``=``.
+    """
     path, equals, value = text.partition("=")
     if not equals:
         raise ValueError(f"force {text!r}: SYMBOL=VALUE is needed")

@@ -1,11 +1,15 @@
-"""What other processes ask of a running PLC: force, unforce, read (``hli-cosim force`` from another terminal).
+"""What other processes ask of a running PLC: force, unforce, read (``hli-cosim
+force`` from another terminal).
 
-A PLC process listens on a Unix socket in Linux's abstract namespace, named after the user and the segment: no file is
-left behind by a killed process, and the name is free again the moment the process is gone.  Both ends check that the
-other one belongs to the same user.  One connection is one order: a line of JSON there, a line back.
+A PLC process listens on a Unix socket in Linux's abstract namespace, named
+after the user and the segment: no file is left behind by a killed process, and
+the name is free again the moment the process is gone.  Both ends check that the
+other one belongs to the same user.  One connection is one order: a line of JSON
+there, a line back.
 
-A thread takes orders and sleeps otherwise; they are obeyed by the scan runtime between two scans (also while the PLC
-waits for a CNC that stands), so a task never sees a value change in the middle of its logic.
+A thread takes orders and sleeps otherwise; they are obeyed by the scan runtime
+between two scans (also while the PLC waits for a CNC that stands), so a task
+never sees a value change in the middle of its logic.
 """
 
 from __future__ import annotations
@@ -38,7 +42,10 @@ def address(name: str) -> str:
 
 
 class Orders:
-    """Orders of other processes, kept until the scan runtime has time.  ``waiting``: whether there is one."""
+    """Orders of other processes, kept until the scan runtime has time.
+
+    ``waiting``: whether there is one.
+    """
 
     def __init__(self) -> None:
         self.waiting = False
@@ -48,13 +55,17 @@ class Orders:
 
     # -- the runtime's side
     def serve(self, obey: Callable[[Order], Order]) -> None:
-        """Obey what waits; what ``obey`` raises is the order's answer and nobody else's matter."""
+        """Obey what waits; what ``obey`` raises is the order's answer and
+        nobody else's matter.
+        """
         with self._changed:
             given, self._given, self.waiting = self._given, [], False
             for order, answer in given:
                 try:
                     answer.append(obey(order))
-                except Exception as error:  # the other process is told, the PLC goes on
+                except (
+                    Exception
+                ) as error:  # the other process is told, the PLC goes on
                     answer.append({"error": str(error) or type(error).__name__})
             self._changed.notify_all()
 
@@ -70,10 +81,14 @@ class Orders:
             except OSError as error:
                 listening.close()
                 if turn == _BIND_TRIES - 1:
-                    raise HliError(f"orders for the PLC on {name!r} cannot be taken: {error.strerror}") from None
+                    raise HliError(
+                        f"orders for the PLC on {name!r} cannot be taken: {error.strerror}"
+                    ) from None
                 time.sleep(_BIND_PAUSE_S)
         self._socket = listening
-        threading.Thread(target=self._listen, args=(listening,), name="orders", daemon=True).start()
+        threading.Thread(
+            target=self._listen, args=(listening,), name="orders", daemon=True
+        ).start()
 
     def close(self) -> None:
         """Give the name back."""
@@ -89,10 +104,15 @@ class Orders:
                 connection, _ = listening.accept()
             except OSError:
                 return
-            with connection, contextlib.suppress(OSError, ValueError, TypeError, HliError):
+            with (
+                connection,
+                contextlib.suppress(OSError, ValueError, TypeError, HliError),
+            ):
                 _check_user(connection)
                 connection.settimeout(_LINE_S)
-                connection.sendall(_line(self._pass_on(json.loads(_read_line(connection)))))
+                connection.sendall(
+                    _line(self._pass_on(json.loads(_read_line(connection))))
+                )
 
     def _pass_on(self, order: Order) -> Order:
         answer: list[Order] = []
@@ -103,14 +123,18 @@ class Orders:
             self._changed.wait_for(lambda: answer, ANSWER_S)
             if not answer:  # not obeyed, and not later either
                 self._given = [e for e in self._given if e is not entry]
-                return {"error": f"the PLC has made no scan for {ANSWER_S:g} s; does it wait for its CNC?"}
+                return {
+                    "error": f"the PLC has made no scan for {ANSWER_S:g} s; does it wait for its CNC?"
+                }
         return answer[0]
 
 
 def send(name: str, order: Order, wait_s: float = 0.0) -> Order:
-    """Give an order to the PLC on this segment, waiting ``wait_s`` seconds for it to be there, and wait for its answer.
+    """Give an order to the PLC on this segment, waiting ``wait_s`` seconds for
+    it to be there, and wait for its answer.
 
-    Raises HliNotFound (no PLC process there), HliTimeout, HliAccessError; ValueError with the PLC's words: it refuses.
+    Raises HliNotFound (no PLC process there), HliTimeout, HliAccessError;
+    ValueError with the PLC's words: it refuses.
     """
     end = time.monotonic() + wait_s
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
@@ -129,7 +153,9 @@ def send(name: str, order: Order, wait_s: float = 0.0) -> Order:
             connection.sendall(_line(order))
             answer: Order = json.loads(_read_line(connection))
         except (OSError, ValueError):
-            raise HliTimeout(f"the PLC on segment {name!r} did not answer") from None
+            raise HliTimeout(
+                f"the PLC on segment {name!r} did not answer"
+            ) from None
     if "error" in answer:
         raise ValueError(answer["error"])
     return answer
@@ -151,7 +177,11 @@ def _read_line(connection: socket.socket) -> bytes:
 
 
 def _check_user(connection: socket.socket) -> None:
-    credentials = connection.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i"))
+    credentials = connection.getsockopt(
+        socket.SOL_SOCKET, socket.SO_PEERCRED, struct.calcsize("3i")
+    )
     _, user, _ = struct.unpack("3i", credentials)
     if user != os.getuid():
-        raise HliAccessError("the process at the other end belongs to another user")
+        raise HliAccessError(
+            "the process at the other end belongs to another user"
+        )

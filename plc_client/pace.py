@@ -1,6 +1,7 @@
 """When the next scan is due, for the three clocks of a cell.
 
-A pacer counts in ticks: CNC cycles in lockstep and freerun, ns of the monotonic clock in realtime.
+A pacer counts in ticks: CNC cycles in lockstep and freerun, ns of the monotonic
+clock in realtime.
 """
 
 from __future__ import annotations
@@ -15,7 +16,9 @@ from .client import SLICE_NS, Hli
 
 
 class Pacer(Protocol):
-    """``ticks`` of an interval, ``now``, and ``wait`` for a tick: True when reached, False to look around first."""
+    """``ticks`` of an interval, ``now``, and ``wait`` for a tick: True when
+    reached, False to look around first.
+    """
 
     def ticks(self, interval_s: float) -> int: ...
 
@@ -27,7 +30,8 @@ class Pacer(Protocol):
 class CyclePacer:
     """Lockstep and freerun: the PLC waits for the CNC's cycle counter.
 
-    ``plc_turn`` always holds the cycle of the next scan; in lockstep the CNC stops there, in freerun it runs on.
+    ``plc_turn`` always holds the cycle of the next scan; in lockstep the CNC
+    stops there, in freerun it runs on.
     """
 
     def __init__(self, hli: Hli) -> None:
@@ -47,7 +51,9 @@ class CyclePacer:
 
 
 class RealtimePacer:
-    """Realtime: absolute deadlines on the monotonic clock, which no scan's duration shifts."""
+    """Realtime: absolute deadlines on the monotonic clock, which no scan's
+    duration shifts.
+    """
 
     def __init__(self, hli: Hli) -> None:
         self._hli = hli
@@ -69,4 +75,8 @@ class RealtimePacer:
 
 def pacer_of(hli: Hli) -> Pacer:
     """The pacer for the clock the CNC runs on."""
-    return RealtimePacer(hli) if hli.cnc.clock == layout.HLI_CLOCK_REALTIME else CyclePacer(hli)
+    return (
+        RealtimePacer(hli)
+        if hli.cnc.clock == layout.HLI_CLOCK_REALTIME
+        else CyclePacer(hli)
+    )

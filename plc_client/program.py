@@ -11,12 +11,15 @@ from .guard import Guard, TaskOverrun
 from .stats import Totals
 from .task import PlcError, TaskSpec, describe, spec_of
 
-SETUP_WATCHDOG = 6.0  # setup(), finished() and result() may take so many times a scan's watchdog
+# setup(), finished() and result() may take so many times a scan's watchdog
+SETUP_WATCHDOG = 6.0
 
 
 @dataclass(eq=False)
 class Program:
-    """One task of the user with its statistics, which outlive re-attachments and restarts."""
+    """One task of the user with its statistics, which outlive re-attachments
+    and restarts.
+    """
 
     instance: Any
     name: str
@@ -30,7 +33,9 @@ class Program:
     scans_after_end: int = 0
     factory: Any = None
     arguments: tuple[Any, ...] = ()
-    guard: Guard = field(default_factory=Guard)  # the scanner's, from its start on
+    guard: Guard = field(
+        default_factory=Guard
+    )  # the scanner's, from its start on
     started_ns: int = -1
     warnings: list[str] = field(default_factory=list)
     ready: bool = False  # setup() has returned, once at least
@@ -38,8 +43,16 @@ class Program:
 
     @classmethod
     def of(cls, task_class: type, *args: Any, name: str = "") -> Program:
-        """Instance of a user's class; PlcError names the place if the constructor fails."""
-        program = cls(None, name or task_class.__qualname__, spec_of(task_class), factory=task_class, arguments=args)
+        """Instance of a user's class; PlcError names the place if the
+        constructor fails.
+        """
+        program = cls(
+            None,
+            name or task_class.__qualname__,
+            spec_of(task_class),
+            factory=task_class,
+            arguments=args,
+        )
         program.instance = program._made()
         return program
 
@@ -62,7 +75,9 @@ class Program:
         self.started_ns = -1
 
     def call(self, method: str, *args: Any) -> Any:
-        """Call ``setup()``, ``finished()`` or ``result()``; PlcError: it fails or does not return in time."""
+        """Call ``setup()``, ``finished()`` or ``result()``; PlcError: it fails
+        or does not return in time.
+        """
         limit = self.spec.watchdog * SETUP_WATCHDOG
         try:
             self.guard.begin(limit)
@@ -73,9 +88,11 @@ class Program:
             self.guard.end()
 
     def scan(self, now: int, at_ns: int | None, ended: bool) -> None:
-        """One ``cyclic()`` at tick `now`; ``at_ns``: when, on the cell's clock (None: the wall's clock counts).
+        """One ``cyclic()`` at tick `now`; ``at_ns``: when, on the cell's clock
+        (None: the wall's clock counts).
 
-        Raises PlcError as ``call`` does.  Most of what a PLC's scan costs beside the user's code is here.
+        Raises PlcError as ``call`` does.  Most of what a PLC's scan costs
+        beside the user's code is here.
         """
         begin = monotonic_ns()
         self._note_period(begin if at_ns is None else at_ns)
@@ -91,7 +108,9 @@ class Program:
         self.scans_after_end += ended
         self.schedule(now)
 
-    def _failure(self, method: str, limit: float, error: BaseException) -> PlcError:
+    def _failure(
+        self, method: str, limit: float, error: BaseException
+    ) -> PlcError:
         if isinstance(error, TaskOverrun):
             text = f"task watchdog: {method}() of {self.name} did not return within {limit:g} s"
             error = TaskOverrun(text).with_traceback(error.__traceback__)
@@ -117,7 +136,9 @@ class Program:
         self.started_ns = at_ns
 
     def schedule(self, now: int) -> None:
-        """Set the next due tick behind `now`; intervals that passed entirely without a scan are overruns."""
+        """Set the next due tick behind `now`; intervals that passed entirely
+        without a scan are overruns.
+        """
         self.due += self.interval_ticks
         if self.due <= now:
             missed = (now - self.due) // self.interval_ticks + 1
@@ -125,7 +146,9 @@ class Program:
             self.due += missed * self.interval_ticks
 
     def report(self) -> dict[str, Any]:
-        """Statistics: times of ``cyclic()`` in us; jitter: largest deviation of a period from the interval."""
+        """Statistics: times of ``cyclic()`` in us; jitter: largest deviation of
+        a period from the interval.
+        """
         return {
             "interval_s": self.spec.interval,
             "priority": self.spec.priority,

@@ -1,7 +1,9 @@
-"""A PLC program in the caller's own process, scan by scan: for tests, notebooks and debugging.
+"""A PLC program in the caller's own process, scan by scan: for tests, notebooks
+and debugging.
 
-The same tasks, the same runtime and the same memory as in a PLC process; only the waiting differs.  Against a mock CNC
-(``PlcRunner.on_mock``) the CNC's cycles run in the same thread; against a real CNC process in lockstep
+The same tasks, the same runtime and the same memory as in a PLC process; only
+the waiting differs.  Against a mock CNC (``PlcRunner.on_mock``) the CNC's
+cycles run in the same thread; against a real CNC process in lockstep
 (``PlcRunner(connect(...), ...)``) it is stepped through the handshake.
 """
 
@@ -49,11 +51,16 @@ Tasks = Sequence[type | str | Path] | type | str | Path
 
 
 def task_classes(tasks: Tasks) -> list[type]:
-    """Task classes from classes and files of classes.  PlcError: none, or something that is no task."""
+    """Task classes from classes and files of classes.
+
+    PlcError: none, or something that is no task.
+    """
     given = tasks if isinstance(tasks, (list, tuple)) else [tasks]
     found = [cls for item in given for cls in _classes_of(item)]
     if not found:
-        raise PlcError("no task given: a class with a method cyclic(), or a file of such classes")
+        raise PlcError(
+            "no task given: a class with a method cyclic(), or a file of such classes"
+        )
     return found
 
 
@@ -70,12 +77,17 @@ def _classes_of(item: Any) -> list[type]:
 class PlcRunner:
     """PLC tasks under the control of the caller; lockstep only.
 
-    A fresh runner has done its ``setup()`` and no scan.  ``step()`` runs scans; the ``run_to_*`` methods stop before
-    the scan whose inputs first fulfil the condition: the task has not seen them yet, the caller has.
+    A fresh runner has done its ``setup()`` and no scan.  ``step()`` runs scans;
+    the ``run_to_*`` methods stop before the scan whose inputs first fulfil the
+    condition: the task has not seen them yet, the caller has.
     """
 
     def __init__(
-        self, hli: Hli, tasks: Tasks, cnc: MockCnc | None = None, close: Callable[[], dict[str, Any]] | None = None
+        self,
+        hli: Hli,
+        tasks: Tasks,
+        cnc: MockCnc | None = None,
+        close: Callable[[], dict[str, Any]] | None = None,
     ) -> None:
         if hli.cnc.clock != layout.HLI_CLOCK_LOCKSTEP:
             raise PlcError("a PlcRunner needs a CNC in lockstep")
@@ -83,17 +95,29 @@ class PlcRunner:
         self.cnc = cnc
         self._close = close
         self.cnc_report: dict[str, Any] = {}  # of a CNC process, after close()
-        self._pacer = _MockPacer(hli, cnc) if cnc is not None else CyclePacer(hli)
+        self._pacer = (
+            _MockPacer(hli, cnc) if cnc is not None else CyclePacer(hli)
+        )
         programs = [Program.of(cls) for cls in task_classes(tasks)]
         self._guard = Guard()
-        self._scanner = Scanner(hli, programs, self._pacer, guard=self._guard, may_finish=False)
-        self.tasks: dict[str, Program] = {p.name.rpartition(".")[2]: p for p in programs}
+        self._scanner = Scanner(
+            hli, programs, self._pacer, guard=self._guard, may_finish=False
+        )
+        self.tasks: dict[str, Program] = {
+            p.name.rpartition(".")[2]: p for p in programs
+        }
         self._scanner.start()
 
     @classmethod
-    def on_mock(cls, tasks: Tasks, script: Sequence[Step] | MockCnc = (), **options: Any) -> PlcRunner:
+    def on_mock(
+        cls, tasks: Tasks, script: Sequence[Step] | MockCnc = (), **options: Any
+    ) -> PlcRunner:
         """A runner with a mock CNC of its own (``options``: those of ``MockCnc``)."""
-        cnc = script if isinstance(script, MockCnc) else MockCnc(script, **options)
+        cnc = (
+            script
+            if isinstance(script, MockCnc)
+            else MockCnc(script, **options)
+        )
         try:
             return cls(connect(cnc.name, present=False), tasks, cnc)
         except BaseException:
@@ -102,7 +126,9 @@ class PlcRunner:
 
     # -- life
     def close(self) -> None:
-        """Detach; removes the mock, ends a CNC process that was started for this runner."""
+        """Detach; removes the mock, ends a CNC process that was started for
+        this runner.
+        """
         self._scanner.close()
         self._guard.close()
         self.hli.close()
@@ -115,13 +141,18 @@ class PlcRunner:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
     ) -> None:
         self.close()
 
     # -- what there is
     def __getitem__(self, name: str) -> Any:
-        """The instance of a task by its class's name; after a restart the new one.  KeyError names what there is."""
+        """The instance of a task by its class's name; after a restart the new
+        one.  KeyError names what there is.
+        """
         if name not in self.tasks:
             raise KeyError(f"no task {name}; tasks: {', '.join(self.tasks)}")
         return self.tasks[name].instance
@@ -158,8 +189,14 @@ class PlcRunner:
 
     @property
     def warnings(self) -> list[str]:
-        """What the tasks should know: intervals that are no multiple of the cell's cycle."""
-        return [text for program in self._scanner.programs for text in program.warnings]
+        """What the tasks should know: intervals that are no multiple of the
+        cell's cycle.
+        """
+        return [
+            text
+            for program in self._scanner.programs
+            for text in program.warnings
+        ]
 
     def statistics(self) -> dict[str, dict[str, Any]]:
         """Scans, times, jitter, overruns of every task."""
@@ -167,7 +204,9 @@ class PlcRunner:
 
     # -- running
     def step(self, scans: int = 1) -> None:
-        """So many scans: scan, then the CNC's cycles up to the next one.  ValueError: below 0."""
+        """So many scans: scan, then the CNC's cycles up to the next one.
+        ValueError: below 0.
+        """
         if scans < 0:
             raise ValueError(f"step of {scans} scans: 0 or more")
         for _ in range(scans):
@@ -176,15 +215,26 @@ class PlcRunner:
 
     def _wait(self, due: int) -> None:
         while not self._pacer.wait(due):
-            if not self.hli.alive() or self.hli.phase == layout.HLI_PHASE_SHUTDOWN:
-                raise PlcError(f"the CNC behind segment {self.hli.name!r} has ended")
+            if (
+                not self.hli.alive()
+                or self.hli.phase == layout.HLI_PHASE_SHUTDOWN
+            ):
+                raise PlcError(
+                    f"the CNC behind segment {self.hli.name!r} has ended"
+                )
 
-    def run_until(self, condition: Callable[[], Any], limit_s: float = LIMIT_S) -> None:
-        """Scans until the condition is true; PlcError when it is not after ``limit_s`` of cell time."""
+    def run_until(
+        self, condition: Callable[[], Any], limit_s: float = LIMIT_S
+    ) -> None:
+        """Scans until the condition is true; PlcError when it is not after
+        ``limit_s`` of cell time.
+        """
         end = self.time_s + limit_s
         while not condition():
             if self.time_s >= end:
-                raise PlcError(f"{_text_of(condition)} did not come true within {limit_s:g} s of cell time")
+                raise PlcError(
+                    f"{_text_of(condition)} did not come true within {limit_s:g} s of cell time"
+                )
             self.step()
 
     def run_to_cycle(self, cycle: int) -> None:
@@ -195,17 +245,27 @@ class PlcRunner:
         """Scans until this cell time."""
         self.run_until(lambda: self.time_s >= seconds - 1e-12)
 
-    def run_to_distance(self, distance: float, limit_s: float = LIMIT_S) -> None:
-        """Scans until the tool has passed this path distance (0.1 um) or the program has ended."""
-        self.run_until(lambda: self.distance >= distance - TOLERANCE or self.ended, limit_s)
+    def run_to_distance(
+        self, distance: float, limit_s: float = LIMIT_S
+    ) -> None:
+        """Scans until the tool has passed this path distance (0.1 um) or the
+        program has ended.
+        """
+        self.run_until(
+            lambda: self.distance >= distance - TOLERANCE or self.ended, limit_s
+        )
 
-    def run_to_end(self, limit_s: float = LIMIT_S, scans_behind: int = 10) -> None:
+    def run_to_end(
+        self, limit_s: float = LIMIT_S, scans_behind: int = 10
+    ) -> None:
         """Scans to the program's end and some behind it."""
         self.run_until(lambda: self.ended, limit_s)
         self.step(scans_behind)
 
     def restart(self) -> None:
-        """PLC restart beside the CNC that stays as it is: new instances, ``setup()`` again."""
+        """PLC restart beside the CNC that stays as it is: new instances,
+        ``setup()`` again.
+        """
         self._scanner.restart()
 
     # -- online
@@ -214,7 +274,10 @@ class PlcRunner:
         return self._scanner.symbols[path]
 
     def force(self, path: str, value: Any) -> None:
-        """Hold a symbol at a value, twice a scan, until ``unforce``.  SymbolError: there is no such variable."""
+        """Hold a symbol at a value, twice a scan, until ``unforce``.
+
+        SymbolError: there is no such variable.
+        """
         symbol = self.symbol(path)
         check(symbol)
         self._scanner.forces.force(symbol.path, symbol, value)

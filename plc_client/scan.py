@@ -1,9 +1,12 @@
-"""The scan runtime: inputs latched, tasks in priority order at their intervals, outputs published; against one CNC.
+"""The scan runtime: inputs latched, tasks in priority order at their intervals,
+outputs published; against one CNC.
 
-One ``Scanner`` lives from attachment to the end of that CNC (``Ending``); ``plc_client.__main__`` makes a new one
-after a re-attachment.  Order after attachment: every task's ``setup()``, then ``plc_present_w``, then a scan at once.
-One scan: latch the clock and the input image, write forced values, run the tasks that are due, write forced values,
-record the watch list; then the CNC runs on and sees all that was written.
+One ``Scanner`` lives from attachment to the end of that CNC (``Ending``);
+``plc_client.__main__`` makes a new one after a re-attachment.  Order after
+attachment: every task's ``setup()``, then ``plc_present_w``, then a scan at
+once. One scan: latch the clock and the input image, write forced values, run
+the tasks that are due, write forced values, record the watch list; then the CNC
+runs on and sees all that was written.
 """
 
 from __future__ import annotations
@@ -44,7 +47,9 @@ class Ending(Enum):
 
 
 class Scanner:
-    """Runs the programs against one CNC until it ends, or scan by scan (``start``, ``scan``, ``next_due``)."""
+    """Runs the programs against one CNC until it ends, or scan by scan
+    (``start``, ``scan``, ``next_due``).
+    """
 
     def __init__(
         self,
@@ -68,19 +73,26 @@ class Scanner:
         self._guard = guard or Guard()
         self._own_guard = guard is None
         self._stop = self._restart = False
-        self.before_restart: Callable[[], Sequence[Program] | None] = lambda: self.programs
+        self.before_restart: Callable[[], Sequence[Program] | None] = lambda: (
+            self.programs
+        )
         self.on_start: Callable[[], None] = lambda: None
         self._end_seen = False
         self._next_check_ns = 0
         self._latched_ns = 0
         self._live_ns = lambda: self._latched_ns
-        self._counters: Any = hli.plc._c  # the structure itself: twice a scan, nothing to check
+        # the structure itself: twice a scan, nothing to check
+        self._counters: Any = hli.plc._c
         self._plc = hli.plc
         self._image = InputImage(hli)
-        self._now = self._image.now  # cycle, cell time and phase as they were latched
+        self._now = (
+            self._image.now
+        )  # cycle, cell time and phase as they were latched
         self._bahn_state = hli.gpCh[0].bahn_state._c
         self.symbols = SymbolTable(hli, self.programs)
-        self.orders = Orders()  # of other processes; a PLC process puts its own here
+        self.orders = (
+            Orders()
+        )  # of other processes; a PLC process puts its own here
         self._online = Online(self.symbols, self.forces)
 
     def stop(self) -> None:
@@ -100,7 +112,8 @@ class Scanner:
                 ending = self._wait_next()
                 if ending is not None:
                     return ending
-        except TaskOverrun as error:  # the watchdog bit just when the call had returned after all
+        # the watchdog bit just when the call had returned after all
+        except TaskOverrun as error:
             raise PlcError("task watchdog: a task took too long") from error
         finally:
             self.close()
@@ -113,7 +126,9 @@ class Scanner:
 
     # -- the steps of a PLC's life
     def start(self) -> None:
-        """Latch, ``setup()`` of all tasks, ``plc_present_w``; the first scan is due now."""
+        """Latch, ``setup()`` of all tasks, ``plc_present_w``; the first scan is
+        due now.
+        """
         self._latch()
         for program in self.programs:
             program.start(self._ticks(program), self._guard)
@@ -129,18 +144,24 @@ class Scanner:
             program.due = now
 
     def _ticks(self, program: Program) -> int:
-        """The interval on the pacer's clock; what the cell's cycle makes of it is told where it differs."""
+        """The interval on the pacer's clock; what the cell's cycle makes of it
+        is told where it differs.
+        """
         interval = program.spec.interval
         ticks = self._pacer.ticks(interval)
         real = ticks * self._hli.cycle_s
         program.warnings = []
         if self._in_cycles and abs(real - interval) > 1e-6 * interval:
             problem = f"{interval * 1e3:g} ms is no multiple of the cell's cycle of {self._hli.cycle_s * 1e3:g} ms"
-            program.warnings.append(f"task {program.name}: {problem}; it runs every {real * 1e3:g} ms")
+            program.warnings.append(
+                f"task {program.name}: {problem}; it runs every {real * 1e3:g} ms"
+            )
         return ticks
 
     def restart(self) -> None:
-        """PLC restart beside a CNC that runs on: new instances, ``setup()`` again (it must rewrite all ``_w`` data)."""
+        """PLC restart beside a CNC that runs on: new instances, ``setup()``
+        again (it must rewrite all ``_w`` data).
+        """
         self._restart = False
         programs = self.before_restart()
         if programs is None:  # nothing to restart with: told already
@@ -173,7 +194,11 @@ class Scanner:
             self.watch.record(self._latched_ns / 1e9)
         counters = self._counters
         counters.scans = counters.heartbeat = counters.scans + 1
-        if self._end_seen or self._bahn_state.program_end_r or self._now.phase == _ENDED:
+        if (
+            self._end_seen
+            or self._bahn_state.program_end_r
+            or self._now.phase == _ENDED
+        ):
             self._tell_finished()
 
     # -- steps of one scan
@@ -190,19 +215,28 @@ class Scanner:
                 program.scan(now, at_ns, self._end_seen)
 
     def _tell_finished(self) -> None:
-        """The PLC's wish to end: the program has ended, each task had its scans since and says it is finished."""
-        ended = bool(self._bahn_state.program_end_r) or self._now.phase == _ENDED
+        """The PLC's wish to end: the program has ended, each task had its scans
+        since and says it is finished.
+        """
+        ended = (
+            bool(self._bahn_state.program_end_r) or self._now.phase == _ENDED
+        )
         if ended != self._end_seen:
             self._end_seen = ended
             for program in self.programs:
                 program.scans_after_end = 0
         if not (ended and self._may_finish) or self._plc.finished:
             return
-        if all(p.scans_after_end >= SCANS_AFTER_END for p in self.programs) and self._all_finished():
+        if (
+            all(p.scans_after_end >= SCANS_AFTER_END for p in self.programs)
+            and self._all_finished()
+        ):
             self._hli.finish()
 
     def _all_finished(self) -> bool:
-        return all(p.call("finished") for p in self.programs if p.has("finished"))
+        return all(
+            p.call("finished") for p in self.programs if p.has("finished")
+        )
 
     def _wait_next(self) -> Ending | None:
         due = self.next_due()
@@ -212,15 +246,23 @@ class Scanner:
             if self._hli.phase == layout.HLI_PHASE_SHUTDOWN:
                 return Ending.SHUTDOWN
             reached = self._pacer.wait(due)
-            if (not reached or (self._on_wall and self._check_is_due())) and not self._hli.alive():
-                return Ending.SHUTDOWN if self._hli.phase == layout.HLI_PHASE_SHUTDOWN else Ending.CNC_GONE
+            if (
+                not reached or (self._on_wall and self._check_is_due())
+            ) and not self._hli.alive():
+                return (
+                    Ending.SHUTDOWN
+                    if self._hli.phase == layout.HLI_PHASE_SHUTDOWN
+                    else Ending.CNC_GONE
+                )
             if reached:
                 return None
             if self.orders.waiting:  # while the CNC stands
                 self.orders.serve(self._online)
 
     def _check_is_due(self) -> bool:
-        """Whether it is time to look after the CNC although scans go on (realtime: nothing else would tell)."""
+        """Whether it is time to look after the CNC although scans go on
+        (realtime: nothing else would tell).
+        """
         now = lib.hs_monotonic_ns()
         if now < self._next_check_ns:
             return False
@@ -235,11 +277,17 @@ def report(
     watch: Watch | None = None,
     results: bool = True,
 ) -> dict[str, Any]:
-    """The JSON report of a PLC process: statistics, what the tasks' ``result()`` give, the watch list.
+    """The JSON report of a PLC process: statistics, what the tasks'
+    ``result()`` give, the watch list.
 
-    Raises PlcError, which names the task, if ``result()`` fails or gives what JSON cannot hold.
+    Raises PlcError, which names the task, if ``result()`` fails or gives what
+    JSON cannot hold.
     """
-    found = {p.name: _result(p) for p in programs if results and p.ready and p.has("result")}
+    found = {
+        p.name: _result(p)
+        for p in programs
+        if results and p.ready and p.has("result")
+    }
     return {
         "scans": sum(p.times.n for p in programs),
         "overruns": sum(p.overruns for p in programs),
@@ -247,7 +295,9 @@ def report(
         "warnings": [text for p in programs for text in p.warnings],
         "requests": requests,
         "handshake_ns": handshake_ns,
-        "result": next(iter(found.values())) if len(found) == 1 else found or None,
+        "result": next(iter(found.values()))
+        if len(found) == 1
+        else found or None,
         **({"watch": watch.report()} if watch else {}),
     }
 
@@ -256,11 +306,14 @@ def _result(program: Program) -> Any:
     try:
         return plain(program.call("result"))
     except TypeError as error:
-        raise PlcError(f"result() of task {program.name} gives no JSON value: {error}") from None
+        raise PlcError(
+            f"result() of task {program.name} gives no JSON value: {error}"
+        ) from None
 
 
 def plain(value: Any, place: str = "result") -> Any:
-    """The value as JSON holds it: numpy's numbers and arrays too, what is not finite as None.
+    """The value as JSON holds it: numpy's numbers and arrays too, what is not
+    finite as None.
 
     Raises TypeError that names the place inside the value.
     """
@@ -273,8 +326,12 @@ def plain(value: Any, place: str = "result") -> Any:
     if isinstance(value, dict):
         for key in value:
             if not isinstance(key, (str, int)):
-                raise TypeError(f"{place} has the key {key!r} ({type(key).__name__})")
-        return {key: plain(item, f"{place}[{key!r}]") for key, item in value.items()}
+                raise TypeError(
+                    f"{place} has the key {key!r} ({type(key).__name__})"
+                )
+        return {
+            key: plain(item, f"{place}[{key!r}]") for key, item in value.items()
+        }
     if isinstance(value, (list, tuple)):
         return [plain(item, f"{place}[{i}]") for i, item in enumerate(value)]
     raise TypeError(f"{place} is a {type(value).__name__}")

@@ -1,4 +1,6 @@
-"""Measured times: a bounded, uniform sample of any number of values, and the totals of one PLC process."""
+"""Measured times: a bounded, uniform sample of any number of values, and the
+totals of one PLC process.
+"""
 
 from __future__ import annotations
 
@@ -30,14 +32,21 @@ class Totals:
     def summary_us(self) -> dict[str, Any]:
         """Min, mean, max in us."""
         mean = self.total / self.n if self.n else 0.0
-        return {"min_us": self.min / 1e3, "mean_us": mean / 1e3, "max_us": self.max / 1e3}
+        return {
+            "min_us": self.min / 1e3,
+            "mean_us": mean / 1e3,
+            "max_us": self.max / 1e3,
+        }
 
 
 class Reservoir:
-    """Uniform random sample (algorithm L of K.-H. Li, ACM TOMS 20, 1994; seeded) of at most `size` values >= 0.
+    """Uniform random sample (algorithm L of K.-H.
 
-    The maximum and the count are exact.  Once the sample is full, nearly every value costs two comparisons: how many
-    are passed over until the next one is kept is drawn beforehand.
+    Li, ACM TOMS 20, 1994; seeded) of at most `size` values >= 0.
+
+    The maximum and the count are exact.  Once the sample is full, nearly every
+    value costs two comparisons: how many are passed over until the next one is
+    kept is drawn beforehand.
     """
 
     def __init__(self, size: int = RESERVOIR) -> None:
@@ -64,21 +73,39 @@ class Reservoir:
                 return
         else:
             self._kept[self._random.randrange(self._size)] = value
-        self._weight = min(self._weight * self._uniform() ** (1.0 / self._size), _LARGEST)
-        self._next = self.n + int(math.log(self._uniform()) / math.log1p(-self._weight)) + 1
+        self._weight = min(
+            self._weight * self._uniform() ** (1.0 / self._size), _LARGEST
+        )
+        self._next = (
+            self.n
+            + int(math.log(self._uniform()) / math.log1p(-self._weight))
+            + 1
+        )
 
     def _uniform(self) -> float:
         """Above 0, up to 1."""
         return 1.0 - self._random.random()
 
     def quantiles(self) -> dict[str, int]:
-        """p50, p99, p999 of the sample (nearest rank), exact max and n; zeros without values."""
+        """p50, p99, p999 of the sample (nearest rank), exact max and n; zeros
+        without values.
+        """
         ordered = sorted(self._kept)
 
         def rank(q: float) -> int:
-            return ordered[max(math.ceil(q * len(ordered)), 1) - 1] if ordered else 0
+            return (
+                ordered[max(math.ceil(q * len(ordered)), 1) - 1]
+                if ordered
+                else 0
+            )
 
-        return {"p50": rank(0.5), "p99": rank(0.99), "p999": rank(0.999), "max": self.max, "n": self.n}
+        return {
+            "p50": rank(0.5),
+            "p99": rank(0.99),
+            "p999": rank(0.999),
+            "max": self.max,
+            "n": self.n,
+        }
 
 
 HANDSHAKES = Reservoir()

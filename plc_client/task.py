@@ -17,7 +17,10 @@ _T = TypeVar("_T", bound=type)
 _ATTRIBUTE = "__plc_task__"
 WATCHDOG_S = 10.0
 _FRAMEWORK = Path(__file__).resolve().parent
-_INSTALLED = tuple(Path(sysconfig.get_path(key)).resolve() for key in ("stdlib", "purelib", "platlib"))
+_INSTALLED = tuple(
+    Path(sysconfig.get_path(key)).resolve()
+    for key in ("stdlib", "purelib", "platlib")
+)
 
 
 class PlcError(Exception):
@@ -25,7 +28,9 @@ class PlcError(Exception):
 
 
 class CellStartRefused(BaseException):
-    """Raised by a cell that is started while the PLC process reads a task file: the file runs that cell itself."""
+    """Raised by a cell that is started while the PLC process reads a task file:
+    the file runs that cell itself.
+    """
 
 
 _loading: list[str] = []
@@ -42,15 +47,20 @@ def loading(path: Path) -> Iterator[None]:
 
 
 def refuse_cell_start() -> None:
-    """Called by whatever starts a cell: a script that holds both a task class and the call that runs it must not start
-    further cells when the PLC process reads it for the class."""
+    """Called by whatever starts a cell: a script that holds both a task class
+    and the call that runs it must not start further cells when the PLC process
+    reads it for the class.
+    """
     if _loading:
-        raise CellStartRefused(f"a cell cannot be started while the PLC process reads {_loading[-1]}")
+        raise CellStartRefused(
+            f"a cell cannot be started while the PLC process reads {_loading[-1]}"
+        )
 
 
 @dataclass(frozen=True)
 class TaskSpec:
-    """Interval in seconds of the cell's clock; tasks due at the same time run in order of priority, lowest first.
+    """Interval in seconds of the cell's clock; tasks due at the same time run
+    in order of priority, lowest first.
 
     ``watchdog``: seconds of wall time one call may take; 0 switches it off.
     """
@@ -65,16 +75,22 @@ def task(interval: _T) -> _T: ...
 
 
 @overload
-def task(interval: float = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S) -> Callable[[_T], _T]: ...
+def task(
+    interval: float = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S
+) -> Callable[[_T], _T]: ...
 
 
-def task(interval: Any = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S) -> Any:
-    """Class decorator: an instance's ``cyclic()`` runs every ``interval`` seconds of the cell's clock.
+def task(
+    interval: Any = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S
+) -> Any:
+    """Class decorator: an instance's ``cyclic()`` runs every ``interval``
+    seconds of the cell's clock.
 
-    ``setup(hli)`` runs once after each attachment, before the first scan.  Optional: ``finished()`` (after the
-    program's end: may the cell go?) and ``result()`` (any JSON value for the report).  A ``cyclic()`` that has not
-    returned after ``watchdog`` seconds of wall time ends the PLC with an error that names the line (0: never).
-    Without brackets: 1 ms.
+    ``setup(hli)`` runs once after each attachment, before the first scan.
+    Optional: ``finished()`` (after the program's end: may the cell go?) and
+    ``result()`` (any JSON value for the report).  A ``cyclic()`` that has not
+    returned after ``watchdog`` seconds of wall time ends the PLC with an error
+    that names the line (0: never). Without brackets: 1 ms.
     """
     if isinstance(interval, type):
         return task()(interval)
@@ -93,14 +109,18 @@ def task(interval: Any = 0.001, priority: int = 0, watchdog: float = WATCHDOG_S)
 
 
 def spec_of(cls: type) -> TaskSpec:
-    """The class's interval and priority; 1 ms and 0 for a class that is not decorated."""
+    """The class's interval and priority; 1 ms and 0 for a class that is not
+    decorated.
+    """
     return getattr(cls, _ATTRIBUTE, TaskSpec())
 
 
 def load_tasks(path: str, qualname: str | None = None) -> list[type]:
-    """The task classes of a file in the order of their text, or the one named (decorated or not).
+    """The task classes of a file in the order of their text, or the one named
+    (decorated or not).
 
-    Raises PlcError: the file is missing, fails at import, or holds no such task.
+    Raises PlcError: the file is missing, fails at import, or holds no such
+    task.
     """
     module = _import(Path(path))
     if qualname is not None:
@@ -108,10 +128,14 @@ def load_tasks(path: str, qualname: str | None = None) -> list[type]:
     found = [
         value
         for value in vars(module).values()
-        if isinstance(value, type) and value.__module__ == module.__name__ and _ATTRIBUTE in vars(value)
+        if isinstance(value, type)
+        and value.__module__ == module.__name__
+        and _ATTRIBUTE in vars(value)
     ]
     if not found:
-        raise PlcError(f"{path}: no task found; decorate a class that has a method cyclic() with @task(interval=...)")
+        raise PlcError(
+            f"{path}: no task found; decorate a class that has a method cyclic() with @task(interval=...)"
+        )
     return found
 
 
@@ -119,7 +143,9 @@ def _named(module: ModuleType, path: str, qualname: str) -> type:
     value: Any = module
     for part in qualname.split("."):
         value = getattr(value, part, None)
-    if not isinstance(value, type) or not callable(getattr(value, "cyclic", None)):
+    if not isinstance(value, type) or not callable(
+        getattr(value, "cyclic", None)
+    ):
         raise PlcError(f"{path}: no class {qualname} with a method cyclic()")
     return value
 
@@ -135,12 +161,17 @@ def _import(path: Path) -> ModuleType:
     sys.modules[name] = module
     folder = str(path.resolve().parent)
     if folder not in sys.path:
-        sys.path.append(folder)  # behind everything installed: neighbours can be imported, nothing is shadowed
+        # behind everything installed: neighbours can be imported, nothing is
+        # shadowed
+        sys.path.append(folder)
     try:
         with loading(path):
-            exec(compile(path.read_bytes(), str(path), "exec"), vars(module))  # never an older compiled file
+            # never an older compiled file
+            exec(compile(path.read_bytes(), str(path), "exec"), vars(module))
     except CellStartRefused:
-        pass  # the file runs its own cell further down: its classes stand above, and that cell is this one
+        # the file runs its own cell further down: its classes stand above, and
+        # that cell is this one
+        pass
     except (Exception, SystemExit) as error:
         text = describe(error).replace("<PLC program>", str(path))
         raise PlcError(text) from error
@@ -148,22 +179,32 @@ def _import(path: Path) -> ModuleType:
 
 
 def describe(error: BaseException) -> str:
-    """``FILE:LINE: Type: text`` with the user's own frames below it; the framework's frames are left out."""
+    """``FILE:LINE: Type: text`` with the user's own frames below it; the
+    framework's frames are left out.
+    """
     everything = traceback.extract_tb(error.__traceback__)
     frames = [f for f in everything if _is_users(f.filename)]
     if isinstance(error, SyntaxError):
         return f"{error.filename or '<PLC program>'}:{error.lineno or 1}: {type(error).__name__}: {error.msg}"
     text = " ".join(f"{type(error).__name__}: {error}".split())
     last = [*everything[-1:], *frames][-1]
-    return f"{last.filename}:{last.lineno}: {text}" + "".join(f"\n{line}" for line in _trace(frames))
+    return f"{last.filename}:{last.lineno}: {text}" + "".join(
+        f"\n{line}" for line in _trace(frames)
+    )
 
 
 def _trace(frames: list[traceback.FrameSummary]) -> list[str]:
-    return [line.rstrip() for frame in frames for line in traceback.format_list([frame])]
+    return [
+        line.rstrip()
+        for frame in frames
+        for line in traceback.format_list([frame])
+    ]
 
 
 def _is_users(filename: str) -> bool:
     if filename.startswith("<frozen"):
         return False
     foreign = (_FRAMEWORK, _FRAMEWORK.parent / "hli", *_INSTALLED)
-    return not any(folder in Path(filename).resolve().parents for folder in foreign)
+    return not any(
+        folder in Path(filename).resolve().parents for folder in foreign
+    )

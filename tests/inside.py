@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.channel import Preparation
-from cnc_core.cnc_process import fill_identity
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine, Event
+from cnc_core.process.identity import fill_identity
+from cnc_core.process.preparation import Preparation
 from hli import layout, segment
 
 FloatArray = npt.NDArray[np.float64]

@@ -10,7 +10,7 @@ from cnc_core.blocks import NC_BLOCK
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.machine import External, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
-from cnc_core.port import OfflinePort, Wait
+from cnc_core.frontend.port import OfflinePort, Wait
 
 MACHINE = ProgramMachine(
     axes=("X", "Y", "Z", "A"),

@@ -11,7 +11,7 @@ import numpy as np
 from cnc_core.blocks import NC_BLOCK, POLYNOMIAL
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.errors import CncError
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
 
 AXES = "XYZA"

@@ -48,7 +48,7 @@ def test_plc_client_never_imports_the_cnc(path: Path) -> None:
 @pytest.mark.parametrize("path", files("cnc_core/frontend"), ids=str)
 def test_front_ends_stand_above_the_waist(path: Path) -> None:
     """A front end sees rows, errors, units, the port and pure geometry, never stages, engine or shared memory."""
-    forbidden = ("cnc_core.geometry", "cnc_core.kinematics", "cnc_core.engine", "cnc_core.channel", "hli", "plc_client")
+    forbidden = ("cnc_core.geometry", "cnc_core.kinematics", "cnc_core.engine", "cnc_core.process.preparation", "hli", "plc_client")
     found = {n for n in imported(path) if n.startswith(forbidden)}
     assert not {n for n in found if not n.startswith(PURE_GEOMETRY)}
 
@@ -58,7 +58,7 @@ def test_nothing_below_the_waist_knows_a_dialect(path: Path) -> None:
     """Stages import no front end, and no engine either."""
     forbidden = (
         "cnc_core.engine",
-        "cnc_core.channel",
+        "cnc_core.process.preparation",
         "hli",
         "plc_client",
         *(f"cnc_core.frontend.{d}" for d in DIALECTS),

@@ -1,4 +1,6 @@
-"""The commands of ``hli-cosim`` by what they are about, in the order in which the help lists them."""
+"""The commands of ``hli-cosim`` by what they are about, in the order in which
+the help lists them.
+"""
 
 # isort: off
 from . import program

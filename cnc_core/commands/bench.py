@@ -8,23 +8,30 @@ from typing import Annotated, Any
 import typer
 
 from .console import (
-    Json,
     app,
     emit,
     progress,
     say_figures,
 )
+from .options import Json
 
-bench_app = typer.Typer(help="Measure this machine beside a raw C reference in the same run.", no_args_is_help=True)
+bench_app = typer.Typer(
+    help="Measure this machine beside a raw C reference in the same run.",
+    no_args_is_help=True,
+)
 
 
 app.add_typer(bench_app, name="bench")
 
 
-Seconds = Annotated[float, typer.Option(min=1.0, max=600.0, help="about how long to measure")]
+Seconds = Annotated[
+    float, typer.Option(min=1.0, max=600.0, help="about how long to measure")
+]
 
 
-def _bench(measure: Callable[..., dict[str, Any]], title: str, as_json: bool) -> None:
+def _bench(
+    measure: Callable[..., dict[str, Any]], title: str, as_json: bool
+) -> None:
     with progress(title) as tick:
         value = measure(tick)
     if as_json:
@@ -35,18 +42,24 @@ def _bench(measure: Callable[..., dict[str, Any]], title: str, as_json: bool) ->
 
 @bench_app.command("handshake")
 def bench_handshake(seconds: Seconds = 10.0, as_json: Json = False) -> None:
-    """Handshake round trips: raw C, immediate service, Python on both sides, cyclic service.
+    """Handshake round trips: raw C, immediate service, Python on both sides,
+    cyclic service.
 
     Example: hli-cosim bench handshake --seconds 30 --json
     """
     from .. import benchmarks  # noqa: PLC0415
 
-    _bench(lambda tick: benchmarks.handshake(seconds, tick), "bench handshake", as_json)
+    _bench(
+        lambda tick: benchmarks.handshake(seconds, tick),
+        "bench handshake",
+        as_json,
+    )
 
 
 @bench_app.command("cycle")
 def bench_cycle(seconds: Seconds = 10.0, as_json: Json = False) -> None:
-    """Real-time cycle: what it costs and how late it wakes, beside a bare clock_nanosleep loop.
+    """Real-time cycle: what it costs and how late it wakes, beside a bare
+    clock_nanosleep loop.
 
     Example: hli-cosim bench cycle --seconds 20 --json
     """

@@ -16,11 +16,16 @@ from .console import (
 
 @app.command()
 def types(
-    st: Annotated[bool, typer.Option("--st", help="IEC 61131-3 Structured Text")] = False,
+    st: Annotated[
+        bool, typer.Option("--st", help="IEC 61131-3 Structured Text")
+    ] = False,
     c: Annotated[bool, typer.Option("--c", help="C header")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="JSON")] = False,
     twincat: Annotated[
-        Path | None, typer.Option(help="with --st: write .TcDUT and .TcGVL files of a TwinCAT 3 project to this folder")
+        Path | None,
+        typer.Option(
+            help="with --st: write .TcDUT and .TcGVL files of a TwinCAT 3 project to this folder"
+        ),
     ] = None,
 ) -> None:
     """Print the HLI layout for PLC compilers, C programs and tools.
@@ -39,5 +44,9 @@ def types(
             (twincat / name).write_text(text, encoding="utf-8")
         return
     sys.stdout.write(
-        export.st_types() if st else export.c_header() if c else json.dumps(export.json_layout(), indent=1) + "\n"
+        export.st_types()
+        if st
+        else export.c_header()
+        if c
+        else json.dumps(export.json_layout(), indent=1) + "\n"
     )

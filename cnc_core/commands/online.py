@@ -7,17 +7,28 @@ from typing import Annotated, Any
 import typer
 
 from .console import (
-    Json,
     app,
     emit,
     out,
 )
+from .options import Json
 
-PlcName = Annotated[str, typer.Option("--name", help="segment of the running PLC")]
-PlcWait = Annotated[float, typer.Option("--wait", min=0.0, help="seconds to wait for a PLC that is just starting")]
+PlcName = Annotated[
+    str, typer.Option("--name", help="segment of the running PLC")
+]
+PlcWait = Annotated[
+    float,
+    typer.Option(
+        "--wait",
+        min=0.0,
+        help="seconds to wait for a PLC that is just starting",
+    ),
+]
 
 
-def _order(name: str, wait: float, do: str, symbols: list[Any], as_json: bool) -> None:
+def _order(
+    name: str, wait: float, do: str, symbols: list[Any], as_json: bool
+) -> None:
     """One order to a running PLC; prints what it reads and what is forced then."""
     from plc_client import orders  # noqa: PLC0415
 
@@ -35,14 +46,19 @@ def _order(name: str, wait: float, do: str, symbols: list[Any], as_json: bool) -
 
 @app.command()
 def force(
-    symbols: Annotated[list[str] | None, typer.Argument(metavar="[SYMBOL=VALUE]...", help="none: list")] = None,
+    symbols: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[SYMBOL=VALUE]...", help="none: list"),
+    ] = None,
     name: PlcName = "hli-cosim",
     wait: PlcWait = 0.0,
     as_json: Json = False,
 ) -> None:
-    """Hold symbols of a running PLC at a value, from another terminal; without symbols, list what is forced.
+    """Hold symbols of a running PLC at a value, from another terminal; without
+    symbols, list what is forced.
 
-    Example: hli-cosim force --name my-cell 'gpCh[0]^.bahn_mc_control.override.command_w=500' Slow.gain=2
+    Example: hli-cosim force --name my-cell
+    'gpCh[0]^.bahn_mc_control.override.command_w=500' Slow.gain=2
     """
     from plc_client.online import parse_force  # noqa: PLC0415
 
@@ -52,13 +68,19 @@ def force(
 
 @app.command()
 def unforce(
-    symbols: Annotated[list[str] | None, typer.Argument(metavar="[SYMBOL]...", help="what to let go")] = None,
-    everything: Annotated[bool, typer.Option("--all", help="let all symbols go")] = False,
+    symbols: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[SYMBOL]...", help="what to let go"),
+    ] = None,
+    everything: Annotated[
+        bool, typer.Option("--all", help="let all symbols go")
+    ] = False,
     name: PlcName = "hli-cosim",
     wait: PlcWait = 0.0,
     as_json: Json = False,
 ) -> None:
-    """Let forced symbols of a running PLC go; each keeps its value until somebody writes it.
+    """Let forced symbols of a running PLC go; each keeps its value until
+    somebody writes it.
 
     Example: hli-cosim unforce --name my-cell Slow.gain
     """
@@ -69,16 +91,24 @@ def unforce(
 
 @app.command()
 def read(
-    symbols: Annotated[list[str], typer.Argument(metavar="SYMBOL...", help="variables of the HLI or of a task")],
+    symbols: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SYMBOL...", help="variables of the HLI or of a task"
+        ),
+    ],
     name: PlcName = "hli-cosim",
     wait: PlcWait = 0.0,
     as_json: Json = False,
 ) -> None:
-    """Read variables of a running PLC, HLI and tasks, as they are between two scans.
+    """Read variables of a running PLC, HLI and tasks, as they are between two
+    scans.
 
-    Example: hli-cosim read --name my-cell 'gpCh[0]^.bahn_state.dist_prog_start' Slow.gain
+    Example: hli-cosim read --name my-cell 'gpCh[0]^.bahn_state.dist_prog_start'
+    Slow.gain
     """
     _order(name, wait, "read", list(symbols), as_json)
 
 
-# ------------------------------------------------------------------------------------------------ tools
+# ------------------------------------------------------------------------------------------------
+# tools

@@ -9,34 +9,62 @@ import typer
 
 from ..errors import CncError, Place
 from .console import (
-    Answers,
-    Config,
-    Dialect,
-    File,
-    Json,
-    Lenient,
-    StartLine,
-    StartMarker,
-    StartPass,
     app,
     emit,
     load,
-    open_program,
     out,
     progress,
+    say_dialect,
     say_error,
     say_figures,
     say_warnings,
 )
+from .options import (
+    Config,
+    File,
+    Json,
+    PlaceOptions,
+    ReadOptions,
+    expanded,
+)
+
+NO_PLACE = PlaceOptions().place
+
+
+def open_program(
+    file: Path,
+    options: ReadOptions,
+    *,
+    collect: bool = False,
+    tolerance: float = 0.0,
+    programmed: bool = False,
+) -> Any:
+    """The program, its dialect said on standard error when it was not given."""
+    from ..program import Program  # noqa: PLC0415
+    from ..program.restart import Restart  # noqa: PLC0415
+
+    place = options.place if isinstance(options, PlaceOptions) else NO_PLACE
+    program = Program(
+        file,
+        load(options.config),
+        options.dialect,
+        collect=collect,
+        lenient=options.lenient,
+        tolerance=tolerance,
+        programmed=programmed,
+        answers=options.answers,
+        restart=Restart.of(*place),
+    )
+    if options.dialect is None:
+        say_dialect(program.dialect)
+    return program
 
 
 @app.command()
+@expanded
 def check(
     file: File,
-    config: Config = None,
-    dialect: Dialect = None,
-    lenient: Lenient = False,
-    answers: Answers = None,
+    options: ReadOptions,
     as_json: Json = False,
 ) -> None:
     """Parse and execute a program without motion and report all its errors.
@@ -49,9 +77,7 @@ def check(
     setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(
-                file, config, dialect, collect=True, lenient=lenient, programmed=True, answers=answers
-            )
+            program = open_program(file, options, collect=True, programmed=True)
             count = sum(map(number_of_blocks, program.batches()))
         errors, setups = program.errors, getattr(program.reader, "setups", [])
         say_warnings(program)
@@ -60,35 +86,36 @@ def check(
     for found in errors:
         say_error(found)
     if as_json:
-        emit({"errors": [e.as_json() for e in errors], "blocks": count} | ({"setups": setups} if setups else {}))
+        emit(
+            {"errors": [e.as_json() for e in errors], "blocks": count}
+            | ({"setups": setups} if setups else {})
+        )
     elif not errors:
         for setup in setups:
-            out.print(f"setup {setup['file']}\n" + "\n".join(f"  {line}" for line in setup["printed"]))
+            out.print(
+                f"setup {setup['file']}\n"
+                + "\n".join(f"  {line}" for line in setup["printed"])
+            )
         out.print(f"{file}: {count} blocks, no errors")
     if errors:
         raise typer.Exit(1)
 
 
 @app.command()
+@expanded
 def blocks(
     file: File,
-    config: Config = None,
-    dialect: Dialect = None,
-    lenient: Lenient = False,
-    answers: Answers = None,
-    start_line: StartLine = None,
-    start_pass: StartPass = 1,
-    start_marker: StartMarker = None,
+    options: PlaceOptions,
     as_json: Json = False,
 ) -> None:
-    """Print the canonical blocks of a program: after all geometry stages, in machine coordinates.
+    """Print the canonical blocks of a program: after all geometry stages, in
+    machine coordinates.
 
     Example: hli-cosim blocks part.nc --json
     """
     from .. import blocks as rows  # noqa: PLC0415
 
-    restart = (start_line, start_pass, start_marker)
-    program = open_program(file, config, dialect, lenient=lenient, programmed=True, answers=answers, restart=restart)
+    program = open_program(file, options, programmed=True)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -113,33 +140,56 @@ def _block_line(value: dict[str, Any]) -> str:
         if isinstance(item, dict):
             rest.append(" ".join(f"{k}{_numbers(v)}" for k, v in item.items()))
         else:
-            rest.append(f"{key} {item:.6g}" if isinstance(item, float) else f"{key} {item}")
+            rest.append(
+                f"{key} {item:.6g}"
+                if isinstance(item, float)
+                else f"{key} {item}"
+            )
     return head + "  " + ", ".join(rest)
 
 
 def _numbers(value: float | list[float]) -> str:
-    return f"{value:.4f}" if isinstance(value, float) else "(" + " ".join(f"{v:.6g}" for v in value) + ")"
+    return (
+        f"{value:.4f}"
+        if isinstance(value, float)
+        else "(" + " ".join(f"{v:.6g}" for v in value) + ")"
+    )
 
 
 @app.command()
+@expanded
 def plan(
     file: File,
+    options: PlaceOptions,
     lookahead: Annotated[
-        int | None, typer.Option(min=10, max=10000, help="look-ahead blocks instead of the cell's")
+        int | None,
+        typer.Option(
+            min=10, max=10000, help="look-ahead blocks instead of the cell's"
+        ),
     ] = None,
     no_jerk: Annotated[
-        bool, typer.Option("--no-jerk", help="acceleration-limited, whatever the machine's jerk")
+        bool,
+        typer.Option(
+            "--no-jerk",
+            help="acceleration-limited, whatever the machine's jerk",
+        ),
     ] = False,
-    tolerance: Annotated[float, typer.Option(min=0.0, help="allowed path deviation in mm; 0: exact path")] = 0.0,
-    samples: Annotated[Path | None, typer.Option(help="write t, pos, axes, s, v, block to this .npz")] = None,
-    picture: Annotated[Path | None, typer.Option(help="draw path, speed, acceleration and jerk to this .png")] = None,
-    config: Config = None,
-    dialect: Dialect = None,
-    lenient: Lenient = False,
-    answers: Answers = None,
-    start_line: StartLine = None,
-    start_pass: StartPass = 1,
-    start_marker: StartMarker = None,
+    tolerance: Annotated[
+        float,
+        typer.Option(
+            min=0.0, help="allowed path deviation in mm; 0: exact path"
+        ),
+    ] = 0.0,
+    samples: Annotated[
+        Path | None,
+        typer.Option(help="write t, pos, axes, s, v, block to this .npz"),
+    ] = None,
+    picture: Annotated[
+        Path | None,
+        typer.Option(
+            help="draw path, speed, acceleration and jerk to this .png"
+        ),
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -147,22 +197,24 @@ def plan(
     Example: hli-cosim plan part.nc --lookahead 190 --samples part.npz
     """
     from ..planning import plan_program, save_samples  # noqa: PLC0415
-    from ..recorder import check_writable  # noqa: PLC0415
+    from ..process.recording import check_writable  # noqa: PLC0415
 
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(
-        file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers,
-        restart=(start_line, start_pass, start_marker),
-    )  # fmt: skip
+    program = open_program(file, options, tolerance=tolerance)
     with progress(f"planning {file.name}"):
-        result = plan_program(program, window=lookahead, jerk=not no_jerk, keep_samples=bool(samples or picture))
+        result = plan_program(
+            program,
+            window=lookahead,
+            jerk=not no_jerk,
+            keep_samples=bool(samples or picture),
+        )
     say_warnings(program)
     if samples and result.samples:
         save_samples(samples, result.samples)
     if picture and result.samples:
-        from ..picture import plan_picture  # noqa: PLC0415
+        from ..planning.picture import plan_picture  # noqa: PLC0415
 
         plan_picture(picture, result.samples)
     value = result.as_json()
@@ -174,10 +226,23 @@ def plan(
 
 @app.command()
 def optimize(
-    file: Annotated[Path, typer.Argument(metavar="IN", help="program of points")],
-    setup: Annotated[Path, typer.Argument(metavar="SETUP", help="HSM setup with SMT (and SMS)")],
-    target: Annotated[Path, typer.Argument(metavar="OUT", help="program of polynomials; its setup is OUT.setup")],
-    compare: Annotated[bool, typer.Option("--compare", help="plan both programs and compare times")] = False,
+    file: Annotated[
+        Path, typer.Argument(metavar="IN", help="program of points")
+    ],
+    setup: Annotated[
+        Path,
+        typer.Argument(metavar="SETUP", help="HSM setup with SMT (and SMS)"),
+    ],
+    target: Annotated[
+        Path,
+        typer.Argument(
+            metavar="OUT", help="program of polynomials; its setup is OUT.setup"
+        ),
+    ],
+    compare: Annotated[
+        bool,
+        typer.Option("--compare", help="plan both programs and compare times"),
+    ] = False,
     config: Config = None,
     as_json: Json = False,
 ) -> None:
@@ -191,7 +256,9 @@ def optimize(
         if not path.is_file():
             raise CncError(901001, "file not found", Place(str(path)))
     with progress(f"optimizing {file.name}") as tick:
-        value = run_optimizer(file, setup, target, load(config), tick, compared=compare).as_json()
+        value = run_optimizer(
+            file, setup, target, load(config), tick, compared=compare
+        ).as_json()
     if as_json:
         emit(value)
         return

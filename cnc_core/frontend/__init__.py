@@ -5,11 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Protocol
 
-from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError, Place
 from cnc_core.frontend.detect import detect as detect
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
+
+from ..blocks import BlockBatch
+from .port import ChannelPort, Wait
 
 DIALECTS = ("isg", "iso", "isons", "osai")
 
@@ -42,14 +43,18 @@ def create(
     *,
     lenient: bool = False,
 ) -> FrontEnd:
-    """The front end of ``dialect`` for one program; ``lenient`` as the dialect understands it.
+    """The front end of ``dialect`` for one program; ``lenient`` as the dialect
+    understands it.
 
-    Only its own package is imported: the others would be most of what a process needs to start.
+    Only its own package is imported: the others would be most of what a process
+    needs to start.
     """
     if dialect == "isg":
         from cnc_core.frontend.isg import IsgFrontEnd  # noqa: PLC0415
 
-        return IsgFrontEnd(path, machine, port, collect=collect, lenient=lenient)
+        return IsgFrontEnd(
+            path, machine, port, collect=collect, lenient=lenient
+        )
     if dialect == "iso":
         from cnc_core.frontend.iso import IsoFrontEnd  # noqa: PLC0415
 
@@ -61,6 +66,12 @@ def create(
     if dialect == "osai":
         from cnc_core.frontend.osai import OsaiFrontEnd  # noqa: PLC0415
 
-        return OsaiFrontEnd(path, machine, port, collect=collect, lenient=lenient)
+        return OsaiFrontEnd(
+            path, machine, port, collect=collect, lenient=lenient
+        )
     known = "" if dialect in DIALECTS else f" (known: {', '.join(DIALECTS)})"
-    raise CncError(901003, f"dialect {dialect} is not available yet{known}", Place(file=str(path)))
+    raise CncError(
+        901003,
+        f"dialect {dialect} is not available yet{known}",
+        Place(file=str(path)),
+    )

@@ -1,4 +1,6 @@
-"""Which dialect a program is written in: by what only one dialect can say, else by the file's extension."""
+"""Which dialect a program is written in: by what only one dialect can say, else
+by the file's extension.
+"""
 
 from __future__ import annotations
 
@@ -6,19 +8,23 @@ import re
 from pathlib import Path
 
 DEFAULT_DIALECT = "isg"
-EXTENSIONS = {".nc": "isg", ".cyc": "isg", ".ecy": "isg"} | dict.fromkeys(
-    (".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso"
-) | {".isons": "isons", ".osai": "osai", ".hsm": "osai"}
+EXTENSIONS = (
+    {".nc": "isg", ".cyc": "isg", ".ecy": "isg"}
+    | dict.fromkeys((".iso", ".ngc", ".tap", ".gcode", ".cnc"), "iso")
+    | {".isons": "isons", ".osai": "osai", ".hsm": "osai"}
+)
 OWN_EXTENSIONS = (".isons", ".osai")  # nobody else's
 SNIFFED_BYTES = 65536
 _COMMENT = re.compile(r"\([^()\n]*\)|;[^\n]*")
 # what cannot stand in a program of the other dialect
 _SIGNS = {
     "isg": re.compile(
-        r"#\s*[A-Z]{2,}|\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b|\bV\.[A-Z]+\.|^\s*%L\s", re.M | re.I
+        r"#\s*[A-Z]{2,}|\$(?:IF|ELSE|FOR|WHILE|DO|REPEAT|SWITCH|GOTO)\b|\bV\.[A-Z]+\.|^\s*%L\s",
+        re.M | re.I,
     ),
     "iso": re.compile(
-        r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]", re.I
+        r"#<|#\s*\d+\s*=|(?<![A-Z\d.])G4[39](?![\d=])|(?<![A-Z\d.])G(?:59|9[012]|28|30|61|43)\.[1-9]",
+        re.I,
     ),
     "isons": re.compile(
         r"^\s*(?:END_IF|END_LOOP|END_PROGRAM|USER_ZERO|USER_OFFSET|GOSUB|MARKER|DIM)\b|^\s*@\w+\s*$"
@@ -28,12 +34,15 @@ _SIGNS = {
 }
 
 
-# three-letter codes look like comments, so they are searched for in the text as it stands
+# three-letter codes look like comments, so they are searched for in the text as
+# it stands
 _HSM = re.compile(r"^\s*(?:N\d+\s*)?\(\s*HSM\s*,[^()\n]*\)\s*$|^\s*<\*,", re.M)
 
 
 def detect(path: Path) -> str:
-    """Dialect of the file: of an extension nobody else has, of the only signs in the first 64 KiB, of the extension."""
+    """Dialect of the file: of an extension nobody else has, of the only signs
+    in the first 64 KiB, of the extension.
+    """
     by_name = EXTENSIONS.get(path.suffix.lower(), DEFAULT_DIALECT)
     if path.suffix.lower() in OWN_EXTENSIONS:
         return by_name

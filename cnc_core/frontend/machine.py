@@ -9,7 +9,7 @@ from typing import Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.frontend.isons_cell import IsonsCell
+from .isons.base.machine import IsonsCell
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,11 @@ class HscSetting:
 
 @dataclass(frozen=True)
 class External:
-    """A variable shared with the PLC: ``number`` is its first 24-byte block (from 1), ``size`` None or elements.
+    """A variable shared with the PLC: ``number`` is its first 24-byte block
+    (from 1), ``size`` None or elements.
 
-    ``type``: BOOLEAN, SGN08 .. UNS32, REAL64 or STRING; a text has at most 23 characters a block.
+    ``type``: BOOLEAN, SGN08 .. UNS32, REAL64 or STRING; a text has at most 23
+    characters a block.
     """
 
     name: str
@@ -55,9 +57,11 @@ class External:
 
 
 class TipMachine(Protocol):
-    """A kinematic transformation as a front end sees it (``cnc_core.kinematics.machine``).
+    """A kinematic transformation as a front end sees it
+    (``cnc_core.kinematics.machine``).
 
-    Positions are (axes,) or (n, axes) in channel order, mm and degrees; ``length`` of the tool.
+    Positions are (axes,) or (n, axes) in channel order, mm and degrees;
+    ``length`` of the tool.
     """
 
     @property
@@ -65,19 +69,27 @@ class TipMachine(Protocol):
         """Channel index of the rotary axes, part to tool."""
         ...
 
-    def orient(self, direction: npt.NDArray[np.float64], near: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-        """(axes,) ``near`` with the rotary axes turned so that the tool points into ``direction``."""
+    def orient(
+        self, direction: npt.NDArray[np.float64], near: npt.NDArray[np.float64]
+    ) -> npt.NDArray[np.float64]:
+        """(axes,) ``near`` with the rotary axes turned so that the tool points
+        into ``direction``.
+        """
         ...
 
     def directions(self, q: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         """(n, 3) tool directions, tip to spindle, in the part frame."""
         ...
 
-    def programmed(self, q: npt.NDArray[np.float64], length: float) -> npt.NDArray[np.float64]:
+    def programmed(
+        self, q: npt.NDArray[np.float64], length: float
+    ) -> npt.NDArray[np.float64]:
         """(n, axes) the tip in place of the linear axes."""
         ...
 
-    def driven(self, programmed: npt.NDArray[np.float64], length: float) -> npt.NDArray[np.float64]:
+    def driven(
+        self, programmed: npt.NDArray[np.float64], length: float
+    ) -> npt.NDArray[np.float64]:
         """(n, axes) axis positions of programmed ones."""
         ...
 
@@ -86,13 +98,17 @@ class Transformation(TipMachine, Protocol):
     """A kinematic transformation of the cell."""
 
     def length_correction(self) -> TipMachine:
-        """The same machine with the axes programmed: they are lifted by ``length`` along the tool."""
+        """The same machine with the axes programmed: they are lifted by
+        ``length`` along the tool.
+        """
         ...
 
 
 @dataclass(frozen=True)
 class OsaiCell:
-    """What only the 10-Series dialect knows: polynomials' feed along the arc; location points in the tool's centre."""
+    """What only the 10-Series dialect knows: polynomials' feed along the arc;
+    location points in the tool's centre.
+    """
 
     feed_by_length: bool = False
     centre: bool = False
@@ -100,16 +116,19 @@ class OsaiCell:
 
 @dataclass(frozen=True)
 class ProgramMachine:
-    """Axes of the channel in order, the three main axes, start position, tools, M functions.
+    """Axes of the channel in order, the three main axes, start position, tools,
+    M functions.
 
-    ``main``: channel index of the geometry's X, Y, Z axis, -1 where the machine has none.
-    ``start``: (axes,) position at program start, mm or degrees.
-    ``m_functions``: synchronisation type (P-CHAN-00041) by M number; what is absent is undefined.
-    ``externals``: variables shared with the PLC by name in capitals.  ``zero_offsets``: by number (1 is G54) and axis
-    name, mm or degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.  ``m6_program``: of M06.
-    ``velocity``: (axes,) largest, mm/s or degrees/s.  ``limits``: lowest and highest position, (axes,) each.
-    ``isons``, ``osai``: what only these dialects know.  ``hsc_settings``: by state, ``deselect`` to ``finish``.
-    ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
+    ``main``: channel index of the geometry's X, Y, Z axis, -1 where the machine
+    has none. ``start``: (axes,) position at program start, mm or degrees.
+    ``m_functions``: synchronisation type (P-CHAN-00041) by M number; what is
+    absent is undefined. ``externals``: variables shared with the PLC by name in
+    capitals.  ``zero_offsets``: by number (1 is G54) and axis name, mm or
+    degrees.  ``g_programs``: subprograms of G80-G89 and G800-G839.
+    ``m6_program``: of M06. ``velocity``: (axes,) largest, mm/s or degrees/s.
+    ``limits``: lowest and highest position, (axes,) each. ``isons``, ``osai``:
+    what only these dialects know.  ``hsc_settings``: by state, ``deselect`` to
+    ``finish``. ``equidistant``: FCT_EXTENSION_EQUIDIST is configured.
     ``kinematics``: transformations by number; ``kin_id``: the first.
     ``axis_ids``: logical axis numbers, 1, 2, .. if they are not given.
     ``probe``: machine position by axis where the probe trips, mm or degrees.
@@ -126,7 +145,9 @@ class ProgramMachine:
     g_programs: dict[int, str] = field(default_factory=dict)
     m6_program: str = ""
     velocity: npt.NDArray[np.float64] | None = None
-    limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = None
+    limits: tuple[npt.NDArray[np.float64], npt.NDArray[np.float64]] | None = (
+        None
+    )
     isons: IsonsCell | None = None
     probe: dict[str, float] = field(default_factory=dict)
     hsc_settings: dict[str, HscSetting] = field(default_factory=dict)

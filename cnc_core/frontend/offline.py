@@ -5,14 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from cnc_core.blocks import BlockBatch
-from cnc_core.port import Wait
+from ..blocks import BlockBatch
+from .port import Wait
 
 if TYPE_CHECKING:
     from cnc_core.frontend import FrontEnd
 
 
-def read_all(front_end: FrontEnd, rows: int = 4096) -> Iterator[BlockBatch | Wait]:
-    """Batches of up to ``rows`` rows and the waits between them, up to the program's end."""
+def read_all(
+    front_end: FrontEnd, rows: int = 4096
+) -> Iterator[BlockBatch | Wait]:
+    """Batches of up to ``rows`` rows and the waits between them, up to the
+    program's end.
+    """
     while (item := front_end.read(rows)) is not None:
         yield item

@@ -1,6 +1,8 @@
-"""Values with their first and second derivative along a path: product rule and chain rule on arrays.
+"""Values with their first and second derivative along a path: product rule and
+chain rule on arrays.
 
-A *jet* is an array (n, 3, ...): value, first, second derivative with respect to one scalar, for n points.
+A *jet* is an array (n, 3, ...): value, first, second derivative with respect to
+one scalar, for n points.
 """
 
 from __future__ import annotations
@@ -23,7 +25,9 @@ def product(a: FloatArray, b: FloatArray) -> FloatArray:
     out = np.empty((len(a), 3, a.shape[2], b.shape[3]))
     out[:, 0] = a[:, 0] @ b[:, 0]
     out[:, 1] = a[:, 1] @ b[:, 0] + a[:, 0] @ b[:, 1]
-    out[:, 2] = a[:, 2] @ b[:, 0] + 2.0 * (a[:, 1] @ b[:, 1]) + a[:, 0] @ b[:, 2]
+    out[:, 2] = (
+        a[:, 2] @ b[:, 0] + 2.0 * (a[:, 1] @ b[:, 1]) + a[:, 0] @ b[:, 2]
+    )
     return out
 
 

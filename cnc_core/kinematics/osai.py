@@ -1,4 +1,6 @@
-"""The eight chains and six beds of the OSAI 10 Series HSM manual (codes MAC and CIN, sections 9.3 and 9.4)."""
+"""The eight chains and six beds of the OSAI 10 Series HSM manual (codes MAC and
+CIN, sections 9.3 and 9.4).
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,8 @@ CHAINS: dict[str, tuple[str, ...]] = {
     "TC2": ("LI1", "LI2", "WRK", "LI3", "TOL"),
     "C12": ("LI1", "WRK", "LI2", "TOL", "LI3"),
 }
-# where the bed cuts the chain: element, and whether the cut is behind it (toward the tool)
+# where the bed cuts the chain: element, and whether the cut is behind it
+# (toward the tool)
 CUTS: dict[str, tuple[str, bool]] = {
     "WRK": ("LI1", False),
     "B12": ("LI1", True),
@@ -39,8 +42,15 @@ class Element:
     step: HasMatrix
 
 
-def machine_chain(mac: str, bed: str, elements: Mapping[str, Element], part: HasMatrix, tool: HasMatrix) -> Chain:
-    """The chain of ``(MAC,mac,bed)``; ``elements`` by CinType (LI1 LI2 LI3 WRK TOL); ``part``, ``tool``: CIN w, t.
+def machine_chain(
+    mac: str,
+    bed: str,
+    elements: Mapping[str, Element],
+    part: HasMatrix,
+    tool: HasMatrix,
+) -> Chain:
+    """The chain of ``(MAC,mac,bed)``; ``elements`` by CinType (LI1 LI2 LI3 WRK
+    TOL); ``part``, ``tool``: CIN w, t.
 
     ValueError names an unknown type or bed, or a missing element.
     """
@@ -56,6 +66,15 @@ def machine_chain(mac: str, bed: str, elements: Mapping[str, Element], part: Has
     cut = order.index(name) + behind
 
     def joint(element: str) -> Joint:
-        return Joint(elements[element].axis, element in ("WRK", "TOL"), elements[element].step)
+        return Joint(
+            elements[element].axis,
+            element in ("WRK", "TOL"),
+            elements[element].step,
+        )
 
-    return Chain([joint(e) for e in reversed(order[:cut])], part, [joint(e) for e in order[cut:]], tool)
+    return Chain(
+        [joint(e) for e in reversed(order[:cut])],
+        part,
+        [joint(e) for e in order[cut:]],
+        tool,
+    )

@@ -1,4 +1,6 @@
-"""Function blocks on the HLI, one or more for every control unit; docs/plc.md draws their states."""
+"""Function blocks on the HLI, one or more for every control unit; docs/plc.md
+draws their states.
+"""
 
 from .base import ExecuteBlock, FunctionBlock, State
 from .commands import (
@@ -41,7 +43,15 @@ from .mode import (
 )
 from .program_flow import AcknowledgeAll, AutoContinue, TechnoFunction
 from .technology import TechnoBlock, TechnoServer, TechnoState
-from .watchdog import CncErrorRecord, CncWatchdog, ErrorReader, ErrorState, ErrorWriter, Watchdog, WatchState
+from .watchdog import (
+    CncErrorRecord,
+    CncWatchdog,
+    ErrorReader,
+    ErrorState,
+    ErrorWriter,
+    Watchdog,
+    WatchState,
+)
 
 __all__ = [
     "ABSOLUTE_ONCE",

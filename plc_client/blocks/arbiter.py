@@ -1,7 +1,9 @@
-"""One control unit, many function blocks: requests are served first come, first served.
+"""One control unit, many function blocks: requests are served first come, first
+served.
 
-The arbiter of a unit holds at most one waiting request per function block and places the next one as soon as the unit
-is free, whoever's call notices it.  A function block that is no longer called therefore holds nothing: its waiting
+The arbiter of a unit holds at most one waiting request per function block and
+places the next one as soon as the unit is free, whoever's call notices it.  A
+function block that is no longer called therefore holds nothing: its waiting
 request is placed and its answer is fetched for it by the others.
 """
 
@@ -20,7 +22,9 @@ from .. import stats
 
 
 class Request(NamedTuple):
-    """What was asked: index and 0 (mode 1), or start distance and range in 0.1 um (mode 2)."""
+    """What was asked: index and 0 (mode 1), or start distance and range in 0.1
+    um (mode 2).
+    """
 
     start_position: float
     length: float
@@ -32,7 +36,10 @@ Deliver = Callable[[Asked, "np.ndarray[Any, Any]"], None]
 
 
 class Arbiter:
-    """Who may use the unit next.  ``Arbiter.of(unit)`` gives the one of a control unit."""
+    """Who may use the unit next.
+
+    ``Arbiter.of(unit)`` gives the one of a control unit.
+    """
 
     _all: WeakValueDictionary[int, Arbiter] = WeakValueDictionary()
 
@@ -45,7 +52,9 @@ class Arbiter:
 
     @classmethod
     def of(cls, unit: Any) -> Arbiter:
-        """The arbiter of this control unit; it lives as long as a function block uses it."""
+        """The arbiter of this control unit; it lives as long as a function
+        block uses it.
+        """
         found = cls._all.get(unit._address)
         if found is None:
             found = cls._all[unit._address] = cls(unit)
@@ -56,11 +65,15 @@ class Arbiter:
         self._waiting[deliver] = request
 
     def is_waiting(self, deliver: Deliver) -> bool:
-        """Whether a request of this function block waits for its turn (it is not placed yet)."""
+        """Whether a request of this function block waits for its turn (it is
+        not placed yet).
+        """
         return deliver in self._waiting
 
     def serve(self) -> None:
-        """Fetch a finished answer for whoever asked, then place the next request if the unit is free."""
+        """Fetch a finished answer for whoever asked, then place the next
+        request if the unit is free.
+        """
         if self._owner is not None and (n := self._unit.take()) >= 0:
             deliver, self._owner = self._owner, None
             stats.HANDSHAKES.add(monotonic_ns() - self._placed_ns)
@@ -68,11 +81,15 @@ class Arbiter:
         if self._owner is None and self._waiting:
             self._place()
 
-    def next(self, deliver: Deliver, start_position: float, length: float) -> Answer | None:
-        """The short way of a block that asks in every scan: take its answer and place its next request at once.
+    def next(
+        self, deliver: Deliver, start_position: float, length: float
+    ) -> Answer | None:
+        """The short way of a block that asks in every scan: take its answer and
+        place its next request at once.
 
-        None, and nothing was done, if the answer is not there yet, another block owns the unit or waits for it, or the
-        request is not finite: the way over ``enqueue`` and ``serve`` tells these apart.
+        None, and nothing was done, if the answer is not there yet, another
+        block owns the unit or waits for it, or the request is not finite: the
+        way over ``enqueue`` and ``serve`` tells these apart.
         """
         if self._owner is not deliver or self._waiting:
             return None
@@ -82,7 +99,10 @@ class Arbiter:
         now = monotonic_ns()
         stats.HANDSHAKES.add(now - self._placed_ns)
         self._placed_ns = now
-        answered, self._request = self._request, (float(start_position), float(length))
+        answered, self._request = (
+            self._request,
+            (float(start_position), float(length)),
+        )
         return answered, self._unit.copy(n)
 
     def _place(self) -> None:

@@ -1,6 +1,8 @@
-"""What all function blocks share: the IEC outputs in both spellings, edges, time limits on the cell's clock.
+"""What all function blocks share: the IEC outputs in both spellings, edges,
+time limits on the cell's clock.
 
-Error numbers of the blocks (``error_id``): 1 to 99 here, the vendor's numbers where there is one.
+Error numbers of the blocks (``error_id``): 1 to 99 here, the vendor's numbers
+where there is one.
 """
 
 from __future__ import annotations
@@ -25,7 +27,9 @@ TIMEOUT_S = 5.0
 
 
 class FunctionBlock:
-    """Outputs ``done``, ``busy``, ``error``, ``error_id``; the IEC spellings ``Done`` ... read the same values."""
+    """Outputs ``done``, ``busy``, ``error``, ``error_id``; the IEC spellings
+    ``Done`` ... read the same values.
+    """
 
     state: Enum
 
@@ -58,7 +62,8 @@ class State(Enum):
     """States of the blocks with an ``execute`` input (docs/plc.md draws them)."""
 
     IDLE = "idle"
-    WAIT_FREE = "wait_free"  # another command is still in the unit, or another block's turn
+    # another command is still in the unit, or another block's turn
+    WAIT_FREE = "wait_free"
     SENT = "sent"  # semaphore TRUE, or command_w TRUE: the CNC has not taken it
     WAIT_STATE = "wait_state"  # taken, not there yet
     DONE = "done"
@@ -69,10 +74,12 @@ ACTIVE_STATES = frozenset({State.WAIT_FREE, State.SENT, State.WAIT_STATE})
 
 
 class ExecuteBlock(FunctionBlock):
-    """A command with a rising edge of ``execute``; the outputs stay until ``execute`` falls, at least for one call.
+    """A command with a rising edge of ``execute``; the outputs stay until
+    ``execute`` falls, at least for one call.
 
-    Subclasses give ``_check`` (0 or an error number), ``_may_send``, ``_send``, ``_taken``, ``_reached`` and, where
-    leaving a command needs it, ``_leave``.  A falling ``execute`` does not take a command back that is under way.
+    Subclasses give ``_check`` (0 or an error number), ``_may_send``, ``_send``,
+    ``_taken``, ``_reached`` and, where leaving a command needs it, ``_leave``.
+    A falling ``execute`` does not take a command back that is under way.
     """
 
     def __init__(self, timeout_s: float = TIMEOUT_S) -> None:
@@ -113,7 +120,10 @@ class ExecuteBlock(FunctionBlock):
         if self.state is State.IDLE and rising:
             self._begin()
         self._advance()
-        self.done, self.error = self.state is State.DONE, self.state is State.ERROR
+        self.done, self.error = (
+            self.state is State.DONE,
+            self.state is State.ERROR,
+        )
         self.busy = self.state in ACTIVE_STATES
         return self.done
 
@@ -149,7 +159,11 @@ class ExecuteBlock(FunctionBlock):
         error = self._failed() if self.state is State.WAIT_STATE else 0
         late = clock.now_ns() - self._since_ns > self.timeout_s * 1e9
         if not error and late:
-            error = ERROR_NO_REACTION if self.state is State.WAIT_STATE else ERROR_NO_ACCEPTANCE
+            error = (
+                ERROR_NO_REACTION
+                if self.state is State.WAIT_STATE
+                else ERROR_NO_ACCEPTANCE
+            )
         if error:
             self._fail(error)
 

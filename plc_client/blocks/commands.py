@@ -1,16 +1,26 @@
-"""Commands on the path: continue, delete distance to go, inserted stop (hli_reference 5.1, 5.3)."""
+"""Commands on the path: continue, delete distance to go, inserted stop
+(hli_reference 5.1, 5.3).
+"""
 
 from __future__ import annotations
 
 import math
 from typing import Any
 
-from .base import ERROR_INPUT, ERROR_NOT_PRESENT, TIMEOUT_S, ExecuteBlock, present
+from .base import (
+    ERROR_INPUT,
+    ERROR_NOT_PRESENT,
+    TIMEOUT_S,
+    ExecuteBlock,
+    present,
+)
 from .level import LevelUnit, command
 
 
 class _Edge(ExecuteBlock):
-    """A level unit whose rising edge counts: command TRUE, the CNC shows it in ``state_r``, command FALSE."""
+    """A level unit whose rising edge counts: command TRUE, the CNC shows it in
+    ``state_r``, command FALSE.
+    """
 
     def __init__(self, ch: Any, unit: Any, timeout_s: float) -> None:
         super().__init__(timeout_s)
@@ -37,10 +47,12 @@ class _Edge(ExecuteBlock):
 
 
 class ContinueMachining(_Edge):
-    """Leaves M00, M01, a single block or an inserted stop: ``ContinueMachining(ch)(execute)``.
+    """Leaves M00, M01, a single block or an inserted stop:
+    ``ContinueMachining(ch)(execute)``.
 
-    Waits until the channel really stands and its axes are in position (``wait_continue_r``,
-    ``wait_axes_in_position_r``), so that the edge is never given too early; done when the channel waits no longer.
+    Waits until the channel really stands and its axes are in position
+    (``wait_continue_r``, ``wait_axes_in_position_r``), so that the edge is
+    never given too early; done when the channel waits no longer.
     """
 
     def __init__(self, ch: Any, timeout_s: float = math.inf) -> None:
@@ -50,7 +62,10 @@ class ContinueMachining(_Edge):
 
     def __call__(self, execute: bool) -> bool:
         """One scan; output ``waiting``: the channel waits for "continue"."""
-        self.waiting = bool(self._status.wait_continue_r) and not self._status.wait_axes_in_position_r
+        self.waiting = (
+            bool(self._status.wait_continue_r)
+            and not self._status.wait_axes_in_position_r
+        )
         return self._run(execute)
 
     def _may_send(self) -> bool:
@@ -58,9 +73,11 @@ class ContinueMachining(_Edge):
 
 
 class SingleBlock(LevelUnit):
-    """``bahn_mc_control.single_block`` with the key that goes on: ``SingleBlock(ch)(enable, next_block)``.
+    """``bahn_mc_control.single_block`` with the key that goes on:
+    ``SingleBlock(ch)(enable, next_block)``.
 
-    Outputs ``waiting`` (stands between two blocks), ``steps`` (how often it went on).
+    Outputs ``waiting`` (stands between two blocks), ``steps`` (how often it
+    went on).
     """
 
     def __init__(self, ch: Any) -> None:
@@ -70,7 +87,10 @@ class SingleBlock(LevelUnit):
         self.steps = 0
 
     def __call__(self, enable: bool, next_block: bool = False) -> bool:
-        """One scan; a rising edge of ``next_block`` executes one block.  Returns ``waiting``."""
+        """One scan; a rising edge of ``next_block`` executes one block.
+
+        Returns ``waiting``.
+        """
         super().__call__(enable, True)
         was_done = self._continue.done
         self.steps += self._continue(next_block) and not was_done
@@ -79,14 +99,18 @@ class SingleBlock(LevelUnit):
 
 
 class DeleteDistanceToGo(_Edge):
-    """Brakes and goes straight to the target of the next motion block: ``DeleteDistanceToGo(ch)(execute)``.
+    """Brakes and goes straight to the target of the next motion block:
+    ``DeleteDistanceToGo(ch)(execute)``.
 
-    ``mask`` not 0 is commanded as ``del_dist_to_go_end`` with it (for ``#DEL DIST2GO [END=mask]``).  Output ``active``:
-    the shortcut is running.  Done when the CNC has seen the edge.
+    ``mask`` not 0 is commanded as ``del_dist_to_go_end`` with it (for ``#DEL
+    DIST2GO [END=mask]``).  Output ``active``: the shortcut is running.  Done
+    when the CNC has seen the edge.
     """
 
     def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
-        super().__init__(ch, ch.bahn_mc_control.delete_distance_to_go, timeout_s)
+        super().__init__(
+            ch, ch.bahn_mc_control.delete_distance_to_go, timeout_s
+        )
         self._status = ch.bahn_state
         self._end = ch.bahn_mc_control.del_dist_to_go_end
         self._mask = 0
@@ -99,7 +123,9 @@ class DeleteDistanceToGo(_Edge):
         return self._run(execute)
 
     def _check(self) -> int:
-        return ERROR_INPUT if not 0 <= self._mask < 1 << 32 else super()._check()
+        return (
+            ERROR_INPUT if not 0 <= self._mask < 1 << 32 else super()._check()
+        )
 
     def _send(self) -> None:
         if self._mask:
@@ -111,12 +137,15 @@ RELATIVE, ABSOLUTE_ONCE, RELATIVE_ONCE = 0, 1, 2
 
 
 class InsertStop(ExecuteBlock):
-    """A stop with an M function at a distance: ``InsertStop(ch)(execute, 500_000.0, ABSOLUTE_ONCE)``.
+    """A stop with an M function at a distance: ``InsertStop(ch)(execute,
+    500_000.0, ABSOLUTE_ONCE)``.
 
-    ``distance``: 0.1 um of path from program start (``ABSOLUTE_ONCE``) or from here (``RELATIVE_ONCE``; ``RELATIVE``:
-    again after every stop, 0 deletes); with ``axis`` (logical number) a position of that axis.  ``m_function`` 0:
-    M00, 1: M01, else that M as MVS_SVS with ``add_value``.  Done when the CNC has taken the command.
-    Outputs ``next_stop`` (0.1 um, -1: none found), ``positions`` (0.1 um, per axis of the channel).
+    ``distance``: 0.1 um of path from program start (``ABSOLUTE_ONCE``) or from
+    here (``RELATIVE_ONCE``; ``RELATIVE``: again after every stop, 0 deletes);
+    with ``axis`` (logical number) a position of that axis.  ``m_function`` 0:
+    M00, 1: M01, else that M as MVS_SVS with ``add_value``.  Done when the CNC
+    has taken the command. Outputs ``next_stop`` (0.1 um, -1: none found),
+    ``positions`` (0.1 um, per axis of the channel).
     """
 
     def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
@@ -148,7 +177,11 @@ class InsertStop(ExecuteBlock):
 
     def _check(self) -> int:
         distance, mode, axis, m_function, _ = self._inputs
-        usable = math.isfinite(distance) and mode in (RELATIVE, ABSOLUTE_ONCE, RELATIVE_ONCE)
+        usable = math.isfinite(distance) and mode in (
+            RELATIVE,
+            ABSOLUTE_ONCE,
+            RELATIVE_ONCE,
+        )
         if not (usable and 0 <= axis <= 65535 and 0 <= m_function <= 65535):
             return ERROR_INPUT
         return 0 if present(self._ch) else ERROR_NOT_PRESENT
@@ -158,7 +191,9 @@ class InsertStop(ExecuteBlock):
 
     def _send(self) -> None:
         c = self._unit.command_w
-        c.dist_or_pos, c.rel_abs_mode, c.axis_nr, c.m_function_nr, c.add_nr = self._inputs
+        c.dist_or_pos, c.rel_abs_mode, c.axis_nr, c.m_function_nr, c.add_nr = (
+            self._inputs
+        )
         self._unit.enable_w = True
         self._unit.command_semaphor_rw = True
 

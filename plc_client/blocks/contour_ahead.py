@@ -1,4 +1,6 @@
-"""The contour in front of the tool, always complete: mode 2 with everything around it done."""
+"""The contour in front of the tool, always complete: mode 2 with everything
+around it done.
+"""
 
 from __future__ import annotations
 
@@ -22,11 +24,14 @@ class AheadState(Enum):
 
 
 class ContourAhead(FunctionBlock):
-    """``ContourAhead(ch)()`` once per scan: ``elements`` is all that is known of the path from the tool on.
+    """``ContourAhead(ch)()`` once per scan: ``elements`` is all that is known
+    of the path from the tool on.
 
-    ``elements`` is a numpy structured array with the fields of HLI_CONTOUR_LOOKAHEAD_BLOCK, the active element first;
-    it is replaced, never changed.  ``distance``: where the tool is, ``known``: end of the last element (0.1 um).
-    ``length`` of a call: range of one request.  Starts again at a new program and at a distance reset.
+    ``elements`` is a numpy structured array with the fields of
+    HLI_CONTOUR_LOOKAHEAD_BLOCK, the active element first; it is replaced, never
+    changed.  ``distance``: where the tool is, ``known``: end of the last
+    element (0.1 um). ``length`` of a call: range of one request.  Starts again
+    at a new program and at a distance reset.
     """
 
     def __init__(self, ch: Any) -> None:
@@ -50,22 +55,41 @@ class ContourAhead(FunctionBlock):
             self._keep(np.concatenate([self.elements, new]))
         if len(self.elements) and self._first_end <= self.distance:
             ends = self.elements["start_position"] + self.elements["length"]
-            self._keep(self.elements[int(np.searchsorted(ends, self.distance, "right")) :])
+            self._keep(
+                self.elements[
+                    int(np.searchsorted(ends, self.distance, "right")) :
+                ]
+            )
         self._show()
         return self.elements
 
     def window(self, length: float) -> np.ndarray[Any, Any]:
-        """The elements that begin within ``length`` (0.1 um) in front of the tool, the active one included."""
-        return self.elements[: int(np.searchsorted(self.elements["start_position"], self.distance + length))]
+        """The elements that begin within ``length`` (0.1 um) in front of the
+        tool, the active one included.
+        """
+        return self.elements[
+            : int(
+                np.searchsorted(
+                    self.elements["start_position"], self.distance + length
+                )
+            )
+        ]
 
     def _keep(self, elements: np.ndarray[Any, Any]) -> None:
         self.elements = elements
         if len(elements):
-            self._first_end = float(elements["start_position"][0] + elements["length"][0])
-            self.known = float(elements["start_position"][-1] + elements["length"][-1])
+            self._first_end = float(
+                elements["start_position"][0] + elements["length"][0]
+            )
+            self.known = float(
+                elements["start_position"][-1] + elements["length"][-1]
+            )
 
     def _show(self) -> None:
-        more = self.fb.busy and self._unit._c.state.max_dist_prog_start > self.known
+        more = (
+            self.fb.busy
+            and self._unit._c.state.max_dist_prog_start > self.known
+        )
         following = AheadState.FOLLOWING if more else AheadState.COMPLETE
         self.state = following if len(self.elements) else AheadState.EMPTY
         self.done, self.busy = self.state is AheadState.COMPLETE, more

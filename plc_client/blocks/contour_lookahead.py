@@ -30,30 +30,44 @@ class LookaheadState(Enum):
 
 
 class ContourLookahead(FunctionBlock):
-    """Requests contour elements from the CNC; called once per scan, never waits.
+    """Requests contour elements from the CNC; called once per scan, never
+    waits.
 
-    ``fb(start_position, length)`` without ``execute`` is continuous: each call takes the answer that has arrived and
-    places the next request.  ``fb(..., execute=flag)`` is the IEC way: a rising edge places one request with the inputs
-    of that call; ``done`` stays until ``execute`` falls (at least for one call).
+    ``fb(start_position, length)`` without ``execute`` is continuous: each call
+    takes the answer that has arrived and places the next request.  ``fb(...,
+    execute=flag)`` is the IEC way: a rising edge places one request with the
+    inputs of that call; ``done`` stays until ``execute`` falls (at least for
+    one call).
 
     ::
 
                  execute rises / continuous call             unit free, our turn
-        IDLE ------------------------------------> QUEUED -----------------------> PENDING   semaphor_rw TRUE
-         ^  \\                                     busy                             busy       |
-         |   \\  request not finite                                                            | CNC: answer, then
-         |    '-----------------> ERROR                                                       | semaphor_rw FALSE
-         |                        error, error_id                                             v
-         '---- execute FALSE / continuous: at once ------------------------------------------ DONE
-                                                                                             done, blocks
+        IDLE ------------------------------------> QUEUED
+        -----------------------> PENDING   semaphor_rw TRUE
+         ^  \\                                     busy
+         busy       |
+         |   \\  request not finite
+         | CNC: answer, then
+         |    '-----------------> ERROR
+         | semaphor_rw FALSE
+         |                        error, error_id
+         v
+         '---- execute FALSE / continuous: at once
+         ------------------------------------------ DONE
+                                                                                             done,
+                                                                                             blocks
 
-    Outputs: ``done`` (continuous: TRUE for the call that brought an answer), ``busy``, ``error``, ``error_id``,
-    ``blocks`` (numpy structured array, fields of HLI_CONTOUR_LOOKAHEAD_BLOCK, up to the last valid element; an own copy
-    that nothing overwrites), ``answer_request`` (the request ``blocks`` answers), ``full`` (128 elements: there may
-    be more, ask again from the next index or from the end of the last element).
+    Outputs: ``done`` (continuous: TRUE for the call that brought an answer),
+    ``busy``, ``error``, ``error_id``, ``blocks`` (numpy structured array,
+    fields of HLI_CONTOUR_LOOKAHEAD_BLOCK, up to the last valid element; an own
+    copy that nothing overwrites), ``answer_request`` (the request ``blocks``
+    answers), ``full`` (128 elements: there may be more, ask again from the next
+    index or from the end of the last element).
 
-    Mode 1: length 0, start_position = index in the marked area.  Mode 2: both in 0.1 um of path.  Two function blocks
-    on one unit take turns.  ``read_log()`` and ``follow()`` page across scans; use one instance in one way.
+    Mode 1: length 0, start_position = index in the marked area.  Mode 2: both
+    in 0.1 um of path.  Two function blocks on one unit take turns.
+    ``read_log()`` and ``follow()`` page across scans; use one instance in one
+    way.
     """
 
     def __init__(self, unit: Any) -> None:
@@ -63,18 +77,26 @@ class ContourLookahead(FunctionBlock):
         self.blocks: np.ndarray[Any, Any] = np.zeros(0, BLOCK_DTYPE)
         self._answered: Asked | None = None
         self._arbiter = Arbiter.of(unit)
-        self._deliver = self._take_delivery  # one bound method: the arbiter's key
+        self._deliver = (
+            self._take_delivery
+        )  # one bound method: the arbiter's key
         self._arrived: Answer | None = None
         self._open = False  # a request is queued or pending
         self._execute = False
         self._log: LogReader | None = None
         self._contour: ContourFollower | None = None
 
-    def __call__(self, start_position: float = 0.0, length: float = 0.0, execute: bool | None = None) -> bool:
+    def __call__(
+        self,
+        start_position: float = 0.0,
+        length: float = 0.0,
+        execute: bool | None = None,
+    ) -> bool:
         """One scan; returns ``done``."""
         if execute is None and not self.error:
             answer = self._arbiter.next(self._deliver, start_position, length)
-            if answer is not None:  # our answer was there and our next request is placed
+            # our answer was there and our next request is placed
+            if answer is not None:
                 self._answered, self.blocks = answer
                 self.full = len(self.blocks) == BLOCK_ROWS
                 self.done = True
@@ -95,16 +117,21 @@ class ContourLookahead(FunctionBlock):
         return None if self._answered is None else Request(*self._answered)
 
     def read_log(self) -> np.ndarray[Any, Any]:
-        """Mode 1, once per scan: the entries of the marked area that are new since the last call, each exactly once."""
+        """Mode 1, once per scan: the entries of the marked area that are new
+        since the last call, each exactly once.
+        """
         if self._log is None:
             self._log = LogReader(self)
         return self._log()
 
     def follow(self, length: float) -> np.ndarray[Any, Any]:
-        """Mode 2, once per scan: the elements that became known since the last call, each exactly once.
+        """Mode 2, once per scan: the elements that became known since the last
+        call, each exactly once.
 
-        ``length`` is the range of one request in 0.1 um.  Starts again at 0 after a distance reset.  One call brings at
-        most one answer (128 elements); what the CNC has dropped meanwhile is counted by ``gaps`` and ``lost_distance``.
+        ``length`` is the range of one request in 0.1 um.  Starts again at 0
+        after a distance reset.  One call brings at most one answer (128
+        elements); what the CNC has dropped meanwhile is counted by ``gaps`` and
+        ``lost_distance``.
         """
         if self._contour is None:
             self._contour = ContourFollower(self)
@@ -149,7 +176,9 @@ class ContourLookahead(FunctionBlock):
             self._arbiter.serve()
 
     # -- steps
-    def _edge(self, start_position: float, length: float, execute: bool, fresh: bool) -> None:
+    def _edge(
+        self, start_position: float, length: float, execute: bool, fresh: bool
+    ) -> None:
         rising, self._execute = execute and not self._execute, execute
         self.done = fresh or (self.done and execute)
         if not execute and not self._open:
@@ -164,10 +193,14 @@ class ContourLookahead(FunctionBlock):
             return
         self.error, self.error_id = False, 0
         if not self._open or self._arbiter.is_waiting(self._deliver):
-            self._arbiter.enqueue(self._deliver, (float(start_position), float(length)))
+            self._arbiter.enqueue(
+                self._deliver, (float(start_position), float(length))
+            )
         self._open = self.busy = True
 
-    def _take_delivery(self, request: Asked, blocks: np.ndarray[Any, Any]) -> None:
+    def _take_delivery(
+        self, request: Asked, blocks: np.ndarray[Any, Any]
+    ) -> None:
         self._arrived = (request, blocks)
 
     def _take_arrived(self) -> bool:

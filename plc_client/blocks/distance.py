@@ -1,8 +1,11 @@
-"""Switching at a path distance, compensated for everything that takes time between the decision and its effect.
+"""Switching at a path distance, compensated for everything that takes time
+between the decision and its effect.
 
-A scan sees the tool only every interval, and what it switches acts late: the scan itself, the output, the valve.
-Therefore the blocks look forward: they extrapolate the distance to the moment at which a decision made now takes
-effect (``distance + speed * lead``) and decide in the scan whose effect is nearest to the wanted place.
+A scan sees the tool only every interval, and what it switches acts late: the
+scan itself, the output, the valve. Therefore the blocks look forward: they
+extrapolate the distance to the moment at which a decision made now takes effect
+(``distance + speed * lead``) and decide in the scan whose effect is nearest to
+the wanted place.
 """
 
 from __future__ import annotations
@@ -19,10 +22,12 @@ TENTH_UM_PER_S = 10.0
 
 
 class PathEstimate:
-    """Where the tool will be: ``dist_prog_start`` and ``active_feed_r``, with the acceleration of the last two scans.
+    """Where the tool will be: ``dist_prog_start`` and ``active_feed_r``, with
+    the acceleration of the last two scans.
 
-    Call it once per scan; ``at(seconds)`` is the expected distance (0.1 um) that much later.  Braking is followed to
-    standstill and no further, acceleration to the programmed feed with its override and no further.
+    Call it once per scan; ``at(seconds)`` is the expected distance (0.1 um)
+    that much later.  Braking is followed to standstill and no further,
+    acceleration to the programmed feed with its override and no further.
     """
 
     def __init__(self, ch: Any) -> None:
@@ -39,9 +44,22 @@ class PathEstimate:
         speed = abs(state.active_feed_r) * TENTH_UM_PER_S
         speed = -speed if state.backward_active_r else speed
         if self._time_ns >= 0 and now > self._time_ns:
-            self.acceleration = (speed - self.speed) * 1e9 / (now - self._time_ns)
-        self.distance, self.speed, self._time_ns = float(state.dist_prog_start), speed, now
-        feed = 0.0 if state.rapid_active_r else state.command_feed_r * TENTH_UM_PER_S * state.override_r / 1000.0
+            self.acceleration = (
+                (speed - self.speed) * 1e9 / (now - self._time_ns)
+            )
+        self.distance, self.speed, self._time_ns = (
+            float(state.dist_prog_start),
+            speed,
+            now,
+        )
+        feed = (
+            0.0
+            if state.rapid_active_r
+            else state.command_feed_r
+            * TENTH_UM_PER_S
+            * state.override_r
+            / 1000.0
+        )
         self._top = max(feed, abs(speed))
         return self.distance
 
@@ -49,12 +67,15 @@ class PathEstimate:
         """Expected distance after ``seconds``."""
         v, a = self.speed, self.acceleration
         change = -v if v * a < 0.0 else math.copysign(self._top, v) - v
-        t = min(seconds, max(change / a, 0.0)) if a else 0.0  # how long the speed goes on changing
+        # how long the speed goes on changing
+        t = min(seconds, max(change / a, 0.0)) if a else 0.0
         return self.distance + v * seconds + a * t * (seconds - 0.5 * t)
 
 
 class _Reach:
-    """An extrapolated distance that falls back only by more than the hysteresis (a tool that brakes for a corner)."""
+    """An extrapolated distance that falls back only by more than the hysteresis
+    (a tool that brakes for a corner).
+    """
 
     def __init__(self, hysteresis: float) -> None:
         self._hysteresis = hysteresis
@@ -75,20 +96,30 @@ class SwitchState(Enum):
 
 
 class DistanceTrigger(FunctionBlock):
-    """Output ``q`` rises when the path passes ``distance`` (0.1 um from program start).
+    """Output ``q`` rises when the path passes ``distance`` (0.1 um from program
+    start).
 
-    ``lead_s``: how long the switched device takes (dead time).  ``scan_s``: interval of the task; half of it is
-    added, so that the effect lies around the place instead of behind it.  ``time_to_go``: seconds from this scan to the
-    moment at which the command has to be given; with an output that takes a time (oversampling, time stamp) hand
-    it over in the scan in which it becomes smaller than the interval.  ``q`` falls again when the path runs back, or
-    when the tool stands in front of the place after all; ``hysteresis`` (0.1 um): by how much it must expect less.
+    ``lead_s``: how long the switched device takes (dead time).  ``scan_s``:
+    interval of the task; half of it is added, so that the effect lies around
+    the place instead of behind it.  ``time_to_go``: seconds from this scan to
+    the moment at which the command has to be given; with an output that takes a
+    time (oversampling, time stamp) hand it over in the scan in which it becomes
+    smaller than the interval.  ``q`` falls again when the path runs back, or
+    when the tool stands in front of the place after all; ``hysteresis`` (0.1
+    um): by how much it must expect less.
 
-    >>> valve = DistanceTrigger(ch, scan_s=0.001)                          # doctest: +SKIP
-    >>> open_valve = valve(distance=200_000.0, lead_s=0.040)               # doctest: +SKIP
+    >>> valve = DistanceTrigger(ch, scan_s=0.001)                          #
+    doctest: +SKIP
+    >>> open_valve = valve(distance=200_000.0, lead_s=0.040)               #
+    doctest: +SKIP
     """
 
     def __init__(
-        self, ch: Any, scan_s: float = 0.001, estimate: PathEstimate | None = None, hysteresis: float = 0.0
+        self,
+        ch: Any,
+        scan_s: float = 0.001,
+        estimate: PathEstimate | None = None,
+        hysteresis: float = 0.0,
     ) -> None:
         super().__init__()
         self.path = estimate or PathEstimate(ch)
@@ -99,32 +130,58 @@ class DistanceTrigger(FunctionBlock):
         self.q = False
         self.time_to_go = float("inf")
 
-    def __call__(self, distance: float, lead_s: float = 0.0, enable: bool = True) -> bool:
+    def __call__(
+        self, distance: float, lead_s: float = 0.0, enable: bool = True
+    ) -> bool:
         """One scan; returns ``q``."""
         if self._own:
             self.path()
-        passed = enable and self._reach(self.path.at(lead_s + 0.5 * self._scan_s)) >= distance
-        self.state = (SwitchState.PASSED if passed else SwitchState.BEFORE) if enable else SwitchState.OFF
+        passed = (
+            enable
+            and self._reach(self.path.at(lead_s + 0.5 * self._scan_s))
+            >= distance
+        )
+        self.state = (
+            (SwitchState.PASSED if passed else SwitchState.BEFORE)
+            if enable
+            else SwitchState.OFF
+        )
         self.q = self.done = passed
         self.busy = enable and not passed
-        self.time_to_go = self._time_to_go(distance, lead_s) if self.busy else 0.0 if passed else float("inf")
+        self.time_to_go = (
+            self._time_to_go(distance, lead_s)
+            if self.busy
+            else 0.0
+            if passed
+            else float("inf")
+        )
         return self.q
 
     def _time_to_go(self, distance: float, lead_s: float) -> float:
         v = self.path.speed
-        return max((distance - self.path.distance) / v - lead_s, 0.0) if v > 0.0 else float("inf")
+        return (
+            max((distance - self.path.distance) / v - lead_s, 0.0)
+            if v > 0.0
+            else float("inf")
+        )
 
 
 class DistanceCam(FunctionBlock):
-    """Output ``q`` is TRUE on the tracks: pairs (begin, end) of path distances in 0.1 um, ascending.
+    """Output ``q`` is TRUE on the tracks: pairs (begin, end) of path distances
+    in 0.1 um, ascending.
 
-    ``on_lead_s`` and ``off_lead_s``: how long the device takes to open and to close.  The tracks may change at any time
-    (from look-ahead data); ``q`` follows them in both directions of the path.  Output ``track``: index or -1.
+    ``on_lead_s`` and ``off_lead_s``: how long the device takes to open and to
+    close.  The tracks may change at any time (from look-ahead data); ``q``
+    follows them in both directions of the path.  Output ``track``: index or -1.
     ``hysteresis`` as for ``DistanceTrigger``.
     """
 
     def __init__(
-        self, ch: Any, scan_s: float = 0.001, estimate: PathEstimate | None = None, hysteresis: float = 0.0
+        self,
+        ch: Any,
+        scan_s: float = 0.001,
+        estimate: PathEstimate | None = None,
+        hysteresis: float = 0.0,
     ) -> None:
         super().__init__()
         self.path = estimate or PathEstimate(ch)
@@ -146,9 +203,29 @@ class DistanceCam(FunctionBlock):
         if self._own:
             self.path()
         leads = zip(self._reach, (on_lead_s, off_lead_s), strict=True)
-        begin, end = (reach(self.path.at(lead + 0.5 * self._scan_s)) for reach, lead in leads)
-        self.track = next((i for i, (a, b) in enumerate(tracks) if begin >= a and end < b), -1) if enable else -1
+        begin, end = (
+            reach(self.path.at(lead + 0.5 * self._scan_s))
+            for reach, lead in leads
+        )
+        self.track = (
+            next(
+                (
+                    i
+                    for i, (a, b) in enumerate(tracks)
+                    if begin >= a and end < b
+                ),
+                -1,
+            )
+            if enable
+            else -1
+        )
         self.q = self.done = self.track >= 0
         self.busy = enable and not self.q
-        self.state = SwitchState.OFF if not enable else SwitchState.PASSED if self.q else SwitchState.BEFORE
+        self.state = (
+            SwitchState.OFF
+            if not enable
+            else SwitchState.PASSED
+            if self.q
+            else SwitchState.BEFORE
+        )
         return self.q

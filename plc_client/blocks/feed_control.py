@@ -8,15 +8,19 @@ from .level import OVERRIDE_MAX_PERCENT, command, stretch_of
 
 
 class FeedControl:
-    """Level units ``bahn_mc_control.override``, ``override_valid`` and ``feedhold``: command first, then enable.
+    """Level units ``bahn_mc_control.override``, ``override_valid`` and
+    ``feedhold``: command first, then enable.
 
-    ``FeedControl(hli.gpCh[0])(override=80.0, feedhold=False)`` once per scan; override in percent, 0..200 in steps
-    of 0.1.  Outputs: ``override`` (percent the CNC uses), ``feedhold`` (what the CNC uses).
+    ``FeedControl(hli.gpCh[0])(override=80.0, feedhold=False)`` once per scan;
+    override in percent, 0..200 in steps of 0.1.  Outputs: ``override`` (percent
+    the CNC uses), ``feedhold`` (what the CNC uses).
     """
 
     def __init__(self, ch: Any) -> None:
         self._control = control = ch.bahn_mc_control
-        self._memory = stretch_of(control.override, control.override_valid, control.feedhold)
+        self._memory = stretch_of(
+            control.override, control.override_valid, control.feedhold
+        )
         self._settled: tuple[Any, ...] | None = None
         self.override = 100.0
         self.feedhold = False
@@ -26,16 +30,23 @@ class FeedControl:
         if self._settled == (override, feedhold, self._memory.tobytes()):
             return  # as the last call left it
         if not 0.0 <= override <= OVERRIDE_MAX_PERCENT:
-            raise ValueError(f"override {override} %: 0..{OVERRIDE_MAX_PERCENT:g}")
+            raise ValueError(
+                f"override {override} %: 0..{OVERRIDE_MAX_PERCENT:g}"
+            )
         control = self._control
         command(control.override, round(override * 10.0))
         command(control.override_valid, True)
         command(control.feedhold, feedhold)
-        self._settled = (override, feedhold, self._memory.tobytes())  # before the CNC's answer is read: never newer
+        # before the CNC's answer is read: never newer
+        self._settled = (override, feedhold, self._memory.tobytes())
         self.override = control.override.state_r / 10.0
         self.feedhold = control.feedhold.state_r
 
     def release(self) -> None:
         """Give the units back to the operator's values."""
-        for unit in (self._control.override, self._control.override_valid, self._control.feedhold):
+        for unit in (
+            self._control.override,
+            self._control.override_valid,
+            self._control.feedhold,
+        ):
             unit.enable_w = False

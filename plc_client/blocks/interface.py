@@ -1,4 +1,6 @@
-"""MCV_HliInterface: does the PLC's picture of the HLI agree with the CNC's? (hli_reference 1.2)"""
+"""MCV_HliInterface: does the PLC's picture of the HLI agree with the CNC's?
+(hli_reference 1.2)
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ PLC_VERSION = "hli-cosim 0.1"
 
 @dataclass(frozen=True)
 class HliShape:
-    """HLI_SHAPE: version, highest numbers, sizes in bytes and configured numbers of one side."""
+    """HLI_SHAPE: version, highest numbers, sizes in bytes and configured
+    numbers of one side.
+    """
 
     version: str
     max_channels: int
@@ -50,12 +54,15 @@ class InterfaceState(Enum):
 
 
 class MCV_HliInterface(FunctionBlock):
-    """One instance, called every scan without inputs; touch the HLI only when ``Initialized`` is TRUE.
+    """One instance, called every scan without inputs; touch the HLI only when
+    ``Initialized`` is TRUE.
 
-    Outputs ``Initialized`` (also ``Initialised``), ``PlcHli`` and ``CncHli`` (also ``ExpectedHli``, ``ActualHli``),
-    ``Error``, ``ErrorID``.  Checked in the order 40019, 40014, 40015, 40016, 40022, 40018, 40017, 40021, 40020,
-    40024; after an error it waits 100 scans and checks again.  ``version`` is the PLC library's version, None: the
-    CNC's is taken (the bytes were compared when the connection was made).
+    Outputs ``Initialized`` (also ``Initialised``), ``PlcHli`` and ``CncHli``
+    (also ``ExpectedHli``, ``ActualHli``), ``Error``, ``ErrorID``.  Checked in
+    the order 40019, 40014, 40015, 40016, 40022, 40018, 40017, 40021, 40020,
+    40024; after an error it waits 100 scans and checks again.  ``version`` is
+    the PLC library's version, None: the CNC's is taken (the bytes were compared
+    when the connection was made).
     """
 
     def __init__(self, hli: Any, version: str | None = PLC_VERSION) -> None:
@@ -89,16 +96,25 @@ class MCV_HliInterface(FunctionBlock):
         if self.state is InterfaceState.ERROR:
             self._wait -= 1
             if self._wait <= 0:
-                self.state, self.error, self.error_id = InterfaceState.CHECKING, False, 0
+                self.state, self.error, self.error_id = (
+                    InterfaceState.CHECKING,
+                    False,
+                    0,
+                )
         elif self.state is InterfaceState.CHECKING:
             self._check_all()
-        self.done, self.busy = self.Initialized, self.state is InterfaceState.CHECKING
+        self.done, self.busy = (
+            self.Initialized,
+            self.state is InterfaceState.CHECKING,
+        )
         return self.Initialized
 
     def _check_all(self) -> None:
         self.error_id = self._first_error()
         self.error = self.error_id != ERR_PLC_NO_ERROR
-        self.state = InterfaceState.ERROR if self.error else InterfaceState.INITIALIZED
+        self.state = (
+            InterfaceState.ERROR if self.error else InterfaceState.INITIALIZED
+        )
         self._wait = RETRY_SCANS
 
     def _first_error(self) -> int:
@@ -109,24 +125,45 @@ class MCV_HliInterface(FunctionBlock):
         if hli.gpPform is None:
             return ERR_PLC_PFORM_PTR_ZERO
         cnc = self.CncHli = cnc_shape(hli)
-        plc = self.PlcHli = plc_shape(hli, cnc.version if self._version is None else self._version)
+        plc = self.PlcHli = plc_shape(
+            hli, cnc.version if self._version is None else self._version
+        )
         checks = (
             (ERR_PLC_WRONG_VERSION, plc.version == cnc.version),
-            (ERR_PLC_WRONG_PARAMETER, (plc.max_channels, plc.max_axes) == (cnc.max_channels, cnc.max_axes)),
-            (ERR_PLC_WRONG_PFIFC_SIZE, plc.sizeof_platform == cnc.sizeof_platform),
-            (ERR_PLC_WRONG_CHIFC_SIZE, plc.sizeof_channel == cnc.sizeof_channel),
+            (
+                ERR_PLC_WRONG_PARAMETER,
+                (plc.max_channels, plc.max_axes)
+                == (cnc.max_channels, cnc.max_axes),
+            ),
+            (
+                ERR_PLC_WRONG_PFIFC_SIZE,
+                plc.sizeof_platform == cnc.sizeof_platform,
+            ),
+            (
+                ERR_PLC_WRONG_CHIFC_SIZE,
+                plc.sizeof_channel == cnc.sizeof_channel,
+            ),
             (ERR_PLC_WRONG_AXIFC_SIZE, plc.sizeof_axis == cnc.sizeof_axis),
             (ERR_PLC_CHANNEL_NR_UNEQUAL, plc.channels == cnc.channels),
             (ERR_PLC_AXIS_NR_UNEQUAL, plc.axes == cnc.axes),
-            (ERR_PLC_EXT_VAR_PTR_ZERO, all(area is not None for area in hli.gpVECh[: cnc.channels])),
+            (
+                ERR_PLC_EXT_VAR_PTR_ZERO,
+                all(area is not None for area in hli.gpVECh[: cnc.channels]),
+            ),
         )
-        return next((number for number, good in checks if not good), ERR_PLC_NO_ERROR)
+        return next(
+            (number for number, good in checks if not good), ERR_PLC_NO_ERROR
+        )
 
 
 def cnc_shape(hli: Any) -> HliShape:
-    """What the CNC published: segment head, platform, heads of the first channel and axis."""
+    """What the CNC published: segment head, platform, heads of the first
+    channel and axis.
+    """
     head, pform = hli.root.segment_head, hli.gpPform
-    others = ctypes.sizeof(layout.HLI_SEGMENT) - ctypes.sizeof(layout.HLI_PLATFORM)
+    others = ctypes.sizeof(layout.HLI_SEGMENT) - ctypes.sizeof(
+        layout.HLI_PLATFORM
+    )
     return HliShape(
         pform.nc_config.hli_version_r.zeichen, layout.HLI_SYS_CH_MAXIDX + 1, layout.HLI_SYS_AX_MAXIDX + 1,
         head.segment_size - others, hli.gpCh[0].head.sizeof_interface_r, hli.gpAx[0].head.sizeof_interface_r,

@@ -1,4 +1,6 @@
-"""Level control units (hli_reference 2.2): the PLC's value counts as long as it is enabled."""
+"""Level control units (hli_reference 2.2): the PLC's value counts as long as it
+is enabled.
+"""
 
 from __future__ import annotations
 
@@ -19,8 +21,12 @@ class LevelState(Enum):
 
 
 def command(unit: Any, value: Any) -> None:
-    """Command a level unit: the value before the enable, so that no old value ever acts."""
-    memory = unit._c  # reading the structure itself is quick; writing goes through the checks of the view
+    """Command a level unit: the value before the enable, so that no old value
+    ever acts.
+    """
+    # reading the structure itself is quick; writing goes through the checks of
+    # the view
+    memory = unit._c
     if memory.command_w != value or type(memory.command_w) is not type(value):
         unit.command_w = value
     if not memory.enable_w:
@@ -28,11 +34,13 @@ def command(unit: Any, value: Any) -> None:
 
 
 class LevelUnit(FunctionBlock):
-    """One level unit: ``LevelUnit(ch.bahn_mc_control.feedhold)(enable=True, value=True)`` once per scan.
+    """One level unit: ``LevelUnit(ch.bahn_mc_control.feedhold)(enable=True,
+    value=True)`` once per scan.
 
-    Outputs: ``value`` (what the CNC uses, ``state_r``), ``request`` (what the operator asks for, ``request_r``),
-    ``done`` (the CNC uses the command), ``busy`` (not yet), ``enabled`` (by this block).
-    ``enable`` FALSE gives the unit back to the operator.
+    Outputs: ``value`` (what the CNC uses, ``state_r``), ``request`` (what the
+    operator asks for, ``request_r``), ``done`` (the CNC uses the command),
+    ``busy`` (not yet), ``enabled`` (by this block). ``enable`` FALSE gives the
+    unit back to the operator.
     """
 
     def __init__(self, unit: Any) -> None:
@@ -45,12 +53,18 @@ class LevelUnit(FunctionBlock):
         self.enabled = False
 
     def __call__(self, enable: bool, value: Any) -> Any:
-        """One scan; returns what the CNC uses.  A value the unit cannot hold is error 1 and changes nothing."""
+        """One scan; returns what the CNC uses.
+
+        A value the unit cannot hold is error 1 and changes nothing.
+        """
         self.error_id = self._command(value) if enable else self._release()
         memory = self.unit._c
         self.value, self.request = memory.state_r, memory.request_r
         self.state = self._state_now(enable)
-        self.done, self.busy = self.state is LevelState.EFFECTIVE, self.state is LevelState.COMMANDED
+        self.done, self.busy = (
+            self.state is LevelState.EFFECTIVE,
+            self.state is LevelState.COMMANDED,
+        )
         self.error = self.state is LevelState.ERROR
         return self.value
 
@@ -76,15 +90,23 @@ class LevelUnit(FunctionBlock):
             return LevelState.ERROR
         if not enable:
             return LevelState.RELEASED
-        return LevelState.EFFECTIVE if self.value == self.unit._c.command_w else LevelState.COMMANDED
+        return (
+            LevelState.EFFECTIVE
+            if self.value == self.unit._c.command_w
+            else LevelState.COMMANDED
+        )
 
 
 def stretch_of(*units: Any) -> memoryview:
-    """The bytes of one channel or axis from the first of these units to the end of the last one."""
+    """The bytes of one channel or axis from the first of these units to the end
+    of the last one.
+    """
     area = _area_of(units[0])
     first = min(unit._address for unit in units)
     end = max(unit._address + ctypes.sizeof(unit._c) for unit in units)
-    return memoryview(area._c).cast("B")[first - area._address : end - area._address]
+    return memoryview(area._c).cast("B")[
+        first - area._address : end - area._address
+    ]
 
 
 def _area_of(unit: Any) -> Any:
@@ -96,9 +118,11 @@ def _area_of(unit: Any) -> Any:
 
 
 class _Levels(FunctionBlock):
-    """Several level units of one channel or axis commanded together; the outputs are those of all.
+    """Several level units of one channel or axis commanded together; the
+    outputs are those of all.
 
-    A call that finds inputs and memory as they were in the last call, which changed nothing, is done at once.
+    A call that finds inputs and memory as they were in the last call, which
+    changed nothing, is done at once.
     """
 
     def __init__(self, **units: Any) -> None:
@@ -110,7 +134,12 @@ class _Levels(FunctionBlock):
         self.state = LevelState.RELEASED
 
     def _run(self, enable: bool, **values: Any) -> None:
-        found = (self._memory.tobytes(), self._head.plc_present_w, enable, *values.values())
+        found = (
+            self._memory.tobytes(),
+            self._head.plc_present_w,
+            enable,
+            *values.values(),
+        )
         if found == self._settled:
             return
         self._command(enable, values)
@@ -125,7 +154,10 @@ class _Levels(FunctionBlock):
             if value is not None or level.enabled:
                 level(enable and value is not None, value)
         failed = next((level for level in levels if level.error), None)
-        self.error, self.error_id = failed is not None, failed.error_id if failed else 0
+        self.error, self.error_id = (
+            failed is not None,
+            failed.error_id if failed else 0,
+        )
         self.done = bool(levels) and all(level.done for level in levels)
         self.busy = any(level.busy for level in levels)
         self.state = (
@@ -136,7 +168,11 @@ class _Levels(FunctionBlock):
 
     def _refuse(self) -> None:
         """An input is not usable: error 1, the units keep what they have."""
-        self.error, self.error_id, self.state = True, ERROR_INPUT, LevelState.ERROR
+        self.error, self.error_id, self.state = (
+            True,
+            ERROR_INPUT,
+            LevelState.ERROR,
+        )
         self.done = self.busy = False
         self._settled = None
 
@@ -150,7 +186,8 @@ class _Levels(FunctionBlock):
 
 
 class FeedHold(_Levels):
-    """``bahn_mc_control.feedhold``: ``FeedHold(ch)(hold=True)`` brakes and stands; the mode stays ACTIVE.
+    """``bahn_mc_control.feedhold``: ``FeedHold(ch)(hold=True)`` brakes and
+    stands; the mode stays ACTIVE.
 
     Output ``standing``: the hold acts and nothing moves.
     """
@@ -163,15 +200,20 @@ class FeedHold(_Levels):
     def __call__(self, hold: bool, enable: bool = True) -> bool:
         """One scan; returns ``standing``."""
         self._run(enable, feedhold=hold)
-        self.standing = bool(self._status.feedhold_active_r) and self._status.active_feed_r == 0
+        self.standing = (
+            bool(self._status.feedhold_active_r)
+            and self._status.active_feed_r == 0
+        )
         return self.standing
 
 
 class Override(_Levels):
-    """Path and rapid override in percent (0..200 in steps of 0.1); None leaves one of them to the operator.
+    """Path and rapid override in percent (0..200 in steps of 0.1); None leaves
+    one of them to the operator.
 
-    ``bahn_mc_control.override``, ``override_valid``, ``rapid_override``, ``rapid_override_valid``.  Outputs ``path``
-    and ``rapid``: percent the units show, ``effective``: percent the path follows now.
+    ``bahn_mc_control.override``, ``override_valid``, ``rapid_override``,
+    ``rapid_override_valid``.  Outputs ``path`` and ``rapid``: percent the units
+    show, ``effective``: percent the path follows now.
     """
 
     def __init__(self, ch: Any) -> None:
@@ -180,10 +222,19 @@ class Override(_Levels):
             override=c.override, override_valid=c.override_valid,
             rapid=c.rapid_override, rapid_valid=c.rapid_override_valid,
         )  # fmt: skip
-        self._status, self._path, self._rapid = ch.bahn_state, c.override, c.rapid_override
+        self._status, self._path, self._rapid = (
+            ch.bahn_state,
+            c.override,
+            c.rapid_override,
+        )
         self.path = self.rapid = self.effective = 100.0
 
-    def __call__(self, path: float | None = 100.0, rapid: float | None = None, enable: bool = True) -> None:
+    def __call__(
+        self,
+        path: float | None = 100.0,
+        rapid: float | None = None,
+        enable: bool = True,
+    ) -> None:
         """One scan; a value outside 0..200 (or NaN) is error 1 and changes nothing."""
         if not (_usable(path) and _usable(rapid)):
             self._refuse()
@@ -221,7 +272,9 @@ class OptionalStop(_Levels):
 
 
 class RtLoop(_Levels):
-    """``bahn_mc_control.rt_loop_enable``: as long as TRUE, ``#RT WHILE`` begins another pass (V.RTG.LOOP.ENABLED)."""
+    """``bahn_mc_control.rt_loop_enable``: as long as TRUE, ``#RT WHILE`` begins
+    another pass (V.RTG.LOOP.ENABLED).
+    """
 
     def __init__(self, ch: Any) -> None:
         super().__init__(loop=ch.bahn_mc_control.rt_loop_enable)
@@ -235,15 +288,19 @@ SKIP_LEVELS = 10
 
 
 class SkipLevels(_Levels):
-    """``decoder_mc_control.program_block_ignore``: the skip levels 1..10 whose ``/n`` blocks are left out.
+    """``decoder_mc_control.program_block_ignore``: the skip levels 1..10 whose
+    ``/n`` blocks are left out.
 
-    Evaluated at program start only; a change while a program runs acts on the next one.
+    Evaluated at program start only; a change while a program runs acts on the
+    next one.
     """
 
     def __init__(self, ch: Any) -> None:
         super().__init__(mask=ch.decoder_mc_control.program_block_ignore)
 
-    def __call__(self, levels: tuple[int, ...] = (), enable: bool = True) -> None:
+    def __call__(
+        self, levels: tuple[int, ...] = (), enable: bool = True
+    ) -> None:
         """One scan; a level outside 1..10 is error 1 and changes nothing."""
         if any(not 1 <= level <= SKIP_LEVELS for level in levels):
             self._refuse()
@@ -252,37 +309,56 @@ class SkipLevels(_Levels):
 
 
 class PathDirection(_Levels):
-    """Backward and simulated forward motion on the path: ``backward_motion``, ``simulate_motion``.
+    """Backward and simulated forward motion on the path: ``backward_motion``,
+    ``simulate_motion``.
 
-    Outputs ``backward_active`` (the path runs backwards), ``distance`` (``dist_prog_start``, which decreases then).
-    ``clear_storage`` commands ``backward_storage_off`` (only without an active program).
+    Outputs ``backward_active`` (the path runs backwards), ``distance``
+    (``dist_prog_start``, which decreases then). ``clear_storage`` commands
+    ``backward_storage_off`` (only without an active program).
     """
 
     def __init__(self, ch: Any) -> None:
         c = ch.bahn_mc_control
-        super().__init__(backward=c.backward_motion, simulate=c.simulate_motion, storage_off=c.backward_storage_off)
+        super().__init__(
+            backward=c.backward_motion,
+            simulate=c.simulate_motion,
+            storage_off=c.backward_storage_off,
+        )
         self._status = ch.bahn_state
         self.backward_active = False
         self.distance = 0.0
 
     def __call__(
-        self, backward: bool = False, simulate: bool = False, clear_storage: bool = False, enable: bool = True
+        self,
+        backward: bool = False,
+        simulate: bool = False,
+        clear_storage: bool = False,
+        enable: bool = True,
     ) -> None:
         """One scan; backward and simulated forward motion together are error 1."""
         if backward and simulate:
             self._refuse()
             return
-        self._run(enable, backward=backward, simulate=simulate, storage_off=clear_storage)
+        self._run(
+            enable,
+            backward=backward,
+            simulate=simulate,
+            storage_off=clear_storage,
+        )
         self.backward_active = bool(self._status.backward_active_r)
         self.distance = float(self._status.dist_prog_start)
 
 
 class ExternalSpeed(_Levels):
-    """External path speed, 1 um/s, negative = backward: ``ext_command_speed``, ``ext_command_speed_valid``."""
+    """External path speed, 1 um/s, negative = backward: ``ext_command_speed``,
+    ``ext_command_speed_valid``.
+    """
 
     def __init__(self, ch: Any) -> None:
         c = ch.bahn_mc_control
-        super().__init__(speed=c.ext_command_speed, valid=c.ext_command_speed_valid)
+        super().__init__(
+            speed=c.ext_command_speed, valid=c.ext_command_speed_valid
+        )
 
     def __call__(self, speed: int, enable: bool = True) -> None:
         """One scan."""
@@ -290,10 +366,12 @@ class ExternalSpeed(_Levels):
 
 
 class AxisControl(_Levels):
-    """One axis or spindle ``gpAx[i]``: releases, feedhold and its own override (percent; None: none).
+    """One axis or spindle ``gpAx[i]``: releases, feedhold and its own override
+    (percent; None: none).
 
-    ``lr_mc_control.release_feedhold``, ``drive_on``, ``torque_permission``, ``ipo_mc_control.feedhold``, ``override``,
-    ``override_valid``.  A falling release brakes the path; every axis that shall move must be released.
+    ``lr_mc_control.release_feedhold``, ``drive_on``, ``torque_permission``,
+    ``ipo_mc_control.feedhold``, ``override``, ``override_valid``.  A falling
+    release brakes the path; every axis that shall move must be released.
     """
 
     def __init__(self, ax: Any) -> None:

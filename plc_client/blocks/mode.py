@@ -1,8 +1,10 @@
-"""Operation modes and program control: ``channel_mc_control.mode_and_state`` (hli_reference 5.4).
+"""Operation modes and program control: ``channel_mc_control.mode_and_state``
+(hli_reference 5.4).
 
-One command at a time: the unit's semaphore is waited for before anything is written, set after all data, and the
-command counts as done only when ``state_r`` shows it.  All blocks on one channel share one turn, so that two of them in
-one scan never overwrite each other's command.
+One command at a time: the unit's semaphore is waited for before anything is
+written, set after all data, and the command counts as done only when
+``state_r`` shows it.  All blocks on one channel share one turn, so that two of
+them in one scan never overwrite each other's command.
 """
 
 from __future__ import annotations
@@ -12,7 +14,16 @@ from typing import Any
 from weakref import WeakValueDictionary
 
 from .. import clock
-from .base import ACTIVE_STATES, ERROR_CNC, ERROR_INPUT, ERROR_NOT_PRESENT, TIMEOUT_S, ExecuteBlock, State, present
+from .base import (
+    ACTIVE_STATES,
+    ERROR_CNC,
+    ERROR_INPUT,
+    ERROR_NOT_PRESENT,
+    TIMEOUT_S,
+    ExecuteBlock,
+    State,
+    present,
+)
 
 ERROR_TRANSITION = 270061
 """The target state is not allowed in the target mode (the CNC's number for the same thing)."""
@@ -30,7 +41,9 @@ class Mode(IntEnum):
 
 
 class ProcessState(IntEnum):
-    """HLI_IMCM_PROCESS_*; 7 to 15 are transient, RESETTING is also what a reset asks for."""
+    """HLI_IMCM_PROCESS_*; 7 to 15 are transient, RESETTING is also what a reset
+    asks for.
+    """
 
     DESELECTED = 1
     SELECTED = 2
@@ -51,14 +64,18 @@ class ProcessState(IntEnum):
 
 _STANDBY_TARGETS = frozenset({1, 2, 3})
 _TARGETS = frozenset({1, 2, 3, 4, 5, 15})
-_RESTING = frozenset({ProcessState.DESELECTED, ProcessState.SELECTED, ProcessState.READY})
+_RESTING = frozenset(
+    {ProcessState.DESELECTED, ProcessState.SELECTED, ProcessState.READY}
+)
 
 
 _SILENT_NS = 500_000_000
 
 
 class _Turn:
-    """Which block's command is in a unit; a block that is not called for half a second has lost its turn."""
+    """Which block's command is in a unit; a block that is not called for half a
+    second has lost its turn.
+    """
 
     _all: WeakValueDictionary[int, _Turn] = WeakValueDictionary()
 
@@ -68,7 +85,11 @@ class _Turn:
 
     def free_for(self, block: ModeControl) -> bool:
         holder = self.holder
-        if holder is None or holder is block or holder.state not in ACTIVE_STATES:
+        if (
+            holder is None
+            or holder is block
+            or holder.state not in ACTIVE_STATES
+        ):
             return True
         return clock.now_ns() - self.called_ns > _SILENT_NS
 
@@ -81,14 +102,17 @@ class _Turn:
 
 
 class ModeControl(ExecuteBlock):
-    """Any transition: ``ModeControl(ch)(execute, Mode.AUTOMATIC, ProcessState.ACTIVE, parameter="part.nc")``.
+    """Any transition: ``ModeControl(ch)(execute, Mode.AUTOMATIC,
+    ProcessState.ACTIVE, parameter="part.nc")``.
 
-    The interface passes intermediate states by itself: SELECTED to ACTIVE in one command is legal.  ``parameter`` is
-    the program's name (AUTOMATIC) or the text (MDI), at most 299 characters.  ``from_*`` 0: do not care.
+    The interface passes intermediate states by itself: SELECTED to ACTIVE in
+    one command is legal.  ``parameter`` is the program's name (AUTOMATIC) or
+    the text (MDI), at most 299 characters.  ``from_*`` 0: do not care.
 
-    Outputs beside the usual ones: ``mode``, ``process_state`` (what the CNC shows).  ``error_id`` 1 (input), 2
-    (``plc_present_w`` FALSE), 3 (not taken in time), 4 (taken, not reached in time), 5 (the CNC went to ERROR),
-    270061 (target state not allowed; found here, nothing is sent).
+    Outputs beside the usual ones: ``mode``, ``process_state`` (what the CNC
+    shows).  ``error_id`` 1 (input), 2 (``plc_present_w`` FALSE), 3 (not taken
+    in time), 4 (taken, not reached in time), 5 (the CNC went to ERROR), 270061
+    (target state not allowed; found here, nothing is sent).
     """
 
     def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
@@ -112,9 +136,16 @@ class ModeControl(ExecuteBlock):
         from_mode: int = 0,
         from_state: int = 0,
     ) -> bool:
-        """One scan; the inputs count in the call with the rising edge.  Returns ``done``."""
+        """One scan; the inputs count in the call with the rising edge.
+
+        Returns ``done``.
+        """
         if self.state not in ACTIVE_STATES:
-            self._target, self._origin, self._parameter = (to_mode, to_state), (from_mode, from_state), parameter
+            self._target, self._origin, self._parameter = (
+                (to_mode, to_state),
+                (from_mode, from_state),
+                parameter,
+            )
         self._look()
         if self._turn.holder is self:
             self._turn.called_ns = clock.now_ns()
@@ -127,11 +158,16 @@ class ModeControl(ExecuteBlock):
     # -- the command
     def _check(self) -> int:
         mode, state = self._target
-        if not isinstance(self._parameter, str) or len(self._parameter.encode()) > PARAMETER_MAX:
+        if (
+            not isinstance(self._parameter, str)
+            or len(self._parameter.encode()) > PARAMETER_MAX
+        ):
             return ERROR_INPUT
         if mode not in tuple(Mode):
             return ERROR_INPUT
-        if state not in (_STANDBY_TARGETS if mode == Mode.STANDBY else _TARGETS):
+        if state not in (
+            _STANDBY_TARGETS if mode == Mode.STANDBY else _TARGETS
+        ):
             return ERROR_TRANSITION
         return 0 if present(self._ch) else ERROR_NOT_PRESENT
 
@@ -162,13 +198,18 @@ class ModeControl(ExecuteBlock):
         return state == ProcessState.ACTIVE and self._ran_through()
 
     def _ran_through(self) -> bool:
-        """A program shorter than a scan: its end was not there since the command, now it is."""
+        """A program shorter than a scan: its end was not there since the
+        command, now it is.
+        """
         ended = bool(self._status.program_end_r)
         self._end_was_false |= not ended
         return ended and self._end_was_false and self.process_state in _RESTING
 
     def _failed(self) -> int:
-        error = self.process_state == ProcessState.ERROR and self._target[1] != ProcessState.RESETTING
+        error = (
+            self.process_state == ProcessState.ERROR
+            and self._target[1] != ProcessState.RESETTING
+        )
         return ERROR_CNC if error else 0
 
     def _leave(self) -> None:
@@ -181,15 +222,21 @@ class SelectProgram(ModeControl):
 
     def __call__(self, execute: bool, program: str = "") -> bool:  # type: ignore[override]
         """One scan."""
-        return super().__call__(execute, Mode.AUTOMATIC, ProcessState.READY, program)
+        return super().__call__(
+            execute, Mode.AUTOMATIC, ProcessState.READY, program
+        )
 
 
 class StartProgram(ModeControl):
-    """AUTOMATIC, ACTIVE; with a name also selects: ``StartProgram(ch)(execute, "part.nc")``."""
+    """AUTOMATIC, ACTIVE; with a name also selects: ``StartProgram(ch)(execute,
+    "part.nc")``.
+    """
 
     def __call__(self, execute: bool, program: str = "") -> bool:  # type: ignore[override]
         """One scan."""
-        return super().__call__(execute, Mode.AUTOMATIC, ProcessState.ACTIVE, program)
+        return super().__call__(
+            execute, Mode.AUTOMATIC, ProcessState.ACTIVE, program
+        )
 
 
 class StopProgram(ModeControl):
@@ -198,7 +245,14 @@ class StopProgram(ModeControl):
     def __call__(self, execute: bool) -> bool:  # type: ignore[override]
         """One scan."""
         self._look()
-        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.HOLD, "", 0, ProcessState.ACTIVE)
+        return super().__call__(
+            execute,
+            self.mode or Mode.AUTOMATIC,
+            ProcessState.HOLD,
+            "",
+            0,
+            ProcessState.ACTIVE,
+        )
 
 
 class ResumeProgram(ModeControl):
@@ -207,7 +261,14 @@ class ResumeProgram(ModeControl):
     def __call__(self, execute: bool) -> bool:  # type: ignore[override]
         """One scan."""
         self._look()
-        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.ACTIVE, "", 0, ProcessState.HOLD)
+        return super().__call__(
+            execute,
+            self.mode or Mode.AUTOMATIC,
+            ProcessState.ACTIVE,
+            "",
+            0,
+            ProcessState.HOLD,
+        )
 
 
 class AbortProgram(ModeControl):
@@ -216,7 +277,9 @@ class AbortProgram(ModeControl):
     def __call__(self, execute: bool) -> bool:  # type: ignore[override]
         """One scan."""
         self._look()
-        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.SELECTED)
+        return super().__call__(
+            execute, self.mode or Mode.AUTOMATIC, ProcessState.SELECTED
+        )
 
 
 class ResetChannel(ModeControl):
@@ -225,11 +288,15 @@ class ResetChannel(ModeControl):
     def __call__(self, execute: bool) -> bool:  # type: ignore[override]
         """One scan."""
         self._look()
-        return super().__call__(execute, self.mode or Mode.AUTOMATIC, ProcessState.RESETTING)
+        return super().__call__(
+            execute, self.mode or Mode.AUTOMATIC, ProcessState.RESETTING
+        )
 
 
 class RunMdi(ModeControl):
-    """MDI, ACTIVE with the text of the blocks: ``RunMdi(ch)(execute, "G01 X10 F1000")``."""
+    """MDI, ACTIVE with the text of the blocks: ``RunMdi(ch)(execute, "G01 X10
+    F1000")``.
+    """
 
     def __call__(self, execute: bool, text: str = "") -> bool:  # type: ignore[override]
         """One scan."""

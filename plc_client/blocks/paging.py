@@ -1,6 +1,8 @@
-"""Reading everything, page by page, across scans: the marked log (mode 1) and the coming contour (mode 2).
+"""Reading everything, page by page, across scans: the marked log (mode 1) and
+the coming contour (mode 2).
 
-An answer holds at most 128 elements; the next page is asked for in the same call that took the last one.
+An answer holds at most 128 elements; the next page is asked for in the same
+call that took the last one.
 """
 
 from __future__ import annotations
@@ -22,18 +24,25 @@ NOTHING: Blocks = np.zeros(0, BLOCK_DTYPE)
 class LogReader:
     """Mode 1: all entries of the marked area in order, each once.
 
-    ``index`` is the next entry.  When fewer entries are readable than were read (LOG CLEAR, program start), reading
-    begins again at 0; an area that was replaced by a longer one between two calls cannot be told from one that grew.
+    ``index`` is the next entry.  When fewer entries are readable than were read
+    (LOG CLEAR, program start), reading begins again at 0; an area that was
+    replaced by a longer one between two calls cannot be told from one that
+    grew.
     """
 
     def __init__(self, fb: ContourLookahead) -> None:
         self._fb = fb
-        self._state = fb.unit._c.state  # the memory itself, never older than the answer
+        self._state = (
+            fb.unit._c.state
+        )  # the memory itself, never older than the answer
         self.index = 0
-        self._stale = False  # the request under way was placed before the log was cleared
+        # the request under way was placed before the log was cleared
+        self._stale = False
 
     def __call__(self) -> Blocks:
-        """The new entries (maybe none); asks for more as long as the CNC reports more."""
+        """The new entries (maybe none); asks for more as long as the CNC
+        reports more.
+        """
         fresh = self._fb.poll()
         count = self._state.count_logged_blocks
         if count < self.index:
@@ -54,21 +63,30 @@ class LogReader:
 
 
 class ContourFollower:
-    """Mode 2: the elements of the path in order, each once, as far ahead as the CNC knows them.
+    """Mode 2: the elements of the path in order, each once, as far ahead as the
+    CNC knows them.
 
-    The manual's rule: there are new elements while ``start_position(last) + length(last) < max_dist_prog_start``, and
-    they are requested from the end of the last one.  ``position`` is that end.  After a distance reset (the displayed
-    distance fell although the path does not run backwards, or stands at 0 while the known distance lies behind
-    ``position``: a new program) an answer still under way is dropped and everything begins again at 0.  Elements that
-    the CNC dropped before they were asked for (they lay too far behind the tool) are skipped; ``gaps`` counts these
-    places and ``lost_distance`` adds up their length (0.1 um): a task too slow for short blocks loses some
-    because one answer holds 128 elements and the CNC keeps P-CHAN-00658 behind the tool.
+    The manual's rule: there are new elements while ``start_position(last) +
+    length(last) < max_dist_prog_start``, and they are requested from the end of
+    the last one.  ``position`` is that end.  After a distance reset (the
+    displayed distance fell although the path does not run backwards, or stands
+    at 0 while the known distance lies behind ``position``: a new program) an
+    answer still under way is dropped and everything begins again at 0.
+    Elements that the CNC dropped before they were asked for (they lay too far
+    behind the tool) are skipped; ``gaps`` counts these places and
+    ``lost_distance`` adds up their length (0.1 um): a task too slow for short
+    blocks loses some because one answer holds 128 elements and the CNC keeps
+    P-CHAN-00658 behind the tool.
     """
 
     def __init__(self, fb: ContourLookahead) -> None:
         self._fb = fb
-        self._known = fb.unit._c.state  # the memory itself, never older than the answer
-        self._path = None if fb.unit._parent is None else fb.unit._parent._c.bahn_state
+        self._known = (
+            fb.unit._c.state
+        )  # the memory itself, never older than the answer
+        self._path = (
+            None if fb.unit._parent is None else fb.unit._parent._c.bahn_state
+        )
         self.position = 0.0
         self.resets = 0
         self.gaps = 0
@@ -77,14 +95,21 @@ class ContourFollower:
         self._distance = 0.0
         self._backward = False
         self._known_when_asked = 0.0
-        self._catch_up = False  # the range asked for was empty: ask for all that is known
+        # the range asked for was empty: ask for all that is known
+        self._catch_up = False
         self._stale = False
 
     def __call__(self, length: float) -> Blocks:
-        """The new elements (maybe none); ``length`` is the range of one request in 0.1 um, above 0."""
+        """The new elements (maybe none); ``length`` is the range of one request
+        in 0.1 um, above 0.
+        """
         if not length > 0.0:
-            raise ValueError(f"length {length}: a range above 0 (0.1 um) is needed")
-        fresh = self._fb.poll()  # first the answer, then the distances: a reset seen here makes the answer stale
+            raise ValueError(
+                f"length {length}: a range above 0 (0.1 um) is needed"
+            )
+        # first the answer, then the distances: a reset seen here makes the
+        # answer stale
+        fresh = self._fb.poll()
         known = self._known.max_dist_prog_start
         if self._was_reset(known):
             self._begin_again()
@@ -92,7 +117,12 @@ class ContourFollower:
         blocks = self._take() if fresh else NOTHING
         if self.position < known and not self._fb.busy:
             self._known_when_asked = known
-            self._fb.ask(self.position, max(length, known - self.position) if self._catch_up else length)
+            self._fb.ask(
+                self.position,
+                max(length, known - self.position)
+                if self._catch_up
+                else length,
+            )
         return blocks
 
     def _was_reset(self, known: float) -> bool:
@@ -100,10 +130,15 @@ class ContourFollower:
         state = self._path
         if state is not None:
             before, self._distance = self._distance, state.dist_prog_start
-            before_backward, self._backward = self._backward, state.backward_active_r
+            before_backward, self._backward = (
+                self._backward,
+                state.backward_active_r,
+            )
             backward = before_backward or self._backward
             fell = self._distance < before - TOLERANCE
-        at_begin = self._distance <= TOLERANCE and known < self.position - TOLERANCE
+        at_begin = (
+            self._distance <= TOLERANCE and known < self.position - TOLERANCE
+        )
         return (fell or at_begin) and not backward
 
     def _begin_again(self) -> None:
@@ -115,7 +150,9 @@ class ContourFollower:
         if self._stale:
             self._stale = False
             return NOTHING
-        blocks = self._fb.blocks[self._fb.blocks["start_position"] > self._last_start]
+        blocks = self._fb.blocks[
+            self._fb.blocks["start_position"] > self._last_start
+        ]
         self._catch_up = len(blocks) == 0 and self._whole_range_was_known()
         if len(blocks):
             self._note_gap(float(blocks[0]["start_position"]))
@@ -131,6 +168,12 @@ class ContourFollower:
             self.lost_distance += missing
 
     def _whole_range_was_known(self) -> bool:
-        """Then an empty answer means that the CNC has dropped the elements of this range."""
+        """Then an empty answer means that the CNC has dropped the elements of
+        this range.
+        """
         request = self._fb.answer_request
-        return request is not None and request.start_position + request.length <= self._known_when_asked
+        return (
+            request is not None
+            and request.start_position + request.length
+            <= self._known_when_asked
+        )

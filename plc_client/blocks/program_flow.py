@@ -13,7 +13,8 @@ from hli.view import View, view_class
 
 from .level import command
 
-KINDS = {1: "M", 2: "H", 3: "S", 4: "T"}  # fkt_ctrl_r: HLI_INTF_M_FKT, _H_FKT, _SPINDEL, _TOOL
+# fkt_ctrl_r: HLI_INTF_M_FKT, _H_FKT, _SPINDEL, _TOOL
+KINDS = {1: "M", 2: "H", 3: "S", 4: "T"}
 _NOT_AWAITED = 0x1 | 0x40000  # synch_mode: MOS, MOS_TS
 _PAYLOADS: dict[int, Any] = {
     1: layout.HLI_M_H_PROZESS,
@@ -24,10 +25,12 @@ _PAYLOADS: dict[int, Any] = {
 
 
 class AutoContinue:
-    """Answers every stop that waits for "continue" (M00, M01, single block): an edge on ``continue_machining``.
+    """Answers every stop that waits for "continue" (M00, M01, single block): an
+    edge on ``continue_machining``.
 
-    The edge is given once ``wait_axes_in_position_r`` fell and taken back when the CNC shows it in ``state_r``, so two
-    stops in a row get two edges.  ``count`` counts the edges.
+    The edge is given once ``wait_axes_in_position_r`` fell and taken back when
+    the CNC shows it in ``state_r``, so two stops in a row get two edges.
+    ``count`` counts the edges.
     """
 
     def __init__(self, ch: Any) -> None:
@@ -37,7 +40,10 @@ class AutoContinue:
 
     def __call__(self) -> None:
         """One scan."""
-        waiting = self._state.wait_continue_r and not self._state.wait_axes_in_position_r
+        waiting = (
+            self._state.wait_continue_r
+            and not self._state.wait_axes_in_position_r
+        )
         before = self._unit.command_w and self._unit.enable_w
         rise = waiting and not before
         self.count += rise
@@ -45,7 +51,9 @@ class AutoContinue:
 
 
 class TechnoFunction(NamedTuple):
-    """A fetched technology function: kind M, H, S or T, its number (S: ``rev``; T: ``basic``), payload, origin."""
+    """A fetched technology function: kind M, H, S or T, its number (S: ``rev``;
+    T: ``basic``), payload, origin.
+    """
 
     kind: str
     number: int
@@ -58,7 +66,9 @@ class TechnoArray:
     """One technology array of a channel or axis with its pointers cast once."""
 
     def __init__(self, area: View, area_name: str, late: bool) -> None:
-        units = area.techno_unit_late_sync if late else area.techno_unit_std_sync
+        units = (
+            area.techno_unit_late_sync if late else area.techno_unit_std_sync
+        )
         self.area_name, self.late = area_name, late
         self._units = units  # keeps the memory alive
         self._pointers = [unit._pointer() for unit in units]
@@ -68,10 +78,11 @@ class TechnoArray:
         self._target = ffi.cast("void *", ctypes.addressof(self._copy))
 
     def fetch_all(self) -> Iterator[tuple[int, TechnoFunction]]:
-        """Fetch (please_rw FALSE) every function that is offered: its unit's index and its content, in order.
+        """Fetch (please_rw FALSE) every function that is offered: its unit's
+        index and its content, in order.
 
-        A function the CNC does not wait for is acknowledged in the step in which it is fetched: behind that its unit
-        may hold another one already.
+        A function the CNC does not wait for is acknowledged in the step in
+        which it is fetched: behind that its unit may hold another one already.
         """
         index = lib.hs_techno_next(self._first, self._count, 0)
         while index >= 0:
@@ -79,7 +90,9 @@ class TechnoArray:
             ffi.memmove(self._target, unit, ctypes.sizeof(self._copy))
             function = self._decode()
             awaited = not function.payload.synch_mode & _NOT_AWAITED
-            (lib.hs_techno_fetch if awaited else lib.hs_techno_take)(unit, self._target)
+            (lib.hs_techno_fetch if awaited else lib.hs_techno_take)(
+                unit, self._target
+            )
             self._awaited[index] = awaited
             yield index, function
             index = lib.hs_techno_next(self._first, self._count, index + 1)
@@ -92,40 +105,68 @@ class TechnoArray:
     def _decode(self) -> TechnoFunction:
         code = self._copy.fkt_ctrl_r
         structure = _PAYLOADS.get(code, layout.HLI_M_H_PROZESS)
-        payload: Any = view_class(structure)(structure.from_buffer_copy(bytes(self._copy.attribut_r.data)))
-        number = {3: lambda: payload.rev, 4: lambda: payload.id.basic}.get(code, lambda: payload.nr)()
-        return TechnoFunction(KINDS.get(code, "?"), number, payload, self.area_name, self.late)
+        payload: Any = view_class(structure)(
+            structure.from_buffer_copy(bytes(self._copy.attribut_r.data))
+        )
+        number = {3: lambda: payload.rev, 4: lambda: payload.id.basic}.get(
+            code, lambda: payload.nr
+        )()
+        return TechnoFunction(
+            KINDS.get(code, "?"), number, payload, self.area_name, self.late
+        )
 
 
 class TechnoArea:
-    """Both arrays of a channel or axis; they lie side by side, so that one look finds out that nothing is there."""
+    """Both arrays of a channel or axis; they lie side by side, so that one look
+    finds out that nothing is there.
+    """
 
     def __init__(self, area: View, name: str) -> None:
         self._arrays = [TechnoArray(area, name, late) for late in (False, True)]
         std, late = area.techno_unit_std_sync, area.techno_unit_late_sync
         self._first, self._count = std[0]._pointer(), len(std) + len(late)
-        assert late[0]._address - std[0]._address == len(std) * ctypes.sizeof(layout.TECHNO_UNIT_CH)
+        assert late[0]._address - std[0]._address == len(std) * ctypes.sizeof(
+            layout.TECHNO_UNIT_CH
+        )
 
     def fetch_all(self) -> Iterable[tuple[TechnoArray, int, TechnoFunction]]:
         """Every function that is offered, std array first."""
         if lib.hs_techno_next(self._first, self._count, 0) < 0:
             return ()
-        return ((array, *found) for array in self._arrays for found in array.fetch_all())
+        return (
+            (array, *found)
+            for array in self._arrays
+            for found in array.fetch_all()
+        )
 
 
 def techno_areas(hli: Any) -> list[TechnoArea]:
     """The configured areas, axes first."""
-    areas = [TechnoArea(area, f"gpAx[{i}]") for i, area in enumerate(hli.gpAx) if area is not None]
-    return areas + [TechnoArea(area, f"gpCh[{i}]") for i, area in enumerate(hli.gpCh) if area is not None]
+    areas = [
+        TechnoArea(area, f"gpAx[{i}]")
+        for i, area in enumerate(hli.gpAx)
+        if area is not None
+    ]
+    return areas + [
+        TechnoArea(area, f"gpCh[{i}]")
+        for i, area in enumerate(hli.gpCh)
+        if area is not None
+    ]
 
 
 class AcknowledgeAll:
-    """Fetches and acknowledges all technology functions of all channels and axes (two-flag protocol), axes first.
+    """Fetches and acknowledges all technology functions of all channels and
+    axes (two-flag protocol), axes first.
 
-    Returns the functions of this scan in order; ``on_function`` is called for each between fetch and acknowledgement.
+    Returns the functions of this scan in order; ``on_function`` is called for
+    each between fetch and acknowledgement.
     """
 
-    def __init__(self, hli: Any, on_function: Callable[[TechnoFunction], None] | None = None) -> None:
+    def __init__(
+        self,
+        hli: Any,
+        on_function: Callable[[TechnoFunction], None] | None = None,
+    ) -> None:
         self._areas = techno_areas(hli)
         self._on_function = on_function
 

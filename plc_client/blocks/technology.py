@@ -1,4 +1,6 @@
-"""Technology functions that take more than one scan: M, H, S and T of channels and axes (hli_reference 6)."""
+"""Technology functions that take more than one scan: M, H, S and T of channels
+and axes (hli_reference 6).
+"""
 
 from __future__ import annotations
 
@@ -17,10 +19,12 @@ class TechnoState(Enum):
 
 
 class TechnoBlock(FunctionBlock):
-    """One function of the server, by kind and number: made by ``TechnoServer.on("M", 8)``.
+    """One function of the server, by kind and number: made by
+    ``TechnoServer.on("M", 8)``.
 
-    ``active`` from the fetch to the acknowledgement; call it once per scan, with ``done`` TRUE when the work is done.
-    Outputs ``rising`` (TRUE for the scan that fetched it), ``payload`` (HLI_M_H_PROZESS, HLI_S_PROZESS or
+    ``active`` from the fetch to the acknowledgement; call it once per scan,
+    with ``done`` TRUE when the work is done. Outputs ``rising`` (TRUE for the
+    scan that fetched it), ``payload`` (HLI_M_H_PROZESS, HLI_S_PROZESS or
     HLI_T_PROZESS; the last one fetched), ``function``, ``count``.
     """
 
@@ -41,8 +45,12 @@ class TechnoBlock(FunctionBlock):
         self._show()
         return self.active
 
-    def offer(self, array: TechnoArray, index: int, function: TechnoFunction) -> None:
-        """The server has fetched a function for this block; several at once are worked off in order."""
+    def offer(
+        self, array: TechnoArray, index: int, function: TechnoFunction
+    ) -> None:
+        """The server has fetched a function for this block; several at once are
+        worked off in order.
+        """
         self._units.append((array, index, function))
         self.rising = True
         self.count += 1
@@ -58,14 +66,20 @@ class TechnoBlock(FunctionBlock):
 
 
 class TechnoServer:
-    """Fetches every technology function at once and hands it to the block that is registered for it.
+    """Fetches every technology function at once and hands it to the block that
+    is registered for it.
 
-    ``server.on(kind, number)`` registers a block, ``number`` None: all of the kind.  What nobody registered for is
-    acknowledged at once, as ``AcknowledgeAll`` does.  Call the server first in the scan, then its blocks.
+    ``server.on(kind, number)`` registers a block, ``number`` None: all of the
+    kind.  What nobody registered for is acknowledged at once, as
+    ``AcknowledgeAll`` does.  Call the server first in the scan, then its
+    blocks.
 
-    >>> functions = TechnoServer(hli)                                       # doctest: +SKIP
-    >>> coolant = functions.on("M", 8)                                      # doctest: +SKIP
-    >>> functions(); coolant(done=pump_is_running)                          # doctest: +SKIP
+    >>> functions = TechnoServer(hli)                                       #
+    doctest: +SKIP
+    >>> coolant = functions.on("M", 8)                                      #
+    doctest: +SKIP
+    >>> functions(); coolant(done=pump_is_running)                          #
+    doctest: +SKIP
     """
 
     def __init__(self, hli: Any) -> None:
@@ -73,11 +87,15 @@ class TechnoServer:
         self._blocks: dict[tuple[str, int | None], TechnoBlock] = {}
 
     def on(self, kind: str, number: int | None = None) -> TechnoBlock:
-        """The block for a kind (M, H, S, T) and number; ValueError if there is one already."""
+        """The block for a kind (M, H, S, T) and number; ValueError if there is
+        one already.
+        """
         if kind not in ("M", "H", "S", "T"):
             raise ValueError(f"technology function {kind!r}: M, H, S or T")
         if (kind, number) in self._blocks:
-            raise ValueError(f"{kind}{'' if number is None else number} has a block already")
+            raise ValueError(
+                f"{kind}{'' if number is None else number} has a block already"
+            )
         block = self._blocks[kind, number] = TechnoBlock()
         return block
 

@@ -10,7 +10,14 @@ from typing import Any
 from hli import layout
 
 from .. import clock
-from .base import ERROR_INPUT, ERROR_NOT_PRESENT, TIMEOUT_S, ExecuteBlock, FunctionBlock, present
+from .base import (
+    ERROR_INPUT,
+    ERROR_NOT_PRESENT,
+    TIMEOUT_S,
+    ExecuteBlock,
+    FunctionBlock,
+    present,
+)
 
 DEFAULT_PERIOD_US = 1_000_000
 
@@ -21,14 +28,18 @@ class WatchState(Enum):
     OFF = "off"
     WAITING = "waiting"  # enabled, no sign of life seen yet
     ALIVE = "alive"
-    MISSED = "missed"  # the CNC's: restart required; the PLC's: until the next sign
+    MISSED = (
+        "missed"  # the CNC's: restart required; the PLC's: until the next sign
+    )
 
 
 class Watchdog(FunctionBlock):
-    """The CNC monitors the PLC: ``Watchdog(ch)(enable=True)`` in a task of its own sets ``mc_watchdog.alive_rw``.
+    """The CNC monitors the PLC: ``Watchdog(ch)(enable=True)`` in a task of its
+    own sets ``mc_watchdog.alive_rw``.
 
-    The CNC clears the flag when it sees it.  ``cycle_time_us`` is the longest time between two signs (0: 1 s); a miss
-    is P-ERR-270053 and needs a restart.  Outputs ``alive`` (``alive_state_r``), ``error`` after a miss.
+    The CNC clears the flag when it sees it.  ``cycle_time_us`` is the longest
+    time between two signs (0: 1 s); a miss is P-ERR-270053 and needs a restart.
+    Outputs ``alive`` (``alive_state_r``), ``error`` after a miss.
     """
 
     def __init__(self, ch: Any) -> None:
@@ -38,7 +49,9 @@ class Watchdog(FunctionBlock):
         self.state = WatchState.OFF
         self.alive = False
 
-    def __call__(self, enable: bool = True, cycle_time_us: int = DEFAULT_PERIOD_US) -> bool:
+    def __call__(
+        self, enable: bool = True, cycle_time_us: int = DEFAULT_PERIOD_US
+    ) -> bool:
         """One scan; returns ``alive``."""
         unit = self._unit
         if enable:
@@ -47,9 +60,18 @@ class Watchdog(FunctionBlock):
         unit.enable_w = enable
         self.alive = bool(unit.alive_state_r)
         self.state = self._next(enable)
-        self.error, self.busy = self.state is WatchState.MISSED, self.state is WatchState.WAITING
+        self.error, self.busy = (
+            self.state is WatchState.MISSED,
+            self.state is WatchState.WAITING,
+        )
         self.done = self.state is WatchState.ALIVE
-        self.error_id = 270053 if self.error else ERROR_NOT_PRESENT if enable and not present(self._ch) else 0
+        self.error_id = (
+            270053
+            if self.error
+            else ERROR_NOT_PRESENT
+            if enable and not present(self._ch)
+            else 0
+        )
         return self.alive
 
     def _next(self, enable: bool) -> WatchState:
@@ -62,9 +84,11 @@ class Watchdog(FunctionBlock):
 
 
 class CncWatchdog(FunctionBlock):
-    """The PLC monitors the CNC (``lc_watchdog``, roles swapped): the CNC sets ``alive_rw``, this block clears it.
+    """The PLC monitors the CNC (``lc_watchdog``, roles swapped): the CNC sets
+    ``alive_rw``, this block clears it.
 
-    Outputs ``alive`` (also shown in ``alive_state_r``), ``missed`` (how often the sign came too late).
+    Outputs ``alive`` (also shown in ``alive_state_r``), ``missed`` (how often
+    the sign came too late).
     """
 
     def __init__(self, ch: Any, cycle_time_us: int = DEFAULT_PERIOD_US) -> None:
@@ -87,7 +111,10 @@ class CncWatchdog(FunctionBlock):
             self._seen_ns, self.state = now, WatchState.ALIVE
         elif self.state is WatchState.OFF:
             self._seen_ns, self.state = now, WatchState.WAITING
-        elif self.state is not WatchState.MISSED and now - self._seen_ns > self._period_us * 1000:
+        elif (
+            self.state is not WatchState.MISSED
+            and now - self._seen_ns > self._period_us * 1000
+        ):
             self.missed += 1
             self.state = WatchState.MISSED
         self.alive = self.state is WatchState.ALIVE
@@ -99,7 +126,9 @@ class CncWatchdog(FunctionBlock):
 
 @dataclass(frozen=True)
 class CncErrorRecord:
-    """One record of ``mc_error``: number, classes, the NC block it belongs to (where the record has one)."""
+    """One record of ``mc_error``: number, classes, the NC block it belongs to
+    (where the record has one).
+    """
 
     error_id: int
     module: str
@@ -124,10 +153,13 @@ class ErrorState(Enum):
 
 
 class ErrorReader(FunctionBlock):
-    """Fetches the records of ``mc_error`` and frees the unit: ``for record in ErrorReader(ch)(): ...``.
+    """Fetches the records of ``mc_error`` and frees the unit: ``for record in
+    ErrorReader(ch)(): ...``.
 
-    With ``enable`` the CNC waits for the acknowledgement (``semaphor_rw`` FALSE) before it writes the next record, so
-    none is lost; without it the CNC overwrites.  Outputs ``last``, ``count``; ``error`` while an unread record stands.
+    With ``enable`` the CNC waits for the acknowledgement (``semaphor_rw``
+    FALSE) before it writes the next record, so none is lost; without it the CNC
+    overwrites.  Outputs ``last``, ``count``; ``error`` while an unread record
+    stands.
     """
 
     def __init__(self, ch: Any) -> None:
@@ -137,8 +169,13 @@ class ErrorReader(FunctionBlock):
         self.last: CncErrorRecord | None = None
         self.count = 0
 
-    def __call__(self, enable: bool = True, acknowledge: bool = True) -> list[CncErrorRecord]:
-        """One scan: the records of this scan (one at the most).  ``acknowledge`` FALSE leaves it standing."""
+    def __call__(
+        self, enable: bool = True, acknowledge: bool = True
+    ) -> list[CncErrorRecord]:
+        """One scan: the records of this scan (one at the most).
+
+        ``acknowledge`` FALSE leaves it standing.
+        """
         records = self._read(enable, acknowledge)
         self.state = ErrorState.STANDING if self.error else ErrorState.FREE
         return records
@@ -166,7 +203,9 @@ def read_record(unit: Any) -> CncErrorRecord:
     head = unit.satz_r.kopf
     body = layout.HLI_RUMPF_NC_PROG()
     if head.body_type == _BODY_NC_PROGRAM:
-        body = layout.HLI_RUMPF_NC_PROG.from_buffer_copy(bytes(unit.satz_r.rumpf.maske._c.err_mask))
+        body = layout.HLI_RUMPF_NC_PROG.from_buffer_copy(
+            bytes(unit.satz_r.rumpf.maske._c.err_mask)
+        )
     return CncErrorRecord(
         head.error_id, head.modul_name.zeichen, head.line, head.channel, head.recovery_class, head.reaction_class,
         body.prog_name.decode("utf-8", "replace"), body.file_name.decode("utf-8", "replace"),
@@ -178,21 +217,39 @@ def write_record(unit: Any, record: CncErrorRecord) -> None:
     """Fill the record of an MC_ERROR unit; the caller sets the semaphore."""
     head = unit.satz_r.kopf
     ctypes.memset(unit.satz_r._address, 0, ctypes.sizeof(layout.HLI_ERROR_SATZ))
-    head.error_id, head.line, head.channel = record.error_id, record.line, record.channel
+    head.error_id, head.line, head.channel = (
+        record.error_id,
+        record.line,
+        record.channel,
+    )
     head.modul_name.zeichen = record.module[:15]
-    head.recovery_class, head.reaction_class = record.recovery_class, record.reaction_class
+    head.recovery_class, head.reaction_class = (
+        record.recovery_class,
+        record.reaction_class,
+    )
     if not (record.program or record.file or record.block_number):
         return
     head.body_type = _BODY_NC_PROGRAM
-    body = layout.HLI_RUMPF_NC_PROG(satz_nr=record.block_number, fileoffset=record.file_offset)
-    body.prog_name, body.file_name = record.program.encode()[:263], record.file.encode()[:259]
-    ctypes.memmove(unit.satz_r.rumpf.maske._address, ctypes.addressof(body), ctypes.sizeof(body))
+    body = layout.HLI_RUMPF_NC_PROG(
+        satz_nr=record.block_number, fileoffset=record.file_offset
+    )
+    body.prog_name, body.file_name = (
+        record.program.encode()[:263],
+        record.file.encode()[:259],
+    )
+    ctypes.memmove(
+        unit.satz_r.rumpf.maske._address,
+        ctypes.addressof(body),
+        ctypes.sizeof(body),
+    )
 
 
 class ErrorWriter(ExecuteBlock):
-    """Reports an error of the PLC to the CNC (``lc_error``): ``ErrorWriter(ch)(execute, error_id=4711)``.
+    """Reports an error of the PLC to the CNC (``lc_error``):
+    ``ErrorWriter(ch)(execute, error_id=4711)``.
 
-    Waits until the unit is free, writes the record, sets ``semaphor_rw``; done when the CNC has cleared it.
+    Waits until the unit is free, writes the record, sets ``semaphor_rw``; done
+    when the CNC has cleared it.
     """
 
     def __init__(self, ch: Any, timeout_s: float = TIMEOUT_S) -> None:
@@ -202,19 +259,35 @@ class ErrorWriter(ExecuteBlock):
         self._record = CncErrorRecord(0, "PLC", 0, 0, 0, 0, "", "", 0, 0)
 
     def __call__(
-        self, execute: bool, number: int = 0, reaction_class: int = 0, recovery_class: int = 0, module: str = "PLC"
+        self,
+        execute: bool,
+        number: int = 0,
+        reaction_class: int = 0,
+        recovery_class: int = 0,
+        module: str = "PLC",
     ) -> bool:
         """One scan; the inputs count in the call with the rising edge."""
         if not self.busy:
             self._record = CncErrorRecord(
-                number, module, 0, self._ch.head.channel_nr, recovery_class, reaction_class, "", "", 0, 0
+                number,
+                module,
+                0,
+                self._ch.head.channel_nr,
+                recovery_class,
+                reaction_class,
+                "",
+                "",
+                0,
+                0,
             )
         return self._run(execute)
 
     def _check(self) -> int:
         record = self._record
         in_range = 0 < record.error_id < 1 << 32
-        classes = 0 <= record.reaction_class <= 8 and 0 <= record.recovery_class <= 8
+        classes = (
+            0 <= record.reaction_class <= 8 and 0 <= record.recovery_class <= 8
+        )
         if not (in_range and classes):
             return ERROR_INPUT
         return 0 if present(self._ch) else ERROR_NOT_PRESENT

@@ -1,4 +1,6 @@
-"""Built-in PLC programs; each module holds one task class ``Plc`` that takes its arguments as a dict."""
+"""Built-in PLC programs; each module holds one task class ``Plc`` that takes
+its arguments as a dict.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""The default PLC: fetches and acknowledges every technology function and continues every stop."""
+"""The default PLC: fetches and acknowledges every technology function and
+continues every stop.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,9 @@ from .arguments import checked
 
 @task(interval=0.001)
 class Plc:
-    """No arguments; reports how many functions were acknowledged and stops continued."""
+    """No arguments; reports how many functions were acknowledged and stops
+    continued.
+    """
 
     def __init__(self, args: dict[str, Any]) -> None:
         checked(args, {})
@@ -30,4 +34,7 @@ class Plc:
             self._continued += flow.count - before
 
     def result(self) -> dict[str, int]:
-        return {"acknowledged": self._acknowledged, "continued": self._continued}
+        return {
+            "acknowledged": self._acknowledged,
+            "continued": self._continued,
+        }

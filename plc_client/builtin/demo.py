@@ -1,9 +1,12 @@
-"""The demonstration PLC: reads the contour ahead of the tool (mode 2) and the marked log (mode 1), sets the override.
+"""The demonstration PLC: reads the contour ahead of the tool (mode 2) and the
+marked log (mode 1), sets the override.
 
-Every scan it follows the coming contour, looks at the elements within ``window`` of path ahead and lowers the path
-override where they hold small radii or sharp tangents.  Arguments: ``window`` (0.1 um, default 10 mm), ``radius``
-(0.1 um: a full override from this radius on, default 20 mm), ``tangent`` (rad: from this angle on the lowest
-override, default 1), ``lowest`` (percent, default 30), ``records`` (at most so many rows in the report).
+Every scan it follows the coming contour, looks at the elements within
+``window`` of path ahead and lowers the path override where they hold small
+radii or sharp tangents.  Arguments: ``window`` (0.1 um, default 10 mm),
+``radius`` (0.1 um: a full override from this radius on, default 20 mm),
+``tangent`` (rad: from this angle on the lowest override, default 1), ``lowest``
+(percent, default 30), ``records`` (at most so many rows in the report).
 """
 
 from __future__ import annotations
@@ -41,12 +44,16 @@ COLUMNS = (
 
 @task(interval=0.001)
 class Plc:
-    """Both modes at once: two function blocks take turns on the control unit of channel 0."""
+    """Both modes at once: two function blocks take turns on the control unit of
+    channel 0.
+    """
 
     def __init__(self, args: dict[str, Any]) -> None:
         self._args = checked(args, DEFAULTS)
         self._rows: list[tuple[float, ...]] = []
-        self._every = 1  # every n-th scan is recorded; doubled when the record is full
+        self._every = (
+            1  # every n-th scan is recorded; doubled when the record is full
+        )
         self._scans = 0
         self._logged: list[np.ndarray[Any, Any]] = []
         self._followed = 0
@@ -75,7 +82,9 @@ class Plc:
 
     def finished(self) -> bool:
         """All that was logged has been read."""
-        return sum(map(len, self._logged)) >= int(self._ch.contour_lookahead.state.count_logged_blocks)
+        return sum(map(len, self._logged)) >= int(
+            self._ch.contour_lookahead.state.count_logged_blocks
+        )
 
     def result(self) -> dict[str, Any]:
         log = np.concatenate([np.zeros(0, BLOCK_DTYPE), *self._logged])
@@ -85,7 +94,9 @@ class Plc:
             "elements_followed": self._followed,
             "log_entries": len(log),
             "log_types": [int(t) for t in log["block_type"][:1000]],
-            "lowest_override": min((row[2] for row in self._rows), default=100.0),
+            "lowest_override": min(
+                (row[2] for row in self._rows), default=100.0
+            ),
         }
 
     # -- steps
@@ -98,7 +109,9 @@ class Plc:
         self._followed += len(new)
         if len(new):
             self._ahead = np.concatenate([self._ahead, new])
-        behind = self._ahead["start_position"] + self._ahead["length"] <= distance
+        behind = (
+            self._ahead["start_position"] + self._ahead["length"] <= distance
+        )
         if len(behind) and behind[0]:
             self._ahead = self._ahead[~behind]
 
@@ -112,22 +125,50 @@ class Plc:
         return self._ahead[self._ahead["start_position"] < reach]
 
     def _override(self, window: np.ndarray[Any, Any]) -> float:
-        """Percent: proportional to the square root of the smallest radius, and to the sharpest tangent."""
-        circles = window["compensated_radius"][window["block_type"] == layout.HLI_CLAH_CIRCULAR]
+        """Percent: proportional to the square root of the smallest radius, and
+        to the sharpest tangent.
+        """
+        circles = window["compensated_radius"][
+            window["block_type"] == layout.HLI_CLAH_CIRCULAR
+        ]
         radius = float(circles.min()) if len(circles) else self._args["radius"]
-        tangent = float(window["tangent_variation"].max()) if len(window) else 0.0
-        share = min((max(radius, 0.0) / self._args["radius"]) ** 0.5, 1.0 - min(tangent / self._args["tangent"], 1.0))
-        return float(round(max(min(share, 1.0) * 100.0, self._args["lowest"]), 1))
+        tangent = (
+            float(window["tangent_variation"].max()) if len(window) else 0.0
+        )
+        share = min(
+            (max(radius, 0.0) / self._args["radius"]) ** 0.5,
+            1.0 - min(tangent / self._args["tangent"], 1.0),
+        )
+        return float(
+            round(max(min(share, 1.0) * 100.0, self._args["lowest"]), 1)
+        )
 
-    def _record(self, distance: float, override: float, window: np.ndarray[Any, Any]) -> None:
+    def _record(
+        self, distance: float, override: float, window: np.ndarray[Any, Any]
+    ) -> None:
         self._scans += 1
         if self._scans % self._every:
             return
         start = float(window["start_position"][0]) if len(window) else distance
-        end = float(window["start_position"][-1] + window["length"][-1]) if len(window) else distance
+        end = (
+            float(window["start_position"][-1] + window["length"][-1])
+            if len(window)
+            else distance
+        )
         feed = self._ch.bahn_state.active_feed_r
         known = self._ch.contour_lookahead.state.max_dist_prog_start
-        self._rows.append((self._hli.cell_time_s, distance, override, start, end, len(window), feed, known))
+        self._rows.append(
+            (
+                self._hli.cell_time_s,
+                distance,
+                override,
+                start,
+                end,
+                len(window),
+                feed,
+                known,
+            )
+        )
         if len(self._rows) >= self._args["records"]:
             self._rows = self._rows[1::2]
             self._every *= 2

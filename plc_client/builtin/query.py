@@ -1,7 +1,9 @@
-"""One contour look-ahead request through the real handshake, before the first motion or after the program's end.
+"""One contour look-ahead request through the real handshake, before the first
+motion or after the program's end.
 
-Arguments: ``mode`` 1 or 2, ``start`` (index, or distance in 0.1 um), ``length`` (mode 2: range in 0.1 um), ``at``
-"start" (preparation saturated, no motion yet) or "end", ``page`` (ask on until the answer ends).
+Arguments: ``mode`` 1 or 2, ``start`` (index, or distance in 0.1 um), ``length``
+(mode 2: range in 0.1 um), ``at`` "start" (preparation saturated, no motion yet)
+or "end", ``page`` (ask on until the answer ends).
 """
 
 from __future__ import annotations
@@ -19,7 +21,13 @@ from ..task import task
 from . import acknowledge
 from .arguments import checked
 
-DEFAULTS: dict[str, Any] = {"mode": 1, "start": 0.0, "length": 0.0, "at": "end", "page": True}
+DEFAULTS: dict[str, Any] = {
+    "mode": 1,
+    "start": 0.0,
+    "length": 0.0,
+    "at": "end",
+    "page": True,
+}
 
 
 @task(interval=0.001)
@@ -31,9 +39,13 @@ class Plc:
         if self._args["mode"] not in (1, 2):
             raise ValueError(f"argument mode = {self._args['mode']}: 1 or 2")
         if self._args["at"] not in ("start", "end"):
-            raise ValueError(f"argument at = {self._args['at']!r}: 'start' or 'end'")
+            raise ValueError(
+                f"argument at = {self._args['at']!r}: 'start' or 'end'"
+            )
         if self._args["mode"] == 2 and self._args["length"] == 0:
-            raise ValueError("argument length = 0: mode 2 needs a range (0 is mode 1)")
+            raise ValueError(
+                "argument length = 0: mode 2 needs a range (0 is mode 1)"
+            )
         self._answer: dict[str, Any] | None = None
 
     def setup(self, hli: Any) -> None:
@@ -43,7 +55,9 @@ class Plc:
         self._others = acknowledge.Plc({})
         self._others.setup(hli)
         self._position = float(self._args["start"])
-        self._length = float(self._args["length"]) if self._args["mode"] == 2 else 0.0
+        self._length = (
+            float(self._args["length"]) if self._args["mode"] == 2 else 0.0
+        )
         self._end = self._position + self._length
         self._pages: list[Any] = []
         self._asked = False
@@ -59,7 +73,9 @@ class Plc:
             self._asked = True
             self._clah.ask(self._position, self._length)
             if self._clah.error:
-                raise ValueError(f"request {self._position}, {self._length}: not finite numbers")
+                raise ValueError(
+                    f"request {self._position}, {self._length}: not finite numbers"
+                )
 
     def finished(self) -> bool:
         return self._answer is not None
@@ -70,14 +86,19 @@ class Plc:
     def _is_time(self) -> bool:
         if self._args["at"] == "end":
             return bool(self._ch.bahn_state.program_end_r)
-        ready = (layout.HLI_PHASE_READY, layout.HLI_PHASE_ENDED)  # ended: nothing to move, or refused
+        # ended: nothing to move, or refused
+        ready = (layout.HLI_PHASE_READY, layout.HLI_PHASE_ENDED)
         return bool(self._ch.head.init_done_r) and self._hli.phase in ready
 
     def _take(self) -> None:
         """Keep the page; ask for the next one as long as the answers are full."""
         blocks = self._clah.blocks
         self._pages.append(blocks)
-        if self._args["page"] and len(blocks) == BLOCK_ROWS and self._advance(blocks[-1]):
+        if (
+            self._args["page"]
+            and len(blocks) == BLOCK_ROWS
+            and self._advance(blocks[-1])
+        ):
             return
         self._answer = self._collect()
         self._hli.finish()
@@ -94,13 +115,18 @@ class Plc:
         state = self._ch.contour_lookahead.state
         return {
             "mode": self._args["mode"],
-            "request": {"start_position": float(self._args["start"]), "length": self._requested_length()},
+            "request": {
+                "start_position": float(self._args["start"]),
+                "length": self._requested_length(),
+            },
             "state": {
                 "max_dist_prog_start": state.max_dist_prog_start,
                 "count_logged_blocks": state.count_logged_blocks,
                 "f_log_is_active": state.f_log_is_active,
             },
-            "response": [block for page in self._pages for block in as_dicts(page)],
+            "response": [
+                block for page in self._pages for block in as_dicts(page)
+            ],
         }
 
     def _requested_length(self) -> float:

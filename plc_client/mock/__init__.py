@@ -1,7 +1,10 @@
-"""A CNC without an engine, for unit tests of PLC programs: a script of elements, the CNC's side of every unit.
+"""A CNC without an engine, for unit tests of PLC programs: a script of
+elements, the CNC's side of every unit.
 
->>> from plc_client.mock import MockCnc, line, arc, m                        # doctest: +SKIP
->>> cnc = MockCnc([line(30), arc(20, 1.57), m(50), line(10)], feed_mm_s=50)  # doctest: +SKIP
+>>> from plc_client.mock import MockCnc, line, arc, m                        #
+doctest: +SKIP
+>>> cnc = MockCnc([line(30), arc(20, 1.57), m(50), line(10)], feed_mm_s=50)  #
+doctest: +SKIP
 """
 
 from .cnc import MockCnc

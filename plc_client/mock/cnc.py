@@ -1,4 +1,6 @@
-"""The mock CNC: creates a segment and plays the CNC's side of it, cycle by cycle, in the caller's thread."""
+"""The mock CNC: creates a segment and plays the CNC's side of it, cycle by
+cycle, in the caller's thread.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,13 @@ from hli.handshake import BLOCK_ROWS, ContourUnit, word_pointer
 from hli.view import Areas
 
 from ..blocks.mode import ProcessState
-from .script import TENTH_UM_PER_MM, Step, element_rows, numbered, without_skipped
+from .script import (
+    TENTH_UM_PER_MM,
+    Step,
+    element_rows,
+    numbered,
+    without_skipped,
+)
 from .units import Edge, ErrorQueue, ModeMachine, Technology, Watchdogs, level
 
 VERSION = "hli-cosim 0.1"
@@ -26,10 +34,12 @@ _ACTIVE = ProcessState.ACTIVE
 class MockCnc:
     """One channel with a script instead of an NC program.
 
-    ``feed_mm_s`` is the path speed at 100 % (reached at once: this CNC has no acceleration), ``ahead`` how many motions
-    in front of the tool are known, ``auto_start`` whether the program runs at once or waits for the PLC's command.
-    ``cycle()`` is one CNC cycle of ``cycle_s``; nothing happens between two calls.  A context manager; ``close()``
-    removes the segment.  ``areas`` are its views, ``ch`` its channel.
+    ``feed_mm_s`` is the path speed at 100 % (reached at once: this CNC has no
+    acceleration), ``ahead`` how many motions in front of the tool are known,
+    ``auto_start`` whether the program runs at once or waits for the PLC's
+    command. ``cycle()`` is one CNC cycle of ``cycle_s``; nothing happens
+    between two calls.  A context manager; ``close()`` removes the segment.
+    ``areas`` are its views, ``ch`` its channel.
     """
 
     def __init__(
@@ -47,7 +57,12 @@ class MockCnc:
         name: str = "",
     ) -> None:
         self.name = name or f"hli-mock-{os.getpid()}-{uuid.uuid4().hex[:8]}"
-        self.cycle_s, self.feed_mm_s, self.rapid_mm_s, self.ahead = cycle_s, feed_mm_s, rapid_mm_s, ahead
+        self.cycle_s, self.feed_mm_s, self.rapid_mm_s, self.ahead = (
+            cycle_s,
+            feed_mm_s,
+            rapid_mm_s,
+            ahead,
+        )
         self.program = program
         self._script = numbered(script)
         self.segment = hli.create(self.name, 1, axes, ready=False)
@@ -57,16 +72,32 @@ class MockCnc:
         self.functions: list[tuple[str, int]] = []
         self.cycles = 0
         self._unit = ContourUnit(self.ch.contour_lookahead)
-        self._words = {w: word_pointer(self.areas.root, w) for w in ("cnc_turn", "channel_seq")}
+        self._words = {
+            w: word_pointer(self.areas.root, w)
+            for w in ("cnc_turn", "channel_seq")
+        }
         self.errors = ErrorQueue(self.ch.mc_error)
-        self.mode = ModeMachine(self.ch.channel_mc_control.mode_and_state, self.errors, state_after_end)
+        self.mode = ModeMachine(
+            self.ch.channel_mc_control.mode_and_state,
+            self.errors,
+            state_after_end,
+        )
         self.watchdogs = Watchdogs(self.ch.head, cycle_s, self.errors)
         c = self.ch.bahn_mc_control
-        self._continue, self._delete = Edge(c.continue_machining), Edge(c.delete_distance_to_go)
+        self._continue, self._delete = (
+            Edge(c.continue_machining),
+            Edge(c.delete_distance_to_go),
+        )
         areas = [self.ch, *(ax for ax in self.areas.gpAx if ax is not None)]
-        self._techno = {(i - 1, late): Technology(a, late) for i, a in enumerate(areas) for late in (False, True)}
+        self._techno = {
+            (i - 1, late): Technology(a, late)
+            for i, a in enumerate(areas)
+            for late in (False, True)
+        }
         self._auto_start = auto_start
-        self._stop_at_mm: float | None = None  # may be commanded before program start
+        self._stop_at_mm: float | None = (
+            None  # may be commanded before program start
+        )
         self._identify()
         self._load()
         self._publish()
@@ -76,13 +107,28 @@ class MockCnc:
     def _identify(self) -> None:
         side, head = self.areas.sidecar.cnc, self.ch.head
         side.pid, side.start = os.getpid(), lib.hs_process_start(os.getpid())
-        side.cycle_ns, side.clock, side.generation = round(self.cycle_s * 1e9), layout.HLI_CLOCK_LOCKSTEP, 1
+        side.cycle_ns, side.clock, side.generation = (
+            round(self.cycle_s * 1e9),
+            layout.HLI_CLOCK_LOCKSTEP,
+            1,
+        )
         side.phase = layout.HLI_PHASE_READY
-        for version in (self.areas.gpPform.nc_config.hli_version_r, head.version_r):
+        for version in (
+            self.areas.gpPform.nc_config.hli_version_r,
+            head.version_r,
+        ):
             version.zeichen = VERSION
-        head.sizeof_interface_r, head.channel_nr = ctypes.sizeof(layout.HLI_CHANNEL), 1
-        for i, axis in enumerate(ax for ax in self.areas.gpAx if ax is not None):
-            axis.head.sizeof_interface_r, axis.head.log_ax_n_r = ctypes.sizeof(layout.HLI_AXIS), i + 1
+        head.sizeof_interface_r, head.channel_nr = (
+            ctypes.sizeof(layout.HLI_CHANNEL),
+            1,
+        )
+        for i, axis in enumerate(
+            ax for ax in self.areas.gpAx if ax is not None
+        ):
+            axis.head.sizeof_interface_r, axis.head.log_ax_n_r = (
+                ctypes.sizeof(layout.HLI_AXIS),
+                i + 1,
+            )
         self.ch.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
         head.init_done_r = True
 
@@ -102,7 +148,9 @@ class MockCnc:
     def _load(self) -> None:
         """Program start: skip levels are looked at now, all distances are 0."""
         mask = self.ch.decoder_mc_control.program_block_ignore
-        self.steps = without_skipped(self._script, mask.command_w if mask.enable_w else 0)
+        self.steps = without_skipped(
+            self._script, mask.command_w if mask.enable_w else 0
+        )
         self.path, self.log = element_rows(self.steps)
         self._at = 0  # step being executed
         self._inside_mm = 0.0  # covered of a motion
@@ -129,7 +177,10 @@ class MockCnc:
         """``dist_prog_start``, 0.1 um."""
         step = self.step
         if step is not None and step.is_motion:
-            return float(self.path["start_position"][self._element]) + self._inside_mm * TENTH_UM_PER_MM
+            return (
+                float(self.path["start_position"][self._element])
+                + self._inside_mm * TENTH_UM_PER_MM
+            )
         if self._element == 0 or self._just_reset():
             return 0.0
         last = self.path[self._element - 1]
@@ -151,11 +202,18 @@ class MockCnc:
         return motions
 
     def known(self) -> float:
-        """``max_dist_prog_start``: the end of the last motion of the window, or of the stretch before a reset."""
-        last = min(self._element + 1 + self.ahead, self._epoch_end, len(self.path))
+        """``max_dist_prog_start``: the end of the last motion of the window, or
+        of the stretch before a reset.
+        """
+        last = min(
+            self._element + 1 + self.ahead, self._epoch_end, len(self.path)
+        )
         if last == 0 or last <= self._epoch_begin():
             return self.distance
-        return float(self.path["start_position"][last - 1] + self.path["length"][last - 1])
+        return float(
+            self.path["start_position"][last - 1]
+            + self.path["length"][last - 1]
+        )
 
     def _epoch_begin(self) -> int:
         begin, motions = 0, 0
@@ -180,7 +238,10 @@ class MockCnc:
         self._publish()
         self._serve()
         side = self.areas.sidecar.cnc
-        side.cell_time_ns, side.cycle = round(self.cycles * self.cycle_s * 1e9), self.cycles
+        side.cell_time_ns, side.cycle = (
+            round(self.cycles * self.cycle_s * 1e9),
+            self.cycles,
+        )
         lib.hs_word_post(self._words["cnc_turn"], self.cycles & 0xFFFFFFFF)
 
     def run_to(self, cycle: int) -> None:
@@ -189,14 +250,28 @@ class MockCnc:
             self.cycle()
 
     def _take_commands(self, present: bool) -> None:
-        c, lr = self.ch.bahn_mc_control, [ax.lr_mc_control for ax in self.areas.gpAx if ax is not None]
-        released = False not in [level(a.release_feedhold, present, True) for a in lr]  # every one shows its state
+        c, lr = (
+            self.ch.bahn_mc_control,
+            [ax.lr_mc_control for ax in self.areas.gpAx if ax is not None],
+        )
+        # every one shows its state
+        released = False not in [
+            level(a.release_feedhold, present, True) for a in lr
+        ]
         self._hold = bool(level(c.feedhold, present, False)) or not released
         self._percent = self._override(c.override, c.override_valid, present)
-        self._override(c.rapid_override, c.rapid_override_valid, present)  # shown; P-CHAN-00181 is 0 here
-        self._single, self._m01 = level(c.single_block, present, False), level(c.m01_stop_enable, present, False)
+        # shown; P-CHAN-00181 is 0 here
+        self._override(c.rapid_override, c.rapid_override_valid, present)
+        self._single, self._m01 = (
+            level(c.single_block, present, False),
+            level(c.m01_stop_enable, present, False),
+        )
         self._backward = bool(level(c.backward_motion, present, False))
-        for unit in (c.simulate_motion, c.backward_storage_off, c.rt_loop_enable):
+        for unit in (
+            c.simulate_motion,
+            c.backward_storage_off,
+            c.rt_loop_enable,
+        ):
             level(unit, present, False)
         level(self.ch.decoder_mc_control.program_block_ignore, present, 0)
         self._go_on = self._continue(present)
@@ -214,7 +289,12 @@ class MockCnc:
             self._abort()
 
     def _abort(self) -> None:
-        self._at, self.ended, self.waiting_continue, self.speed_mm_s = len(self.steps), True, False, 0.0
+        self._at, self.ended, self.waiting_continue, self.speed_mm_s = (
+            len(self.steps),
+            True,
+            False,
+            0.0,
+        )
         for array in self._techno.values():
             array.reset()
 
@@ -223,7 +303,9 @@ class MockCnc:
         return min(percent, 200.0) if level(valid, present, False) else 100.0
 
     def _skip_rest(self) -> None:
-        """Delete distance to go: straight on to the target of the next motion (here: at once)."""
+        """Delete distance to go: straight on to the target of the next motion
+        (here: at once).
+        """
         step = self.step
         if step is not None and step.is_motion:
             self._inside_mm = step.length_mm
@@ -233,9 +315,15 @@ class MockCnc:
         if not (present and unit.enable_w and unit.command_semaphor_rw):
             return
         c, here = unit.command_w, self.distance / TENTH_UM_PER_MM
-        at = c.dist_or_pos / TENTH_UM_PER_MM + (0.0 if c.rel_abs_mode == 1 else here)
-        self._stop_at_mm = None if c.rel_abs_mode == 0 and c.dist_or_pos == 0 else at
-        unit.state_r.distance_of_next_stop = -1.0 if self._stop_at_mm is None else at * TENTH_UM_PER_MM
+        at = c.dist_or_pos / TENTH_UM_PER_MM + (
+            0.0 if c.rel_abs_mode == 1 else here
+        )
+        self._stop_at_mm = (
+            None if c.rel_abs_mode == 0 and c.dist_or_pos == 0 else at
+        )
+        unit.state_r.distance_of_next_stop = (
+            -1.0 if self._stop_at_mm is None else at * TENTH_UM_PER_MM
+        )
         unit.command_semaphor_rw = False
 
     # -- motion
@@ -249,9 +337,16 @@ class MockCnc:
             self.mode.program_ended()
 
     def _execute(self, left: float, present: bool) -> float:
-        """Spend time on the present step; returns what is left (0: stands, or the cycle is used up)."""
+        """Spend time on the present step; returns what is left (0: stands, or
+        the cycle is used up).
+        """
         step = self.steps[self._at]
-        if self._backward and not self._entered and self._element and not step.is_motion:
+        if (
+            self._backward
+            and not self._entered
+            and self._element
+            and not step.is_motion
+        ):
             return self._back_over()
         if step.is_motion:
             return self._motion(step, left)
@@ -266,7 +361,9 @@ class MockCnc:
             if present:
                 self._techno[step.axis, step.late].put_out(step, self._at + 1)
         self._left_s = step.seconds
-        self.waiting_continue = step.kind == "stop" or (step.kind == "optional_stop" and bool(self._m01))
+        self.waiting_continue = step.kind == "stop" or (
+            step.kind == "optional_stop" and bool(self._m01)
+        )
         if step.kind == "error":
             self._fail(step)
 
@@ -280,7 +377,11 @@ class MockCnc:
     def _stand(self, step: Step, left: float) -> float:
         if self.done:
             return 0.0
-        if step.is_function and not step.late and self._techno[step.axis, False].open:
+        if (
+            step.is_function
+            and not step.late
+            and self._techno[step.axis, False].open
+        ):
             return 0.0
         if self.waiting_continue:
             if not self._go_on:
@@ -304,7 +405,12 @@ class MockCnc:
         return self.cycle_s
 
     def _motion(self, step: Step, left: float) -> float:
-        if self._single and not self._entered and not self._single_passed and self._element:
+        if (
+            self._single
+            and not self._entered
+            and not self._single_passed
+            and self._element
+        ):
             self.waiting_continue = True
             if not self._go_on:
                 return 0.0
@@ -321,9 +427,14 @@ class MockCnc:
         way = min(rest, speed * left, self._to_inserted_stop())
         self._inside_mm += way
         self.speed_mm_s = speed
-        if self._stop_at_mm is not None and self.distance / TENTH_UM_PER_MM >= self._stop_at_mm - 1e-9:
+        if (
+            self._stop_at_mm is not None
+            and self.distance / TENTH_UM_PER_MM >= self._stop_at_mm - 1e-9
+        ):
             self._stop_at_mm, self.waiting_continue = None, True
-            self.ch.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = -1.0
+            self.ch.bahn_mc_control.insert_cmd.state_r.distance_of_next_stop = (
+                -1.0
+            )
             self.speed_mm_s = 0.0
             return 0.0
         if self._inside_mm < step.length_mm - 1e-12:
@@ -355,7 +466,9 @@ class MockCnc:
     def _speed(self, step: Step) -> float:
         if self._hold:
             return 0.0
-        speed = self.rapid_mm_s if step.rapid else step.feed_mm_s or self.feed_mm_s
+        speed = (
+            self.rapid_mm_s if step.rapid else step.feed_mm_s or self.feed_mm_s
+        )
         return speed * self._percent / 100.0
 
     def _next(self) -> None:
@@ -367,23 +480,39 @@ class MockCnc:
 
     # -- what the PLC sees
     def _publish(self) -> None:
-        state, clah, step = self.ch.bahn_state, self.ch.contour_lookahead.state, self.step
+        state, clah, step = (
+            self.ch.bahn_state,
+            self.ch.contour_lookahead.state,
+            self.step,
+        )
         lib.hs_seq_begin(self._words["channel_seq"])
         state.dist_prog_start = self.distance
         state.active_feed_r = round(self.speed_mm_s * 1000.0)
-        state.command_feed_r = round((step.feed_mm_s or self.feed_mm_s if step is not None else 0.0) * 1000.0)
+        state.command_feed_r = round(
+            (step.feed_mm_s or self.feed_mm_s if step is not None else 0.0)
+            * 1000.0
+        )
         state.rapid_active_r = bool(step is not None and step.rapid)
         state.block_number_r = step.n if step is not None else 0
         state.block_count_r = min(self._at + 1, len(self.steps))
         state.program_end_r = self.ended
         state.wait_continue_r = self.waiting_continue
-        state.wait_techno_acknowledge_r = bool(step is not None and step.is_function and self._entered)
-        state.dwell_time_active_r = bool(step is not None and step.kind == "dwell")
+        state.wait_techno_acknowledge_r = bool(
+            step is not None and step.is_function and self._entered
+        )
+        state.dwell_time_active_r = bool(
+            step is not None and step.kind == "dwell"
+        )
         state.interpolation_active_r = self.speed_mm_s > 0.0
         state.axes_in_position_r = self.speed_mm_s == 0.0
         if self.cycles:
-            state.feedhold_active_r, state.override_r = self._hold, round(self._percent * 10.0)
-            state.backward_active_r = self._backward and self.mode.state == _ACTIVE
+            state.feedhold_active_r, state.override_r = (
+                self._hold,
+                round(self._percent * 10.0),
+            )
+            state.backward_active_r = (
+                self._backward and self.mode.state == _ACTIVE
+            )
         clah.max_dist_prog_start = self.known()
         clah.count_logged_blocks = len(self.log)
         lib.hs_seq_end(self._words["channel_seq"])
@@ -397,7 +526,18 @@ class MockCnc:
 
     def _answer(self, start: float, length: float) -> Any:
         if length == 0.0:
-            return self.log[int(start) :][:BLOCK_ROWS] if 0.0 <= start < len(self.log) else self.log[:0]
+            return (
+                self.log[int(start) :][:BLOCK_ROWS]
+                if 0.0 <= start < len(self.log)
+                else self.log[:0]
+            )
         rows = self.path[self._epoch_begin() : self._epoch_end]
-        begin, end = rows["start_position"], rows["start_position"] + rows["length"]
-        return rows[(begin < start + length) & (end > start) & (end <= self.known() + 1e-6)][:BLOCK_ROWS]
+        begin, end = (
+            rows["start_position"],
+            rows["start_position"] + rows["length"],
+        )
+        return rows[
+            (begin < start + length)
+            & (end > start)
+            & (end <= self.known() + 1e-6)
+        ][:BLOCK_ROWS]

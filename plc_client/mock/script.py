@@ -1,4 +1,6 @@
-"""The script a mock CNC plays: one ``Step`` for every element, function and marker, in mm, s and rad."""
+"""The script a mock CNC plays: one ``Step`` for every element, function and
+marker, in mm, s and rad.
+"""
 
 from __future__ import annotations
 
@@ -18,13 +20,20 @@ MARKERS = {
     "log_param": layout.HLI_CLAH_LOG_PARAM,
     "log_off": layout.HLI_CLAH_LOG_OFF,
 }
-TYPES = {"line": layout.HLI_CLAH_LINEAR, "arc": layout.HLI_CLAH_CIRCULAR, "polynomial": layout.HLI_CLAH_POLYNOMIAL}
+TYPES = {
+    "line": layout.HLI_CLAH_LINEAR,
+    "arc": layout.HLI_CLAH_CIRCULAR,
+    "polynomial": layout.HLI_CLAH_POLYNOMIAL,
+}
 FUNCTIONS = {"M": 1, "H": 2, "S": 3, "T": 4}  # fkt_ctrl_r
 
 
 @dataclass(frozen=True)
 class Step:
-    """One step; which members count depends on ``kind``.  Made by the functions of this module."""
+    """One step; which members count depends on ``kind``.
+
+    Made by the functions of this module.
+    """
 
     kind: str
     length_mm: float = 0.0
@@ -56,7 +65,9 @@ class Step:
 
 
 def line(length_mm: float, **others: Any) -> Step:
-    """A line; ``n``, ``tangent`` (rad, against the motion before), ``feed_mm_s``, ``length_min_mm``, ``skip``."""
+    """A line; ``n``, ``tangent`` (rad, against the motion before),
+    ``feed_mm_s``, ``length_min_mm``, ``skip``.
+    """
     return Step("line", length_mm, **others)
 
 
@@ -76,7 +87,9 @@ def polynomial(length_mm: float, **others: Any) -> Step:
 
 
 def m(number: int, value: int = 0, **others: Any) -> Step:
-    """An M function; ``waits`` FALSE: MOS, which must be fetched only; ``late`` TRUE: the late array; ``axis``."""
+    """An M function; ``waits`` FALSE: MOS, which must be fetched only; ``late``
+    TRUE: the late array; ``axis``.
+    """
     return Step("M", number=number, value=value, **others)
 
 
@@ -136,21 +149,37 @@ def cnc_error(number: int, **others: Any) -> Step:
 
 
 def numbered(steps: Iterable[Step]) -> list[Step]:
-    """Steps with N10, N20 ... where none was given.  TypeError: something that is no step."""
+    """Steps with N10, N20 ...
+
+    where none was given.  TypeError: something that is no step.
+    """
     steps = list(steps)
     for i, step in enumerate(steps):
         if not isinstance(step, Step):
-            raise TypeError(f"script[{i}] = {step!r}: a step is needed: line(30), arc(10, 1.57), m(8) ...")
-    return [step if step.n else replace(step, n=10 * (i + 1)) for i, step in enumerate(steps)]
+            raise TypeError(
+                f"script[{i}] = {step!r}: a step is needed: line(30), arc(10, 1.57), m(8) ..."
+            )
+    return [
+        step if step.n else replace(step, n=10 * (i + 1))
+        for i, step in enumerate(steps)
+    ]
 
 
 def without_skipped(steps: Iterable[Step], mask: int) -> list[Step]:
-    """The steps that are left when the skip levels of `mask` (bit n-1 = level n) act."""
-    return [step for step in steps if not (step.skip and mask >> (step.skip - 1) & 1)]
+    """The steps that are left when the skip levels of `mask` (bit n-1 = level
+    n) act.
+    """
+    return [
+        step
+        for step in steps
+        if not (step.skip and mask >> (step.skip - 1) & 1)
+    ]
 
 
 def element_rows(steps: list[Step]) -> tuple[Any, Any]:
-    """(path, log): the elements of the motions with their distances, the entries of the first marked area."""
+    """(path, log): the elements of the motions with their distances, the
+    entries of the first marked area.
+    """
     path, log, marked, closed, distance = [], [], False, False, 0.0
     for i, step in enumerate(steps):
         if step.kind == "distance_reset":
@@ -160,7 +189,11 @@ def element_rows(steps: list[Step]) -> tuple[Any, Any]:
             path.append(row)
             log += [row] if marked else []
             distance += step.length_mm * TENTH_UM_PER_MM
-        elif step.kind in MARKERS and not closed and (marked or step.kind == "log_on"):
+        elif (
+            step.kind in MARKERS
+            and not closed
+            and (marked or step.kind == "log_on")
+        ):
             log.append(_marker_row(step, i + 1, distance))
             marked = step.kind != "log_off"
             closed = not marked
@@ -173,17 +206,32 @@ def _array(rows: list[Any]) -> Any:
 
 def _motion_row(step: Step, count: int, distance: float) -> Any:
     row = np.zeros(1, BLOCK_DTYPE)[0]
-    row["block_type"], row["block_number"], row["block_count_r"] = TYPES[step.kind], step.n, count
-    row["start_position"], row["length"] = distance, step.length_mm * TENTH_UM_PER_MM
-    shortest = step.length_mm if step.length_min_mm is None else step.length_min_mm
+    row["block_type"], row["block_number"], row["block_count_r"] = (
+        TYPES[step.kind],
+        step.n,
+        count,
+    )
+    row["start_position"], row["length"] = (
+        distance,
+        step.length_mm * TENTH_UM_PER_MM,
+    )
+    shortest = (
+        step.length_mm if step.length_min_mm is None else step.length_min_mm
+    )
     row["length_min"] = shortest * TENTH_UM_PER_MM
-    row["programmed_radius"] = row["compensated_radius"] = step.radius_mm * TENTH_UM_PER_MM
+    row["programmed_radius"] = row["compensated_radius"] = (
+        step.radius_mm * TENTH_UM_PER_MM
+    )
     row["circle_angle"], row["tangent_variation"] = step.angle, step.tangent
     return row
 
 
 def _marker_row(step: Step, count: int, distance: float) -> Any:
     row = np.zeros(1, BLOCK_DTYPE)[0]
-    row["block_type"], row["block_number"], row["block_count_r"] = MARKERS[step.kind], step.n, count
+    row["block_type"], row["block_number"], row["block_count_r"] = (
+        MARKERS[step.kind],
+        step.n,
+        count,
+    )
     row["start_position"], row["length"] = distance, step.param
     return row

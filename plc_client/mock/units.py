@@ -1,4 +1,6 @@
-"""The CNC's side of the control units: level, edge, mode machine, watchdogs, errors, technology (hli_reference)."""
+"""The CNC's side of the control units: level, edge, mode machine, watchdogs,
+errors, technology (hli_reference).
+"""
 
 from __future__ import annotations
 
@@ -46,15 +48,23 @@ class Edge:
 
 
 class ErrorQueue:
-    """``mc_error``: records go out one by one; with ``enable_w`` each waits for the PLC."""
+    """``mc_error``: records go out one by one; with ``enable_w`` each waits for
+    the PLC.
+    """
 
     def __init__(self, unit: Any) -> None:
         self._unit = unit
         self._waiting: deque[CncErrorRecord] = deque(maxlen=QUEUE)
 
-    def add(self, number: int, block_number: int = 0, program: str = "") -> None:
+    def add(
+        self, number: int, block_number: int = 0, program: str = ""
+    ) -> None:
         """One more error."""
-        self._waiting.append(CncErrorRecord(number, "MOCK", 0, 1, 2, 2, program, "", block_number, 0))
+        self._waiting.append(
+            CncErrorRecord(
+                number, "MOCK", 0, 1, 2, 2, program, "", block_number, 0
+            )
+        )
 
     def cycle(self) -> None:
         """Put the next record out if the unit is free."""
@@ -65,7 +75,9 @@ class ErrorQueue:
 
 
 class Watchdogs:
-    """``mc_watchdog`` (this side watches the PLC) and ``lc_watchdog`` (this side gives signs)."""
+    """``mc_watchdog`` (this side watches the PLC) and ``lc_watchdog`` (this
+    side gives signs).
+    """
 
     def __init__(self, head: Any, cycle_s: float, errors: ErrorQueue) -> None:
         self._mc, self._lc = head.mc_watchdog, head.lc_watchdog
@@ -97,9 +109,13 @@ class Watchdogs:
 
 
 class ModeMachine:
-    """``channel_mc_control.mode_and_state``: accepts commands, passes intermediate states, one a cycle."""
+    """``channel_mc_control.mode_and_state``: accepts commands, passes
+    intermediate states, one a cycle.
+    """
 
-    def __init__(self, unit: Any, errors: ErrorQueue, ended_state: ProcessState) -> None:
+    def __init__(
+        self, unit: Any, errors: ErrorQueue, ended_state: ProcessState
+    ) -> None:
         self._unit = unit
         self._errors = errors
         self._ended_state = ended_state
@@ -110,8 +126,16 @@ class ModeMachine:
         self._route: list[ProcessState] = []
 
     def cycle(self, present: bool) -> str:
-        """One cycle; returns "start", "abort", "select" or "" for what the program has to do."""
-        action = self._accept() if present and self._unit.enable_w and self._unit.command_semaphor_rw else ""
+        """One cycle; returns "start", "abort", "select" or "" for what the
+        program has to do.
+        """
+        action = (
+            self._accept()
+            if present
+            and self._unit.enable_w
+            and self._unit.command_semaphor_rw
+            else ""
+        )
         if not action and self._route:
             before, self.state = self.state, self._route.pop(0)
             action = self._action(before)
@@ -128,19 +152,35 @@ class ModeMachine:
         self.enter(self._ended_state)
 
     def _show(self) -> None:
-        self._unit.state_r.mode, self._unit.state_r.state = self.mode, self.state
+        self._unit.state_r.mode, self._unit.state_r.state = (
+            self.mode,
+            self.state,
+        )
 
     def _accept(self) -> str:
-        """Take the command, clear the semaphore: in the same cycle, whatever the content."""
+        """Take the command, clear the semaphore: in the same cycle, whatever
+        the content.
+        """
         command = self._unit.command_w
         mode, state = command.to_mode, command.to_state
         self.parameter = command.parameter or self.parameter
         origin = (command.from_mode, command.from_state)
-        self.warnings += any(o and o != now for o, now in zip(origin, (self.mode, self.state), strict=True))
+        self.warnings += any(
+            o and o != now
+            for o, now in zip(origin, (self.mode, self.state), strict=True)
+        )
         self._unit.command_semaphor_rw = False
         self.accepted += 1
-        allowed = (1, 2, 3) if mode == Mode.STANDBY else (1, 2, 3, 4, 5, ProcessState.RESETTING)
-        if mode not in tuple(Mode) or state not in allowed or not self._plan(ProcessState(state)):
+        allowed = (
+            (1, 2, 3)
+            if mode == Mode.STANDBY
+            else (1, 2, 3, 4, 5, ProcessState.RESETTING)
+        )
+        if (
+            mode not in tuple(Mode)
+            or state not in allowed
+            or not self._plan(ProcessState(state))
+        ):
             self._errors.add(ERROR_TRANSITION)
             return ""
         self.mode = Mode(mode)
@@ -155,22 +195,36 @@ class ModeMachine:
         if now == target:
             self._route = []
             return True
-        if now == ProcessState.ERROR or (target == ProcessState.HOLD and now != ProcessState.ACTIVE):
+        if now == ProcessState.ERROR or (
+            target == ProcessState.HOLD and now != ProcessState.ACTIVE
+        ):
             return False
         if now == ProcessState.HOLD and target == ProcessState.ACTIVE:
             self._route = [ProcessState.RESUMING, target]
             return True
         between = []
-        if target == ProcessState.ACTIVE and now in (ProcessState.DESELECTED, ProcessState.SELECTED):
+        if target == ProcessState.ACTIVE and now in (
+            ProcessState.DESELECTED,
+            ProcessState.SELECTED,
+        ):
             between = [ProcessState.PREPARING, ProcessState.READY]
         self._route = [*between, STEPS_TO[target], target]
         return True
 
     def _action(self, before: ProcessState) -> str:
-        if self.state == ProcessState.ACTIVE and before == ProcessState.STARTING:
+        if (
+            self.state == ProcessState.ACTIVE
+            and before == ProcessState.STARTING
+        ):
             return "start"
         aborted = before in (ProcessState.ABORTING, ProcessState.RESETTING)
-        return "abort" if aborted else "select" if self.state == ProcessState.READY else ""
+        return (
+            "abort"
+            if aborted
+            else "select"
+            if self.state == ProcessState.READY
+            else ""
+        )
 
 
 class Technology:
@@ -178,7 +232,9 @@ class Technology:
 
     def __init__(self, area: Any, late: bool) -> None:
         self._area, self._late = area, late
-        self._units = area.techno_unit_late_sync if late else area.techno_unit_std_sync
+        self._units = (
+            area.techno_unit_late_sync if late else area.techno_unit_std_sync
+        )
         self._open: dict[int, Step] = {}
 
     @property
@@ -187,8 +243,12 @@ class Technology:
         return len(self._open)
 
     def put_out(self, step: Step, count: int) -> bool:
-        """Write into the next free unit: data first, ``please_rw`` TRUE last.  False if none is free."""
-        index = next((i for i in range(len(self._units)) if i not in self._open), None)
+        """Write into the next free unit: data first, ``please_rw`` TRUE last.
+        False if none is free.
+        """
+        index = next(
+            (i for i in range(len(self._units)) if i not in self._open), None
+        )
         if index is None:
             return False
         unit = self._units[index]
@@ -217,7 +277,9 @@ class Technology:
 
     def _show(self) -> None:
         count = max(self._open, default=-1) + 1
-        name = "used_units_late_sync_r" if self._late else "used_units_std_sync_r"
+        name = (
+            "used_units_late_sync_r" if self._late else "used_units_std_sync_r"
+        )
         setattr(self._area, name, len(self._open) if self._late else count)
 
 
@@ -226,8 +288,14 @@ def _fill(unit: Any, step: Step, count: int) -> None:
         spindle = overlay(unit.attribut_r.data, layout.HLI_S_PROZESS)
         spindle.rev, spindle.satz_nr = step.number, step.n
     elif step.kind == "T":
-        overlay(unit.attribut_r.data, layout.HLI_T_PROZESS).id.basic = step.number
+        overlay(
+            unit.attribut_r.data, layout.HLI_T_PROZESS
+        ).id.basic = step.number
     else:
         function = overlay(unit.attribut_r.data, layout.HLI_M_H_PROZESS)
-        function.nr, function.satz_nr, function.zeilen_nr = step.number, step.n, count
+        function.nr, function.satz_nr, function.zeilen_nr = (
+            step.number,
+            step.n,
+            count,
+        )
         function.add_value = step.value

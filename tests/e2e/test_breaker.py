@@ -244,7 +244,7 @@ def test_steps_and_channels_are_checked(program: Write) -> None:
         cnc.communicate(timeout=90)
 
 
-PATIENT = "import cnc_core.cnc_process as p; p.FIRST_SCAN_S = 1e9; from cnc_core.cli import main; main()"
+PATIENT = "import cnc_core.process as p; p.FIRST_SCAN_S = 1e9; from cnc_core.cli import main; main()"
 
 
 @pytest.mark.parametrize("clock", ["realtime", "freerun", "lockstep"])

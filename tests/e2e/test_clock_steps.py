@@ -19,7 +19,7 @@ WALL_CLOCK = re.compile(
     r"\btime\.(time|time_ns|localtime|gmtime|ctime)\(|\bdatetime\.(now|today|utcnow)|\bCLOCK_(REALTIME|TAI)"
     r"|\bgettimeofday|\btime\((NULL|0|&)|FUTEX_CLOCK_REALTIME|\bsem_timedwait|\bpthread_cond_timedwait|\btimer_settime"
 )
-STAMPS = {"cnc_core/frontend/isg/text_commands.py"}  # the date and time a message file asks for
+STAMPS = {"cnc_core/frontend/isg/commands/text.py"}  # the date and time a message file asks for
 JUMPING = r"""
 #define _GNU_SOURCE
 #include <stdio.h>

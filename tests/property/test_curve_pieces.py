@@ -17,9 +17,9 @@ from cnc_core.blocks import BlockBatch, blocks
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine, Event
 from cnc_core.errors import CncError, Place
-from cnc_core.geometry.polynomial import distance, normalised
-from cnc_core.geometry.stage import RefusedRow
-from cnc_core.kinematics.limits import AxisLimits
+from cnc_core.geometry.shapes.polynomial import distance, normalised
+from cnc_core.geometry.stages.axis_limits import AxisLimits
+from cnc_core.geometry.stages.stage import RefusedRow
 from hli import layout
 from hli.view import Areas
 

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from cnc_core.geometry.fits import DegenerateError, fit_circle, fit_line, fit_plane, fit_plane_circle, fit_sphere
+from cnc_core.geometry.shapes.fits import (
+    DegenerateError,
+    fit_circle,
+    fit_line,
+    fit_plane,
+    fit_plane_circle,
+    fit_sphere,
+)
 
 CASES = 24
 

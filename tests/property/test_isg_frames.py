@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from cnc_core.blocks import ELEMENT, PIECE, blocks
 from cnc_core.config import CellConfig, load_config, parse_config
-from cnc_core.geometry.polynomial import coefficients
+from cnc_core.geometry.shapes.polynomial import coefficients
 from cnc_core.kinematics.osai import CHAINS
 from cnc_core.program import Program
 

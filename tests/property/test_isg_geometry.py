@@ -14,7 +14,7 @@ from cnc_core.blocks import CIRCULAR
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.frontend.offline import read_all
-from cnc_core.port import OfflinePort, Wait
+from cnc_core.frontend.port import OfflinePort, Wait
 
 MACHINE = ProgramMachine(("X", "Y", "Z", "A"), (False, False, False, True), (0, 1, 2), np.zeros(4), {}, {3: "MOS"})
 FIXED = settings(max_examples=150, deadline=None, derandomize=True, database=None)

@@ -69,7 +69,7 @@ def test_expressions_agree_with_python(seed, tmp_path):
     assert not run.codes
     for i, (nc, python) in enumerate(pairs):
         wanted = float(eval(python, {"math": math, "p": p}))
-        found = run.reader.context.store.program[f"R{i}"].values[0]
+        found = run.reader.state.store.program[f"R{i}"].values[0]
         # steps of comparisons and roundings stand in the trees: angles may differ by the last digit only
         assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9), (nc, python)
 

@@ -15,7 +15,7 @@ from cnc_core.blocks import POLYNOMIAL
 from cnc_core.frontend.iso import IsoFrontEnd
 from cnc_core.frontend.machine import ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 
 START = (3.0, -4.0, 50.0)
 MACHINE = ProgramMachine(

@@ -13,7 +13,7 @@ from cnc_core.blocks import CIRCULAR
 from cnc_core.errors import CncError
 from cnc_core.frontend import create
 from cnc_core.frontend.offline import read_all
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 
 WRAP = 1000
 
@@ -269,7 +269,7 @@ def test_scanner_and_parser_agree(tmp_path, seed):
     lines += ["G91 G3 G18 I2 J3", "G91 G2 G19 I2 J3", "G90 G17 G0 X0 Y0", "G3 X10 Y0 I5 J0", "G2 X0 Y0 I5 J0"]
     path = tmp_path / "p.isons"
     path.write_text("\n".join(lines))
-    machine = run(tmp_path, "").reader.executor.machine
+    machine = run(tmp_path, "").reader.channel.machine
     readers = [create("isons", path, machine, OfflinePort(machine.start), collect=True) for _ in range(2)]
     readers[1]._scan = False
     a, b = (np.concatenate([batch.rows for batch in read_all(reader, 50)]) for reader in readers)

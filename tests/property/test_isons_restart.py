@@ -10,9 +10,9 @@ from isons_programs import CELL
 from cnc_core.blocks import ELEMENT, EVENT, EVENT_OVERRIDE, LINEAR, PIECE, POLYNOMIAL, M, S, T
 from cnc_core.config import load_config, parse_config
 from cnc_core.errors import CncError
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
-from cnc_core.restart import Restart
+from cnc_core.program.restart import Restart
 
 CONFIG = CELL + "[isons]\nVRIPOSO = 600\n[isons.tools.1]\ndiameter = 4\n"
 
@@ -88,7 +88,7 @@ def test_restart_at_any_line(tmp_path, seed):
         assert [told(row) for row in moves[1:]] == [told(row) for row in whole[k:]]
         assert other.store.scope.values == reader.store.scope.values
         assert ports._external == port._external
-        assert other.executor.frame.total == pytest.approx(reader.executor.frame.total)
+        assert other.channel.frame.total == pytest.approx(reader.channel.frame.total)
         functions = [(int(row["type"]), int(row["code"]), float(row["value"])) for row in again[:3]]
         assert functions == [(T, 1, 0), (S, 0, 500), (M, 3, 0)]
 

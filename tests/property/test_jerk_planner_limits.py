@@ -11,8 +11,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from cnc_core.jerk_paths import Chain, Knots, random_chain, random_waves
-from cnc_core.jerk_planner import STAND, FloatArray, JerkPlanner, Limits, Topp2, sample
+from cnc_core.benchmarks.jerk_paths import Chain, Knots, random_chain, random_waves
+from cnc_core.engine.jerk_planner import STAND, FloatArray, JerkPlanner, Limits, Topp2, sample
 
 DT = 0.001
 Rows = npt.NDArray[Any]

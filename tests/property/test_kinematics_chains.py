@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from cnc_core.config.kinematics import KinematicsConfig
 from cnc_core.errors import CncError
 from cnc_core.kinematics import inverse
 from cnc_core.kinematics.chain import SingularMachine, Step
 from cnc_core.kinematics.machine import Kinematics
 from cnc_core.kinematics.osai import CHAINS, CUTS, Element, machine_chain
-from cnc_core.kinematics_config import KinematicsConfig
 
 NAMES = ("LI1", "LI2", "LI3", "WRK", "TOL")
 TYPES = list(itertools.product(CHAINS, CUTS))

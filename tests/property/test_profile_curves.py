@@ -8,12 +8,12 @@ from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, v
 from scipy.interpolate import BSpline, CubicSpline, make_interp_spline
 
 from cnc_core.blocks import EXACT_STOP, RAPID
+from cnc_core.blocks.profile_columns import BLEND, PASS, SMOOTH, STOP, Marks
 from cnc_core.config import parse_config
-from cnc_core.geometry import bspline
-from cnc_core.geometry.profile_blend import radius_of, tangent_length
-from cnc_core.geometry.profile_points import automatic_codes
+from cnc_core.geometry.profiles.blend import radius_of, tangent_length
+from cnc_core.geometry.profiles.points import automatic_codes
+from cnc_core.geometry.shapes import bspline
 from cnc_core.planning import plan_program
-from cnc_core.profile import BLEND, PASS, SMOOTH, STOP, Marks
 
 PLAIN = changed(SETUP_3, CRV=None, EDG=None)
 CUBIC = changed(PLAIN, PNT="(PNT,AXI,AXI,CUB)")

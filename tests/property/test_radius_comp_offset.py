@@ -14,8 +14,8 @@ import shapely
 
 from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, NC_BLOCK, BlockBatch
 from cnc_core.errors import CncError, Place
-from cnc_core.geometry.radius_comp import RadiusCompensation
-from cnc_core.geometry.stage import RefusedRow
+from cnc_core.geometry.stages.radius_compensation import RadiusCompensation
+from cnc_core.geometry.stages.stage import RefusedRow
 
 MAIN = (0, 1, 2)
 

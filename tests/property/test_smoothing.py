@@ -28,11 +28,11 @@ from cnc_core.blocks import (
 )
 from cnc_core.config import AxisConfig, CellConfig
 from cnc_core.engine import Engine, Event
-from cnc_core.geometry.polynomial import coefficients, derivative, joined, value
-from cnc_core.geometry.smoothing import Smoothing, SmoothingMachine, SmoothingReport
+from cnc_core.geometry.shapes.polynomial import coefficients, derivative, joined, value
+from cnc_core.geometry.stages.smoothing import Smoothing, SmoothingMachine, SmoothingReport
 from cnc_core.planning import plan_program
+from cnc_core.planning.measure import TrajectoryCheck
 from cnc_core.program import Program
-from cnc_core.trajectory import TrajectoryCheck
 
 MACHINE = SmoothingMachine((0, 1, 2), 0, 3000.0, 100.0)
 FIVE_AXES = SmoothingMachine((0, 1, 2), 0b11000, 3000.0, 100.0)

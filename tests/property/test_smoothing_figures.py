@@ -7,9 +7,9 @@ import pytest
 from drive import FloatArray, line_rows
 from test_smoothing import derivatives, distance, executed, judge, sampled, smooth
 
+from cnc_core.benchmarks.jerk_paths import contour
 from cnc_core.blocks import NC_BLOCK, POLYNOMIAL, SMOOTHING
-from cnc_core.geometry.smoothing import SmoothingMachine
-from cnc_core.jerk_paths import contour
+from cnc_core.geometry.stages.smoothing import SmoothingMachine
 
 FAST = SmoothingMachine((0, 1, 2), 0, 3000.0, 300.0)
 

@@ -9,8 +9,8 @@ from drive import drive, line_rows, ratios
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.engine import Engine
-from cnc_core.picture import plan_picture
 from cnc_core.planning import PlanResult, plan_program
+from cnc_core.planning.picture import plan_picture
 from cnc_core.program import Program
 
 V, A = 300.0, 3000.0

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from cnc_core.benchmarks.workloads import WORKLOADS, write_arcs
 from cnc_core.engine import Engine, Event
 from cnc_core.planning import Feeder, plan_program
 from cnc_core.program import Program
-from cnc_core.workloads import WORKLOADS, write_arcs
 
 
 def _drive(path: Path, window: int, tolerance: float = 0.0, workload: str = "arcs") -> tuple[float, int, int]:

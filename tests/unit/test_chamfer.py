@@ -7,7 +7,7 @@ import pytest
 
 from cnc_core.blocks import CIRCULAR, LINEAR, POLYNOMIAL
 from cnc_core.config import load_config
-from cnc_core.geometry.polynomial import joined
+from cnc_core.geometry.shapes.polynomial import joined
 from cnc_core.program import Program
 
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from inside import Inside, legal
 
-from cnc_core.cnc_process import NO_FUNCTIONS
 from cnc_core.engine import Event
+from cnc_core.process.cnc_process import NO_FUNCTIONS
 from hli import layout
 
 L_SHAPE = "N10 G1 X50 F6000\nN20 Y20\nN30 X0\nN40 Y0\n"

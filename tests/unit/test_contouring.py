@@ -11,8 +11,8 @@ from cnc_core.blocks import CIRCULAR, LINEAR, POLYNOMIAL, BlockBatch, M
 from cnc_core.config import load_config
 from cnc_core.engine import Engine
 from cnc_core.errors import Place
-from cnc_core.geometry.contour import Contouring, ContourMachine
-from cnc_core.geometry.polynomial import coefficients, joined
+from cnc_core.geometry.shapes.polynomial import coefficients, joined
+from cnc_core.geometry.stages.contouring import Contouring, ContourMachine
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

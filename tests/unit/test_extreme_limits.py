@@ -10,7 +10,7 @@ import pytest
 from drive import drive, line_rows, ratios
 
 from cnc_core.config import CellConfig, parse_config
-from cnc_core.jerk_planner import JerkPlanner, Limits, intervals_from_knots, run
+from cnc_core.engine.jerk_planner import JerkPlanner, Limits, intervals_from_knots, run
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

@@ -12,10 +12,10 @@ from scipy.interpolate import CubicSpline, make_interp_spline
 from scipy.optimize import linprog
 from scipy.sparse import csr_matrix
 
+from cnc_core.benchmarks.jerk_paths import Arc, Chain, contour
 from cnc_core.config import CellConfig
 from cnc_core.engine import Engine
-from cnc_core.jerk_paths import Arc, Chain, contour
-from cnc_core.jerk_planner import JerkPlanner, Limits, sample
+from cnc_core.engine.jerk_planner import JerkPlanner, Limits, sample
 
 CELL = CellConfig()
 DT, V, A, J = CELL.cycle_s, 300.0, 3000.0, 50000.0

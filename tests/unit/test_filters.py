@@ -10,12 +10,12 @@ import shapely
 from scipy.interpolate import BSpline
 
 from cnc_core.blocks import EXACT_STOP, FILTER, HAS_VALUE, LINEAR, NC_BLOCK, BlockBatch, M
-from cnc_core.geometry.feed_control import FeedControl
-from cnc_core.geometry.low_pass import LowPass
-from cnc_core.geometry.noise import Noise
-from cnc_core.geometry.nurbs import SplineFilter
-from cnc_core.geometry.polyline import distances, farthest
-from cnc_core.geometry.short_segments import ShortSegments
+from cnc_core.geometry.filters.feed_control import FeedControl
+from cnc_core.geometry.filters.low_pass import LowPass
+from cnc_core.geometry.filters.noise import Noise
+from cnc_core.geometry.filters.run_filter import distances, farthest
+from cnc_core.geometry.filters.short_segments import ShortSegments
+from cnc_core.geometry.filters.spline_filter import SplineFilter
 
 CASES = [
     (Noise, {"angle": 0.4, "length": 0.4}),

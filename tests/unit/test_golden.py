@@ -17,9 +17,9 @@ from cnc_core.errors import Place
 from cnc_core.frontend import create
 from cnc_core.frontend.machine import External, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
-from cnc_core.geometry.profile_limits import AxisDynamics
+from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.geometry.profiles import Profiles
-from cnc_core.port import OfflinePort, Wait
+from cnc_core.geometry.profiles.limits import AxisDynamics
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 CASES = sorted(p.parent.name for p in GOLDEN.glob("*/program.*"))

@@ -14,10 +14,10 @@ from cnc_core.frontend.isg.cycles.preview import CODES
 from cnc_core.frontend.isg.cycles.registry import CYCLES, find
 from cnc_core.frontend.machine import HscSetting, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
-from cnc_core.geometry import pocket
-from cnc_core.geometry.fits import fit_circle
-from cnc_core.geometry.rotation import from_points
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
+from cnc_core.geometry.shapes import pocket
+from cnc_core.geometry.shapes.fits import fit_circle
+from cnc_core.geometry.shapes.rotation import from_points
 from cnc_core.program import Program
 
 

@@ -10,7 +10,7 @@ from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.machine import ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
-from cnc_core.port import OfflinePort, Wait
+from cnc_core.frontend.port import OfflinePort, Wait
 
 MACHINE = ProgramMachine(
     axes=("X", "Y", "Z", "X1", "XR"),

@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 from isg_programs import MACHINE, Run
 
-from cnc_core import external
-from cnc_core.channel import LivePort
 from cnc_core.config import CellConfig, parse_config
+from cnc_core.engine import external
 from cnc_core.errors import CncError, ConfigError
 from cnc_core.frontend.base.variables import Scope
-from cnc_core.frontend.isg import command_table, gcodes
+from cnc_core.frontend.isg.commands.parser import table as command_table
+from cnc_core.frontend.isg.language import gcodes
 from cnc_core.frontend.machine import External
+from cnc_core.process.live_port import LivePort
 from cnc_core.program import Program
 
 DOCS = Path(__file__).parents[2] / "docs" / "isg.md"

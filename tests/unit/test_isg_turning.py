@@ -7,7 +7,7 @@ import pytest
 
 from cnc_core.blocks import LINEAR, POLYNOMIAL, S
 from cnc_core.config import load_config
-from cnc_core.geometry.polynomial import joined
+from cnc_core.geometry.shapes.polynomial import joined
 from cnc_core.program import Program
 
 CELL = "[axes.X]\nmin_mm = -200\nmax_mm = 200\n[axes.Y]\n[axes.Z]\n[axes.U]\n[axes.C]\nkind = 'rotary'\n"

@@ -12,8 +12,8 @@ from cnc_core.frontend import create, detect
 from cnc_core.frontend.iso import IsoFrontEnd
 from cnc_core.frontend.machine import ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
+from cnc_core.frontend.port import OfflinePort
 from cnc_core.planning import plan_program
-from cnc_core.port import OfflinePort
 from cnc_core.program import Program
 
 MACHINE = ProgramMachine(

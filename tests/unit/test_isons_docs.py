@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from cnc_core.frontend.isons import codes, instructions, parameters
-from cnc_core.frontend.isons.dialogs import KNOWN as FORM_INSTRUCTIONS
-from cnc_core.frontend.isons.forms import PROPERTIES
-from cnc_core.frontend.isons.formulas import FUNCTIONS, OF_ANGLES, OPERATORS, TO_ANGLES
-from cnc_core.frontend.isons.system import INDICES
-from cnc_core.frontend.isons_cell import EVENTS
+from cnc_core.frontend.isons.base import codes, parameters
+from cnc_core.frontend.isons.base.machine import EVENTS
+from cnc_core.frontend.isons.flow import instructions
+from cnc_core.frontend.isons.language.formulas import FUNCTIONS, OF_ANGLES, OPERATORS, TO_ANGLES
+from cnc_core.frontend.isons.motion.system import INDICES
+from cnc_core.frontend.isons.operator.dialogs import KNOWN as FORM_INSTRUCTIONS
+from cnc_core.frontend.isons.operator.forms import PROPERTIES
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "isons.md").read_text()
 

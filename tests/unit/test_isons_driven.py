@@ -6,7 +6,7 @@ import shapely
 
 from cnc_core.blocks import LINEAR, BlockBatch
 from cnc_core.config import parse_config
-from cnc_core.geometry.polyline import distances, farthest
+from cnc_core.geometry.filters.run_filter import distances, farthest
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

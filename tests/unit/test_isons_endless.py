@@ -4,7 +4,8 @@ import pytest
 from isons_programs import run
 
 from cnc_core.errors import CncError
-from cnc_core.frontend.isons import endless, front_end
+from cnc_core.frontend.isons import front_end
+from cnc_core.frontend.isons.flow import endless
 
 STILL = [
     "@A\nGOTO A\n",

@@ -7,7 +7,7 @@ import pytest
 
 from cnc_core.blocks import ELEMENT, NO_OVERRIDE, PIECE, POLYNOMIAL
 from cnc_core.config import parse_config
-from cnc_core.geometry.polyline import distances
+from cnc_core.geometry.filters.run_filter import distances
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from isons_programs import CELL, run
 
-from cnc_core.channel import LivePort
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
-from cnc_core.frontend.isons.colours import COLOURS
-from cnc_core.frontend.isons.forms import printed
-from cnc_core.operator_answers import Answer, Operator, read_answers
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.isons.operator.colours import COLOURS
+from cnc_core.frontend.isons.operator.forms import printed
+from cnc_core.frontend.operator import Answer, Operator, read_answers
+from cnc_core.frontend.port import OfflinePort
+from cnc_core.process.live_port import LivePort
 from cnc_core.program import Program
 
 FORM = """LIB_FORMTEXT "Tool data"

@@ -11,7 +11,7 @@ from cnc_core.blocks import CIRCULAR, EXACT_STOP, FLUSH, PATH_MODE, STANDSTILL, 
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError, ConfigError
 from cnc_core.frontend import create
-from cnc_core.port import OfflinePort, Wait
+from cnc_core.frontend.port import OfflinePort, Wait
 from cnc_core.program import Program
 
 
@@ -146,7 +146,7 @@ def test_macros_wait(tmp_path):
     (tmp_path / "p.isons").write_text("G0X1\nM3\nG62\nHM4\nG0X2\n")
     (tmp_path / "HM4.isons").write_text("G0X5\n")
     reader = run(tmp_path, "").reader
-    front_end = create("isons", tmp_path / "p.isons", reader.executor.machine, OfflinePort(np.zeros(4)))
+    front_end = create("isons", tmp_path / "p.isons", reader.channel.machine, OfflinePort(np.zeros(4)))
     items = []
     while (item := front_end.read(10)) is not None:
         items += [item] if isinstance(item, Wait) else [int(t) for t in item.rows["type"]]
@@ -340,7 +340,7 @@ def test_outputs_and_generics(tmp_path):
 def test_corners_come_out_before_a_wait(tmp_path):
     """A block that needs everything before to be executed gets it; a change of plane ends the corner too."""
     (tmp_path / "p.isons").write_text("G30 R2 A5\nG1X10\n$A=$_R0\nG1Y10\nG18\nG1X0\n")
-    machine = run(tmp_path, "").reader.executor.machine
+    machine = run(tmp_path, "").reader.channel.machine
     front_end = create("isons", tmp_path / "p.isons", machine, OfflinePort(np.zeros(4)))
     items = []
     while (item := front_end.read(10)) is not None:

@@ -6,7 +6,7 @@ from isons_programs import CELL, run
 from cnc_core.blocks import DISTANCE_RESET, MARKER
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
 
 ISONS = """G60 G63 F3

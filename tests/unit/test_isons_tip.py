@@ -9,7 +9,7 @@ from isons_programs import run
 from cnc_core.blocks import ELEMENT, PIECE, POLYNOMIAL
 from cnc_core.config import load_config
 from cnc_core.errors import CncError
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 from cnc_core.program import Program
 
 CELL = Path(__file__).resolve().parents[2] / "examples" / "five_axis" / "head_head.toml"

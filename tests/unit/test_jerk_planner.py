@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from cnc_core.benchmarks.jerk_paths import Chain, Line, contour, raster_line
+from cnc_core.engine.jerk_planner import JerkPlanner, Limits, Topp2, ffi, lib, run, sample
 from cnc_core.errors import CncError
-from cnc_core.jerk_paths import Chain, Line, contour, raster_line
-from cnc_core.jerk_planner import JerkPlanner, Limits, Topp2, ffi, lib, run, sample
 
 LIMITS = {n: Limits([300.0] * n, [3000.0] * n, [50000.0] * n) for n in (1, 2, 3)}
 

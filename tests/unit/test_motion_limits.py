@@ -6,7 +6,7 @@ import pytest
 from cnc_core.blocks import DYNAMICS, POLYNOMIAL, SMOOTHING
 from cnc_core.config import load_config
 from cnc_core.engine import Engine, Event
-from cnc_core.geometry.polynomial import joined
+from cnc_core.geometry.shapes.polynomial import joined
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

@@ -9,8 +9,8 @@ from osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
 
 from cnc_core.config import CellConfig, parse_config
 from cnc_core.errors import CncError
-from cnc_core.geometry.optimizer_reference import polyline
 from cnc_core.optimize import optimize
+from cnc_core.optimize.reference import polyline
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

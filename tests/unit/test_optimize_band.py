@@ -12,9 +12,9 @@ from osai_programs import CELL_5, SETUP_3, SETUP_5, changed, curves, value
 from scipy.interpolate import BSpline
 
 from cnc_core.config import CellConfig
-from cnc_core.geometry.optimizer_band import off_path
-from cnc_core.geometry.optimizer_bspline import Normal, derivative_rows, knot_vector, local_basis
 from cnc_core.optimize import optimize
+from cnc_core.optimize.band import off_path
+from cnc_core.optimize.least_squares import Normal, derivative_rows, knot_vector, local_basis
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

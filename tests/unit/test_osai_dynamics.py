@@ -5,8 +5,8 @@ import pytest
 from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves
 
 from cnc_core.config import parse_config
-from cnc_core.geometry.profile_blend import gentle_bend
-from cnc_core.geometry.profile_filter import _Caps, _spread
+from cnc_core.geometry.profiles.blend import gentle_bend
+from cnc_core.geometry.profiles.time_filter import _Caps, _spread
 from cnc_core.planning import plan_program
 
 BENDS = {"CRV": None, "EDG": None, "DIN_X": "(DIN,X,,300)", "DIN_Y": "(DIN,Y,,300)"}

@@ -13,7 +13,7 @@ from cnc_core.errors import CncError
 from cnc_core.frontend import detect
 from cnc_core.frontend.osai.codes import CODES, TRANSITIONS, VIRTUALISATIONS
 from cnc_core.frontend.osai.front_end import ARCS, SUPPORTED_G
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 
 DOCS = Path(__file__).parents[2] / "docs" / "osai.md"
 POL = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")

@@ -5,7 +5,7 @@ import pytest
 from inside import Inside
 from osai_programs import SETUP_3, Workshop, changed
 
-from cnc_core.geometry.profile_filter import _Caps, _opened
+from cnc_core.geometry.profiles.time_filter import _Caps, _opened
 from cnc_core.planning import plan_program
 
 BENDS = {"CRV": None, "EDG": None, "DIN_X": "(DIN,X,,300)", "DIN_Y": "(DIN,Y,,300)"}

@@ -7,12 +7,12 @@ import pytest
 from osai_programs import CELL_5, SETUP_3, SETUP_5, Workshop, changed, curves, value
 
 from cnc_core.blocks import BY_PARAMETER, EXACT_STOP, LINEAR, POLYNOMIAL
+from cnc_core.blocks.profile_columns import POINTS, ProfileAxis, ProfileSpec, ToolShape
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
-from cnc_core.geometry import profile_jets as jets
-from cnc_core.geometry.profile_tool import Rotaries, Versors
+from cnc_core.geometry.profiles import jets
+from cnc_core.geometry.profiles.tool import Rotaries, Versors
 from cnc_core.planning import plan_program
-from cnc_core.profile import POINTS, ProfileAxis, ProfileSpec, ToolShape
 
 AXES = tuple(
     ProfileAxis(name, i, role, place)

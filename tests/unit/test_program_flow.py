@@ -10,10 +10,17 @@ from isg_programs import MACHINE, Run
 from cnc_core.errors import CncError
 from cnc_core.frontend.base.flow import START, Flow, Level, Mark
 from cnc_core.frontend.base.source import Source
-from cnc_core.frontend.base.variables import REAL64, LevelScopes, Variable, check_dimensions, text_type, whole_type
+from cnc_core.frontend.base.variables import (
+    REAL64,
+    LevelScopes,
+    Variable,
+    check_dimensions,
+    text_type,
+    whole_type,
+)
 from cnc_core.frontend.isg import IsgFrontEnd
 from cnc_core.frontend.offline import read_all
-from cnc_core.port import OfflinePort
+from cnc_core.frontend.port import OfflinePort
 
 
 @pytest.mark.parametrize("chunk", [5, 64, 1 << 20])

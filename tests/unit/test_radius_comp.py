@@ -11,7 +11,7 @@ import pytest
 from cnc_core.blocks import CIRCULAR, COMPENSATION, LINEAR, POLYNOMIAL, H, M
 from cnc_core.config import parse_config
 from cnc_core.errors import CncError
-from cnc_core.port import Wait
+from cnc_core.frontend.port import Wait
 from cnc_core.program import Program
 
 CELL = parse_config("[tools.1]\nradius_mm = 5.0\n[tools.2]\nradius_mm = 3.0\n[tools.3]\nradius_mm = -5.0\n")

@@ -7,7 +7,7 @@ from scipy.interpolate import Akima1DInterpolator, BSpline
 
 from cnc_core.blocks import DWELL, LINEAR, POLYNOMIAL
 from cnc_core.config import load_config
-from cnc_core.geometry.polynomial import coefficients, joined
+from cnc_core.geometry.shapes.polynomial import coefficients, joined
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 

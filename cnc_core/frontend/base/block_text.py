@@ -1,4 +1,6 @@
-"""The text of one block: its physical lines joined, comments blanked, every column traceable to its line."""
+"""The text of one block: its physical lines joined, comments blanked, every
+column traceable to its line.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ OWN_N_NUMBER = re.compile(r"\s*[nN]\s*\d+")
 
 @dataclass
 class PhysicalLine:
-    """One line of the file; ``start`` is the offset of its first character in the block's text."""
+    """One line of the file; ``start`` is the offset of its first character in
+    the block's text.
+    """
 
     start: int
     number: int
@@ -23,9 +27,12 @@ class PhysicalLine:
 
 @dataclass
 class BlockText:
-    """``text``: all physical lines in one.  Offsets into it are 0-based, columns in errors 1-based.
+    """``text``: all physical lines in one.
 
-    ``lines_read`` counts physical lines, also those whose text was dropped because the block is too long.
+    Offsets into it are 0-based, columns in errors 1-based.
+
+    ``lines_read`` counts physical lines, also those whose text was dropped
+    because the block is too long.
     """
 
     file: str
@@ -35,22 +42,31 @@ class BlockText:
 
     def place(self, offset: int) -> Place:
         """Where in the file the character at ``offset`` of the text stands."""
-        line = next((p for p in reversed(self.lines) if p.start <= offset), self.lines[0])
+        line = next(
+            (p for p in reversed(self.lines) if p.start <= offset),
+            self.lines[0],
+        )
         return Place(self.file, line.number, offset - line.start + 1, line.text)
 
 
 def read_block(source: Source, lines_read: int) -> BlockText | None:
-    r"""Read physical lines up to one that does not end with ``\``; None at the end of the file.
+    r"""Read physical lines up to one that does not end with ``\``; None at the
+    end of the file.
 
-    ``lines_read``: physical lines read before.  The length is not judged here (``check_length``): a block that is too
-    long is read to its end all the same, but its later lines are dropped.
+    ``lines_read``: physical lines read before.  The length is not judged here
+    (``check_length``): a block that is too long is read to its end all the
+    same, but its later lines are dropped.
     """
     block = BlockText(str(source.path))
     while (line := source.line()) is not None:
         block.lines_read += 1
         text, continued = _continued(line)
         if len(block.text) <= BLOCK_CHARACTERS:
-            block.lines.append(PhysicalLine(len(block.text), lines_read + block.lines_read, line))
+            block.lines.append(
+                PhysicalLine(
+                    len(block.text), lines_read + block.lines_read, line
+                )
+            )
             block.text += _part(text, continued, first=block.lines_read == 1)
         if not continued:
             break
@@ -58,11 +74,15 @@ def read_block(source: Source, lines_read: int) -> BlockText | None:
 
 
 def read_line(source: Source, lines_read: int) -> BlockText | None:
-    r"""One physical line as a block, for dialects in which ``\`` joins nothing; None at the end of the file."""
+    r"""One physical line as a block, for dialects in which ``\`` joins nothing;
+    None at the end of the file.
+    """
     text = source.line()
     if text is None:
         return None
-    return BlockText(str(source.path), text, [PhysicalLine(0, lines_read + 1, text)], 1)
+    return BlockText(
+        str(source.path), text, [PhysicalLine(0, lines_read + 1, text)], 1
+    )
 
 
 def _continued(text: str) -> tuple[str, bool]:
@@ -74,7 +94,9 @@ def _continued(text: str) -> tuple[str, bool]:
 
 
 def _part(text: str, continued: bool, first: bool) -> str:
-    r"""A line's share of the block: ``\`` becomes a blank, as does the N number of a continuation line."""
+    r"""A line's share of the block: ``\`` becomes a blank, as does the N number
+    of a continuation line.
+    """
     if continued:
         text = text[:-1] + " "
     own = None if first else OWN_N_NUMBER.match(text)
@@ -86,11 +108,15 @@ def check_length(block: BlockText) -> None:
     if len(block.text) > BLOCK_CHARACTERS:
         place = block.place(BLOCK_CHARACTERS)
         place.source = place.source[:80]
-        raise CncError(20301, f"block longer than {BLOCK_CHARACTERS} characters", place)
+        raise CncError(
+            20301, f"block longer than {BLOCK_CHARACTERS} characters", place
+        )
 
 
 def strip_comments(text: str) -> str:
-    """The text with comments replaced by blanks: ``( )`` nest, an open ``(`` and ``;`` reach to the end."""
+    """The text with comments replaced by blanks: ``( )`` nest, an open ``(``
+    and ``;`` reach to the end.
+    """
     out: list[str] = []
     depth = 0
     quoted = False

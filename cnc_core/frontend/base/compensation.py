@@ -1,7 +1,10 @@
-"""Tool radius compensation as the program sees it: which functions are in force, and the row that tells the stage.
+"""Tool radius compensation as the program sees it: which functions are in
+force, and the row that tells the stage.
 
-The geometry is behind the waist (``cnc_core.geometry.radius_comp``); here the modal state is kept, and a
-``COMPENSATION`` row is made whenever it changes in a way that the stage has to know.
+The geometry is behind the waist
+(``cnc_core.geometry.stages.radius_compensation``); here the modal state is
+kept, and a ``COMPENSATION`` row is made whenever it changes in a way that the
+stage has to know.
 """
 
 from __future__ import annotations
@@ -13,7 +16,12 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 
-SIDES, CORNERS, MODES, FEEDS = (40, 41, 42), (25, 26), (138, 139, 237, 239), (10, 11)
+SIDES, CORNERS, MODES, FEEDS = (
+    (40, 41, 42),
+    (25, 26),
+    (138, 139, 237, 239),
+    (10, 11),
+)
 TANGENTIAL = 5
 CODES = frozenset({*SIDES, *CORNERS, *MODES, *FEEDS, TANGENTIAL})
 
@@ -40,11 +48,15 @@ class Compensation:
         self._modal = modal
         self.choice = Choice()
 
-    def update(self, codes: dict[str, int], radius_mm: float, plane: int, n: int) -> list[Row]:
-        """Take over the G functions of a block and the tool radius; the row for the stage, if it has to know.
+    def update(
+        self, codes: dict[str, int], radius_mm: float, plane: int, n: int
+    ) -> list[Row]:
+        """Take over the G functions of a block and the tool radius; the row for
+        the stage, if it has to know.
 
-        ``settle`` has to follow when the block's motion is made: the block itself may change the plane as long as
-        compensation is not active both before and behind it.
+        ``settle`` has to follow when the block's motion is made: the block
+        itself may change the plane as long as compensation is not active both
+        before and behind it.
         """
         before, self.choice = self.choice, self._chosen(codes, radius_mm)
         self._modal.set_compensated(before.active and self.choice.active)
@@ -75,7 +87,13 @@ class Compensation:
     def _row(self, tangential: bool, plane: int, n: int) -> Row:
         choice = self.choice
         flags = CONTOUR_FEED if choice.feed == 11 else 0
-        row = self._modal.row(COMPENSATION, n, code=choice.side, value=choice.radius_mm, flags=flags)
+        row = self._modal.row(
+            COMPENSATION,
+            n,
+            code=choice.side,
+            value=choice.radius_mm,
+            flags=flags,
+        )
         row["plane"], row["degree"] = plane, choice.corner
         row["pool"] = TANGENTIAL if tangential else choice.mode
         return row

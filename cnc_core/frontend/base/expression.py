@@ -1,7 +1,9 @@
-"""Expressions of the dialects: operators, precedence, functions; angles in degrees.
+"""Expressions of the dialects: operators, precedence, functions; angles in
+degrees.
 
-Precedence, high to low: functions and ``[ ]``; sign; ``**``; ``* / MOD``; ``+ -``; comparisons; ``&``; ``^``; ``|``;
-``&&``; XOR; ``||``.  Operators of one level group from the left.  Round brackets are comments, never grouping.
+Precedence, high to low: functions and ``[ ]``; sign; ``**``; ``* / MOD``; ``+
+-``; comparisons; ``&``; ``^``; ``|``; ``&&``; XOR; ``||``.  Operators of one
+level group from the left.  Round brackets are comments, never grouping.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ REFUSED_FUNCTIONS = frozenset({"SIZEOF", "EXIST", "IS_STRING", "IS_NUMBER"})
 class VariableSource(Protocol):
     """Where the values of variables and parameters come from.
 
-    ``read`` stands at the first token of a variable (``V.``, ``P1``, ``@P1``), takes its tokens and returns its value.
+    ``read`` stands at the first token of a variable (``V.``, ``P1``, ``@P1``),
+    takes its tokens and returns its value.
     """
 
     def read(self, stream: TokenStream) -> float: ...
@@ -31,13 +34,20 @@ class NoVariables:
     """Refuses every variable by name."""
 
     def read(self, stream: TokenStream) -> float:
-        raise fail(900003, f"{variable_name(stream)} is not supported", stream.current.offset)
+        raise fail(
+            900003,
+            f"{variable_name(stream)} is not supported",
+            stream.current.offset,
+        )
 
 
 def variable_name(stream: TokenStream) -> str:
     """How the variable at the current token is called, for messages."""
     text = stream.text[stream.current.offset :]
-    end = next((i for i, c in enumerate(text) if not (c.isalnum() or c in "._@")), len(text))
+    end = next(
+        (i for i, c in enumerate(text) if not (c.isalnum() or c in "._@")),
+        len(text),
+    )
     kind = "variable" if text[:1] in "vV" else "parameter"
     return f"{kind} {text[:end].upper()}"
 
@@ -48,18 +58,26 @@ def round_half_away(value: float) -> int:
 
 
 def _quadrant(degrees: float) -> tuple[int, float]:
-    """Number of right angles and the rest in radians, so that multiples of 90 degrees give exact values."""
+    """Number of right angles and the rest in radians, so that multiples of 90
+    degrees give exact values.
+    """
     turns = round(math.fmod(degrees, 360.0) / 90.0)
     return turns % 4, math.radians(math.fmod(degrees, 360.0) - 90.0 * turns)
 
 
 def _sin(degrees: float) -> float:
     quadrant, rest = _quadrant(degrees)
-    return (math.sin, math.cos, lambda r: -math.sin(r), lambda r: -math.cos(r))[quadrant](rest) + 0.0
+    return (math.sin, math.cos, lambda r: -math.sin(r), lambda r: -math.cos(r))[
+        quadrant
+    ](rest) + 0.0
 
 
 def _cos(degrees: float) -> float:
-    return _sin(degrees + 90.0) if abs(degrees) < 1e6 else math.cos(math.radians(degrees))
+    return (
+        _sin(degrees + 90.0)
+        if abs(degrees) < 1e6
+        else math.cos(math.radians(degrees))
+    )
 
 
 def _int(value: float) -> int:
@@ -120,7 +138,8 @@ OPERATORS: dict[str, tuple[int, Callable[[float, float], float]]] = {
 class ExpressionParser:
     """Reads expressions from a token stream and evaluates them at once.
 
-    A dialect with other operators and functions derives from it and replaces the tables.
+    A dialect with other operators and functions derives from it and replaces
+    the tables.
     """
 
     operators = OPERATORS
@@ -138,13 +157,19 @@ class ExpressionParser:
         """The current token can begin an expression."""
         stream, token = self._stream, self._stream.current
         if token.kind is Kind.NAME:
-            return self._is_variable() or stream.is_name(*self.constants) or self._function_name() is not None
+            return (
+                self._is_variable()
+                or stream.is_name(*self.constants)
+                or self._function_name() is not None
+            )
         return token.kind is Kind.NUMBER or stream.is_op("+", "-", "[", "@")
 
     def expression(self, lowest: int = 0) -> float:
         """Operators of level ``lowest`` and higher."""
         left = self._signed()
-        while (name := self._operator()) is not None and self.operators[name][0] >= lowest:
+        while (name := self._operator()) is not None and self.operators[name][
+            0
+        ] >= lowest:
             offset = self._take_operator(name)
             level, function = self.operators[name]
             right = self.expression(level + 1)
@@ -164,7 +189,11 @@ class ExpressionParser:
             return self._variables.read(stream)
         name = self._function_name()
         if name is None:
-            raise fail(900004, f"expected a number or an expression, found {stream.describe()}", token.offset)
+            raise fail(
+                900004,
+                f"expected a number or an expression, found {stream.describe()}",
+                token.offset,
+            )
         return self._call(name)
 
     def _signed(self) -> float:
@@ -179,10 +208,21 @@ class ExpressionParser:
             return token.text
         if token.kind is not Kind.NAME:
             return None
-        return next((name for name in self.word_operators if token.text.upper().startswith(name)), None)
+        return next(
+            (
+                name
+                for name in self.word_operators
+                if token.text.upper().startswith(name)
+            ),
+            None,
+        )
 
     def _take_operator(self, name: str) -> int:
-        token = self._stream.take_letters(len(name)) if name in self.word_operators else self._stream.next()
+        token = (
+            self._stream.take_letters(len(name))
+            if name in self.word_operators
+            else self._stream.next()
+        )
         return token.offset
 
     def _is_variable(self) -> bool:
@@ -192,16 +232,25 @@ class ExpressionParser:
         letters = token.text.upper()
         if letters == "V":
             return after.kind is Kind.OP and after.text == "."
-        indexed = after.kind is Kind.NUMBER or (after.kind is Kind.OP and after.text == "[")
+        indexed = after.kind is Kind.NUMBER or (
+            after.kind is Kind.OP and after.text == "["
+        )
         return indexed and set(letters) == {"P"}
 
     def _function_name(self) -> str | None:
         """The function called at the current token, None if there is none."""
         stream = self._stream
-        name, rest = stream.current.text.upper(), stream.text[stream.following.offset :]
+        name, rest = (
+            stream.current.text.upper(),
+            stream.text[stream.following.offset :],
+        )
         if name == "ATAN" and rest.startswith("2"):
             name, rest = "ATAN2", rest[1:].lstrip()
-        known = name in self.functions or name in self.functions_of_two or name in REFUSED_FUNCTIONS
+        known = (
+            name in self.functions
+            or name in self.functions_of_two
+            or name in REFUSED_FUNCTIONS
+        )
         return name if known and rest.startswith("[") else None
 
     def _call(self, name: str) -> float:
@@ -212,14 +261,22 @@ class ExpressionParser:
         if name == "ATAN2":
             stream.next()
         if name in self.functions:
-            return finite(self.functions[name], (self._bracket(),), name, offset)
-        return finite(self.functions_of_two[name], self._two_arguments(), name, offset)
+            return finite(
+                self.functions[name], (self._bracket(),), name, offset
+            )
+        return finite(
+            self.functions_of_two[name], self._two_arguments(), name, offset
+        )
 
     def _open(self) -> int:
         bracket = self._stream.expect("[", 900004)
         self._depth += 1
         if self._depth > NESTING_MAX:
-            raise fail(20927, f"more than {NESTING_MAX} brackets in each other", bracket.offset)
+            raise fail(
+                20927,
+                f"more than {NESTING_MAX} brackets in each other",
+                bracket.offset,
+            )
         return bracket.offset
 
     def _close(self, opened: int) -> None:
@@ -243,7 +300,12 @@ class ExpressionParser:
         return first, second
 
 
-def finite(function: Callable[..., float], arguments: tuple[float, ...], name: str, offset: int) -> float:
+def finite(
+    function: Callable[..., float],
+    arguments: tuple[float, ...],
+    name: str,
+    offset: int,
+) -> float:
     """The function's value, or error 900012 where it is not a finite number."""
     try:
         value = float(function(*arguments))

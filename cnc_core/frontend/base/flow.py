@@ -1,9 +1,12 @@
-"""Program flow over source files: program levels, calls and returns, jumps, and what is remembered of a file for them.
+"""Program flow over source files: program levels, calls and returns, jumps, and
+what is remembered of a file for them.
 
-Nothing here is an index of lines.  A place is a ``Mark`` (bytes and lines in front of it), which jumps seek; blocks
-that are executed again keep their prepared form in a bounded table of their file; places that had to be searched for
-(the other branch of a condition, labels, subprograms) are remembered in a bounded table too.  A program that is read
-once from top to bottom fills neither, so its length does not matter.
+Nothing here is an index of lines.  A place is a ``Mark`` (bytes and lines in
+front of it), which jumps seek; blocks that are executed again keep their
+prepared form in a bounded table of their file; places that had to be searched
+for (the other branch of a condition, labels, subprograms) are remembered in a
+bounded table too.  A program that is read once from top to bottom fills
+neither, so its length does not matter.
 """
 
 from __future__ import annotations
@@ -22,7 +25,9 @@ PLACES_KEPT = 20_000  # found places of one file
 
 
 class Mark(NamedTuple):
-    """A place in front of a physical line: bytes and physical lines of the file before it."""
+    """A place in front of a physical line: bytes and physical lines of the file
+    before it.
+    """
 
     position: int
     line: int
@@ -34,7 +39,8 @@ START = Mark(0, 0)
 class ProgramFile:
     """One source file.  ``number``: its index in the program's file table.
 
-    ``blocks``: prepared blocks by position.  ``places``: found places by whatever tells them apart.
+    ``blocks``: prepared blocks by position.  ``places``: found places by
+    whatever tells them apart.
     """
 
     def __init__(self, path: Path, number: int) -> None:
@@ -73,8 +79,9 @@ class ProgramFile:
 class Level:
     """One program level: a main program or a subprogram that is being executed.
 
-    ``start``: where it begins.  ``back``: where its caller goes on.  ``nest``: open control statements, innermost last.
-    ``user``: what else the dialect keeps with a level.  ``repeats``: its blocks may come again.
+    ``start``: where it begins.  ``back``: where its caller goes on.  ``nest``:
+    open control statements, innermost last. ``user``: what else the dialect
+    keeps with a level.  ``repeats``: its blocks may come again.
     """
 
     file: ProgramFile
@@ -89,8 +96,9 @@ class Level:
 class Flow:
     """The stack of program levels.
 
-    Jumps, calls and returns are asked for while a block is executed (``jump``, ``skip``, ``call``, ``leave``) and made
-    by ``apply`` behind it; a block asks for one of them.  ``levels_max``: including the main program; error
+    Jumps, calls and returns are asked for while a block is executed (``jump``,
+    ``skip``, ``call``, ``leave``) and made by ``apply`` behind it; a block asks
+    for one of them.  ``levels_max``: including the main program; error
     ``too_deep`` beyond.
     """
 
@@ -147,13 +155,18 @@ class Flow:
         self._ask("jump", mark)
 
     def skip(self, mark: Mark) -> None:
-        """Go on at ``mark``, which stands further down; the lines up to it count as read."""
+        """Go on at ``mark``, which stands further down; the lines up to it
+        count as read.
+        """
         self._ask("skip", mark)
 
     def call(self, level: Level) -> None:
         """Execute a subprogram, then go on behind this block."""
         if len(self.levels) >= self._levels_max:
-            raise CncError(self._too_deep, f"more than {self._levels_max - 1} subprograms in each other")
+            raise CncError(
+                self._too_deep,
+                f"more than {self._levels_max - 1} subprograms in each other",
+            )
         self._ask("call", level)
 
     def leave(self) -> None:
@@ -173,7 +186,8 @@ class Flow:
     def apply(self, here: Mark) -> tuple[Mark, int]:
         """Make what the block has asked for.  ``here``: behind the block.
 
-        Returns the place to go on at, in ``file``, and how many lines count as read on the way.
+        Returns the place to go on at, in ``file``, and how many lines count as
+        read on the way.
         """
         assert self._asked is not None
         (what, value), self._asked = self._asked, None
@@ -195,7 +209,10 @@ class Flow:
     def _return(self) -> Mark:
         left = self.levels.pop()
         self.level = self.levels[-1]
-        if left.file not in [level.file for level in self.levels] and len(self._known) > FILES_OPEN:
+        if (
+            left.file not in [level.file for level in self.levels]
+            and len(self._known) > FILES_OPEN
+        ):
             left.file.close()
         self.source.seek(left.back.position)
         return left.back

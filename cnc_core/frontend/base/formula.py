@@ -1,8 +1,9 @@
-"""Expressions compiled to closures: parsed once, evaluated as often as their block comes again.
+"""Expressions compiled to closures: parsed once, evaluated as often as their
+block comes again.
 
-Values are floats and texts.  Operators, precedence and the numeric functions are those of
-``cnc_core.frontend.base.expression``; a dialect derives from ``FormulaParser`` and adds functions, special forms and
-its variables.
+Values are floats and texts.  Operators, precedence and the numeric functions
+are those of ``cnc_core.frontend.base.expression``; a dialect derives from
+``FormulaParser`` and adds functions, special forms and its variables.
 """
 
 from __future__ import annotations
@@ -13,12 +14,20 @@ from dataclasses import dataclass
 from typing import Any
 
 from cnc_core.errors import CncError
-from cnc_core.frontend.base.expression import CONSTANTS, FUNCTIONS, FUNCTIONS_OF_TWO, NESTING_MAX, OPERATORS
+from cnc_core.frontend.base.expression import (
+    CONSTANTS,
+    FUNCTIONS,
+    FUNCTIONS_OF_TWO,
+    NESTING_MAX,
+    OPERATORS,
+)
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.variables import NOT_A_NUMBER, NOT_A_TEXT, Value
 
 Formula = Callable[[], Value]
-LINKS_MAX = 500  # operators of one expression: they are evaluated inside each other
+LINKS_MAX = (
+    500  # operators of one expression: they are evaluated inside each other
+)
 
 
 class Constant:
@@ -35,7 +44,9 @@ class Constant:
 
 @dataclass(frozen=True)
 class Function:
-    """A function: how it is computed, how many arguments it takes at least and at most."""
+    """A function: how it is computed, how many arguments it takes at least and
+    at most.
+    """
 
     compute: Callable[..., Value]
     fewest: int
@@ -44,11 +55,16 @@ class Function:
 
 def _table() -> dict[str, Function]:
     one = {name: Function(compute, 1, 1) for name, compute in FUNCTIONS.items()}
-    return one | {name: Function(compute, 2, 2) for name, compute in FUNCTIONS_OF_TWO.items()}
+    return one | {
+        name: Function(compute, 2, 2)
+        for name, compute in FUNCTIONS_OF_TWO.items()
+    }
 
 
 def number_of(formula: Formula, name: str, offset: int) -> Callable[[], float]:
-    """The formula as a finite number; an error, which names ``name``, if it is not one."""
+    """The formula as a finite number; an error, which names ``name``, if it is
+    not one.
+    """
     if isinstance(formula, Constant):
         value = _number(formula.value, name, offset)
         return lambda: value
@@ -68,7 +84,9 @@ def text_of(formula: Formula, name: str, offset: int) -> Callable[[], str]:
     def evaluate() -> str:
         value = formula()
         if not isinstance(value, str):
-            raise fail(NOT_A_TEXT, f"{name}: a text is expected, not a number", offset)
+            raise fail(
+                NOT_A_TEXT, f"{name}: a text is expected, not a number", offset
+            )
         return value
 
     return evaluate
@@ -76,13 +94,20 @@ def text_of(formula: Formula, name: str, offset: int) -> Callable[[], str]:
 
 def _number(value: Value, name: str, offset: int) -> float:
     if isinstance(value, str):
-        raise fail(NOT_A_NUMBER, f"{name}: a number is expected, not a text", offset)
+        raise fail(
+            NOT_A_NUMBER, f"{name}: a number is expected, not a text", offset
+        )
     if not math.isfinite(value):
         raise fail(900012, f"{name}: no finite result", offset)
     return value
 
 
-def guarded(compute: Callable[..., Any], arguments: Sequence[Formula], name: str, offset: int) -> Formula:
+def guarded(
+    compute: Callable[..., Any],
+    arguments: Sequence[Formula],
+    name: str,
+    offset: int,
+) -> Formula:
     """``compute`` of the arguments; failures as errors at ``offset``."""
 
     def apply(*values: Value) -> Value:
@@ -94,8 +119,14 @@ def guarded(compute: Callable[..., Any], arguments: Sequence[Formula], name: str
         except (ValueError, ArithmeticError):
             raise fail(900012, f"{name}: no finite result", offset) from None
         except (TypeError, AttributeError):
-            kinds = "a text" if any(isinstance(v, str) for v in values) else "a number"
-            raise fail(NOT_A_NUMBER, f"{name} does not take {kinds} here", offset) from None
+            kinds = (
+                "a text"
+                if any(isinstance(v, str) for v in values)
+                else "a number"
+            )
+            raise fail(
+                NOT_A_NUMBER, f"{name} does not take {kinds} here", offset
+            ) from None
         return value if isinstance(value, str) else float(value)
 
     if all(isinstance(argument, Constant) for argument in arguments):
@@ -109,8 +140,12 @@ def guarded(compute: Callable[..., Any], arguments: Sequence[Formula], name: str
     return lambda: apply(*[argument() for argument in arguments])
 
 
-def _fast(name: str, left: Formula, right: Formula, offset: int) -> Formula | None:
-    """The operators of most loops without the way through a table; None for the others."""
+def _fast(
+    name: str, left: Formula, right: Formula, offset: int
+) -> Formula | None:
+    """The operators of most loops without the way through a table; None for the
+    others.
+    """
 
     def wrong() -> Exception:
         return fail(NOT_A_NUMBER, f"{name} does not take a text here", offset)
@@ -142,7 +177,9 @@ def _fast(name: str, left: Formula, right: Formula, offset: int) -> Formula | No
     def equal() -> Value:
         return 1.0 if left() == right() else 0.0
 
-    return {"+": add, "-": subtract, "*": multiply, "<": less, "==": equal}.get(name)
+    return {"+": add, "-": subtract, "*": multiply, "<": less, "==": equal}.get(
+        name
+    )
 
 
 class FormulaParser:
@@ -169,7 +206,9 @@ class FormulaParser:
         raise NotImplementedError
 
     def special(self, name: str) -> Callable[[int], Formula] | None:
-        """A form whose brackets hold something else than expressions: its parser, called at ``[``."""
+        """A form whose brackets hold something else than expressions: its
+        parser, called at ``[``.
+        """
         return None
 
     def text(self, literal: str, offset: int) -> Formula:
@@ -185,25 +224,38 @@ class FormulaParser:
             return True
         if self.is_variable():
             return True
-        return token.kind is Kind.NAME and (stream.is_name(*self.constants) or self._function_name() is not None)
+        return token.kind is Kind.NAME and (
+            stream.is_name(*self.constants) or self._function_name() is not None
+        )
 
     def expression(self, lowest: int = 0) -> Formula:
         """Operators of level ``lowest`` and higher."""
         if not self._depth and not lowest:
             self._links = 0
         left = self._signed()
-        while (name := self._operator()) is not None and self.operators[name][0] >= lowest:
+        while (name := self._operator()) is not None and self.operators[name][
+            0
+        ] >= lowest:
             offset = self._take_operator(name)
             self._links += 1
             if self._links > LINKS_MAX:
-                raise fail(20927, f"more than {LINKS_MAX} operators in one expression", offset)
+                raise fail(
+                    20927,
+                    f"more than {LINKS_MAX} operators in one expression",
+                    offset,
+                )
             level, function = self.operators[name]
             right = self.expression(level + 1)
             left = self._binary(name, function, left, right, offset)
         return left
 
     def _binary(
-        self, name: str, function: Callable[[Any, Any], Any], left: Formula, right: Formula, offset: int
+        self,
+        name: str,
+        function: Callable[[Any, Any], Any],
+        left: Formula,
+        right: Formula,
+        offset: int,
     ) -> Formula:
         if not (isinstance(left, Constant) and isinstance(right, Constant)):
             fast = _fast(name, left, right, offset)
@@ -216,7 +268,9 @@ class FormulaParser:
         return number_of(self.expression(), name, offset)
 
     def primary(self) -> Formula:
-        """A number, a constant, a text, a variable, a function call or ``[expression]``."""
+        """A number, a constant, a text, a variable, a function call or
+        ``[expression]``.
+        """
         stream, token = self._stream, self._stream.current
         if token.kind is Kind.NUMBER:
             return Constant(float(stream.next().text))
@@ -234,7 +288,11 @@ class FormulaParser:
             return self.variable()
         name = self._function_name()
         if name is None:
-            raise fail(900004, f"expected a number or an expression, found {stream.describe()}", token.offset)
+            raise fail(
+                900004,
+                f"expected a number or an expression, found {stream.describe()}",
+                token.offset,
+            )
         return self._call(name)
 
     def open(self) -> int:
@@ -242,7 +300,11 @@ class FormulaParser:
         bracket = self._stream.expect("[", 900004)
         self._depth += 1
         if self._depth > NESTING_MAX:
-            raise fail(20927, f"more than {NESTING_MAX} brackets in each other", bracket.offset)
+            raise fail(
+                20927,
+                f"more than {NESTING_MAX} brackets in each other",
+                bracket.offset,
+            )
         return bracket.offset
 
     def close(self, opened: int) -> None:
@@ -275,10 +337,21 @@ class FormulaParser:
             return token.text
         if token.kind is not Kind.NAME:
             return None
-        return next((name for name in self.word_operators if token.text.upper().startswith(name)), None)
+        return next(
+            (
+                name
+                for name in self.word_operators
+                if token.text.upper().startswith(name)
+            ),
+            None,
+        )
 
     def _take_operator(self, name: str) -> int:
-        token = self._stream.take_letters(len(name)) if name in self.word_operators else self._stream.next()
+        token = (
+            self._stream.take_letters(len(name))
+            if name in self.word_operators
+            else self._stream.next()
+        )
         return token.offset
 
     def _function_name(self) -> str | None:
@@ -286,7 +359,10 @@ class FormulaParser:
         stream = self._stream
         if stream.current.kind is not Kind.NAME:
             return None
-        name, rest = stream.current.text.upper(), stream.text[stream.following.offset :]
+        name, rest = (
+            stream.current.text.upper(),
+            stream.text[stream.following.offset :],
+        )
         if name == "ATAN" and rest.startswith("2"):
             name, rest = "ATAN2", rest[1:].lstrip()
         known = name in self.functions or self.special(name) is not None
@@ -303,5 +379,9 @@ class FormulaParser:
         function = self.functions[name]
         arguments = self.arguments()
         if not function.fewest <= len(arguments) <= function.most:
-            raise fail(900004, f"{name} takes {function.fewest} arguments, not {len(arguments)}", offset)
+            raise fail(
+                900004,
+                f"{name} takes {function.fewest} arguments, not {len(arguments)}",
+                offset,
+            )
         return guarded(function.compute, arguments, name, offset)

@@ -1,16 +1,20 @@
 """Tokens of one block.
 
-DIN words need no blanks between them (``G01X10Y-5``, ``XSIN[30]``), so a run of letters is one NAME token which the
-parser may split: ``TokenStream.take_letters(1)`` takes the address and leaves the rest.
+DIN words need no blanks between them (``G01X10Y-5``, ``XSIN[30]``), so a run of
+letters is one NAME token which the parser may split:
+``TokenStream.take_letters(1)`` takes the address and leaves the rest.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
 from cnc_core.errors import CncError, Place
+
+Warn = Callable[[int, str, int], None]  # number, text, offset in the block
 
 
 class Kind(Enum):
@@ -41,13 +45,20 @@ PATTERN = re.compile(
 
 
 def fail(code: int, text: str, offset: int) -> CncError:
-    """An error at an offset of the block's text; the front end turns the offset into a place of the file."""
+    """An error at an offset of the block's text; the front end turns the offset
+    into a place of the file.
+    """
     return CncError(code, text, Place(column=offset))
 
 
 def tokenize(text: str, pattern: re.Pattern[str] = PATTERN) -> list[Token]:
-    """All tokens of ``text`` (comments blanked), ended by one END token; groups of ``pattern`` are named as kinds."""
-    found = [Token(Kind[m.lastgroup or "OP"], m.group(), m.start()) for m in pattern.finditer(text)]
+    """All tokens of ``text`` (comments blanked), ended by one END token; groups
+    of ``pattern`` are named as kinds.
+    """
+    found = [
+        Token(Kind[m.lastgroup or "OP"], m.group(), m.start())
+        for m in pattern.finditer(text)
+    ]
     return [*found, Token(Kind.END, "", len(text.rstrip()))]
 
 
@@ -77,7 +88,10 @@ class TokenStream:
 
     def is_name(self, *names: str) -> bool:
         """The current token is one of these words as a whole; ``names`` in capitals."""
-        return self.current.kind is Kind.NAME and self.current.text.upper() in names
+        return (
+            self.current.kind is Kind.NAME
+            and self.current.text.upper() in names
+        )
 
     def next(self) -> Token:
         token = self.current
@@ -102,7 +116,11 @@ class TokenStream:
     def expect(self, text: str, code: int) -> Token:
         """The operator ``text``, or error ``code``."""
         if not self.is_op(text):
-            raise fail(code, f"expected {text!r}, found {self.describe()}", self.current.offset)
+            raise fail(
+                code,
+                f"expected {text!r}, found {self.describe()}",
+                self.current.offset,
+            )
         return self.next()
 
     def take_letters(self, count: int) -> Token:
@@ -112,13 +130,19 @@ class TokenStream:
         if len(token.text) <= count:
             self._at += 1
         else:
-            self._tokens[self._at] = Token(Kind.NAME, token.text[count:], token.offset + count)
+            self._tokens[self._at] = Token(
+                Kind.NAME, token.text[count:], token.offset + count
+            )
         return head
 
     def skip_to(self, offset: int) -> None:
-        """Go on with the first token at or behind ``offset``, which must not lie inside a token."""
+        """Go on with the first token at or behind ``offset``, which must not
+        lie inside a token.
+        """
         while not self.at_end and self.current.offset < offset:
             self._at += 1
 
     def describe(self) -> str:
-        return "the end of the block" if self.at_end else repr(self.current.text)
+        return (
+            "the end of the block" if self.at_end else repr(self.current.text)
+        )

@@ -10,8 +10,12 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 
-def trip(start: Array, end: Array, axes: Sequence[str], sensors: Mapping[str, float]) -> tuple[float, Array] | None:
-    """Share of the way at which the first axis comes to its sensor, and the place (axes,) there; None if none does."""
+def trip(
+    start: Array, end: Array, axes: Sequence[str], sensors: Mapping[str, float]
+) -> tuple[float, Array] | None:
+    """Share of the way at which the first axis comes to its sensor, and the
+    place (axes,) there; None if none does.
+    """
     found = []
     for i, name in enumerate(axes):
         at, way = sensors.get(name.upper()), float(end[i] - start[i])

@@ -1,4 +1,5 @@
-"""The resumable reader under the front ends: plain lines through the C scanner, other blocks through the dialect.
+"""The resumable reader under the front ends: plain lines through the C scanner,
+other blocks through the dialect.
 
 Program levels, jumps and repeated blocks: ``cnc_core.frontend.base.flow``.
 """
@@ -20,19 +21,26 @@ from cnc_core.frontend.base.block_text import BlockText
 from cnc_core.frontend.base.flow import START, Flow, Mark, ProgramFile
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.source import Source
-from cnc_core.port import ChannelPort, Wait
+
+from ..port import ChannelPort, Wait
 
 Item = Row | Wait | CncError
 LEVELS_MAX = 21  # the main program and 20 subprograms in each other
-BREATH_BLOCKS = 100_000  # blocks without a row before ``read`` returns, empty-handed
+BREATH_BLOCKS = (
+    100_000  # blocks without a row before ``read`` returns, empty-handed
+)
 WAIT_BLOCKS = 1000  # what a wait counts for where nobody answers
 WARNINGS_MAX = 1000  # of one number
-IDLE_BLOCKS_MAX = 5_000_000  # blocks without a row (and, where somebody answers, without a wait): error 907001
+# blocks without a row (and, where somebody answers, without a wait): error
+# 907001
+IDLE_BLOCKS_MAX = 5_000_000
 
 
 @dataclass
 class Prepared:
-    """A block, ready to be executed any number of times.  ``begin``, ``end``: its places in the file.
+    """A block, ready to be executed any number of times.
+
+    ``begin``, ``end``: its places in the file.
 
     ``live``: what it reads of the running machine, in the dialect's terms.
     ``drain``: everything handed out before has to be executed first, each time.
@@ -47,18 +55,29 @@ class Prepared:
 
 
 class BlockReader(ABC):
-    """Reads one program; a dialect says how a block is taken from the text and what it does.
+    """Reads one program; a dialect says how a block is taken from the text and
+    what it does.
 
-    A dialect whose blocks come only once implements ``_execute``; one with loops and subprograms overrides
-    ``_prepare``, asks ``flow`` for jumps and calls, and says at ``_level_ended`` what the end of a text means.
+    A dialect whose blocks come only once implements ``_execute``; one with
+    loops and subprograms overrides ``_prepare``, asks ``flow`` for jumps and
+    calls, and says at ``_level_ended`` what the end of a text means.
 
-    ``collect``: an erroneous block is put into ``errors`` and skipped; otherwise ``read`` raises its error, after the
-    rows of all blocks before it.  ``scan=False`` sends every line through the parser (tests).
+    ``collect``: an erroneous block is put into ``errors`` and skipped;
+    otherwise ``read`` raises its error, after the rows of all blocks before it.
+    ``scan=False`` sends every line through the parser (tests).
     """
 
     levels_max, too_deep = LEVELS_MAX, 907002
 
-    def __init__(self, path: Path, modal: Modal, port: ChannelPort, *, collect: bool, scan: bool) -> None:
+    def __init__(
+        self,
+        path: Path,
+        modal: Modal,
+        port: ChannelPort,
+        *,
+        collect: bool,
+        scan: bool,
+    ) -> None:
         self.errors: list[CncError] = []
         self.warnings: list[CncError] = []
         self.flow = Flow(path, self.levels_max, self.too_deep)
@@ -70,11 +89,14 @@ class BlockReader(ABC):
         self._scan = scan
         self._queue: deque[Item] = deque()
         self._ended = False
-        self._drained = False  # the wait in front of the next block has come true
+        self._drained = (
+            False  # the wait in front of the next block has come true
+        )
         self._idle = 0
         self._breath = 0
         self.block_now: BlockText | None = None  # being prepared or executed
-        self._lines_left = 0  # of the block that is being executed, behind its first one
+        # of the block that is being executed, behind its first one
+        self._lines_left = 0
         self.mark = START  # where the block begins that is being prepared
         self._shown: dict[int, int] = {}
         self._seen: set[tuple[int, str, int, int, str]] = set()
@@ -109,7 +131,9 @@ class BlockReader(ABC):
         raise NotImplementedError
 
     def _level_ended(self) -> None:
-        """The file of the current level has ended: back to the caller, or the program's end."""
+        """The file of the current level has ended: back to the caller, or the
+        program's end.
+        """
         if len(self.flow.levels) == 1:
             self._ended = True
             return
@@ -132,7 +156,8 @@ class BlockReader(ABC):
     def read(self, rows: int) -> BlockBatch | Wait | None:
         """Up to ``rows`` rows, a reason to wait, or None at the program's end.
 
-        No row at all: nothing yet, ask again.  So a program that computes for a long time can be interrupted.
+        No row at all: nothing yet, ask again.  So a program that computes for a
+        long time can be interrupted.
         """
         if rows < 1:
             raise ValueError("rows must be positive")
@@ -147,14 +172,20 @@ class BlockReader(ABC):
             raise self._queue[0]
         wait = self._queue.popleft()
         assert isinstance(wait, Wait)
-        self._idle = 0 if self._port.answers else self._idle + WAIT_BLOCKS * self.flow.level.repeats
+        self._idle = (
+            0
+            if self._port.answers
+            else self._idle + WAIT_BLOCKS * self.flow.level.repeats
+        )
         return wait
 
     def close(self) -> None:
         self.flow.close()
 
     def _fill(self, out: Row) -> int:
-        """Rows into ``out`` until it is full, or a wait, an error or the end is next."""
+        """Rows into ``out`` until it is full, or a wait, an error or the end is
+        next.
+        """
         filled = 0
         while filled < len(out):
             if self._queue:
@@ -165,16 +196,25 @@ class BlockReader(ABC):
                 filled += 1
                 self._idle = 0
                 self._queue.popleft()
-            elif self._ended or self._breath >= BREATH_BLOCKS or self._stop_here():
+            elif (
+                self._ended
+                or self._breath >= BREATH_BLOCKS
+                or self._stop_here()
+            ):
                 break
             else:
                 filled += self._advance(out[filled:])
         return filled
 
     def _advance(self, out: Row) -> int:
-        """Plain lines into ``out``, then one block of another kind into the queue; rows written to ``out``."""
+        """Plain lines into ``out``, then one block of another kind into the
+        queue; rows written to ``out``.
+        """
         file = self.flow.level.file
-        if file.blocks and (prepared := file.blocks.get(file.source.position)) is not None:
+        if (
+            file.blocks
+            and (prepared := file.blocks.get(file.source.position)) is not None
+        ):
             self._run(prepared)
             if self._ended:
                 self.flow.close()
@@ -242,15 +282,23 @@ class BlockReader(ABC):
 
     def _move(self) -> None:
         """Go where the block has asked to go."""
-        mark, read = self.flow.apply(Mark(self._source.position, self.modal.line))
+        mark, read = self.flow.apply(
+            Mark(self._source.position, self.modal.line)
+        )
         self.modal.go_to(self.flow.file.number, mark.line, read)
 
     def _breathe(self) -> None:
-        """Count the blocks since the last row, where blocks may come again: any other program ends by itself."""
+        """Count the blocks since the last row, where blocks may come again: any
+        other program ends by itself.
+        """
         self._breath += 1
         self._idle += self.flow.level.repeats
         if self._idle > self.idle_blocks_max:
-            error = CncError(907001, f"{ERRORS[907001]} ({self.idle_blocks_max} blocks)", self._here())
+            error = CncError(
+                907001,
+                f"{ERRORS[907001]} ({self.idle_blocks_max} blocks)",
+                self._here(),
+            )
             self.errors.append(error)
             if not self._collect:
                 self._queue.append(error)
@@ -278,7 +326,13 @@ class BlockReader(ABC):
     def _further(self, error: CncError, block: BlockText) -> None:
         """A further error of a block whose first one stops the program."""
         found = located(error, block)
-        key = (found.code, found.place.file, found.place.line, found.place.column, found.text)
+        key = (
+            found.code,
+            found.place.file,
+            found.place.line,
+            found.place.column,
+            found.text,
+        )
         if key not in self._seen:
             self._seen.add(key)
             self.errors.append(found)
@@ -299,5 +353,7 @@ class BlockReader(ABC):
 
 
 def located(error: CncError, block: BlockText) -> CncError:
-    """The error with its place in the file; so far it may know only the offset in the block's text."""
+    """The error with its place in the file; so far it may know only the offset
+    in the block's text.
+    """
     return error.at(block.place(error.place.column))

@@ -1,4 +1,6 @@
-"""The C scanner and the modal state it shares with the parsers: the only door of the front ends to the extension."""
+"""The C scanner and the modal state it shares with the parsers: the only door
+of the front ends to the extension.
+"""
 
 from __future__ import annotations
 
@@ -13,14 +15,26 @@ from cnc_core.blocks import NC_AXES, NC_BLOCK
 from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.machine import ProgramMachine
 
-MORE, FULL, OTHER, ERROR = lib.NC_SCAN_MORE, lib.NC_SCAN_FULL, lib.NC_SCAN_OTHER, lib.NC_SCAN_ERROR
+MORE, FULL, OTHER, ERROR = (
+    lib.NC_SCAN_MORE,
+    lib.NC_SCAN_FULL,
+    lib.NC_SCAN_OTHER,
+    lib.NC_SCAN_ERROR,
+)
 AXIS_LETTERS = "XYZUVWQABC"
 CENTRE_BITS = {"I": lib.NC_WORD_I, "J": lib.NC_WORD_J, "K": lib.NC_WORD_K}
 
-RADIUS_ONCE, NO_PITCH, KEEP_CENTRE = lib.NC_RULE_RADIUS_ONCE, lib.NC_RULE_NO_PITCH, lib.NC_RULE_KEEP_CENTRE
+RADIUS_ONCE, NO_PITCH, KEEP_CENTRE = (
+    lib.NC_RULE_RADIUS_ONCE,
+    lib.NC_RULE_NO_PITCH,
+    lib.NC_RULE_KEEP_CENTRE,
+)
 NO_CORRECTION = lib.NC_RULE_NO_CORRECTION
 NO_EQUALS, MESSAGES = lib.NC_RULE_NO_EQUALS, lib.NC_RULE_MESSAGES
-PLANE_CENTRE, CENTRE_DISTANCE = lib.NC_RULE_PLANE_CENTRE, lib.NC_RULE_CENTRE_DISTANCE
+PLANE_CENTRE, CENTRE_DISTANCE = (
+    lib.NC_RULE_PLANE_CENTRE,
+    lib.NC_RULE_CENTRE_DISTANCE,
+)
 NO_BRACKETS, NO_PLANES = lib.NC_RULE_NO_BRACKETS, lib.NC_RULE_NO_PLANES
 FEED_POSITIVE = lib.NC_RULE_FEED_POSITIVE
 
@@ -33,9 +47,11 @@ Row = npt.NDArray[Any]  # (1,) of NC_BLOCK
 
 @dataclass
 class MotionWords:
-    """The words of one block that the shared geometry understands; None where not programmed.
+    """The words of one block that the shared geometry understands; None where
+    not programmed.
 
-    ``axis``: value by channel index.  ``centre``: value by I, J, K.  ``offset``: of the first motion word in the text.
+    ``axis``: value by channel index.  ``centre``: value by I, J, K.
+    ``offset``: of the first motion word in the text.
     """
 
     axis: dict[int, float] = field(default_factory=dict)
@@ -66,10 +82,12 @@ class Scan(NamedTuple):
 
 @dataclass(frozen=True)
 class Rules:
-    """What a dialect changes in plain lines and circles; the initial values are the ISG kernel's.
+    """What a dialect changes in plain lines and circles; the initial values are
+    the ISG kernel's.
 
-    ``bits``: the rules above, joined.  The radius at the end of an arc is wrong if it deviates by more than
-    ``centre_limit_mm`` and by more than ``centre_ratio`` of the radius.
+    ``bits``: the rules above, joined.  The radius at the end of an arc is wrong
+    if it deviates by more than ``centre_limit_mm`` and by more than
+    ``centre_ratio`` of the radius.
     """
 
     bits: int = 0
@@ -86,7 +104,11 @@ class Modal:
         self._result = ffi.new("nc_scan_result *")
         self._modal = m = ffi.new("nc_modal *")
         lib.nc_modal_init(m)
-        m.rules, m.centre_limit, m.centre_ratio = rules.bits, rules.centre_limit_mm, rules.centre_ratio
+        m.rules, m.centre_limit, m.centre_ratio = (
+            rules.bits,
+            rules.centre_limit_mm,
+            rules.centre_ratio,
+        )
         m.axes = len(machine.axes)
         for i, name in enumerate(machine.axes):
             m.rotary[i] = machine.rotary[i]
@@ -123,7 +145,9 @@ class Modal:
     @property
     def position(self) -> npt.NDArray[np.float64]:
         """Programmed position of all channel axes, machine coordinates."""
-        return np.array(list(self._modal.pos)[: self._modal.axes], dtype=np.float64)
+        return np.array(
+            list(self._modal.pos)[: self._modal.axes], dtype=np.float64
+        )
 
     def set_position(self, position: npt.NDArray[np.float64]) -> None:
         """(axes,) where the axes stand, machine coordinates."""
@@ -131,7 +155,9 @@ class Modal:
             self._modal.pos[i] = float(value)
 
     def go_to(self, file: int, line: int, read: int = 0) -> None:
-        """What is read next stands behind ``line`` lines of ``file``; ``read`` lines count as read on the way."""
+        """What is read next stands behind ``line`` lines of ``file``; ``read``
+        lines count as read on the way.
+        """
         self._modal.file = file
         self._modal.line = line
         self._modal.count += read
@@ -142,7 +168,9 @@ class Modal:
         self._modal.count += lines
 
     def set_offset(self, offset: npt.NDArray[np.float64]) -> None:
-        """(axes,) machine minus programmed coordinates, mm or degrees; acts at once, moves nothing."""
+        """(axes,) machine minus programmed coordinates, mm or degrees; acts at
+        once, moves nothing.
+        """
         for i, value in enumerate(offset):
             self._modal.zero[i] = self._modal.offset[i] = float(value)
         lib.nc_modal_offsets(self._modal)
@@ -157,10 +185,17 @@ class Modal:
         """The next offset of one axis acts at once."""
         self._modal.offset[axis] = self._modal.offset_next[axis]
 
-    def set_mirror(self, mirror: npt.NDArray[np.float64], share: npt.NDArray[np.float64]) -> None:
-        """(axes,) 1 or -1, and the driven share of an axis word (0.5: diameters); from the next word on."""
+    def set_mirror(
+        self, mirror: npt.NDArray[np.float64], share: npt.NDArray[np.float64]
+    ) -> None:
+        """(axes,) 1 or -1, and the driven share of an axis word (0.5:
+        diameters); from the next word on.
+        """
         for i, (sign, part) in enumerate(zip(mirror, share, strict=True)):
-            self._modal.mirror[i], self._modal.share[i] = float(sign), float(part)
+            self._modal.mirror[i], self._modal.share[i] = (
+                float(sign),
+                float(part),
+            )
 
     def set_arc_scale(self, scale: float) -> None:
         """Factor of centre words, radius and pitch; 0: circles are refused."""
@@ -168,13 +203,21 @@ class Modal:
 
     @property
     def offset_in_force(self) -> npt.NDArray[np.float64]:
-        """(axes,) machine minus programmed coordinates as they are now, tool length included."""
-        return np.array(list(self._modal.offset)[: self._modal.axes], dtype=np.float64)
+        """(axes,) machine minus programmed coordinates as they are now, tool
+        length included.
+        """
+        return np.array(
+            list(self._modal.offset)[: self._modal.axes], dtype=np.float64
+        )
 
     @property
     def offset_next(self) -> npt.NDArray[np.float64]:
-        """(axes,) what is in force from each axis's next absolute word on, tool length included."""
-        return np.array(list(self._modal.offset_next)[: self._modal.axes], dtype=np.float64)
+        """(axes,) what is in force from each axis's next absolute word on, tool
+        length included.
+        """
+        return np.array(
+            list(self._modal.offset_next)[: self._modal.axes], dtype=np.float64
+        )
 
     @property
     def centre_words(self) -> tuple[float, float, float]:
@@ -203,7 +246,9 @@ class Modal:
 
     def set_rule(self, bit: int, on: bool) -> None:
         """Switch one of the dialect's rules."""
-        self._modal.rules = self._modal.rules | bit if on else self._modal.rules & ~bit
+        self._modal.rules = (
+            self._modal.rules | bit if on else self._modal.rules & ~bit
+        )
 
     def set_feed_factor(self, factor: float) -> None:
         """Programmed override of the feed, 1 for 100 %."""
@@ -226,7 +271,9 @@ class Modal:
     @property
     def offset(self) -> npt.NDArray[np.float64]:
         """(axes,) what ``set_offset`` has set."""
-        return np.array(list(self._modal.zero)[: self._modal.axes], dtype=np.float64)
+        return np.array(
+            list(self._modal.zero)[: self._modal.axes], dtype=np.float64
+        )
 
     @property
     def unit_mm(self) -> float:
@@ -257,7 +304,9 @@ class Modal:
         self._modal.feed = 0.0
 
     def set_tool_length(self, length_mm: float) -> None:
-        """Acts on the third axis of the plane, from that axis's next absolute word on."""
+        """Acts on the third axis of the plane, from that axis's next absolute
+        word on.
+        """
         self._modal.tool_length = length_mm
         lib.nc_modal_offsets(self._modal)
 
@@ -284,23 +333,54 @@ class Modal:
         text = ffi.from_buffer(source.buffer)
         rows = ffi.from_buffer("nc_block[]", out, require_writable=True)
         size = len(source.buffer) - source.offset
-        lib.nc_scan(self._modal, text + source.offset, size, source.final, rows, len(out), self._result)
+        lib.nc_scan(
+            self._modal,
+            text + source.offset,
+            size,
+            source.final,
+            rows,
+            len(out),
+            self._result,
+        )
         source.offset += self._result.consumed
         return Scan(self._result.rows, self._result.stop)
 
     def apply(self, words: MotionWords) -> tuple[int, Row | None]:
-        """Update the state with one block's words: error number or 0, and the motion's row if it moves."""
+        """Update the state with one block's words: error number or 0, and the
+        motion's row if it moves.
+        """
         row = np.zeros(1, NC_BLOCK)
         emitted = ffi.new("int *")
         target = ffi.from_buffer("nc_block[]", row, require_writable=True)
-        error = int(lib.nc_block_from_words(self._modal, _nc_words(words), target, emitted))
+        error = int(
+            lib.nc_block_from_words(
+                self._modal, _nc_words(words), target, emitted
+            )
+        )
         return error, row if emitted[0] else None
 
-    def row(self, kind: int, n: int, code: int = 0, value: float = 0.0, flags: int = 0) -> Row:
+    def row(
+        self,
+        kind: int,
+        n: int,
+        code: int = 0,
+        value: float = 0.0,
+        flags: int = 0,
+    ) -> Row:
         """A row that is not a motion, of the line being read."""
         row = np.zeros(1, NC_BLOCK)
-        row["type"], row["n"], row["code"], row["value"], row["flags"] = kind, n, code, value, flags
-        row["line"], row["count"], row["file"] = self.line, self.count, self._modal.file
+        row["type"], row["n"], row["code"], row["value"], row["flags"] = (
+            kind,
+            n,
+            code,
+            value,
+            flags,
+        )
+        row["line"], row["count"], row["file"] = (
+            self.line,
+            self.count,
+            self._modal.file,
+        )
         return row
 
 
@@ -319,7 +399,14 @@ def _nc_words(words: MotionWords) -> Any:
     if words.f is not None:
         w.f, w.set = words.f, w.set | lib.NC_WORD_F
     w.n, w.block_stop = words.n, words.block_stop
-    for name in ("motion", "plane", "absolute", "inch", "centre_absolute", "exact_stop"):
+    for name in (
+        "motion",
+        "plane",
+        "absolute",
+        "inch",
+        "centre_absolute",
+        "exact_stop",
+    ):
         code = getattr(words, name)
         if code is not None:
             setattr(w, name, code)

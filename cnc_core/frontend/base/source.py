@@ -10,15 +10,19 @@ from typing import BinaryIO
 from cnc_core.errors import CncError, Place
 
 CHUNK_BYTES = 1 << 20
-LINE_BYTES = 4 * 4096 + 16  # the longest line kept: a block's characters in UTF-8, and a line break
+# the longest line kept: a block's characters in UTF-8, and a line break
+LINE_BYTES = 4 * 4096 + 16
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class Source:
-    """Chunks of a program file for the scanner, single lines for the parser, any place of it for jumps.
+    """Chunks of a program file for the scanner, single lines for the parser,
+    any place of it for jumps.
 
-    ``buffer[offset:]`` is what has been read from the file and not been consumed; ``final`` says that the file ends
-    with it.  What is consumed stays in the buffer until the next chunk is read, so short jumps back cost nothing.
+    ``buffer[offset:]`` is what has been read from the file and not been
+    consumed; ``final`` says that the file ends with it.  What is consumed stays
+    in the buffer until the next chunk is read, so short jumps back cost
+    nothing.
     """
 
     def __init__(self, path: Path, chunk_bytes: int = CHUNK_BYTES) -> None:
@@ -39,12 +43,20 @@ class Source:
         try:
             return self.path.open("rb")
         except FileNotFoundError:
-            raise CncError(901001, f"file not found: {self.path}", Place(file=str(self.path))) from None
+            raise CncError(
+                901001,
+                f"file not found: {self.path}",
+                Place(file=str(self.path)),
+            ) from None
         except OSError as error:
             raise self._unreadable(error) from None
 
     def _unreadable(self, error: OSError) -> CncError:
-        return CncError(901002, f"file cannot be read: {error.strerror}", Place(file=str(self.path)))
+        return CncError(
+            901002,
+            f"file cannot be read: {error.strerror}",
+            Place(file=str(self.path)),
+        )
 
     def close(self) -> None:
         self._file.close()
@@ -69,10 +81,16 @@ class Source:
             self._file.seek(position)
         except OSError as error:
             raise self._unreadable(error) from None
-        self.buffer, self.offset, self._base, self.final = b"", 0, position, False
+        self.buffer, self.offset, self._base, self.final = (
+            b"",
+            0,
+            position,
+            False,
+        )
 
     def hop(self, pattern: re.Pattern[bytes]) -> int:
-        """Consume whole lines up to the first one that ``pattern`` finds something in; how many they were.
+        """Consume whole lines up to the first one that ``pattern`` finds
+        something in; how many they were.
 
         The pattern must not match across line breaks.
         """
@@ -80,13 +98,16 @@ class Source:
         while True:
             found = pattern.search(self.buffer, self.offset)
             end = found.start() if found else len(self.buffer)
-            begin = self.buffer.rfind(b"\n", self.offset, end) + 1 or self.offset
+            begin = (
+                self.buffer.rfind(b"\n", self.offset, end) + 1 or self.offset
+            )
             lines += self.buffer.count(b"\n", self.offset, begin)
             self.offset = begin
             if found or self.final or len(self.buffer) - begin > LINE_BYTES:
                 break
             self.refill()
-        if not found and self.final and not self.exhausted:  # a last line without a line break
+        # a last line without a line break
+        if not found and self.final and not self.exhausted:
             lines += 1
             self.offset = len(self.buffer)
         return lines
@@ -103,15 +124,19 @@ class Source:
         self.final = not chunk
 
     def line(self) -> str | None:
-        """The next physical line without its line break and trailing blanks; None at the end of the file.
+        """The next physical line without its line break and trailing blanks;
+        None at the end of the file.
 
-        Of a line longer than any block may be only the beginning is returned, longer than a block still.
+        Of a line longer than any block may be only the beginning is returned,
+        longer than a block still.
         """
         if self.exhausted:
             return None
         end = self._line_end()
         if self.exhausted:
-            return None  # the file ended with a line break, which shows only now
+            return (
+                None  # the file ended with a line break, which shows only now
+            )
         raw = self.buffer[self.offset : end if end >= 0 else len(self.buffer)]
         self.offset += len(raw) + (1 if end >= 0 else 0)
         if end < 0 and not self.final:
@@ -119,9 +144,15 @@ class Source:
         return decode(raw).rstrip(" \t\r")
 
     def _line_end(self) -> int:
-        """Place of the line break, read so far; -1 if the file ends first or the line is too long."""
+        """Place of the line break, read so far; -1 if the file ends first or
+        the line is too long.
+        """
         end = self.buffer.find(b"\n", self.offset)
-        while end < 0 and not self.final and len(self.buffer) - self.offset <= LINE_BYTES:
+        while (
+            end < 0
+            and not self.final
+            and len(self.buffer) - self.offset <= LINE_BYTES
+        ):
             self.refill()
             end = self.buffer.find(b"\n", self.offset)
         return end
@@ -130,7 +161,9 @@ class Source:
         r"""Skip the rest of a line that is too long; a ``\`` if it ends with one."""
         while not self.final:
             end = self.buffer.find(b"\n", self.offset)
-            rest = self.buffer[self.offset : end if end >= 0 else len(self.buffer)]
+            rest = self.buffer[
+                self.offset : end if end >= 0 else len(self.buffer)
+            ]
             self.offset += len(rest) + (1 if end >= 0 else 0)
             tail = rest.rstrip(b" \t\r")[-1:] or tail[-1:]
             if end >= 0:

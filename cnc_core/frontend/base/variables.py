@@ -1,7 +1,8 @@
-"""Typed variables of NC programs: types with ranges, arrays, scopes by program level, lookup by name.
+"""Typed variables of NC programs: types with ranges, arrays, scopes by program
+level, lookup by name.
 
-Numbers are Python floats whatever their declared type, texts are ``str``.  Errors carry the offset in the block's text
-that the caller gives.
+Numbers are Python floats whatever their declared type, texts are ``str``.
+Errors carry the offset in the block's text that the caller gives.
 """
 
 from __future__ import annotations
@@ -18,13 +19,25 @@ Value = float | str
 ELEMENTS_MAX = 1_000_000  # of one array
 DIMENSIONS_MAX = 4
 
-NOT_DECLARED, NOT_A_NUMBER, NOT_A_TEXT, OUT_OF_RANGE = 907010, 907011, 907012, 907013
-WRONG_INDEX, WRONG_INDICES, READ_ONLY, DECLARED_TWICE = 907014, 907015, 907016, 907017
+NOT_DECLARED, NOT_A_NUMBER, NOT_A_TEXT, OUT_OF_RANGE = (
+    907010,
+    907011,
+    907012,
+    907013,
+)
+WRONG_INDEX, WRONG_INDICES, READ_ONLY, DECLARED_TWICE = (
+    907014,
+    907015,
+    907016,
+    907017,
+)
 
 
 @dataclass(frozen=True)
 class DataType:
-    """A type.  Whole numbers are rounded, halves away from zero, then checked against ``low`` and ``high``."""
+    """A type.  Whole numbers are rounded, halves away from zero, then checked
+    against ``low`` and ``high``.
+    """
 
     name: str
     low: float = -math.inf
@@ -41,23 +54,41 @@ class DataType:
         if self.characters is not None:
             return self._text(value, name, offset)
         if isinstance(value, str):
-            raise fail(NOT_A_NUMBER, f"{name} is {self.name}, the value is a text", offset)
+            raise fail(
+                NOT_A_NUMBER,
+                f"{name} is {self.name}, the value is a text",
+                offset,
+            )
         if self.whole:
             if not math.isfinite(value):
                 raise fail(OUT_OF_RANGE, f"{name}: no finite number", offset)
             value = float(round_half_away(value))
         if not self.low <= value <= self.high or math.isinf(value):
-            raise fail(OUT_OF_RANGE, f"{name}: {value:.17g} is no {self.name}{self._range()}", offset)
+            raise fail(
+                OUT_OF_RANGE,
+                f"{name}: {value:.17g} is no {self.name}{self._range()}",
+                offset,
+            )
         return value
 
     def _range(self) -> str:
-        return f" ({self.low:.0f}..{self.high:.0f})" if math.isfinite(self.low) else ""
+        return (
+            f" ({self.low:.0f}..{self.high:.0f})"
+            if math.isfinite(self.low)
+            else ""
+        )
 
     def _text(self, value: Value, name: str, offset: int) -> str:
         if not isinstance(value, str):
-            raise fail(NOT_A_TEXT, f"{name} is a text, the value is a number", offset)
+            raise fail(
+                NOT_A_TEXT, f"{name} is a text, the value is a number", offset
+            )
         if len(value) > (self.characters or 0):
-            raise fail(OUT_OF_RANGE, f"{name}: text longer than {self.characters} characters", offset)
+            raise fail(
+                OUT_OF_RANGE,
+                f"{name}: text longer than {self.characters} characters",
+                offset,
+            )
         return value
 
 
@@ -72,7 +103,11 @@ def text_type(characters: int) -> DataType:
 
 def whole_type(name: str, bits: int, signed: bool) -> DataType:
     """SGNxx, UNSxx and their like."""
-    low, high = (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1) if signed else (0, 2**bits - 1)
+    low, high = (
+        (-(2 ** (bits - 1)), 2 ** (bits - 1) - 1)
+        if signed
+        else (0, 2**bits - 1)
+    )
     return DataType(name, float(low), float(high), whole=True)
 
 
@@ -81,28 +116,47 @@ class Variable:
 
     __slots__ = ("dimensions", "name", "read_only", "type", "values")
 
-    def __init__(self, name: str, kind: DataType, dimensions: tuple[int, ...] = ()) -> None:
-        self.name, self.type, self.dimensions, self.read_only = name, kind, dimensions, False
+    def __init__(
+        self, name: str, kind: DataType, dimensions: tuple[int, ...] = ()
+    ) -> None:
+        self.name, self.type, self.dimensions, self.read_only = (
+            name,
+            kind,
+            dimensions,
+            False,
+        )
         self.values: list[Value] = [kind.initial] * math.prod(dimensions)
 
     def place(self, indices: Sequence[Value], offset: int) -> int:
         """Where the element stands in ``values``, row by row."""
         if len(indices) != len(self.dimensions):
-            raise fail(WRONG_INDICES, f"{self.name} has {len(self.dimensions)} dimensions, not {len(indices)}", offset)
+            raise fail(
+                WRONG_INDICES,
+                f"{self.name} has {len(self.dimensions)} dimensions, not {len(indices)}",
+                offset,
+            )
         place = 0
         for value, size in zip(indices, self.dimensions, strict=True):
             if isinstance(value, str):
-                raise fail(NOT_A_NUMBER, f"{self.name}: an index is a text", offset)
+                raise fail(
+                    NOT_A_NUMBER, f"{self.name}: an index is a text", offset
+                )
             index = round_half_away(value)
             if not 0 <= index < size:
-                raise fail(WRONG_INDEX, f"{self.name}: index {index} out of range 0..{size - 1}", offset)
+                raise fail(
+                    WRONG_INDEX,
+                    f"{self.name}: index {index} out of range 0..{size - 1}",
+                    offset,
+                )
             place = place * size + index
         return place
 
     def load(self, indices: Sequence[Value] = (), offset: int = 0) -> Value:
         return self.values[self.place(indices, offset)]
 
-    def store(self, value: Value, indices: Sequence[Value] = (), offset: int = 0) -> None:
+    def store(
+        self, value: Value, indices: Sequence[Value] = (), offset: int = 0
+    ) -> None:
         place = self.place(indices, offset)
         if self.read_only:
             raise fail(READ_ONLY, f"{self.name} is read only", offset)
@@ -111,20 +165,37 @@ class Variable:
     def fill(self, values: Sequence[Value], offset: int) -> None:
         """Initial values, row by row; what is left keeps its initial value."""
         if len(values) > len(self.values):
-            raise fail(WRONG_INDICES, f"{self.name}: {len(values)} values for {len(self.values)} elements", offset)
+            raise fail(
+                WRONG_INDICES,
+                f"{self.name}: {len(values)} values for {len(self.values)} elements",
+                offset,
+            )
         for place, value in enumerate(values):
             self.values[place] = self.type.convert(value, self.name, offset)
 
 
-def check_dimensions(name: str, sizes: Sequence[Value], offset: int) -> tuple[int, ...]:
+def check_dimensions(
+    name: str, sizes: Sequence[Value], offset: int
+) -> tuple[int, ...]:
     """The sizes of an array as whole numbers in their range."""
     whole = []
     for size in sizes:
-        if isinstance(size, str) or not 1 <= round_half_away(size) <= ELEMENTS_MAX:
-            raise fail(OUT_OF_RANGE, f"{name}: size {size} out of range 1..{ELEMENTS_MAX}", offset)
+        if (
+            isinstance(size, str)
+            or not 1 <= round_half_away(size) <= ELEMENTS_MAX
+        ):
+            raise fail(
+                OUT_OF_RANGE,
+                f"{name}: size {size} out of range 1..{ELEMENTS_MAX}",
+                offset,
+            )
         whole.append(round_half_away(size))
     if len(whole) > DIMENSIONS_MAX or math.prod(whole) > ELEMENTS_MAX:
-        raise fail(OUT_OF_RANGE, f"{name}: at most {DIMENSIONS_MAX} dimensions and {ELEMENTS_MAX} elements", offset)
+        raise fail(
+            OUT_OF_RANGE,
+            f"{name}: at most {DIMENSIONS_MAX} dimensions and {ELEMENTS_MAX} elements",
+            offset,
+        )
     return tuple(whole)
 
 
@@ -133,7 +204,9 @@ class Scope(dict[str, Variable]):
 
 
 class LevelScopes:
-    """Scopes of nested program levels: a name is looked up from the innermost level outwards."""
+    """Scopes of nested program levels: a name is looked up from the innermost
+    level outwards.
+    """
 
     def __init__(self) -> None:
         self._scopes: list[Scope] = [Scope()]

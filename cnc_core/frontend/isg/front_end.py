@@ -1,4 +1,6 @@
-"""ISG front end: plain lines through the C scanner, every other block compiled, kept if it comes again, executed."""
+"""ISG front end: plain lines through the C scanner, every other block compiled,
+kept if it comes again, executed.
+"""
 
 from __future__ import annotations
 
@@ -10,32 +12,41 @@ import numpy as np
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.frontend.base.block_text import BlockText, check_length, read_block, strip_comments
+from cnc_core.frontend.base.block_text import (
+    BlockText,
+    check_length,
+    read_block,
+    strip_comments,
+)
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.reader import Prepared, located
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.base.variables import Scope
-from cnc_core.frontend.isg import macros
-from cnc_core.frontend.isg.calls import Finder, LevelData
-from cnc_core.frontend.isg.commands import Command, CommandParser
-from cnc_core.frontend.isg.context import Context
-from cnc_core.frontend.isg.control import Control
-from cnc_core.frontend.isg.control_parser import parse, parse_old
-from cnc_core.frontend.isg.cycles.preview import DryPort, calls_cycles, wrong_calls
+from cnc_core.frontend.isg.cycles.preview import (
+    DryPort,
+    calls_cycles,
+    wrong_calls,
+)
 from cnc_core.frontend.isg.cycles.running import CycleRunner
-from cnc_core.frontend.isg.declarations import DeclarationParser
-from cnc_core.frontend.isg.execute import Executor
-from cnc_core.frontend.isg.formulas import Formulas
-from cnc_core.frontend.isg.offsets import Offsets
-from cnc_core.frontend.isg.program_levels import Items, ProgramLevels, Run
-from cnc_core.frontend.isg.rt_loop import RealTimeLoop
-from cnc_core.frontend.isg.search import OPENERS, Frame, Searcher
-from cnc_core.frontend.isg.store import Store
-from cnc_core.frontend.isg.system import System
-from cnc_core.frontend.isg.text import PATTERN, Head, head_of
-from cnc_core.frontend.isg.words import WordBlock, WordParser, Words
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
+
+from ..port import ChannelPort, Wait
+from .commands.parser import Command, CommandParser
+from .executor import Executor
+from .flow.control import Control
+from .flow.control_parser import parse, parse_old
+from .flow.program_levels import Items, ProgramLevels, Run
+from .flow.search import OPENERS, Frame, Searcher
+from .language import macros
+from .language.calls import Finder, LevelData
+from .language.declarations import DeclarationParser
+from .language.formulas import Formulas
+from .language.text import PATTERN, Head, head_of
+from .language.words import WordBlock, WordParser, Words
+from .state.offsets import Offsets
+from .state.state import ProgramState
+from .state.store import Store
+from .state.system import System
 
 SKIP_LEVELS = 10
 PATTERN_WORDS = ("PATTERN", "AT")
@@ -44,7 +55,8 @@ PATTERN_WORDS = ("PATTERN", "AT")
 class IsgFrontEnd(ProgramLevels):
     """Resumable reader of one program.
 
-    ``lenient``: unknown # commands and undefined M functions are warnings.  ``static``: V.S variables that survive.
+    ``lenient``: unknown # commands and undefined M functions are warnings.
+    ``static``: V.S variables that survive.
     """
 
     def __init__(
@@ -61,20 +73,28 @@ class IsgFrontEnd(ProgramLevels):
         modal = Modal(machine)
         super().__init__(path, modal, port, collect=collect, scan=scan)
         store = Store(port, machine.externals, lenient=lenient, static=static)
-        self.context = Context(
-            machine, modal, port, self.flow, store, System(), Offsets(machine, modal), self._warn_at, lenient
+        self.state = ProgramState(
+            machine,
+            modal,
+            port,
+            self.flow,
+            store,
+            Offsets(machine, modal),
+            self._warn_at,
+            self._place_now,
+            self._has_file,
+            lenient,
         )
-        self.context.system.context = self.context
-        self.context.loop = RealTimeLoop(modal, self._place_now)
-        self.context.executor = self.executor = Executor(self.context)
-        self.context.cycles = CycleRunner(self.context)
-        self.context.place = self._place_now
-        self._axes = {name.upper(): machine.axes.index(name) for name in sorted(machine.axes, key=len, reverse=True)}
-        self._searcher = Searcher(self.context, lambda: self._skip_mask)
-        self.control = Control(self.context, self._searcher)
+        self.system = System(self.state)
+        self.executor = Executor(self.state)
+        self._axes = {
+            name.upper(): machine.axes.index(name)
+            for name in sorted(machine.axes, key=len, reverse=True)
+        }
+        self._searcher = Searcher(self.state, lambda: self._skip_mask)
+        self.control = Control(self.state, self._searcher)
         self.control.line_behind = lambda: self.modal.line + self._lines_left
-        self._finder = Finder(self.context, path.parent)
-        self.context.cycles.own_file = self._finder.has_file
+        self._finder = Finder(self.state, path.parent, CycleRunner(self.state))
         self._skip_mask = port.skip_levels()
         self._declaring = self._declared_ahead = self._previewed = False
         self._executing = True
@@ -88,13 +108,19 @@ class IsgFrontEnd(ProgramLevels):
         return read_block(self._source, self.modal.line)
 
     def _plain(self) -> bool:
-        if self._declaring or self.context.patterns.opened or self.context.modal_cycle.call:
+        if (
+            self._declaring
+            or self.state.patterns.opened
+            or self.state.modal_cycle.call
+        ):
             return False
-        spaces = self.context.spaces
-        return self.executor.plain and not (spaces.watches_plane or spaces.due)
+        spaces = self.state.spaces
+        return self.state.channel.plain and not (
+            spaces.watches_plane or spaces.due
+        )
 
     def _may_drain(self) -> bool:
-        return not self.executor.compensation.choice.active
+        return not self.state.channel.compensation.choice.active
 
     def _refuse_drain(self) -> Items:
         raise fail(20651, f"{ERRORS[20651]}: deselect it with G40", 0)
@@ -103,9 +129,11 @@ class IsgFrontEnd(ProgramLevels):
         check_length(block)
         self.block_now = block
         text = strip_comments(block.text)
-        if '"' in text and self.context.macros and not _keeps_quotes(text):
-            text, origin = macros.expand(text, self.context.macros)
-            block = macros.ExpandedBlock(block.file, text, block.lines, block.lines_read, tuple(origin))
+        if '"' in text and self.state.macros and not _keeps_quotes(text):
+            text, origin = macros.expand(text, self.state.macros)
+            block = macros.ExpandedBlock(
+                block.file, text, block.lines, block.lines_read, tuple(origin)
+            )
             self.block_now = block
         try:
             run, drain = self._compile(text)
@@ -119,7 +147,7 @@ class IsgFrontEnd(ProgramLevels):
         """Check a block that is not executed."""
         before = self.block_now, self._declaring
         self._executing, self._declaring = False, self._declared_ahead
-        self.context.visiting = True
+        self.state.visiting = True
         if head.sign == "#" and head.word in ("VAR", "ENDVAR"):
             self._declared_ahead = head.word == "VAR"
         try:
@@ -129,13 +157,21 @@ class IsgFrontEnd(ProgramLevels):
         finally:
             self.block_now, self._declaring = before
             self._executing = True
-            self.context.visiting = False
+            self.state.visiting = False
 
     def _open_frame(self, text: str) -> None:
         """A wrong statement that opens others still needs its end."""
         head = head_of(text)
-        if self._collect and head.sign == "$" and head.word in OPENERS and "GOTO" not in head.text.upper():
+        if (
+            self._collect
+            and head.sign == "$"
+            and head.word in OPENERS
+            and "GOTO" not in head.text.upper()
+        ):
             self.flow.level.nest.append(Frame(head.word, self.mark, once=True))
+
+    def _has_file(self, name: str) -> bool:
+        return self._finder.has_file(name)
 
     def _place_now(self, offset: int) -> Place:
         """Where in the file an offset of the present block stands."""
@@ -145,7 +181,9 @@ class IsgFrontEnd(ProgramLevels):
     # compiling
 
     def _compile(self, text: str) -> tuple[Run, bool]:
-        """What the block does, and whether everything before has to be executed first."""
+        """What the block does, and whether everything before has to be executed
+        first.
+        """
         if not text.strip():
             return _nothing, False
         stream = TokenStream(text, PATTERN)
@@ -153,29 +191,46 @@ class IsgFrontEnd(ProgramLevels):
             return self._program_line(stream), False
         if self._skipped(stream):
             return _nothing, False
-        formulas = Formulas(stream, self.context.store, self.context.system, self.context.machine, self.context.lenient)
+        formulas = Formulas(
+            stream,
+            self.state.store,
+            self.system,
+            self.state.machine,
+            self.state.lenient,
+        )
         if self._declaring and not _is_endvar(stream):
             return self._declarations(stream, formulas), False
         made = macros.definition(text)
         if made:
             return self._macro(*made), False
-        parser = WordParser(stream, self._axes, formulas, self.context)
+        parser = WordParser(stream, self._axes, formulas, self.state)
         if parser.n_number():
             stream.accept(":")
         self._label(stream)
-        pattern = stream.is_op("#") and stream.following.text.upper() in PATTERN_WORDS
+        pattern = (
+            stream.is_op("#") and stream.following.text.upper() in PATTERN_WORDS
+        )
         run = self._statement(stream, formulas, parser)
-        return self._counted(run, pattern), formulas.drain or self._command_drains
+        return self._counted(
+            run, pattern
+        ), formulas.drain or self._command_drains
 
     def _preview(self) -> None:
         """Refuse wrong cycle calls before any axis moves."""
         self._previewed = True
-        context, path = self.context, self._main.file.path
+        state, path = self.state, self._main.file.path
         if not self._port.answers or not calls_cycles(path):
             return
-        port = DryPort(context.machine.start, self._skip_mask)
-        static = copy.deepcopy(context.store.static)
-        dry = IsgFrontEnd(path, context.machine, port, collect=True, lenient=context.lenient, static=static)
+        port = DryPort(state.machine.start, self._skip_mask)
+        static = copy.deepcopy(state.store.static)
+        dry = IsgFrontEnd(
+            path,
+            state.machine,
+            port,
+            collect=True,
+            lenient=state.lenient,
+            static=static,
+        )
         dry._searcher.visit = None  # what is not executed does not count
         errors = wrong_calls(dry, port)
         if errors:
@@ -189,19 +244,28 @@ class IsgFrontEnd(ProgramLevels):
         if not self._previewed:
             self._preview()
         item = super().read(rows)
-        error = (self.context.loop.at_end() or self.context.patterns.at_end()) if item is None else None
+        error = (
+            (self.state.loop.at_end() or self.state.patterns.at_end())
+            if item is None
+            else None
+        )
         if error is not None:
             self.errors.append(error)
             if not self._collect:
                 raise error
         return item
 
-    def _statement(self, stream: TokenStream, formulas: Formulas, parser: WordParser) -> Run:
+    def _statement(
+        self, stream: TokenStream, formulas: Formulas, parser: WordParser
+    ) -> Run:
         self._command_drains = False
         block = parser.block
         if stream.is_op("$"):
             stream.next()
-            control, steps = parse(self.control, stream, formulas, self.mark), block.steps
+            control, steps = (
+                parse(self.control, stream, formulas, self.mark),
+                block.steps,
+            )
 
             def run_control() -> Items:
                 self._set_n(steps)
@@ -212,7 +276,9 @@ class IsgFrontEnd(ProgramLevels):
         commands: list[tuple[bool, Command]] = []
         while not stream.at_end:
             if stream.is_op("$"):
-                return self._goto_behind(stream, formulas, block, bool(commands))
+                return self._goto_behind(
+                    stream, formulas, block, bool(commands)
+                )
             if not stream.is_op("#"):
                 parser.word()
                 continue
@@ -220,17 +286,29 @@ class IsgFrontEnd(ProgramLevels):
             special = self._special(stream, formulas)
             if special is not None:
                 return special
-            command = CommandParser(stream, formulas, self.context, self._axes).parse()
+            command = CommandParser(
+                stream, formulas, self.state, self._axes
+            ).parse()
             commands.append((block.words or command.last, command))
         if not commands:
             return lambda: self._words(block)
         return self._with_commands(commands, parser)
 
-    def _goto_behind(self, stream: TokenStream, formulas: Formulas, block: WordBlock, commands: bool) -> Run:
+    def _goto_behind(
+        self,
+        stream: TokenStream,
+        formulas: Formulas,
+        block: WordBlock,
+        commands: bool,
+    ) -> Run:
         """``$GOTO`` is the last action of a block of words."""
         offset = stream.next().offset
         if commands or not stream.is_name("GOTO"):
-            raise fail(900010, f"${stream.current.text.upper()} stands alone in its block", offset)
+            raise fail(
+                900010,
+                f"${stream.current.text.upper()} stands alone in its block",
+                offset,
+            )
         jump = parse(self.control, stream, formulas, self.mark)
 
         def run() -> Items:
@@ -251,15 +329,27 @@ class IsgFrontEnd(ProgramLevels):
         else:
             self.modal.n = 0
 
-    def _with_commands(self, commands: list[tuple[bool, Command]], parser: WordParser) -> Run:
+    def _with_commands(
+        self, commands: list[tuple[bool, Command]], parser: WordParser
+    ) -> Run:
         """Commands in front of the words, the words, commands behind them."""
         block, offset = parser.block, 0
         self._command_drains = any(command.drain for _, command in commands)
         exempt = any(command.behind or command.last for _, command in commands)
         if (block.words or len(commands) > 1) and not exempt:
-            self._warn_at(907043, "words beside a # command: they are executed too", offset)
+            self._warn_at(
+                907043,
+                "words beside a # command: they are executed too",
+                offset,
+            )
 
-        number = block.steps[:1] if block.words and "N" in block.offsets else [] if block.words else block.steps
+        number = (
+            block.steps[:1]
+            if block.words and "N" in block.offsets
+            else []
+            if block.words
+            else block.steps
+        )
 
         def run() -> Items:
             self._set_n(number)
@@ -283,15 +373,15 @@ class IsgFrontEnd(ProgramLevels):
 
     def _counted(self, run: Run, pattern: bool) -> Run:
         """``pattern``: the block may stand inside a call pattern."""
-        data, patterns = self._data, self.context.patterns
+        data, patterns = self._data, self.state.patterns
 
         def counted() -> Items:
             data.statements += 1
             if patterns.opened is not None and not pattern:
                 patterns.not_open(0, "a block")
-            repeated = self.context.modal_cycle.call is not None
+            repeated = self.state.modal_cycle.call is not None
             items = run()
-            self.context.loop.check(items, self._ended)
+            self.state.loop.check(items, self._ended)
             if repeated:
                 self._repeat_cycle(items)
             return items
@@ -302,10 +392,15 @@ class IsgFrontEnd(ProgramLevels):
         """A modal cycle comes again behind the block."""
         if self._ended or self.flow.asked:
             return
-        motion = any(isinstance(item, np.ndarray) and item["type"][0] <= POLYNOMIAL for item in items)
-        call = self.context.modal_cycle.behind(self.flow.level, motion=motion)
+        motion = any(
+            isinstance(item, np.ndarray) and item["type"][0] <= POLYNOMIAL
+            for item in items
+        )
+        call = self.state.modal_cycle.behind(self.flow.level, motion=motion)
         if call is not None:
-            self._call(call, [item for item in items if isinstance(item, np.ndarray)])
+            self._call(
+                call, [item for item in items if isinstance(item, np.ndarray)]
+            )
 
     def _words(self, block: WordBlock) -> Items:
         executor = self.executor
@@ -327,7 +422,10 @@ class IsgFrontEnd(ProgramLevels):
     # parts of blocks
 
     def _skipped(self, stream: TokenStream) -> bool:
-        """``/`` or ``/1`` .. ``/10`` in front of the block, and that level is switched on."""
+        """``/`` or ``/1`` ..
+
+        ``/10`` in front of the block, and that level is switched on.
+        """
         if not stream.is_op("/"):
             return False
         offset, level = stream.next().offset, 1
@@ -336,7 +434,11 @@ class IsgFrontEnd(ProgramLevels):
             stream.next()
             level = int(token.text) if token.text.isdigit() else 0
         if not 1 <= level <= SKIP_LEVELS:
-            raise fail(900012, f"block skip level out of range 1..{SKIP_LEVELS}", offset)
+            raise fail(
+                900012,
+                f"block skip level out of range 1..{SKIP_LEVELS}",
+                offset,
+            )
         return bool(self._skip_mask >> (level - 1) & 1)
 
     def _label(self, stream: TokenStream) -> None:
@@ -354,9 +456,9 @@ class IsgFrontEnd(ProgramLevels):
 
     def _macro(self, name: str, text: str) -> Run:
         def run() -> Items:
-            self.context.patterns.not_open(0, "a macro")
-            if self.context.macros.get(name) != text:
-                self.context.macros[name] = text
+            self.state.patterns.not_open(0, "a macro")
+            if self.state.macros.get(name) != text:
+                self.state.macros[name] = text
                 for file in self.flow.known_files:
                     file.blocks.clear()  # they may mean something else now
             return ()
@@ -364,7 +466,7 @@ class IsgFrontEnd(ProgramLevels):
         return run
 
     def _declarations(self, stream: TokenStream, formulas: Formulas) -> Run:
-        lines = DeclarationParser(stream, formulas, self.context.store).parse()
+        lines = DeclarationParser(stream, formulas, self.state.store).parse()
 
         def run() -> Items:
             for line in lines:
@@ -388,7 +490,11 @@ class IsgFrontEnd(ProgramLevels):
     def _var(self, stream: TokenStream, word: str, offset: int) -> Run:
         stream.next()
         if not stream.at_end:
-            raise fail(900010, f"unexpected {stream.current.text!r} behind #{word}", stream.current.offset)
+            raise fail(
+                900010,
+                f"unexpected {stream.current.text!r} behind #{word}",
+                stream.current.offset,
+            )
 
         def run() -> Items:
             if word == "ENDVAR" and not self._declaring:
@@ -404,8 +510,13 @@ class IsgFrontEnd(ProgramLevels):
             raise fail(900010, "#COMMENT: expected BEGIN or END", offset)
         stream.next()
         stream.next()
-        if not stream.at_end or stream.text[: offset - 1].replace("#", "").strip():
-            raise fail(code, f"#COMMENT {follow} stands alone in its block", offset)
+        if (
+            not stream.at_end
+            or stream.text[: offset - 1].replace("#", "").strip()
+        ):
+            raise fail(
+                code, f"#COMMENT {follow} stands alone in its block", offset
+            )
         if follow == "END":
             raise fail(20569, "#COMMENT END without #COMMENT BEGIN", offset)
         return _of(self.control.comment(offset))
@@ -430,5 +541,10 @@ def _is_endvar(stream: TokenStream) -> bool:
 def _keeps_quotes(text: str) -> bool:
     """Blocks whose quoted texts are no macros: definitions and messages."""
     head = head_of(text)
-    texts = head.sign == "#" and head.word in ("MSG", "ERROR", "FILE", "FILENAME")
+    texts = head.sign == "#" and head.word in (
+        "MSG",
+        "ERROR",
+        "FILE",
+        "FILENAME",
+    )
     return texts or macros.definition(text) is not None

@@ -1,4 +1,6 @@
-"""Drilling and boring cycles G73, G81, G82, G83, G85, G86, G89 as single motions, in machine coordinates (mm)."""
+"""Drilling and boring cycles G73, G81, G82, G83, G85, G86, G89 as single
+motions, in machine coordinates (mm).
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,8 @@ from cnc_core.frontend.iso.mover import Mover
 from cnc_core.frontend.iso.words import Words
 from cnc_core.frontend.machine import ProgramMachine
 
-CHIP_MM = 0.254  # clearance above the last depth (G83), retraction to break the chip (G73)
+# clearance above the last depth (G83), retraction to break the chip (G73)
+CHIP_MM = 0.254
 SAME_MM = 1e-9
 ROWS_MAX = 1_000_000  # of one block
 STICKY = "RPQ"
@@ -34,7 +37,11 @@ class Hole:
 
 @dataclass
 class Drilling:
-    """Modal state of the cycles.  ``code``: the cycle in force, None if there is none; ``initial``: G98's level."""
+    """Modal state of the cycles.
+
+    ``code``: the cycle in force, None if there is none; ``initial``: G98's
+    level.
+    """
 
     machine: ProgramMachine
     modal: Modal
@@ -47,8 +54,18 @@ class Drilling:
         self.code = None
         self.words = {}
 
-    def run(self, code: int, words: Words, mover: Mover, spindle: int, *, to_top: bool) -> list[Row]:
-        """Rows of one block; ``to_top``: G99.  ``spindle``: M3 or M4, 0 when it stands (G86)."""
+    def run(
+        self,
+        code: int,
+        words: Words,
+        mover: Mover,
+        spindle: int,
+        *,
+        to_top: bool,
+    ) -> list[Row]:
+        """Rows of one block; ``to_top``: G99.  ``spindle``: M3 or M4, 0 when it
+        stands (G86).
+        """
         plane = [self.machine.main[i] for i in motion_planes(self.modal.plane)]
         offset = words.first("XYZRLKPQ") or words.g.get(code, 0)
         self._check(code, words, plane, offset)
@@ -61,24 +78,40 @@ class Drilling:
         self._check_size(repeats, hole, offset)
         self._absolute = self.modal.absolute
         with machine_coordinates(self.modal, mm=True):
-            return self._drill(code, hole, moves, repeats, plane, mover, spindle)
+            return self._drill(
+                code, hole, moves, repeats, plane, mover, spindle
+            )
 
     # checks
 
-    def _check(self, code: int, words: Words, plane: list[int], offset: int) -> None:
+    def _check(
+        self, code: int, words: Words, plane: list[int], offset: int
+    ) -> None:
         names = [self.machine.axes[i].upper() if i >= 0 else "" for i in plane]
         if not all(names):
-            raise fail(900016, f"{codes.name(code)}: the machine lacks an axis of the plane", offset)
-        other = next((letter for letter in words.axes if letter not in names), None)
+            raise fail(
+                900016,
+                f"{codes.name(code)}: the machine lacks an axis of the plane",
+                offset,
+            )
+        other = next(
+            (letter for letter in words.axes if letter not in names), None
+        )
         if other is not None:
-            raise self._wrong(code, f"{other} is no axis of the plane and its cycles", words.offsets[other])
+            raise self._wrong(
+                code,
+                f"{other} is no axis of the plane and its cycles",
+                words.offsets[other],
+            )
         if not words.axes:
             raise self._wrong(code, "an axis word is missing", offset)
 
     def _wrong(self, code: int, text: str, offset: int) -> CncError:
         return fail(908004, f"{codes.name(code)}: {text}", offset)
 
-    def _take(self, code: int, words: Words, plane: list[int], offset: int) -> None:
+    def _take(
+        self, code: int, words: Words, plane: list[int], offset: int
+    ) -> None:
         """Words that stay in force from block to block."""
         depth = self.machine.axes[plane[2]].upper()
         if self.code is None:
@@ -86,7 +119,11 @@ class Drilling:
         if self.code != code:
             self.words = {}
         self.code = code
-        self.words |= {letter: words.values[letter] for letter in STICKY if letter in words.values}
+        self.words |= {
+            letter: words.values[letter]
+            for letter in STICKY
+            if letter in words.values
+        }
         if depth in words.values:
             self.words["depth"] = words.values[depth]
         needed = {"depth": depth, "R": "R"}
@@ -98,21 +135,33 @@ class Drilling:
         if code in codes.PECKING and not self.words["Q"] > 0:
             raise self._wrong(code, "Q is not positive", offset)
         if self.words.get("P", 0.0) > DWELL_MAX_S:
-            raise fail(900012, f"{codes.name(code)}: P out of range 0..{DWELL_MAX_S:g} s", offset)
+            raise fail(
+                900012,
+                f"{codes.name(code)}: P out of range 0..{DWELL_MAX_S:g} s",
+                offset,
+            )
 
     def _repeats(self, words: Words, offset: int) -> int:
-        given = [words.values[letter] for letter in "LK" if letter in words.values]
+        given = [
+            words.values[letter] for letter in "LK" if letter in words.values
+        ]
         if len(given) > 1:
             raise fail(908004, "L and K both give the number of holes", offset)
         count = given[0] if given else 1.0
         if count != int(count) or not 1 <= count <= ROWS_MAX:
-            raise fail(908004, f"number of holes {count:g}: a whole number from 1 on is expected", offset)
+            raise fail(
+                908004,
+                f"number of holes {count:g}: a whole number from 1 on is expected",
+                offset,
+            )
         return int(count)
 
     def _check_size(self, repeats: int, hole: Hole, offset: int) -> None:
         pecks = (hole.top - hole.bottom) / hole.peck if hole.peck else 1.0
         if not repeats * (3.0 * pecks + 5.0) <= ROWS_MAX:
-            raise fail(900012, f"more than {ROWS_MAX} motions in one block", offset)
+            raise fail(
+                900012, f"more than {ROWS_MAX} motions in one block", offset
+            )
 
     # geometry
 
@@ -122,14 +171,18 @@ class Drilling:
         for axis in plane[:2]:
             value = words.values.get(self.machine.axes[axis].upper())
             if value is not None:
-                out[axis] = value * self.modal.unit_mm + (self.modal.offset[axis] if self.modal.absolute else 0.0)
+                out[axis] = value * self.modal.unit_mm + (
+                    self.modal.offset[axis] if self.modal.absolute else 0.0
+                )
         return out
 
     def _hole(self, axis: int, to_top: bool, offset: int) -> Hole:
         unit, now = self.modal.unit_mm, float(self.modal.position[axis])
         base = float(self.modal.offset[axis]) if self.modal.absolute else now
         top = base + self.words["R"] * unit
-        bottom = self.words["depth"] * unit + (base if self.modal.absolute else top)
+        bottom = self.words["depth"] * unit + (
+            base if self.modal.absolute else top
+        )
         if top < bottom:
             raise fail(908004, "R lies below the bottom of the hole", offset)
         clear = top if to_top else max(self.initial, top)
@@ -137,7 +190,14 @@ class Drilling:
         return Hole(top, bottom, clear, peck, self.words.get("P", 0.0))
 
     def _drill(
-        self, code: int, hole: Hole, moves: dict[int, float], repeats: int, plane: list[int], mover: Mover, spindle: int
+        self,
+        code: int,
+        hole: Hole,
+        moves: dict[int, float],
+        repeats: int,
+        plane: list[int],
+        mover: Mover,
+        spindle: int,
     ) -> list[Row]:
         axis, rows = plane[2], []
         if self.modal.position[axis] < hole.top:
@@ -149,19 +209,29 @@ class Drilling:
             rows += self._bottom(code, hole, mover)
             if code == 860:
                 rows.append(self.modal.row(M, mover.n, code=5))
-            rows += mover.line(1 if code in codes.FEEDING_OUT else 0, {axis: hole.clear})
+            rows += mover.line(
+                1 if code in codes.FEEDING_OUT else 0, {axis: hole.clear}
+            )
             if code == 860:
                 rows.append(self.modal.row(M, mover.n, code=spindle))
         return rows
 
     def _target(self, moves: dict[int, float]) -> dict[int, float]:
         position = self.modal.position
-        return {axis: value + (0.0 if self._absolute else position[axis]) for axis, value in moves.items()}
+        return {
+            axis: value + (0.0 if self._absolute else position[axis])
+            for axis, value in moves.items()
+        }
 
-    def _down(self, code: int, hole: Hole, axis: int, mover: Mover) -> list[Row]:
+    def _down(
+        self, code: int, hole: Hole, axis: int, mover: Mover
+    ) -> list[Row]:
         rows = []
         step = 1
-        while code in codes.PECKING and (depth := hole.top - step * hole.peck) > hole.bottom + SAME_MM:
+        while (
+            code in codes.PECKING
+            and (depth := hole.top - step * hole.peck) > hole.bottom + SAME_MM
+        ):
             rows += mover.line(1, {axis: depth})
             if code == 830:
                 rows += mover.line(0, {axis: hole.top})

@@ -1,6 +1,8 @@
-"""Expressions of RS-274: ``[ ]``, unary functions, ``#`` parameters; angles in degrees.
+"""Expressions of RS-274: ``[ ]``, unary functions, ``#`` parameters; angles in
+degrees.
 
-Operators, high to low: ``**``; ``* / MOD``; ``+ -``; EQ NE GT GE LT LE; AND OR XOR.  They stand inside brackets only.
+Operators, high to low: ``**``; ``* / MOD``; ``+ -``; EQ NE GT GE LT LE; AND OR
+XOR.  They stand inside brackets only.
 """
 
 from __future__ import annotations
@@ -42,11 +44,36 @@ class Expressions(ExpressionParser):
     }
     functions = {
         name: expression.FUNCTIONS[name]
-        for name in ("ABS", "ACOS", "ASIN", "COS", "EXP", "LN", "ROUND", "SIN", "SQRT", "TAN")
-    } | {"FIX": lambda x: float(math.floor(x)), "FUP": lambda x: float(math.ceil(x))}
+        for name in (
+            "ABS",
+            "ACOS",
+            "ASIN",
+            "COS",
+            "EXP",
+            "LN",
+            "ROUND",
+            "SIN",
+            "SQRT",
+            "TAN",
+        )
+    } | {
+        "FIX": lambda x: float(math.floor(x)),
+        "FUP": lambda x: float(math.ceil(x)),
+    }
     functions_of_two = {"ATAN": lambda y, x: math.degrees(math.atan2(y, x))}
     constants: dict[str, float] = {}
-    word_operators = ("AND", "XOR", "MOD", "OR", "EQ", "NE", "GT", "GE", "LT", "LE")
+    word_operators = (
+        "AND",
+        "XOR",
+        "MOD",
+        "OR",
+        "EQ",
+        "NE",
+        "GT",
+        "GE",
+        "LT",
+        "LE",
+    )
 
     def __init__(self, stream: TokenStream, parameters: Parameters) -> None:
         super().__init__(stream, parameters)
@@ -56,13 +83,21 @@ class Expressions(ExpressionParser):
         stream = self._stream
         if stream.current.kind is Kind.NAME:
             return self._function_name() is not None or stream.is_name("EXISTS")
-        return stream.current.kind is Kind.NUMBER or stream.is_op("+", "-", "[", "#")
+        return stream.current.kind is Kind.NUMBER or stream.is_op(
+            "+", "-", "[", "#"
+        )
 
     def value(self, name: str) -> float:
-        """The value of a word: a number, ``[..]``, a parameter or a function, with a sign."""
+        """The value of a word: a number, ``[..]``, a parameter or a function,
+        with a sign.
+        """
         token = self._stream.current
         if not self.starts_here():
-            raise fail(900004, f"{name} without a value, found {self._stream.describe()}", token.offset)
+            raise fail(
+                900004,
+                f"{name} without a value, found {self._stream.describe()}",
+                token.offset,
+            )
         return self._signed()
 
     def primary(self) -> float:
@@ -81,7 +116,11 @@ class Expressions(ExpressionParser):
             return stream.next().text[1:-1].lower()
         self._depth += 1
         if self._depth > expression.NESTING_MAX:
-            raise fail(20927, f"more than {expression.NESTING_MAX} parameters in each other", offset)
+            raise fail(
+                20927,
+                f"more than {expression.NESTING_MAX} parameters in each other",
+                offset,
+            )
         number = self.primary()
         self._depth -= 1
         return self._parameters.number(number, offset)
@@ -98,7 +137,10 @@ class Expressions(ExpressionParser):
 
     def _function_name(self) -> str | None:
         name = self._stream.current.text.upper()
-        known = self._stream.current.kind is Kind.NAME and name in {*self.functions, *self.functions_of_two}
+        known = self._stream.current.kind is Kind.NAME and name in {
+            *self.functions,
+            *self.functions_of_two,
+        }
         return name if known and self._stream.following.text == "[" else None
 
     def _call(self, name: str) -> float:
@@ -107,4 +149,6 @@ class Expressions(ExpressionParser):
         offset = self._stream.next().offset
         y = self._bracket()
         self._stream.expect("/", 900004)
-        return finite(self.functions_of_two[name], (y, self._bracket()), name, offset)
+        return finite(
+            self.functions_of_two[name], (y, self._bracket()), name, offset
+        )

@@ -1,4 +1,6 @@
-"""Programmed coordinates: work offsets, G92, tool length, home positions, all kept in parameters."""
+"""Programmed coordinates: work offsets, G92, tool length, home positions, all
+kept in parameters.
+"""
 
 from __future__ import annotations
 
@@ -20,22 +22,29 @@ AXES = len(AXIS_LETTERS)
 
 
 class Frame:
-    """What lies between programmed and machine coordinates; lengths in parameters are mm.
+    """What lies between programmed and machine coordinates; lengths in
+    parameters are mm.
 
-    ``slot``: place among X Y Z A B C U V W by channel index, -1 for axes with other names.
+    ``slot``: place among X Y Z A B C U V W by channel index, -1 for axes with
+    other names.
     """
 
     def __init__(self, machine: ProgramMachine, modal: Modal) -> None:
         self._modal = modal
         self.parameters = Parameters(self._computed)
         self.rotary = machine.rotary
-        self.slot = [AXIS_LETTERS.find(name.upper()) if len(name) == 1 else -1 for name in machine.axes]
+        self.slot = [
+            AXIS_LETTERS.find(name.upper()) if len(name) == 1 else -1
+            for name in machine.axes
+        ]
         self.z = machine.main[2]
         self.length_mm = 0.0
         self.tool = 0
         for axis, slot in enumerate(self.slot):
             if slot >= 0:
-                self.parameters[p.HOME_1 + slot] = self.parameters[p.HOME_2 + slot] = float(machine.start[axis])
+                self.parameters[p.HOME_1 + slot] = self.parameters[
+                    p.HOME_2 + slot
+                ] = float(machine.start[axis])
         self.update()
 
     @property
@@ -61,28 +70,46 @@ class Frame:
 
     def update(self) -> None:
         """Make a change of any part act."""
-        self._modal.set_offset(np.array([sum(self.parts(axis)) for axis in range(len(self.slot))]))
+        self._modal.set_offset(
+            np.array([sum(self.parts(axis)) for axis in range(len(self.slot))])
+        )
 
     def scale(self, axis: int) -> float:
         """mm or degrees per programmed unit of an axis."""
         return 1.0 if self.rotary[axis] else self._modal.unit_mm
 
     def home(self, first: int) -> Array:
-        """(axes,) machine position in the parameters from ``first`` on; axes without a letter stay."""
+        """(axes,) machine position in the parameters from ``first`` on; axes
+        without a letter stay.
+        """
         position = self._modal.position
-        return np.array([position[i] if s < 0 else self.parameters[first + s] for i, s in enumerate(self.slot)])
+        return np.array(
+            [
+                position[i] if s < 0 else self.parameters[first + s]
+                for i, s in enumerate(self.slot)
+            ]
+        )
 
     def store_home(self, first: int) -> None:
         for axis, slot in enumerate(self.slot):
             if slot >= 0:
-                self.parameters[first + slot] = float(self._modal.position[axis])
+                self.parameters[first + slot] = float(
+                    self._modal.position[axis]
+                )
 
     def set_g92(self, values: dict[int, float]) -> None:
-        """The position gets these programmed coordinates, mm or degrees by axis; G92 of other axes stays."""
+        """The position gets these programmed coordinates, mm or degrees by
+        axis; G92 of other axes stays.
+        """
         for axis, slot in enumerate(self.slot):
             work, g92, length = self.parts(axis)
             if axis in values:
-                g92 = float(self._modal.position[axis]) - values[axis] - work - length
+                g92 = (
+                    float(self._modal.position[axis])
+                    - values[axis]
+                    - work
+                    - length
+                )
             if slot >= 0:
                 self.parameters[p.G92 + slot] = g92
         self.parameters[p.G92_ACTIVE] = 1.0
@@ -97,15 +124,22 @@ class Frame:
             return float(self.tool)
         if number == LENGTH + 2:
             return self.length_mm / self._modal.unit_mm
-        if POSITION <= number < POSITION + AXES and number - POSITION in self.slot:
+        if (
+            POSITION <= number < POSITION + AXES
+            and number - POSITION in self.slot
+        ):
             axis = self.slot.index(number - POSITION)
-            return float(self._modal.position[axis] - self._modal.offset[axis]) / self.scale(axis)
+            return float(
+                self._modal.position[axis] - self._modal.offset[axis]
+            ) / self.scale(axis)
         return None
 
 
 @contextmanager
 def machine_coordinates(modal: Modal, *, mm: bool) -> Iterator[None]:
-    """Inside, axis words are absolute machine coordinates, in mm if ``mm``; modal state is restored behind it."""
+    """Inside, axis words are absolute machine coordinates, in mm if ``mm``;
+    modal state is restored behind it.
+    """
     offset, absolute, inch = modal.offset, modal.absolute, modal.unit_mm != 1.0
     modal.set_offset(np.zeros(len(offset)))
     modal.set_absolute(True)

@@ -1,4 +1,6 @@
-"""Front end: plain lines through the C scanner, every other line through the parser, rows out in batches."""
+"""Front end: plain lines through the C scanner, every other line through the
+parser, rows out in batches.
+"""
 
 from __future__ import annotations
 
@@ -14,15 +16,25 @@ from cnc_core.frontend.iso.execute import Executor
 from cnc_core.frontend.iso.text import PATTERN, Line, squeeze
 from cnc_core.frontend.iso.words import WordParser
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
+
+from ..port import ChannelPort, Wait
 
 SWITCHES = 10
 SHOWN = ("DEBUG", "PRINT")  # with the values of parameters in the text
-REFUSED_COMMENTS = ("LOG", "LOGOPEN", "LOGAPPEND", "LOGCLOSE", "PROBEOPEN", "PROBECLOSE")
+REFUSED_COMMENTS = (
+    "LOG",
+    "LOGOPEN",
+    "LOGAPPEND",
+    "LOGCLOSE",
+    "PROBEOPEN",
+    "PROBECLOSE",
+)
 
 
 class IsoFrontEnd(BlockReader):
-    """Resumable reader of one program; lines that begin with ``/`` are skipped while their switch is on."""
+    """Resumable reader of one program; lines that begin with ``/`` are skipped
+    while their switch is on.
+    """
 
     def __init__(
         self,
@@ -33,10 +45,16 @@ class IsoFrontEnd(BlockReader):
         collect: bool = False,
         scan: bool = True,
     ) -> None:
-        super().__init__(path, Modal(machine, RULES), port, collect=collect, scan=scan)
+        super().__init__(
+            path, Modal(machine, RULES), port, collect=collect, scan=scan
+        )
         self.executor = Executor(machine, self.modal, self._warn_here)
         self._switches = port.skip_levels()
-        self._axes = {name.upper(): i for i, name in enumerate(machine.axes) if len(name) == 1}
+        self._axes = {
+            name.upper(): i
+            for i, name in enumerate(machine.axes)
+            if len(name) == 1
+        }
         self._statements = 0
         self._place = Place()
 
@@ -53,8 +71,12 @@ class IsoFrontEnd(BlockReader):
         try:
             return self._line(line)
         except CncError as error:
-            if not error.place.line:  # so far it knows the offset in the squeezed text
-                error.place.column = line.columns[min(error.place.column, len(line.columns) - 1)]
+            if (
+                not error.place.line
+            ):  # so far it knows the offset in the squeezed text
+                error.place.column = line.columns[
+                    min(error.place.column, len(line.columns) - 1)
+                ]
             raise
 
     def _line(self, line: Line) -> list[Row | Wait]:
@@ -64,7 +86,9 @@ class IsoFrontEnd(BlockReader):
             return []
         if stream.accept("/") and self._switched_on(stream):
             return []
-        words = WordParser(stream, self._axes, self.executor.frame.parameters).parse()
+        words = WordParser(
+            stream, self._axes, self.executor.frame.parameters
+        ).parse()
         for key, value in words.assignments:
             self.executor.frame.parameters.assign(key, value)
         self.executor.frame.update()
@@ -75,19 +99,27 @@ class IsoFrontEnd(BlockReader):
         return [*rows]
 
     def _switched_on(self, stream: TokenStream) -> bool:
-        """Whether the block delete switch, 1 if no number is given, is on (program_block_ignore, skip_levels)."""
+        """Whether the block delete switch, 1 if no number is given, is on
+        (program_block_ignore, skip_levels).
+        """
         switch = 1
         if stream.current.kind is Kind.NUMBER:
             token = stream.next()
             switch = int(token.text) if token.text.isdigit() else 0
             if not 1 <= switch <= SWITCHES:
-                raise fail(900012, f"block delete switch out of range 1..{SWITCHES}", token.offset)
+                raise fail(
+                    900012,
+                    f"block delete switch out of range 1..{SWITCHES}",
+                    token.offset,
+                )
         return bool(self._switches >> (switch - 1) & 1)
 
     def _percent(self, stream: TokenStream) -> None:
         """The first line may be ``%``; a later one ends the program."""
         if not stream.at_end:
-            raise fail(900003, "text behind % is not supported", stream.current.offset)
+            raise fail(
+                900003, "text behind % is not supported", stream.current.offset
+            )
         self._ended = bool(self._statements)
         self._statements += 1
 
@@ -98,7 +130,11 @@ class IsoFrontEnd(BlockReader):
             if comma and name == "MSG":
                 self._port.message(message.strip())
             elif comma and name in SHOWN:
-                self._port.message(self.executor.frame.parameters.substitute(message.strip(), 0))
+                self._port.message(
+                    self.executor.frame.parameters.substitute(
+                        message.strip(), 0
+                    )
+                )
             elif name in REFUSED_COMMENTS and (comma or name.endswith("CLOSE")):
                 raise fail(900003, f"comment ({name}) is not supported", 0)
 

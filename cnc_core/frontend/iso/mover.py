@@ -1,4 +1,6 @@
-"""Motions of one block through the shared geometry; errors get the place of the block's motion words."""
+"""Motions of one block through the shared geometry; errors get the place of the
+block's motion words.
+"""
 
 from __future__ import annotations
 
@@ -9,10 +11,20 @@ from cnc_core.frontend.base.scanner import Modal, MotionWords, Row
 
 
 class Mover:
-    """Makes the rows of one block.  ``minutes``: G93, duration of each motion that is not rapid."""
+    """Makes the rows of one block.
 
-    def __init__(self, modal: Modal, n: int, offset: int, minutes: float | None = None) -> None:
-        self.modal, self.n, self._offset, self._minutes = modal, n, offset, minutes
+    ``minutes``: G93, duration of each motion that is not rapid.
+    """
+
+    def __init__(
+        self, modal: Modal, n: int, offset: int, minutes: float | None = None
+    ) -> None:
+        self.modal, self.n, self._offset, self._minutes = (
+            modal,
+            n,
+            offset,
+            minutes,
+        )
 
     def apply(self, words: MotionWords) -> list[Row]:
         """No row or one."""
@@ -32,7 +44,11 @@ class Mover:
 
     def line(self, motion: int, target: dict[int, float]) -> list[Row]:
         """G0 or G1."""
-        return self.apply(MotionWords(axis=target, motion=motion)) if target else []
+        return (
+            self.apply(MotionWords(axis=target, motion=motion))
+            if target
+            else []
+        )
 
     def dwell(self, seconds: float) -> Row:
         return self.modal.row(DWELL, self.n, value=seconds)
@@ -45,4 +61,6 @@ def add_turns(row: Row, turns: int, rise: float) -> None:
     angle = float(row["angle"][0])
     angle += turns * (6.283185307179586 if angle > 0 else -6.283185307179586)
     row["angle"] = angle
-    row["length"] = row["length_min"] = ((float(row["radius"][0]) * angle) ** 2 + rise**2) ** 0.5
+    row["length"] = row["length_min"] = (
+        (float(row["radius"][0]) * angle) ** 2 + rise**2
+    ) ** 0.5

@@ -1,4 +1,6 @@
-"""One line of text: comments taken out, blanks removed, every character traceable to its column."""
+"""One line of text: comments taken out, blanks removed, every character
+traceable to its column.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,9 @@ PATTERN = re.compile(
 
 @dataclass
 class Line:
-    """``columns``: offset in the file's line of each character of ``text``, and of its end."""
+    """``columns``: offset in the file's line of each character of ``text``, and
+    of its end.
+    """
 
     text: str = ""
     columns: list[int] = field(default_factory=list)

@@ -24,7 +24,9 @@ ALWAYS = "NFST"
 
 
 def check_usage(words: Words, motion: int | None) -> None:
-    """Error 908001 for a word that no function of the line uses; ``motion``: the block's, in tenths."""
+    """Error 908001 for a word that no function of the line uses; ``motion``:
+    the block's, in tenths.
+    """
     used = ALWAYS
     if motion is not None or words.one_of(codes.TAKES_AXES) is not None:
         used += codes.AXIS_LETTERS
@@ -32,7 +34,11 @@ def check_usage(words: Words, motion: int | None) -> None:
         used += TAKES.get(code or 0, "")
     for letter, offset in words.offsets.items():
         if letter not in used:
-            number = 900015 if letter in "IJK" and motion in codes.LINES else 908001
-            raise fail(number, f"no function of the block uses {letter}", offset)
+            number = (
+                900015 if letter in "IJK" and motion in codes.LINES else 908001
+            )
+            raise fail(
+                number, f"no function of the block uses {letter}", offset
+            )
     if 530 in words.g and motion not in codes.LINES:
         raise fail(908005, "G53 needs G0 or G1", words.g[530])

@@ -13,13 +13,25 @@ from cnc_core.frontend.iso.parameters import Key, Parameters
 M_MAX = 65535
 NUMBER_MAX = 2**31 - 1
 WHOLE = {"D": NUMBER_MAX, "H": NUMBER_MAX, "L": NUMBER_MAX, "T": NUMBER_MAX}
-REFUSED = {"O": "O word (program number, subprogram, flow control)", "E": "word E", "@": "polar coordinate @"}
-REFUSED |= {"^": "polar coordinate ^", "*": "checksum *", "/": "block delete behind the first word", "%": "% in a line"}
+REFUSED = {
+    "O": "O word (program number, subprogram, flow control)",
+    "E": "word E",
+    "@": "polar coordinate @",
+}
+REFUSED |= {
+    "^": "polar coordinate ^",
+    "*": "checksum *",
+    "/": "block delete behind the first word",
+    "%": "% in a line",
+}
 
 
 @dataclass
 class Words:
-    """Everything one line says.  ``g``, ``m``: offset by code, G in tenths.  ``values``: value by letter."""
+    """Everything one line says.
+
+    ``g``, ``m``: offset by code, G in tenths.  ``values``: value by letter.
+    """
 
     n: int = 0
     g: dict[int, int] = field(default_factory=dict)
@@ -34,21 +46,38 @@ class Words:
 
     @property
     def axes(self) -> dict[str, float]:
-        return {letter: value for letter, value in self.values.items() if letter in codes.AXIS_LETTERS}
+        return {
+            letter: value
+            for letter, value in self.values.items()
+            if letter in codes.AXIS_LETTERS
+        }
 
     @property
     def centre(self) -> dict[str, float]:
-        return {letter: value for letter, value in self.values.items() if letter in "IJK"}
+        return {
+            letter: value
+            for letter, value in self.values.items()
+            if letter in "IJK"
+        }
 
     def first(self, letters: str) -> int:
         """Offset of the first of these words, 0 if there is none."""
-        return min((self.offsets[letter] for letter in letters if letter in self.offsets), default=0)
+        return min(
+            (
+                self.offsets[letter]
+                for letter in letters
+                if letter in self.offsets
+            ),
+            default=0,
+        )
 
 
 class WordParser:
     """Reads the words of one line from a token stream."""
 
-    def __init__(self, stream: TokenStream, axes: dict[str, int], parameters: Parameters) -> None:
+    def __init__(
+        self, stream: TokenStream, axes: dict[str, int], parameters: Parameters
+    ) -> None:
         self.words = Words()
         self._stream = stream
         self._axes = axes
@@ -67,7 +96,9 @@ class WordParser:
             return
         letter = token.text[:1].upper()
         if letter in REFUSED:
-            raise fail(900003, f"{REFUSED[letter]} is not supported", token.offset)
+            raise fail(
+                900003, f"{REFUSED[letter]} is not supported", token.offset
+            )
         if token.kind is not Kind.NAME:
             raise fail(900001, f"unknown word {token.text}", token.offset)
         self._stream.take_letters(1)
@@ -83,11 +114,22 @@ class WordParser:
         key = self._expressions.key()
         self._stream.expect("=", 900004)
         self._parameters.check_assignable(key, offset)
-        self.words.assignments.append((key, self._expressions.value("parameter")))
+        self.words.assignments.append(
+            (key, self._expressions.value("parameter"))
+        )
 
-    def _whole(self, letter: str, value: float, highest: int, offset: int) -> int:
-        if abs(value - round_half_away(value)) > 1e-4 or not 0 <= round_half_away(value) <= highest:
-            raise fail(900012, f"{letter}{value:g}: a whole number 0..{highest} is expected", offset)
+    def _whole(
+        self, letter: str, value: float, highest: int, offset: int
+    ) -> int:
+        if (
+            abs(value - round_half_away(value)) > 1e-4
+            or not 0 <= round_half_away(value) <= highest
+        ):
+            raise fail(
+                900012,
+                f"{letter}{value:g}: a whole number 0..{highest} is expected",
+                offset,
+            )
         return round_half_away(value)
 
     def _once(self, letter: str, offset: int) -> None:
@@ -97,11 +139,17 @@ class WordParser:
 
     def _n(self, offset: int) -> None:
         self._once("N", offset)
-        self.words.n = self._whole("N", self._expressions.value("N"), 2**32 - 1, offset)
+        self.words.n = self._whole(
+            "N", self._expressions.value("N"), 2**32 - 1, offset
+        )
 
     def _value(self, letter: str, offset: int) -> None:
         if letter in codes.AXIS_LETTERS and letter not in self._axes:
-            raise fail(900001, f"unknown word {letter}: the machine has no such axis", offset)
+            raise fail(
+                900001,
+                f"unknown word {letter}: the machine has no such axis",
+                offset,
+            )
         self._once(letter, offset)
         value = self._expressions.value(letter)
         if letter in WHOLE:
@@ -120,15 +168,32 @@ class WordParser:
         if code not in codes.SUPPORTED:
             raise fail(900003, f"{codes.name(code)} is not supported", offset)
         group = codes.GROUP_OF[code]
-        other = next((g for g in self.words.g if codes.GROUP_OF[g] == group), None)
+        other = next(
+            (g for g in self.words.g if codes.GROUP_OF[g] == group), None
+        )
         if other is not None:
-            raise fail(900011, f"{codes.name(code)} and {codes.name(other)}, both of the group {group}", offset)
+            raise fail(
+                900011,
+                f"{codes.name(code)} and {codes.name(other)}, both of the group {group}",
+                offset,
+            )
         self.words.g[code] = offset
 
     def _m(self, offset: int) -> None:
         code = self._whole("M", self._expressions.value("M"), M_MAX, offset)
         group = codes.M_GROUP_OF.get(code, f"M{code}")
-        other = next((m for m in self.words.m if codes.M_GROUP_OF.get(m, f"M{m}") == group), None)
+        other = next(
+            (
+                m
+                for m in self.words.m
+                if codes.M_GROUP_OF.get(m, f"M{m}") == group
+            ),
+            None,
+        )
         if other is not None:
-            raise fail(900011, f"M{code} and M{other}, both of the group {group}", offset)
+            raise fail(
+                900011,
+                f"M{code} and M{other}, both of the group {group}",
+                offset,
+            )
         self.words.m[code] = offset

@@ -1,9 +1,11 @@
-"""IsoNs front end: plain lines through the C scanner, every other block compiled, kept if it comes again, executed."""
+"""IsoNs front end: plain lines through the C scanner, every other block
+compiled, kept if it comes again, executed.
+"""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +14,20 @@ import numpy.typing as npt
 
 from cnc_core.blocks import POLYNOMIAL, BlockBatch
 from cnc_core.errors import CncError
-from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
+from cnc_core.frontend.base.block_text import (
+    BlockText,
+    PhysicalLine,
+    check_length,
+    read_line,
+)
 from cnc_core.frontend.base.flow import START, Level, Mark
-from cnc_core.frontend.base.lexer import TokenStream, fail
-from cnc_core.frontend.base.reader import WAIT_BLOCKS, BlockReader, Prepared, located
+from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.reader import (
+    WAIT_BLOCKS,
+    BlockReader,
+    Prepared,
+    located,
+)
 from cnc_core.frontend.base.scanner import (
     CENTRE_DISTANCE,
     FEED_POSITIVE,
@@ -31,39 +43,48 @@ from cnc_core.frontend.base.scanner import (
     Row,
     Rules,
 )
-from cnc_core.frontend.isons import codes
-from cnc_core.frontend.isons.canopen import Nodes
-from cnc_core.frontend.isons.clock import Clock
-from cnc_core.frontend.isons.control import Control
-from cnc_core.frontend.isons.endless import Endless
-from cnc_core.frontend.isons.execute import Executor
-from cnc_core.frontend.isons.forms import Forms
-from cnc_core.frontend.isons.formulas import BEHIND_MOTION, TIMED, Formulas
-from cnc_core.frontend.isons.instructions import Instructions
-from cnc_core.frontend.isons.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
-from cnc_core.frontend.isons.lookahead import look_ahead_command
-from cnc_core.frontend.isons.macros import Macros
-from cnc_core.frontend.isons.output import OFF
-from cnc_core.frontend.isons.parameters import Parameters
-from cnc_core.frontend.isons.positioners import Positioners
-from cnc_core.frontend.isons.retained import take_over
-from cnc_core.frontend.isons.searching import GO_BLOCK, NORMAL, RETRACE, Search
-from cnc_core.frontend.isons.store import Store, UserScope
-from cnc_core.frontend.isons.system import System
-from cnc_core.frontend.isons.text import PATTERN, label_of, parts_of, strip_remark
-from cnc_core.frontend.isons.words import WordBlock, WordParser
-from cnc_core.frontend.isons_cell import IsonsCell
 from cnc_core.frontend.machine import ProgramMachine
-from cnc_core.port import ChannelPort, Wait
 
-RULE_BITS = RADIUS_ONCE | NO_PITCH | KEEP_CENTRE | NO_EQUALS | PLANE_CENTRE | CENTRE_DISTANCE | NO_BRACKETS | NO_PLANES
+from ..port import ChannelPort, Wait
+from .base.machine import IsonsCell
+from .base.parameters import Parameters
+from .base.store import Store, UserScope
+from .base.text import strip_remark
+from .base.words import WordBlock
+from .devices.canopen import Nodes
+from .devices.clock import Clock
+from .devices.positioners import Positioners
+from .flow.compiler import Compiler
+from .flow.control import Control
+from .flow.endless import Endless
+from .flow.files import RunFiles
+from .flow.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
+from .flow.retained import take_over
+from .flow.searching import GO_BLOCK, NORMAL, RETRACE, Search
+from .language.formulas import BEHIND_MOTION, TIMED
+from .language.macros import Macros
+from .motion.executor import Executor
+from .motion.output import OFF
+from .motion.state import ChannelState
+from .motion.system import System
+from .operator.forms import Forms
+
+RULE_BITS = (
+    RADIUS_ONCE
+    | NO_PITCH
+    | KEEP_CENTRE
+    | NO_EQUALS
+    | PLANE_CENTRE
+    | CENTRE_DISTANCE
+    | NO_BRACKETS
+    | NO_PLANES
+)
 RULE_BITS |= FEED_POSITIVE
 LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
-SHARED_WORDS = (900005, 900011, 908005)  # words of several functions in one block
+SPEED_GENERIC = 9  # $_K9 shows S (WR_SPD)
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
 Items = Sequence[Row | Wait]
-Run = Callable[[], Items]
 
 
 class IsonsFrontEnd(BlockReader):
@@ -83,7 +104,12 @@ class IsonsFrontEnd(BlockReader):
     ) -> None:
         cell = machine.isons or IsonsCell()
         self.parameters = Parameters(cell.parameters)
-        modal = Modal(machine, Rules(RULE_BITS, centre_limit_mm=self.parameters.length("SGLR"), centre_ratio=0.0))
+        rules = Rules(
+            RULE_BITS,
+            centre_limit_mm=self.parameters.length("SGLR"),
+            centre_ratio=0.0,
+        )
+        modal = Modal(machine, rules)
         super().__init__(path, modal, port, collect=collect, scan=scan)
         self.port = port
         self.clock = Clock(port)
@@ -91,44 +117,67 @@ class IsonsFrontEnd(BlockReader):
         self.forms = Forms(port)
         self.macros = Macros(path, cell)
         self.nodes = Nodes(cell.canopen)
-        positioners = Positioners(cell.positioners, self.parameters, self.clock)
-        self.system = System(port, cell, self.clock, positioners)
-        self.executor = Executor(
-            machine, modal, port, cell, self.parameters, self.clock, self.warn,
-            lambda kind, number: self.macros.find(kind, number) is not None,
-        )  # fmt: skip
-        self.system.executor = self.executor
-        self.system.message_result = lambda: self.forms.result
-        self.executor.positioner_offset = positioners.set_offset
-        self.executor.speed_copied = lambda speed: self.system.shared.write("K", 9, speed, 0)
+        self._set_up_channel(machine, modal, cell)
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
-        before: Executor | None = caller.executor if caller else port.retained.get("isons")
-        if before is not None:
-            take_over(self.executor, before)
-        if caller is None:
-            port.retained["isons"] = self.executor
-        self._queue.extend(self.executor.mode_rows(0))
+        self._take_over(caller)
+        self._queue.extend(self.channel.mode_rows(0))
         self._endless = Endless(self)
         self.control = Control(
-            self.flow, lambda: self.modal.line, self._error if collect else None, self._visit if collect else None,
+            self.flow,
+            lambda: self.modal.line,
+            self._error if collect else None,
+            self.visit if collect else None,
             self._endless.jumped_back,
         )
+        self._compiler = Compiler(self, self._words)
         self.idle_blocks_max = IDLE_BLOCKS
         self._ticks = 0  # waits so far: time has passed between them
-        self._read_at: dict[tuple[int, int], int] = {}  # when a block has read the running machine last
+        # when a block has read the running machine last
+        self._read_at: dict[tuple[int, int], int] = {}
         self.search = Search(self)
-        self.steps = 0  # blocks executed
+        self.steps = 0
         self._block_mark = START  # of the block that is being executed
-        self.tool_place: tuple[int, Mark, list[Any]] | None = None  # of the last T: level, block, open loops
-        self.waits: dict[int, float] = {}  # when a WAIT_INPUT has begun, by its place
-        self._written: set[str] = set()  # files of this program
+        self.tool_place: tuple[int, Mark, list[Any]] | None = None
+        self.waits: dict[int, float] = {}
+        self._files = RunFiles(port, self.flow.files[0].parent)
         self.flow.level.user = LevelData(MAIN, self.store.scope)
         self._closing = False
         self._failed: CncError | None = None
         if caller is None:
-            self._event("M_START")
+            self.call_event("M_START")
         else:
             self.store.common, self.macros.events = caller.store.common, {}
+
+    def _set_up_channel(
+        self, machine: ProgramMachine, modal: Modal, cell: IsonsCell
+    ) -> None:
+        """Channel, system variables and executor, each with the one below."""
+        parameters, clock = self.parameters, self.clock
+        self.channel = ChannelState(machine, modal, cell, parameters, self.warn)
+        positioners = Positioners(cell.positioners, parameters, clock)
+        self.system = System(self.port, self.channel, clock, positioners)
+        self.system.message_result = lambda: self.forms.result
+        self.channel.positioner_offset = positioners.set_offset
+        self.channel.speed_copied = self._copy_speed
+        self.executor = Executor(
+            self.channel, self.port, clock, self._has_macro
+        )
+
+    def _copy_speed(self, speed: float) -> None:
+        self.system.shared.write("K", SPEED_GENERIC, speed, 0)
+
+    def _has_macro(self, kind: str, number: int) -> bool:
+        return self.macros.find(kind, number) is not None
+
+    def _take_over(self, caller: IsonsFrontEnd | None) -> None:
+        """Go on from the caller's state, or from that of the program before."""
+        before: ChannelState | None = (
+            caller.channel if caller else self.port.retained.get("isons")
+        )
+        if before is not None:
+            take_over(self.channel, before)
+        if caller is None:
+            self.port.retained["isons"] = self.channel
 
     @property
     def answers(self) -> bool:
@@ -141,13 +190,22 @@ class IsonsFrontEnd(BlockReader):
     @property
     def asks(self) -> bool:
         """An operator may change what the program sees."""
-        operator = getattr(self.port, "operator", None)
-        return self.forms.shown or bool(operator and operator.waiting)
+        return self.forms.shown or self.port.operator.waiting
+
+    @property
+    def collecting(self) -> bool:
+        """The program is only checked: its errors are collected."""
+        return self._collect
+
+    @property
+    def place_found(self) -> bool:
+        """No place is searched for, or it has been reached."""
+        return self.search.found
 
     @property
     def compensated(self) -> bool:
         """Tool radius compensation holds rows back that it needs for what follows."""
-        return self.executor.output.side != OFF
+        return self.channel.output.side != OFF
 
     @property
     def _data(self) -> LevelData:
@@ -160,54 +218,16 @@ class IsonsFrontEnd(BlockReader):
         return read_line(self._source, self.modal.line)
 
     def _plain(self) -> bool:
-        return self.executor.plain
+        return self.channel.plain
 
     def _prepare(self, block: BlockText) -> Prepared:
         check_length(block)
         self.block_now = block
         try:
-            run, drain, live = self._compile(strip_remark(block.text))
+            made = self._compiler.compile(strip_remark(block.text))
         except CncError as error:
             raise located(error, block) from None
-        return Prepared(block, run, drain, live=live)
-
-    def _compile(self, text: str) -> tuple[Run, bool, int]:
-        """What the block does, whether everything before has to be executed first, and what it reads live."""
-        if not text.strip():
-            return _nothing, False, 0
-        if label_of(text) is not None:
-            self.control.index()
-            return _nothing, False, 0
-        stream = TokenStream(text, PATTERN)
-        formulas = Formulas(stream, self.store, self.system)
-        parser = WordParser(stream, formulas, self.executor.axes)
-        parser.n_number()
-        command = look_ahead_command(stream, formulas, self.executor, parser.block.n)
-        if command is not None:
-            return command, formulas.drain, formulas.live
-        instructions = Instructions(self, stream, formulas)
-        run = instructions.parse()
-        if run is not None:
-            return run, formulas.drain or instructions.drain, formulas.live | instructions.live
-        try:
-            block = parser.parse()
-        except CncError as error:
-            parts = parts_of(text, codes.TAKERS, codes.MOTIONS) if error.code in SHARED_WORDS else [text]
-            if len(parts) < 2:
-                raise
-            return self._parts([self._compile(part) for part in parts])
-        return (lambda: self._words(block)), formulas.drain, formulas.live
-
-    def _parts(self, parts: list[tuple[Run, bool, int]]) -> tuple[Run, bool, int]:
-        """Functions one behind the other in a block, each with its own words."""
-
-        def run() -> Items:
-            return [item for part, _, _ in parts for item in part()]
-
-        live = 0
-        for _, _, reads in parts:
-            live |= reads
-        return run, any(drain for _, drain, _ in parts), live
+        return Prepared(block, made.run, made.drain, live=made.live)
 
     def _words(self, block: WordBlock) -> Items:
         for target, value in block.assignments:
@@ -215,18 +235,24 @@ class IsonsFrontEnd(BlockReader):
         if block.empty:
             return ()
         if "T" in block.values:
-            self.tool_place = len(self.flow.levels), self._block_mark, copy.deepcopy(self.flow.level.nest)
+            self.tool_place = (
+                len(self.flow.levels),
+                self._block_mark,
+                copy.deepcopy(self.flow.level.nest),
+            )
         items = self.executor.execute(block)
         rows = [item for item in items if not isinstance(item, Wait)]
         self._endless.rows += len(rows)
-        self._endless.motions += sum(int(row["type"][0]) <= POLYNOMIAL for row in rows)
-        failure, self.executor.failure = self.executor.failure, None
+        self._endless.motions += sum(
+            int(row["type"][0]) <= POLYNOMIAL for row in rows
+        )
+        failure, self.channel.failure = self.channel.failure, None
         if failure is not None:
             self._queue.extend(items)
             raise failure
         if self.executor.ended:
             items += self.held_rows()
-            self._finish()
+            self.end_program()
         elif self.executor.calls:
             kind, number, offset, arguments = self.executor.calls[0]
             items += self._before_macro()
@@ -234,16 +260,26 @@ class IsonsFrontEnd(BlockReader):
         return items
 
     def _before_macro(self) -> list[Row | Wait]:
-        """M and HM wait until everything before has been executed; not while the tool is compensated."""
-        if self.executor.output.side != 40:
+        """M and HM wait until everything before has been executed; not while
+        the tool is compensated.
+        """
+        if self.channel.output.side != 40:
             return []
         return [*self.held_rows(), Wait.DRAINED]
 
+    def put_out(self, items: Items) -> None:
+        """Rows and waits in front of the next block."""
+        self._queue.extend(items)
+
+    def scan_plain_lines(self, on: bool) -> None:
+        """Whether the scanner reads plain lines, or the parser every line."""
+        self._scan = on
+
     def held_rows(self) -> list[Row | Wait]:
         """What the corners still hold."""
-        return [*self.executor.output.flush()]
+        return [*self.channel.output.flush()]
 
-    def _visit(self, begin: Mark, end: Mark) -> None:
+    def visit(self, begin: Mark, end: Mark) -> None:
         """Check the blocks that a branch leaves out."""
         before, mark = self.block_now, self.mark
         source = self._source
@@ -262,7 +298,9 @@ class IsonsFrontEnd(BlockReader):
         self.block_now, self.mark = before, mark
 
     def _run(self, prepared: Prepared) -> None:
-        """As the base; what the corners hold comes before a wait, and what is read live is never read twice a cycle."""
+        """As the base; what the corners hold comes before a wait, and what is
+        read live is never read twice a cycle.
+        """
         if prepared.live and not self._drained and self._not_yet(prepared):
             self.flow.source.seek(prepared.begin)
             return
@@ -273,18 +311,33 @@ class IsonsFrontEnd(BlockReader):
         super()._run(prepared)
 
     def _not_yet(self, prepared: Prepared) -> bool:
-        """A block that reads the running machine waits: for standstill under G61, and for a cycle if it comes again."""
+        """A block that reads the running machine waits: for standstill under
+        G61, and for a cycle if it comes again.
+        """
         key = (self.flow.file.number, prepared.begin)
-        if prepared.live & TIMED and not self._port.answers and key in self._read_at:
+        if (
+            prepared.live & TIMED
+            and not self._port.answers
+            and key in self._read_at
+        ):
             return False  # time passes with every look, a loop that waits for it ends
         standstill = prepared.live & BEHIND_MOTION and self.modal.exact_stop
-        if standstill and not prepared.drain and self.executor.output.side == OFF:
+        if (
+            standstill
+            and not prepared.drain
+            and self.channel.output.side == OFF
+        ):
             self._queue.extend([*self.held_rows(), Wait.DRAINED])
             self._drained = True
             self._read_at[key] = self._ticks
             return True
-        if not self._port.answers:  # nothing changes: a loop that looks again and again does not end
-            self._idle += 0 if prepared.live & TIMED else WAIT_BLOCKS * self.flow.level.repeats
+        # nothing changes: a loop that looks again and again does not end
+        if not self._port.answers:
+            self._idle += (
+                0
+                if prepared.live & TIMED
+                else WAIT_BLOCKS * self.flow.level.repeats
+            )
             return False
         if self._read_at.get(key) == self._ticks:
             self._queue.extend([*self.held_rows(), Wait.CYCLE])
@@ -294,7 +347,7 @@ class IsonsFrontEnd(BlockReader):
 
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
-        output = self.executor.output
+        output = self.channel.output
         bounds, file, start = output.bounds, self.flow.file, self.modal.position
         rows = super()._advance(out)
         if not rows:
@@ -307,7 +360,9 @@ class IsonsFrontEnd(BlockReader):
         line = int(out[wrong[0]]["line"])
         error = CncError(903001, wrong[1])
         self._queue.clear()
-        self._error(error, BlockText(str(file.path), lines=[PhysicalLine(0, line, "")]))
+        self._error(
+            error, BlockText(str(file.path), lines=[PhysicalLine(0, line, "")])
+        )
         if self._collect:
             return rows
         self.flow.close()
@@ -324,22 +379,21 @@ class IsonsFrontEnd(BlockReader):
     def _level_ended(self) -> None:
         """The end of a file."""
         if self._data.kind == SUBROUTINE:
-            last = BlockText(str(self.flow.file.path), lines=[PhysicalLine(0, max(1, self.modal.line), "")])
+            last = BlockText(
+                str(self.flow.file.path),
+                lines=[PhysicalLine(0, max(1, self.modal.line), "")],
+            )
             self._error(fail(909123, "the subroutine has no RETURN", 0), last)
-            self._finish()
+            self.end_program()
         elif len(self.flow.levels) == 1:
             self.control.index() if self._collect else None
-            self._finish()
+            self.end_program()
         else:
             super()._level_ended()
 
-    def end_program(self) -> None:
-        """END_PROGRAM: of a macro or an imported file too it ends the program."""
-        self._finish()
-
     # events and the end
 
-    def _event(self, name: str) -> bool:
+    def call_event(self, name: str) -> bool:
         """Call the macro of an event now; False if there is none."""
         number = self.macros.event(name)
         if number is None:
@@ -347,25 +401,38 @@ class IsonsFrontEnd(BlockReader):
         path = self.macros.find("M", number)
         if path is None:
             text = f"{name}: macro M{number} not found beside the program or in the macro folder"
-            self._error(CncError(909124, text), BlockText(str(self.flow.file.path), lines=[PhysicalLine(0, 1, "")]))
+            self._error(
+                CncError(909124, text),
+                BlockText(
+                    str(self.flow.file.path), lines=[PhysicalLine(0, 1, "")]
+                ),
+            )
             return False
-        self.flow.call(Level(self.flow.file_of(path), START, MACRO, user=LevelData(MACRO, UserScope())))
+        self.flow.call(
+            Level(
+                self.flow.file_of(path),
+                START,
+                MACRO,
+                user=LevelData(MACRO, UserScope()),
+            )
+        )
         BlockReader._move(self)
         self.store.scope = self._data.scope
         return True
 
-    def _finish(self) -> None:
-        """The program has ended: rows held back, the END macro, then nothing more."""
+    def end_program(self) -> None:
+        """Nothing follows but the rows held back and the macro M_END.
+
+        The end of a macro or of an imported file ends the program too.
+        """
         self._queue.extend(self.held_rows())
         self.forms.close()
-        self.executor.completed = self._failed is None
+        self.channel.completed = self._failed is None
         if self._closing:
             self._ended = True
             return
         self._closing = True
-        self.flow.forget()
-        del self.flow.levels[1:]
-        self.flow.level = self.flow.levels[0]
+        self._leave_levels()
         if self.macros.event("M_END") is None:
             self._ended = True
             return
@@ -373,20 +440,33 @@ class IsonsFrontEnd(BlockReader):
 
     def _end_here(self) -> None:
         """Nothing of the main file follows behind the END macro."""
+        self._to_end_of_file()
+        if not self.call_event("M_END"):
+            self._ended = True
+
+    def _leave_levels(self) -> None:
+        """Back on the main program."""
+        self.flow.forget()
+        del self.flow.levels[1:]
+        self.flow.level = self.flow.levels[0]
+
+    def _to_end_of_file(self) -> None:
         file = self.flow.file
         file.source.seek(file.path.stat().st_size)
-        if not self._event("M_END"):
-            self._ended = True
+
+    def revive(self) -> None:
+        """The program goes on although its end has begun."""
+        self._closing, self._failed = False, None
 
     # pausing
 
     @property
     def pause_mode(self) -> int:
         """PAUSE_MODE."""
-        return self.executor.pause_mode
+        return self.channel.pause_mode
 
     def pause_macro(self, event: str) -> Path | None:
-        """Macro of M_PAUSE, M_GOPAUSE, M_GOBLOCK or M_GORETRACE, None if there is none."""
+        """File of an event's macro, None if there is none."""
         number = self.macros.event(event)
         return None if number is None else self.macros.find("M", number)
 
@@ -400,23 +480,34 @@ class IsonsFrontEnd(BlockReader):
     @property
     def pauses(self) -> bool:
         """Pausing is more than to stand still."""
-        return self.pause_mode == 4 or any(self.pause_macro(event) for event in PAUSE_EVENTS)
+        return self.pause_mode == 4 or any(
+            self.pause_macro(event) for event in PAUSE_EVENTS
+        )
 
     def macro_reader(
-        self, path: Path, machine: ProgramMachine, place: npt.NDArray[np.float64], *, run_type: int = NORMAL
+        self,
+        path: Path,
+        machine: ProgramMachine,
+        place: npt.NDArray[np.float64],
+        *,
+        run_type: int = NORMAL,
     ) -> IsonsFrontEnd:
-        """A macro that is executed beside the program: its own variables, the program's GLOBAL ones; ``place``: $_C.
+        """A macro that is executed beside the program: its own variables, the
+        program's GLOBAL ones; ``place``: $_C.
 
         ``run_type``: $_X7 in the macro.
         """
         reader = IsonsFrontEnd(path, machine, self.port, caller=self)
-        reader.executor.counter = self.executor.tip.programmed(place)
+        reader.channel.counter = self.channel.tip.programmed(place)
         reader.system.run_type = run_type
         return reader
 
     def return_speed(self) -> float:
         """VRIPOSO in mm/s, the programmed feed if it is not given."""
-        speed = self.parameters.speed("VRIPOSO") or self.modal.feed * self.parameters["FEEDRES"]
+        speed = (
+            self.parameters.speed("VRIPOSO")
+            or self.modal.feed * self.parameters["FEEDRES"]
+        )
         return speed / 60.0
 
     @property
@@ -426,21 +517,22 @@ class IsonsFrontEnd(BlockReader):
         return number is not None and self.macros.find("M", number) is not None
 
     def begin_stop(self, position: npt.NDArray[np.float64]) -> None:
-        """STOP: the axes stand at ``position``; the macro M_STOP is executed, then the program ends."""
+        """STOP: the axes stand at ``position``; the macro M_STOP is executed,
+        then the program ends.
+        """
         self._queue.clear()
-        self.executor.output.stopped(position)
-        self.modal.set_position(self.executor.tip.programmed(position))
+        self.channel.output.stopped(position)
+        self.modal.set_position(self.channel.tip.programmed(position))
         self.modal.set_compensated(False)
         self._closing, self._ended, self._drained = True, False, False
-        self.flow.forget()
-        del self.flow.levels[1:]
-        self.flow.level = self.flow.levels[0]
-        file = self.flow.file
-        file.source.seek(file.path.stat().st_size)
-        self._event("M_STOP")
+        self._leave_levels()
+        self._to_end_of_file()
+        self.call_event("M_STOP")
 
     def _error(self, error: CncError, block: BlockText) -> None:
-        """Behind an error that ends the program the ERROR macro is executed; the error comes last."""
+        """Behind an error that ends the program the ERROR macro is executed;
+        the error comes last.
+        """
         super()._error(error, block)
         if self._collect or self._closing:
             return
@@ -452,17 +544,16 @@ class IsonsFrontEnd(BlockReader):
         assert isinstance(failed, CncError)
         self._failed = failed
         self._ended = False
-        self.flow.forget()
-        del self.flow.levels[1:]
-        self.flow.level = self.flow.levels[0]
-        file = self.flow.file
-        file.source.seek(file.path.stat().st_size)
-        self._event("M_ERROR")
+        self._leave_levels()
+        self._to_end_of_file()
+        self.call_event("M_ERROR")
 
     def read(self, rows: int) -> BlockBatch | Wait | None:
-        if self.executor.stopping and self._port.answers and not self._queue:
-            self.modal.set_position(self.executor.tip.programmed(self._port.position()))
-        self.executor.stopping = self.executor.stopping and bool(self._queue)
+        if self.channel.stopping and self._port.answers and not self._queue:
+            self.modal.set_position(
+                self.channel.tip.programmed(self._port.position())
+            )
+        self.channel.stopping = self.channel.stopping and bool(self._queue)
         item = super().read(rows)
         if isinstance(item, Wait):
             self._ticks += 1
@@ -473,24 +564,13 @@ class IsonsFrontEnd(BlockReader):
     # files and messages
 
     def text_of(self, name: str) -> str | None:
-        """A file that the program reads: written by itself, beside the program, in the folder of the run."""
-        if name in self._written:
-            return self._port.read_file(name)
-        text = name.replace("\\", "/")
-        path = Path(text) if Path(text).is_absolute() else self.flow.files[0].parent / text
-        if path.is_file():
-            return path.read_text(encoding="utf-8", errors="replace")
-        return None if Path(text).is_absolute() or ".." in Path(text).parts else self._port.read_file(text)
+        """Text of a file that the program reads, None if there is none."""
+        return self._files.text_of(name)
 
     def write_file(self, name: str, text: str) -> None:
-        self._written.add(name)
-        self._port.write_file(name, text)
+        self._files.write(name, text)
 
     def warn(self, code: int, text: str, offset: int) -> None:
         block = self.block_now
         if block is not None:
             self._warn(code, text, block.place(offset))
-
-
-def _nothing() -> Items:
-    return ()

@@ -1,4 +1,6 @@
-"""The three-letter codes of setup files: fields, values, what may be left out (specification 9)."""
+"""The three-letter codes of setup files: fields, values, what may be left out
+(specification 9).
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,9 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Field:
-    """One field.  ``words``: the names it may have; empty: a number within ``low``..``high``, whole if ``whole``."""
+    """One field.  ``words``: the names it may have; empty: a number within
+    ``low``..``high``, whole if ``whole``.
+    """
 
     name: str
     words: tuple[str, ...] = ()
@@ -40,7 +44,11 @@ CODES: dict[str, tuple[Field, ...]] = {
         Field("Poly", ("CUB", "QUI")),
         Field("Format", ("PNT", "POL", "BSP"), optional=True, default="PNT"),
     ),
-    "VER": (Field("Ijk", SOURCES), Field("Mno", SOURCES), Field("Pqd", SOURCES)),
+    "VER": (
+        Field("Ijk", SOURCES),
+        Field("Mno", SOURCES),
+        Field("Pqd", SOURCES),
+    ),
     "JRK": (
         Field("Mode", ("ENA", "DIS", "AXI")),
         _open("Jrs", 0.0),
@@ -64,7 +72,11 @@ CODES: dict[str, tuple[Field, ...]] = {
         _open("OriginLen", default=0.0),
     ),
     "TOD": (_number("Xcomp"), _number("Ycomp"), _number("Zcomp")),
-    "CRV": (_number("Len", 0.0), _number("Ratio", 0.0), Field("Mode", ("G62", "G63"))),
+    "CRV": (
+        _number("Len", 0.0),
+        _number("Ratio", 0.0),
+        Field("Mode", ("G62", "G63")),
+    ),
     "EDG": (
         _number("Angle", 0.0, 180.0),
         _number("VAngle", 0.0, 180.0),
@@ -78,22 +90,55 @@ CODES: dict[str, tuple[Field, ...]] = {
         Field("CinType", ("LI1", "LI2", "LI3", "WRK", "TOL", "OTH")),
         Field("Diam", ("ENA", "DIS"), optional=True, default="DIS"),
     ),
-    "AXP": (NAME, _number("NullMov", 0.0), _open("Pitch", 0.0), _open("Lim-"), _open("Lim+")),
-    "DIN": (NAME, *(_open(name, 1e-6) for name in ("Vmax", "Amax", "Jmax", "Vrap", "Arap", "Jrap"))),
+    "AXP": (
+        NAME,
+        _number("NullMov", 0.0),
+        _open("Pitch", 0.0),
+        _open("Lim-"),
+        _open("Lim+"),
+    ),
+    "DIN": (
+        NAME,
+        *(
+            _open(name, 1e-6)
+            for name in ("Vmax", "Amax", "Jmax", "Vrap", "Arap", "Jrap")
+        ),
+    ),
     "MAC": (Field("Type", CHAINS), Field("Bed", BEDS)),
-    "CIN": (NAME, *(_number(name) for name in ("OffX", "OffY", "OffZ", "RotX", "RotY", "RotZ"))),
+    "CIN": (
+        NAME,
+        *(
+            _number(name)
+            for name in ("OffX", "OffY", "OffZ", "RotX", "RotY", "RotZ")
+        ),
+    ),
     "SMT": (
-        *(_number(name, 0.0) for name in ("Toll", "TollX", "TollV", "Racc", "RaccX", "RaccV")),
+        *(
+            _number(name, 0.0)
+            for name in ("Toll", "TollX", "TollV", "Racc", "RaccX", "RaccV")
+        ),
         *(Field(name, ("G63", "G66", "G67")) for name in ("C0", "C0X", "C0V")),
     ),
     "SMS": (
-        *(Field(name, optional=True, low=0.0, high=1.0, default=0.5) for name in ("Split", "SplitX", "SplitV")),
         *(
-            Field(name, optional=True, low=1.0, high=3.0, whole=True, default=2.0)
+            Field(name, optional=True, low=0.0, high=1.0, default=0.5)
+            for name in ("Split", "SplitX", "SplitV")
+        ),
+        *(
+            Field(
+                name, optional=True, low=1.0, high=3.0, whole=True, default=2.0
+            )
             for name in ("Cond", "CondX", "CondV")
         ),
         _open("Len", 0.0),
-        Field("Pnt", optional=True, low=100.0, high=10000.0, whole=True, default=1000.0),
+        Field(
+            "Pnt",
+            optional=True,
+            low=100.0,
+            high=10000.0,
+            whole=True,
+            default=1000.0,
+        ),
         Field("C1", ("ENA", "DIS"), optional=True, default="DIS"),
         Field("Progr", ("ENA", "DIS"), optional=True, default="ENA"),
     ),

@@ -1,4 +1,6 @@
-"""Front end of 10-Series programs: the main program line by line, profiles (G61 .. G60) as columns."""
+"""Front end of 10-Series programs: the main program line by line, profiles (G61
+.. G60) as columns.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +11,19 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import STANDSTILL, BlockBatch, M, S, T
+from cnc_core.blocks.profile_columns import (
+    CONTROL_POINTS,
+    POINTS,
+    POLYNOMIALS,
+    ProfileChunk,
+)
 from cnc_core.errors import ERRORS, CncError, Place
-from cnc_core.frontend.base.block_text import BlockText, PhysicalLine, check_length, read_line
+from cnc_core.frontend.base.block_text import (
+    BlockText,
+    PhysicalLine,
+    check_length,
+    read_line,
+)
 from cnc_core.frontend.base.flow import START, Level
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.reader import BlockReader
@@ -24,8 +37,8 @@ from cnc_core.frontend.osai.setup import Records, SetupFile
 from cnc_core.frontend.osai.spec import Active, build, check
 from cnc_core.frontend.osai.variables import Variables, assignment
 from cnc_core.frontend.osai.words import Words, parse
-from cnc_core.port import ChannelPort, Wait
-from cnc_core.profile import CONTROL_POINTS, POINTS, POLYNOMIALS, ProfileChunk
+
+from ..port import ChannelPort, Wait
 
 FloatArray = npt.NDArray[np.float64]
 PROFILES: dict[str, type[Profile]] = {
@@ -46,9 +59,12 @@ GROUPS = ((0, 1), (70, 71), (90, 91))
 
 
 class OsaiFrontEnd(BlockReader):
-    """Resumable reader of one program.  ``setups``: what ``check`` prints of every setup that was activated.
+    """Resumable reader of one program.
 
-    ``lenient``: a gap between polynomials is a warning.  ``setup``: holds in place of what (HSM,..) names.
+    ``setups``: what ``check`` prints of every setup that was activated.
+
+    ``lenient``: a gap between polynomials is a warning.  ``setup``: holds in
+    place of what (HSM,..) names.
     """
 
     def __init__(
@@ -61,10 +77,14 @@ class OsaiFrontEnd(BlockReader):
         lenient: bool = False,
         setup: Path | None = None,
     ) -> None:
-        super().__init__(path, Modal(machine, Rules()), port, collect=collect, scan=False)
+        super().__init__(
+            path, Modal(machine, Rules()), port, collect=collect, scan=False
+        )
         self.setups: list[dict[str, object]] = []
         self._machine, self._strict = machine, not lenient
-        self._axes = {name: i for i, name in enumerate(machine.axes) if len(name) == 1}
+        self._axes = {
+            name: i for i, name in enumerate(machine.axes) if len(name) == 1
+        }
         self._letters = "".join(self._axes) + "FSTPIJKR"
         self._variables = Variables()
         self._given = setup
@@ -74,7 +94,8 @@ class OsaiFrontEnd(BlockReader):
         self._virtual: frozenset[str] = frozenset()
         self._saved: tuple[object, ...] = ()
         self._tool, self._active = 0, Tool()
-        self._awaited = self._resync = False  # where the axes stand is known when the wait behind a profile is over
+        # where the axes stand is known when the wait behind a profile is over
+        self._awaited = self._resync = False
 
     @property
     def variables(self) -> Variables:
@@ -91,7 +112,11 @@ class OsaiFrontEnd(BlockReader):
         if self._resync:
             self._resync = False
             self.modal.set_position(self._port.position())
-        item = super().read(rows) if self._profile is None or self._queue else self._profile_batch(rows)
+        item = (
+            super().read(rows)
+            if self._profile is None or self._queue
+            else self._profile_batch(rows)
+        )
         if isinstance(item, Wait):  # it comes true before the next call
             self._resync, self._awaited = self._awaited, False
         if self._ended:
@@ -108,7 +133,9 @@ class OsaiFrontEnd(BlockReader):
         if self._profile is not None:
             self._profile = None
             text = self._source.path.name
-            error = CncError(909222, f"{ERRORS[909222]}: {text} ends", self._here())
+            error = CncError(
+                909222, f"{ERRORS[909222]}: {text} ends", self._here()
+            )
             self.errors.append(error)
             if not self._collect:
                 self._queue.append(error)
@@ -126,7 +153,9 @@ class OsaiFrontEnd(BlockReader):
                 return []
             text = text.replace("/", " ", 1)
         numbered = NUMBERED.match(text)
-        body = " " * numbered.end() + text[numbered.end() :] if numbered else text
+        body = (
+            " " * numbered.end() + text[numbered.end() :] if numbered else text
+        )
         if body.lstrip().startswith("("):
             self._code(body, block)
             return []
@@ -134,7 +163,9 @@ class OsaiFrontEnd(BlockReader):
             assignment(text, self._variables, found.start(1))
             return []
         if text.lstrip().startswith("<"):
-            raise fail(909221, "a polynomial outside G61 .. G60", text.index("<"))
+            raise fail(
+                909221, "a polynomial outside G61 .. G60", text.index("<")
+            )
         return self._words(parse(text, self._variables, self._letters), text)
 
     def _code(self, text: str, block: BlockText) -> None:
@@ -142,7 +173,9 @@ class OsaiFrontEnd(BlockReader):
         begin = text.index("(")
         found = CODE.match(text)
         if not found:
-            raise fail(900010, "a three-letter code has the form (CODE,...)", begin)
+            raise fail(
+                900010, "a three-letter code has the form (CODE,...)", begin
+            )
         code, argument = found[1], (found[2] or "").strip()
         if code == "HSM":
             self._open_setup(argument, begin)
@@ -150,9 +183,15 @@ class OsaiFrontEnd(BlockReader):
             self._call(argument, begin)
         elif code in codes.VIRTUALISATIONS:
             active = bool(argument) and argument != "0"
-            self._virtual = (self._virtual | {code}) if active else (self._virtual - {code})
+            self._virtual = (
+                (self._virtual | {code}) if active else (self._virtual - {code})
+            )
         else:
-            raise fail(900003 if code.isupper() else 900002, f"({code}) is not supported", begin)
+            raise fail(
+                900003 if code.isupper() else 900002,
+                f"({code}) is not supported",
+                begin,
+            )
 
     def _open_setup(self, name: str, offset: int) -> None:
         if not name:
@@ -185,26 +224,39 @@ class OsaiFrontEnd(BlockReader):
 
     def _beside(self, name: str) -> Path | None:
         folder = self.files[0].parent
-        names = [name, *(name + suffix for suffix in (".osai", ".hsm", ".nc", ".txt"))]
+        names = [
+            name,
+            *(name + suffix for suffix in (".osai", ".hsm", ".nc", ".txt")),
+        ]
         return next((folder / n for n in names if (folder / n).is_file()), None)
 
     def _call(self, name: str, offset: int) -> None:
         path = self._beside(name) if name else None
         if path is None:
-            raise fail(907030, f"subprogram {name or '(no name)'} not found", offset)
+            raise fail(
+                907030, f"subprogram {name or '(no name)'} not found", offset
+            )
         self.flow.call(Level(self.flow.file_of(path), START, name))
 
     def _words(self, words: Words, text: str) -> list[Row | Wait]:
         for code, offset in words.g.items():
             if code in ARCS:
-                raise fail(900003, f"G{code:02d} is not supported: lines and profiles only", offset)
+                raise fail(
+                    900003,
+                    f"G{code:02d} is not supported: lines and profiles only",
+                    offset,
+                )
             if code in codes.TRANSITIONS:
                 raise fail(909221, f"G{code} outside G61 .. G60", offset)
             if code not in SUPPORTED_G:
                 raise fail(900003, f"G{code} is not supported", offset)
         for group in GROUPS:
             if all(code in words.g for code in group):
-                raise fail(900011, f"G{group[0]} and G{group[1]} in one block", words.g[group[1]])
+                raise fail(
+                    900011,
+                    f"G{group[0]} and G{group[1]} in one block",
+                    words.g[group[1]],
+                )
         if words.n is not None:
             self.modal.n = words.n
         if 61 in words.g:
@@ -217,16 +269,24 @@ class OsaiFrontEnd(BlockReader):
             return []
         if 60 in words.g:
             raise fail(909221, "G60 without G61", words.g[60])
-        unknown = next((letter for letter in "PIJKR" if letter in words.values), None)
+        unknown = next(
+            (letter for letter in "PIJKR" if letter in words.values), None
+        )
         if unknown:
-            raise fail(909226, f"unknown word {unknown}", words.offsets[unknown])
+            raise fail(
+                909226, f"unknown word {unknown}", words.offsets[unknown]
+            )
         return self._functions(words) + self._motion(words) + self._stops(words)
 
     def _functions(self, words: Words) -> list[Row | Wait]:
         n, rows = self.modal.n, []
         for code, offset in words.m.items():
             if code not in STANDARD_M and code not in self._machine.m_functions:
-                raise fail(900009, f"M{code} is not defined: give its synchronisation (m_synch)", offset)
+                raise fail(
+                    900009,
+                    f"M{code} is not defined: give its synchronisation (m_synch)",
+                    offset,
+                )
         if "S" in words.values:
             rows.append(self.modal.row(S, n, value=words.values["S"]))
         if "T" in words.values:
@@ -234,7 +294,11 @@ class OsaiFrontEnd(BlockReader):
             rows.append(self.modal.row(T, n, code=self._tool))
         if 6 in words.m:
             self._change_tool(words.m[6])
-        rows += [self.modal.row(M, n, code=code) for code in words.m if code not in (0, 1, 2, 30)]
+        rows += [
+            self.modal.row(M, n, code=code)
+            for code in words.m
+            if code not in (0, 1, 2, 30)
+        ]
         return [*rows]
 
     def _change_tool(self, offset: int) -> None:
@@ -250,41 +314,71 @@ class OsaiFrontEnd(BlockReader):
         return sum(self._machine.rotary) >= 2
 
     def _motion(self, words: Words) -> list[Row | Wait]:
-        motion = MotionWords(axis={self._axes[a]: v for a, v in words.values.items() if a in self._axes})
+        motion = MotionWords(
+            axis={
+                self._axes[a]: v
+                for a, v in words.values.items()
+                if a in self._axes
+            }
+        )
         if self._virtual and motion.axis:
-            raise fail(900003, f"motion while ({min(self._virtual)}) is active is not supported", 0)
+            raise fail(
+                900003,
+                f"motion while ({min(self._virtual)}) is active is not supported",
+                0,
+            )
         motion.motion = next((code for code in (0, 1) if code in words.g), None)
         motion.f, motion.n = words.values.get("F"), self.modal.n
         motion.absolute = None if not {90, 91} & set(words.g) else 90 in words.g
         motion.inch = None if not {70, 71} & set(words.g) else 70 in words.g
         error, row = self.modal.apply(motion)
         if error:
-            raise fail(error, ERRORS[error], min(words.offsets.values(), default=0))
+            raise fail(
+                error, ERRORS[error], min(words.offsets.values(), default=0)
+            )
         return [] if row is None else [row]
 
     def _stops(self, words: Words) -> list[Row | Wait]:
         stops = [m for m in (0, 1, 2, 30) if m in words.m]
         self._ended = self._ended or any(m in (2, 30) for m in stops)
-        return [self.modal.row(M, self.modal.n, code=m, flags=STANDSTILL) for m in stops]
+        return [
+            self.modal.row(M, self.modal.n, code=m, flags=STANDSTILL)
+            for m in stops
+        ]
 
     # profiles
 
     def _begin_profile(self, words: Words) -> None:
         offset = words.g[61]
-        if len(words.g) > 1 or words.m or any(letter != "P" for letter in words.values):
+        if (
+            len(words.g) > 1
+            or words.m
+            or any(letter != "P" for letter in words.values)
+        ):
             raise fail(909220, "G61 stands alone in its block", offset)
         if self._port.manual_data:
             raise fail(909219, ERRORS[909219], offset)
         degree = words.values.get("P", 5.0)
         if degree not in DEGREES:
-            raise fail(909229, f"P{degree:g}: the degree is 3, 4 or 5", words.offsets["P"])
-        if self._setup is None and self._no_setup and self._collect:  # that has been said
+            raise fail(
+                909229,
+                f"P{degree:g}: the degree is 3, 4 or 5",
+                words.offsets["P"],
+            )
+        # that has been said
+        if self._setup is None and self._no_setup and self._collect:
             self._skip_profile()
             return
         if self._setup is None:
-            raise fail(909201, "G61 without a setup: (HSM,file) must come before it", offset)
+            raise fail(
+                909201,
+                "G61 without a setup: (HSM,file) must come before it",
+                offset,
+            )
         if self._virtual:
-            raise fail(909223, f"G61 while ({min(self._virtual)}) is active", offset)
+            raise fail(
+                909223, f"G61 while ({min(self._virtual)}) is active", offset
+            )
         records, errors = self._setup.resolve(self._variables)
         errors += [] if errors else check(records, self._machine)
         if errors and self._spec_ok:
@@ -295,11 +389,17 @@ class OsaiFrontEnd(BlockReader):
             return
         for letter, number, place in self._setup.variables():
             if not self._variables.known(letter, number):
-                self._warn(909102, f"the setup reads {letter}{number}, which was never assigned: 0", place)
+                self._warn(
+                    909102,
+                    f"the setup reads {letter}{number}, which was never assigned: 0",
+                    place,
+                )
         self._enter(records, int(degree))
 
     def _skip_profile(self) -> None:
-        """A profile whose setup or beginning is wrong cannot be read: go behind its G60, if it has one."""
+        """A profile whose setup or beginning is wrong cannot be read: go behind
+        its G60, if it has one.
+        """
         source = self._source
         before = source.position
         lines = source.hop(END_OR_BEGIN)
@@ -315,11 +415,25 @@ class OsaiFrontEnd(BlockReader):
 
     def _enter(self, records: Records, degree: int) -> None:
         modal = self.modal
-        active = Active(modal.position, self._active, modal.unit_mm, degree, modal.count, self.flow.file.number)
+        active = Active(
+            modal.position,
+            self._active,
+            modal.unit_mm,
+            degree,
+            modal.count,
+            self.flow.file.number,
+        )
         spec = build(records, self._machine, active)
         path = str(self.flow.file.path)
         context = Context(
-            spec, self._variables, modal.unit_mm, modal.feed, modal.n, self._strict, self._warn_line, path
+            spec,
+            self._variables,
+            modal.unit_mm,
+            modal.feed,
+            modal.n,
+            self._strict,
+            self._warn_line,
+            path,
         )
         self._saved = modal.saved()
         self._profile = PROFILES[spec.kind](context)
@@ -328,12 +442,19 @@ class OsaiFrontEnd(BlockReader):
     def _warn_line(self, code: int, text: str) -> None:
         line = self.modal.line
         source = self._text.text if self._text else ""
-        self._warn(code, text, Place(str(self.flow.file.path), max(line, 1), 1, source))
+        self._warn(
+            code, text, Place(str(self.flow.file.path), max(line, 1), 1, source)
+        )
 
     def _profile_batch(self, rows: int) -> BlockBatch | Wait | None:
         profile = self._profile
         assert profile is not None
-        while profile.waiting < rows and not profile.ended and self._profile is profile and not self._queue:
+        while (
+            profile.waiting < rows
+            and not profile.ended
+            and self._profile is profile
+            and not self._queue
+        ):
             self._profile_lines(profile, rows)
         if self._ended:
             self.flow.close()
@@ -344,7 +465,11 @@ class OsaiFrontEnd(BlockReader):
         chunk = profile.chunk()
         if profile.ended and not profile.waiting:
             self._leave(profile, chunk)
-        return BlockBatch.of_profile(chunk) if chunk is not None else BlockBatch.empty()
+        return (
+            BlockBatch.of_profile(chunk)
+            if chunk is not None
+            else BlockBatch.empty()
+        )
 
     def _profile_lines(self, profile: Profile, rows: int) -> None:
         """Plain lines together, or one line of another kind."""
@@ -362,7 +487,9 @@ class OsaiFrontEnd(BlockReader):
             return
         modal.count_lines(1)
         profile.context.line = modal.line
-        self._text = BlockText(str(source.path), text, [PhysicalLine(0, modal.line, text)], 1)
+        self._text = BlockText(
+            str(source.path), text, [PhysicalLine(0, modal.line, text)], 1
+        )
         try:
             check_length(self._text)
             profile.line(text)
@@ -382,14 +509,18 @@ class OsaiFrontEnd(BlockReader):
         modal.restore(self._saved)
         modal.feed, modal.n = feed, profile.context.number
         rolling = any(axis.pitch for axis in spec.axes)
-        if spec.point != "AXI" or spec.tangential is not None or rolling:  # only the machine knows where its axes stand
+        # only the machine knows where its axes stand
+        if spec.point != "AXI" or spec.tangential is not None or rolling:
             self._queue.append(Wait.DRAINED)
             self._awaited = True
 
     def _final(self, chunk: ProfileChunk, position: FloatArray) -> FloatArray:
         spec = chunk.spec
         last = (
-            chunk.values[-1] if len(chunk.values) else chunk.coef[-1] @ chunk.span[-1] ** np.arange(chunk.coef.shape[2])
+            chunk.values[-1]
+            if len(chunk.values)
+            else chunk.coef[-1]
+            @ chunk.span[-1] ** np.arange(chunk.coef.shape[2])
         )
         for i, axis in enumerate(spec.axes):
             position[axis.channel] = last[i]

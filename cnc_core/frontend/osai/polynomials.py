@@ -7,11 +7,11 @@ import re
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.profile_columns import PASS, SMOOTH, STOP, ProfileChunk
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.profile import VERSOR_LETTERS, Context, Profile
 from cnc_core.frontend.osai.words import VALUE_MAX, shortened
-from cnc_core.profile import PASS, SMOOTH, STOP, ProfileChunk
 
 FloatArray = npt.NDArray[np.float64]
 SHORTEST = 1e-9
@@ -37,12 +37,18 @@ class Group:
 
 
 class PolynomialProfile(Profile):
-    """``<*,S,number,feed,transition`` and one ``<axis,c0,..`` line for each axis and versor component."""
+    """``<*,S,number,feed,transition`` and one ``<axis,c0,..`` line for each
+    axis and versor component.
+    """
 
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         spec = self.spec
-        self.required = tuple(a.name for a in spec.axes if not (a.kinematic and "ijk" in spec.versors))
+        self.required = tuple(
+            a.name
+            for a in spec.axes
+            if not (a.kinematic and "ijk" in spec.versors)
+        )
         self.required += tuple("".join(spec.versors))
         self._group: Group | None = None
         self._left_out = False  # the rest of a polynomial with a wrong line
@@ -59,7 +65,11 @@ class PolynomialProfile(Profile):
         words = self.words(plain, self.letters + "FK")
         code = self.function(words, ())
         if code is None:
-            raise fail(909224, "only polynomials may stand here: the format is POL", len(plain) - len(plain.lstrip()))
+            raise fail(
+                909224,
+                "only polynomials may stand here: the format is POL",
+                len(plain) - len(plain.lstrip()),
+            )
         self.ended = True
         self._finish()
         if not self._done and self._end is None and not self.failed:
@@ -90,39 +100,69 @@ class PolynomialProfile(Profile):
             out.append(value)
         return out
 
-    def _header(self, parts: list[tuple[str, int]], begin: int, text: str) -> None:
+    def _header(
+        self, parts: list[tuple[str, int]], begin: int, text: str
+    ) -> None:
         if len(parts) != 4:
-            raise fail(909232, f"a polynomial's header has {', '.join(HEADER)}", begin)
+            raise fail(
+                909232, f"a polynomial's header has {', '.join(HEADER)}", begin
+            )
         header = self._numbers(parts)
         if not SHORTEST <= header[0] <= VALUE_MAX:
-            text_ = "is not positive" if not header[0] > 0 else f"lies outside {SHORTEST:g} to {VALUE_MAX:g}"
+            text_ = (
+                "is not positive"
+                if not header[0] > 0
+                else f"lies outside {SHORTEST:g} to {VALUE_MAX:g}"
+            )
             raise fail(909232, f"the length {header[0]:g} {text_}", parts[0][1])
         if header[1] != int(header[1]) or not 0 <= header[1] < 2**31:
-            raise fail(909232, f"the block number {header[1]:g} is no whole number from 0 on", parts[1][1])
+            raise fail(
+                909232,
+                f"the block number {header[1]:g} is no whole number from 0 on",
+                parts[1][1],
+            )
         if not header[2] > 0:
             raise fail(900006, "the feed is not positive", parts[2][1])
         if header[2] > VALUE_MAX:
-            raise fail(900012, f"the feed {header[2]:g} is out of range", parts[2][1])
+            raise fail(
+                900012, f"the feed {header[2]:g} is out of range", parts[2][1]
+            )
         if header[3] != int(header[3]):
-            raise fail(909232, f"the transition {header[3]:g} is no whole number", parts[3][1])
-        self._group = Group(header, Place(self.context.path, self.context.line, 1, text))
+            raise fail(
+                909232,
+                f"the transition {header[3]:g} is no whole number",
+                parts[3][1],
+            )
+        self._group = Group(
+            header, Place(self.context.path, self.context.line, 1, text)
+        )
 
-    def _axis(self, name: str, offset: int, parts: list[tuple[str, int]]) -> None:
+    def _axis(
+        self, name: str, offset: int, parts: list[tuple[str, int]]
+    ) -> None:
         if self._group is None and self._left_out:
             return
         if self._group is None:
-            raise fail(909232, "a line of coefficients without a header <*,..", offset)
+            raise fail(
+                909232, "a line of coefficients without a header <*,..", offset
+            )
         if (name not in self.names and name not in VERSOR_LETTERS) or not name:
             raise fail(909226, f"unknown axis {name!r}", offset)
         if name in self._group.axes:
             raise fail(900005, f"{name} twice in one polynomial", offset)
         wanted = self.spec.degree + 1
         if len(parts) != wanted:
-            raise fail(909230, f"{name}: {len(parts)} coefficients, degree {self.spec.degree} has {wanted}", offset)
+            raise fail(
+                909230,
+                f"{name}: {len(parts)} coefficients, degree {self.spec.degree} has {wanted}",
+                offset,
+            )
         self._group.axes[name] = np.array(self._numbers(parts))
 
     def go_on(self) -> None:
-        """The polynomial with the wrong line is left out, and with it whether its neighbours meet."""
+        """The polynomial with the wrong line is left out, and with it whether
+        its neighbours meet.
+        """
         super().go_on()
         self._left_out, self._group, self._end = True, None, None
 
@@ -134,18 +174,32 @@ class PolynomialProfile(Profile):
         for name in self.required:
             if name not in group.axes:
                 number = 909251 if name in VERSOR_LETTERS else 909231
-                raise CncError(number, f"the polynomial has no line for {name}", group.place)
-        if self.spec.five_axes and self.spec.point == "AXI" and any(c in group.axes for c in "ijk"):
+                raise CncError(
+                    number,
+                    f"the polynomial has no line for {name}",
+                    group.place,
+                )
+        if (
+            self.spec.five_axes
+            and self.spec.point == "AXI"
+            and any(c in group.axes for c in "ijk")
+        ):
             raise CncError(909252, ERRORS[909252], group.place)
         coef = np.zeros((len(self.columns), self.spec.degree + 1))
         for i, name in enumerate(self.columns):
             coef[i] = group.axes.get(name, 0.0)
             if name not in group.axes:
-                coef[i, 0] = self.spec.start[self.spec.axes[i].channel] / self.factor[i]
-        reach = (np.abs(coef) * group.span ** np.arange(coef.shape[1])).max(axis=1)
+                coef[i, 0] = (
+                    self.spec.start[self.spec.axes[i].channel] / self.factor[i]
+                )
+        reach = (np.abs(coef) * group.span ** np.arange(coef.shape[1])).max(
+            axis=1
+        )
         if not reach.max() <= REACH_MAX:
             name = self.columns[int(reach.argmax())]
-            raise CncError(900012, f"{name}: the polynomial runs out of range", group.place)
+            raise CncError(
+                900012, f"{name}: the polynomial runs out of range", group.place
+            )
         self._check_continuity(coef, group)
         self._end = coef @ group.span ** np.arange(coef.shape[1])
         self._done.append((group, coef * self.factor[:, None]))
@@ -177,7 +231,9 @@ class PolynomialProfile(Profile):
             self.spec,
             line=np.array([g.line for g in groups]),
             number=np.array([g.number for g in groups]),
-            feed=np.array([g.feed for g in groups]) * self.context.unit_mm / 60.0,
+            feed=np.array([g.feed for g in groups])
+            * self.context.unit_mm
+            / 60.0,
             after=np.array([g.after for g in groups]),
             coef=np.stack([coef for _, coef in done]),
             span=np.array([g.span for g in groups]),

@@ -8,6 +8,12 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.profile_columns import (
+    SMOOTH,
+    VERSORS,
+    ProfileChunk,
+    ProfileSpec,
+)
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.source import Source
@@ -15,7 +21,6 @@ from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.columns import ColumnReader, Columns
 from cnc_core.frontend.osai.variables import Variables
 from cnc_core.frontend.osai.words import VALUE_MAX, Words, parse
-from cnc_core.profile import SMOOTH, VERSORS, ProfileChunk, ProfileSpec
 
 FloatArray = npt.NDArray[np.float64]
 VERSOR_LETTERS = "ijkmnopqd"
@@ -26,7 +31,8 @@ Warn = Callable[[int, str], None]
 class Context:
     """What a profile's reader shares with the front end around it.
 
-    ``unit_mm``: per programmed unit.  ``feed``: F in force, per minute, 0 if none.  ``line``: physical lines read.
+    ``unit_mm``: per programmed unit.  ``feed``: F in force, per minute, 0 if
+    none.  ``line``: physical lines read.
     """
 
     spec: ProfileSpec
@@ -41,7 +47,10 @@ class Context:
 
 
 class Profile:
-    """Common part of the three input formats.  ``ended``: G60 has been read.  ``failed``: a line of it was wrong."""
+    """Common part of the three input formats.
+
+    ``ended``: G60 has been read.  ``failed``: a line of it was wrong.
+    """
 
     def __init__(self, context: Context) -> None:
         self.context, self.spec = context, context.spec
@@ -49,7 +58,10 @@ class Profile:
         self.names = tuple(axis.name for axis in self.spec.axes)
         self.letters = "".join(self.names) + VERSOR_LETTERS
         self.columns = self.spec.columns
-        self.factor = np.array([a.factor for a in self.spec.axes] + [1.0] * (len(self.columns) - len(self.names)))
+        self.factor = np.array(
+            [a.factor for a in self.spec.axes]
+            + [1.0] * (len(self.columns) - len(self.names))
+        )
         self._ignored: set[str] = set()
 
     # what the front end calls
@@ -85,10 +97,16 @@ class Profile:
         unset: list[str] = []
         words = parse(text, self.context.variables, letters, unset)
         for name in unset:
-            self.context.warn(909102, f"variable {name} is read before it was written: 0")
+            self.context.warn(
+                909102, f"variable {name} is read before it was written: 0"
+            )
         if words.m:
             code = next(iter(words.m))
-            raise fail(909224, f"M{code} cannot stand between G61 and G60", words.m[code])
+            raise fail(
+                909224,
+                f"M{code} cannot stand between G61 and G60",
+                words.m[code],
+            )
         if words.n is not None:
             self.context.number = words.n
         return words
@@ -106,28 +124,45 @@ class Profile:
 
     def function(self, words: Words, allowed: tuple[int, ...]) -> int | None:
         """G60 or a transition, which stand alone in their block."""
-        single = next((code for code in words.g if code in (60, 61, *codes.TRANSITIONS)), None)
+        single = next(
+            (code for code in words.g if code in (60, 61, *codes.TRANSITIONS)),
+            None,
+        )
         if single is not None and (len(words.g) > 1 or words.values):
             number = 909228 if single in codes.TRANSITIONS else 909220
-            raise fail(number, f"G{single} stands alone in its block", words.g[single])
+            raise fail(
+                number, f"G{single} stands alone in its block", words.g[single]
+            )
         if single == 61:
             raise fail(909221, "G61 inside a profile", words.g[61])
         for code, offset in words.g.items():
             if code not in (*allowed, 60):
-                raise fail(909224, f"G{code} cannot stand between G61 and G60", offset)
+                raise fail(
+                    909224, f"G{code} cannot stand between G61 and G60", offset
+                )
         return single
 
     def plain_text(self, text: str) -> str:
         """The line without its comment; codes in brackets are refused."""
         plain = text.partition(";")[0]
         if plain.lstrip().startswith("("):
-            raise fail(909224, "a three-letter code cannot stand between G61 and G60", plain.index("("))
+            raise fail(
+                909224,
+                "a three-letter code cannot stand between G61 and G60",
+                plain.index("("),
+            )
         if plain.lstrip()[:1] in ("E", "L") and "=" in plain:
-            raise fail(909224, "an assignment cannot stand between G61 and G60", plain.index(plain.lstrip()[0]))
+            raise fail(
+                909224,
+                "an assignment cannot stand between G61 and G60",
+                plain.index(plain.lstrip()[0]),
+            )
         return plain
 
     def ignore(self, words: Words) -> None:
-        """Versor words that nothing uses; ijk of axis location points on five axes is an error."""
+        """Versor words that nothing uses; ijk of axis location points on five
+        axes is an error.
+        """
         spec = self.spec
         for group in ("ijk", "mno", "pqd"):
             found = [letter for letter in group if letter in words.values]
@@ -137,11 +172,18 @@ class Profile:
                 raise fail(909252, ERRORS[909252], words.offsets[found[0]])
             if group not in self._ignored:
                 self._ignored.add(group)
-                self.context.warn(909270, f"{group} is not used by this profile")
+                self.context.warn(
+                    909270, f"{group} is not used by this profile"
+                )
 
     def versor_groups(self) -> list[tuple[str, slice]]:
-        found = [(group, self.spec.versor_columns(group)) for group in self.spec.versors]
-        return [(group, columns) for group, columns in found if columns is not None]
+        found = [
+            (group, self.spec.versor_columns(group))
+            for group in self.spec.versors
+        ]
+        return [
+            (group, columns) for group, columns in found if columns is not None
+        ]
 
 
 @dataclass
@@ -163,7 +205,9 @@ class PointProfile(Profile):
     def __init__(self, context: Context) -> None:
         super().__init__(context)
         self.reader = ColumnReader(self.letters + "F")
-        self._use = np.array([self.letters.index(name) for name in self.columns])
+        self._use = np.array(
+            [self.letters.index(name) for name in self.columns]
+        )
         self._absolute, self._rapid = True, False
         self._now = np.full(len(self.columns), np.nan)
         self._programmed = False
@@ -172,7 +216,12 @@ class PointProfile(Profile):
     # reading
 
     def take_lines(self, source: Source, lines_max: int) -> int:
-        if self._rapid or not self._absolute or not self._programmed or not self.context.feed > 0:
+        if (
+            self._rapid
+            or not self._absolute
+            or not self._programmed
+            or not self.context.feed > 0
+        ):
             return 0
         begin = source.offset
         columns = self.reader.take(source, lines_max)
@@ -191,10 +240,15 @@ class PointProfile(Profile):
     def _first_special(self, columns: Columns) -> int | None:
         """The first line that may be wrong, or that is to be warned of."""
         given, feeds = columns.values[:, :-1], columns.values[:, -1]
-        wrong = (feeds <= 0) | (np.abs(columns.values) > VALUE_MAX).any(axis=1)  # NaN, no word, is no such number
+        # NaN, no word, is no such number
+        wrong = (feeds <= 0) | (np.abs(columns.values) > VALUE_MAX).any(axis=1)
         for i, letter in enumerate(self.letters):
             group = next((g for g in VERSORS if letter in g), None)
-            if group is not None and i >= len(self.names) and group not in (*self.spec.versors, *self._ignored):
+            if (
+                group is not None
+                and i >= len(self.names)
+                and group not in (*self.spec.versors, *self._ignored)
+            ):
                 wrong |= ~np.isnan(given[:, i])
         if self.spec.versors:
             values = self._values(given)
@@ -205,7 +259,9 @@ class PointProfile(Profile):
     def _values(self, given: FloatArray) -> FloatArray:
         """(lines, columns) what is in force at each line."""
         values = np.vstack([self._now, given[:, self._use]])
-        return np.stack([_filled(values[:, i]) for i in range(values.shape[1])], axis=1)[1:]
+        return np.stack(
+            [_filled(values[:, i]) for i in range(values.shape[1])], axis=1
+        )[1:]
 
     def _plain(self, columns: Columns) -> None:
         """Absolute G1 points."""
@@ -214,19 +270,32 @@ class PointProfile(Profile):
         points = np.flatnonzero(~np.isnan(given).all(axis=1))
         feeds = _filled(np.concatenate([[self.context.feed], feeds]))[1:]
         numbers = np.where(columns.number < 0, np.nan, columns.number)
-        numbers = _filled(np.concatenate([[float(self.context.number)], numbers]))[1:]
-        self.context.feed, self.context.number = float(feeds[-1]), int(numbers[-1])
+        numbers = _filled(
+            np.concatenate([[float(self.context.number)], numbers])
+        )[1:]
+        self.context.feed, self.context.number = (
+            float(feeds[-1]),
+            int(numbers[-1]),
+        )
         if not len(points):
             return
         values = self._values(given)
         self._now = values[-1].copy()
         still = np.zeros(len(points), np.bool_)
-        self._add(values[points], feeds[points], lines[points], numbers[points].astype(np.int64), still)
+        self._add(
+            values[points],
+            feeds[points],
+            lines[points],
+            numbers[points].astype(np.int64),
+            still,
+        )
 
     def line(self, text: str) -> None:
         plain = self.plain_text(text)
         if plain.lstrip().startswith("<"):
-            raise fail(909224, "polynomials need the format POL", plain.index("<"))
+            raise fail(
+                909224, "polynomials need the format POL", plain.index("<")
+            )
         words = self.words(plain, self.letters + "F")
         code = self.function(words, (0, 1, 90, 91, *codes.TRANSITIONS))
         if code == 60:
@@ -239,7 +308,11 @@ class PointProfile(Profile):
     def _point(self, words: Words) -> None:
         for pair in ((0, 1), (90, 91)):
             if all(code in words.g for code in pair):
-                raise fail(900011, f"G{pair[0]} and G{pair[1]} in one block", words.g[pair[1]])
+                raise fail(
+                    900011,
+                    f"G{pair[0]} and G{pair[1]} in one block",
+                    words.g[pair[1]],
+                )
         self.ignore(words)
         absolute = 90 in words.g or (self._absolute and 91 not in words.g)
         named = [letter for letter in words.values if letter != "F"]
@@ -253,13 +326,20 @@ class PointProfile(Profile):
         for i, name in enumerate(self.columns):
             if name in words.values:
                 relative = not self._absolute and i < len(self.names)
-                self._now[i] = words.values[name] + (self._now[i] if relative else 0.0)
+                self._now[i] = words.values[name] + (
+                    self._now[i] if relative else 0.0
+                )
         self._check_versors(words)
         if not self._rapid:
             self.need_feed(min(words.offsets.values()))
         self._programmed = True
         feed = self.context.feed
-        self._add(self._now[None, :].copy(), np.array([feed]), *self._marks(), np.array([self._rapid]))
+        self._add(
+            self._now[None, :].copy(),
+            np.array([feed]),
+            *self._marks(),
+            np.array([self._rapid]),
+        )
 
     def _marks(self) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
         return np.array([self.context.line]), np.array([self.context.number])
@@ -267,24 +347,44 @@ class PointProfile(Profile):
     def _check_first(self, words: Words, absolute: bool) -> None:
         offset = min(words.offsets.values())
         if not absolute:
-            raise fail(909225, "the first point of a profile must be absolute", words.g.get(91, offset))
+            raise fail(
+                909225,
+                "the first point of a profile must be absolute",
+                words.g.get(91, offset),
+            )
         spec = self.spec
         for axis in spec.axes:
             computed = axis.kinematic and "ijk" in spec.versors
             if axis.name not in words.values:
                 if not computed:
-                    raise fail(909225, f"the first point of a profile must program axis {axis.name}", offset)
-                self._now[self.columns.index(axis.name)] = spec.start[axis.channel] / axis.factor
+                    raise fail(
+                        909225,
+                        f"the first point of a profile must program axis {axis.name}",
+                        offset,
+                    )
+                self._now[self.columns.index(axis.name)] = (
+                    spec.start[axis.channel] / axis.factor
+                )
         for group in spec.versors:
-            missing = next((letter for letter in group if letter not in words.values), None)
+            missing = next(
+                (letter for letter in group if letter not in words.values), None
+            )
             if missing:
-                raise fail(909251, f"the first point must program the versor {group}: {missing} is missing", offset)
+                raise fail(
+                    909251,
+                    f"the first point must program the versor {group}: {missing} is missing",
+                    offset,
+                )
 
     def _check_versors(self, words: Words) -> None:
         for group, columns in self.versor_groups():
             if not np.linalg.norm(self._now[columns]) > 1e-9:
                 letter = next((x for x in group if x in words.offsets), "")
-                raise fail(909250, f"the versor {group} has length zero", words.offsets.get(letter, 0))
+                raise fail(
+                    909250,
+                    f"the versor {group} has length zero",
+                    words.offsets.get(letter, 0),
+                )
 
     def _transition(self, code: int, offset: int) -> None:
         if not self._kept.count and self.failed:
@@ -292,17 +392,29 @@ class PointProfile(Profile):
         if not self._kept.count:
             raise fail(909228, f"G{code} without a point before it", offset)
         if self._kept.rapid[-1][-1] and code in (62, 63, 67):
-            raise fail(909228, f"G{code} behind a G00 point, which ends at standstill", offset)
+            raise fail(
+                909228,
+                f"G{code} behind a G00 point, which ends at standstill",
+                offset,
+            )
         before = int(self._kept.after[-1][-1])
         if before not in (SMOOTH, code):
-            raise fail(909228, f"G{code} behind G{before}: a point has one transition", offset)
+            raise fail(
+                909228,
+                f"G{code} behind G{before}: a point has one transition",
+                offset,
+            )
         self._kept.after[-1][-1] = code
 
     def go_on(self) -> None:
         super().go_on()
         if not self._programmed:  # as if its first point had been complete
-            start = [self.spec.start[a.channel] for a in self.spec.axes] + [1.0] * 3 * len(self.spec.versors)
-            self._now = np.where(np.isnan(self._now), np.array(start) / self.factor, self._now)
+            start = [self.spec.start[a.channel] for a in self.spec.axes] + [
+                1.0
+            ] * 3 * len(self.spec.versors)
+            self._now = np.where(
+                np.isnan(self._now), np.array(start) / self.factor, self._now
+            )
             self._programmed = True
         if not self.context.feed > 0:
             self.context.feed = 1.0
@@ -336,14 +448,22 @@ class PointProfile(Profile):
         return self._kept.count if self.ended else max(0, self._kept.count - 1)
 
     def chunk(self) -> ProfileChunk | None:
-        """All points but the last, which a transition may follow; every one behind G60."""
+        """All points but the last, which a transition may follow; every one
+        behind G60.
+        """
         if not self.waiting:
             return None
         kept, keep = self._kept, 0 if self.ended else 1
         names = ("values", "feed", "rapid", "after", "line", "number")
         whole = {name: np.concatenate(getattr(kept, name)) for name in names}
         cut = kept.count - keep
-        self._kept = Gathered(**{name: [whole[name][cut:]] for name in names}, count=keep) if keep else Gathered()
+        self._kept = (
+            Gathered(
+                **{name: [whole[name][cut:]] for name in names}, count=keep
+            )
+            if keep
+            else Gathered()
+        )
         out = {name: whole[name][:cut] for name in names}
         return ProfileChunk(self.spec, **out, last=self.ended)
 

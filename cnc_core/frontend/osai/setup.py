@@ -1,7 +1,7 @@
 """Setup files: lines ``(CODE, p1, p2, ...)`` to validated records.
 
-The text is read once when ``(HSM,file)`` names it; ``SetupFile.resolve`` makes the records, at every G61 anew, because
-fields may be E and L variables.
+The text is read once when ``(HSM,file)`` names it; ``SetupFile.resolve`` makes
+the records, at every G61 anew, because fields may be E and L variables.
 """
 
 from __future__ import annotations
@@ -57,7 +57,9 @@ class Record:
         """An error at a field of the record."""
         place = self.place
         column = self.columns.get(name, place.column)
-        return CncError(code, text, Place(place.file, place.line, column, place.source))
+        return CncError(
+            code, text, Place(place.file, place.line, column, place.source)
+        )
 
     def printed(self) -> str:
         """The record as a setup line, every default in its place."""
@@ -65,7 +67,13 @@ class Record:
 
 
 def _printed(value: Value) -> str:
-    return "" if value is None else value if isinstance(value, str) else f"{value:.12g}"
+    return (
+        ""
+        if value is None
+        else value
+        if isinstance(value, str)
+        else f"{value:.12g}"
+    )
 
 
 @dataclass
@@ -83,7 +91,9 @@ class Records:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.general: dict[str, Record] = {}
-        self.axes: dict[str, dict[str, Record]] = {code: {} for code in codes.PER_AXIS}
+        self.axes: dict[str, dict[str, Record]] = {
+            code: {} for code in codes.PER_AXIS
+        }
         self.order: list[Record] = []
 
     def add(self, record: Record) -> None:
@@ -95,7 +105,9 @@ class Records:
             return
         name, table = record.word("Name"), self.axes[record.code]
         if name in table:
-            raise record.fail(909206, f"{record.code} twice for axis {name}", "Name")
+            raise record.fail(
+                909206, f"{record.code} twice for axis {name}", "Name"
+            )
         table[name] = record
 
     def get(self, code: str) -> Record:
@@ -111,14 +123,30 @@ class Records:
         """What ``check`` prints: the codes with every value in its place."""
         return {
             "file": str(self.path),
-            "codes": [{"code": r.code, "line": r.place.line, **r.values} for r in self.order],
+            "codes": [
+                {"code": r.code, "line": r.place.line, **r.values}
+                for r in self.order
+            ],
             "printed": [r.printed() for r in self.order],
         }
 
 
 DEFAULTS: dict[str, dict[str, Value]] = {
-    "JRK": {"Mode": "ENA", "Jrs": None, "Entities": 0.0, "Tstab": 0.0, "Tintgr": 0.0, "Ttop": 0.0},
-    "TOL": {"Len": None, "Radius": None, "EdgeRad": 0.0, "Angle": -90.0, "OriginLen": 0.0},
+    "JRK": {
+        "Mode": "ENA",
+        "Jrs": None,
+        "Entities": 0.0,
+        "Tstab": 0.0,
+        "Tintgr": 0.0,
+        "Ttop": 0.0,
+    },
+    "TOL": {
+        "Len": None,
+        "Radius": None,
+        "EdgeRad": 0.0,
+        "Angle": -90.0,
+        "OriginLen": 0.0,
+    },
     "TOD": {"Xcomp": 0.0, "Ycomp": 0.0, "Zcomp": 1.0},
     "CRV": {"Len": 0.0, "Ratio": 0.0, "Mode": "G63"},
     "EDG": {"Angle": 0.0, "VAngle": 0.0, "Mode": "G66", "Acc": 1.0},
@@ -144,7 +172,11 @@ class SetupFile:
         while (text := source.line()) is not None:
             number += 1
             if number > LINES_MAX:
-                raise CncError(909202, f"more than {LINES_MAX} lines", Place(str(self.path), number, 1, text[:80]))
+                raise CncError(
+                    909202,
+                    f"more than {LINES_MAX} lines",
+                    Place(str(self.path), number, 1, text[:80]),
+                )
             try:
                 line = self._line(text, Place(str(self.path), number, 1, text))
             except CncError as error:
@@ -159,14 +191,18 @@ class SetupFile:
             return None
         found = LINE.match(plain)
         if not found:
-            raise CncError(909202, "a setup line has the form (CODE,field,...)", place)
+            raise CncError(
+                909202, "a setup line has the form (CODE,field,...)", place
+            )
         code = found[1]
         if code not in CODES:
             place.column = found.start(1) + 1
             raise CncError(909203, f"unknown setup code {code}", place)
         fields, at = [], found.start(2) + 1
         for part in found[2][1:].split(",") if found[2] else []:
-            fields.append(("".join(part.split()), at + len(part) - len(part.lstrip()) + 1))
+            fields.append(
+                ("".join(part.split()), at + len(part) - len(part.lstrip()) + 1)
+            )
             at += len(part) + 1
         return SetupLine(code, fields, place)
 
@@ -175,8 +211,15 @@ class SetupFile:
         found = []
         for line in self.lines:
             for text, column in line.fields:
-                if (named := VARIABLE.match(text)) and len(named[3]) <= VARIABLE_DIGITS:
-                    place = Place(line.place.file, line.place.line, column, line.place.source)
+                if (named := VARIABLE.match(text)) and len(
+                    named[3]
+                ) <= VARIABLE_DIGITS:
+                    place = Place(
+                        line.place.file,
+                        line.place.line,
+                        column,
+                        line.place.source,
+                    )
                     found.append((named[2], int(named[3]), place))
         return found
 
@@ -197,18 +240,29 @@ def _record(line: SetupLine, variables: Variables) -> Record:
         line.fields.pop()
     if len(line.fields) > len(spec):
         column = line.fields[len(spec)][1]
-        raise _error(line, 909202, f"{line.code} has {len(spec)} fields, not {len(line.fields)}", column)
+        raise _error(
+            line,
+            909202,
+            f"{line.code} has {len(spec)} fields, not {len(line.fields)}",
+            column,
+        )
     record = Record(line.code, {}, line.place)
     for i, field_ in enumerate(spec):
         text, column = (
-            line.fields[i] if i < len(line.fields) else ("", len(line.place.source.partition(";")[0].rstrip()))
+            line.fields[i]
+            if i < len(line.fields)
+            else ("", len(line.place.source.partition(";")[0].rstrip()))
         )
         record.columns[field_.name] = column
-        record.values[field_.name] = _value(line, field_, text, column, variables)
+        record.values[field_.name] = _value(
+            line, field_, text, column, variables
+        )
     return record
 
 
-def _value(line: SetupLine, spec: Field, text: str, column: int, variables: Variables) -> Value:
+def _value(
+    line: SetupLine, spec: Field, text: str, column: int, variables: Variables
+) -> Value:
     what = f"{line.code}, {spec.name}"
     if not text:
         if not spec.optional:
@@ -216,37 +270,74 @@ def _value(line: SetupLine, spec: Field, text: str, column: int, variables: Vari
         return spec.default
     if spec.letter:
         if len(text) != 1 or not text.isalpha():
-            raise _error(line, 909205, f"{what}: {text[:SHOWN]!r} is no axis name", column)
+            raise _error(
+                line,
+                909205,
+                f"{what}: {text[:SHOWN]!r} is no axis name",
+                column,
+            )
         return text
     if spec.words:
         if text not in spec.words:
-            raise _error(line, 909205, f"{what}: {text[:SHOWN]!r} is none of {', '.join(spec.words)}", column)
+            raise _error(
+                line,
+                909205,
+                f"{what}: {text[:SHOWN]!r} is none of {', '.join(spec.words)}",
+                column,
+            )
         return text
-    return _checked(line, spec, _number(line, text, what, column, variables), column)
+    return _checked(
+        line, spec, _number(line, text, what, column, variables), column
+    )
 
 
-def _number(line: SetupLine, text: str, what: str, column: int, variables: Variables) -> float:
+def _number(
+    line: SetupLine, text: str, what: str, column: int, variables: Variables
+) -> float:
     variable = VARIABLE.match(text)
     if variable:
         if len(variable[3]) > VARIABLE_DIGITS:
-            raise _error(line, 909205, f"{what}: there is no such variable", column)
-        return (-1.0 if variable[1] == "-" else 1.0) * variables(variable[2], int(variable[3]))
+            raise _error(
+                line, 909205, f"{what}: there is no such variable", column
+            )
+        return (-1.0 if variable[1] == "-" else 1.0) * variables(
+            variable[2], int(variable[3])
+        )
     if not NUMBER.match(text):
-        raise _error(line, 909205, f"{what}: {text[:SHOWN]!r} is neither a number nor an E or L variable", column)
+        raise _error(
+            line,
+            909205,
+            f"{what}: {text[:SHOWN]!r} is neither a number nor an E or L variable",
+            column,
+        )
     return float(text)
 
 
 def _checked(line: SetupLine, spec: Field, value: float, column: int) -> float:
     what = f"{line.code}, {spec.name}"
     if not abs(value) <= VALUE_MAX:
-        raise _error(line, 909205, f"{what}: the number is out of range, {VALUE_MAX:g} at most", column)
+        raise _error(
+            line,
+            909205,
+            f"{what}: the number is out of range, {VALUE_MAX:g} at most",
+            column,
+        )
     if spec.whole and value != int(value):
-        raise _error(line, 909205, f"{what}: {value:g} is no whole number", column)
+        raise _error(
+            line, 909205, f"{what}: {value:g} is no whole number", column
+        )
     if not spec.low <= value <= spec.high:
-        raise _error(line, 909205, f"{what}: {value:g} lies outside {spec.low:g}..{spec.high:g}", column)
+        raise _error(
+            line,
+            909205,
+            f"{what}: {value:g} lies outside {spec.low:g}..{spec.high:g}",
+            column,
+        )
     return value
 
 
 def _error(line: SetupLine, code: int, text: str, column: int) -> CncError:
     place = line.place
-    return CncError(code, text, Place(place.file, place.line, column, place.source))
+    return CncError(
+        code, text, Place(place.file, place.line, column, place.source)
+    )

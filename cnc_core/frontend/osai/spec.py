@@ -8,11 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from cnc_core.errors import CncError
-from cnc_core.frontend.machine import ProgramMachine, Tool
-from cnc_core.frontend.osai import codes
-from cnc_core.frontend.osai.setup import Record, Records
-from cnc_core.profile import (
+from cnc_core.blocks.profile_columns import (
     CONTROL_POINTS,
     POINTS,
     POLYNOMIALS,
@@ -25,6 +21,10 @@ from cnc_core.profile import (
     Smoothness,
     ToolShape,
 )
+from cnc_core.errors import CncError
+from cnc_core.frontend.machine import ProgramMachine, Tool
+from cnc_core.frontend.osai import codes
+from cnc_core.frontend.osai.setup import Record, Records
 
 KINDS = {"PNT": POINTS, "POL": POLYNOMIALS, "BSP": CONTROL_POINTS}
 MODES = {"G62": 62, "G63": 63, "G66": 66, "G67": 67}
@@ -32,7 +32,9 @@ MODES = {"G62": 62, "G63": 63, "G66": 66, "G67": 67}
 
 @dataclass(frozen=True)
 class Active:
-    """What holds where the profile begins: position (channel axes,), tool offset, mm per programmed unit."""
+    """What holds where the profile begins: position (channel axes,), tool
+    offset, mm per programmed unit.
+    """
 
     position: npt.NDArray[np.float64]
     tool: Tool
@@ -64,69 +66,132 @@ def _points(records: Records, _: ProgramMachine) -> None:
     record = records.general["PNT"]
     kind, param = record.word("Type"), record.word("Param")
     if param not in codes.FEED_ON[kind]:
-        raise record.fail(909208, f"feed on {param} does not go with points of type {kind}", "Param")
+        raise record.fail(
+            909208,
+            f"feed on {param} does not go with points of type {kind}",
+            "Param",
+        )
 
 
 def _axes(records: Records, machine: ProgramMachine) -> None:
     axes = list(records.axes["AXI"].values())
     if len(axes) > codes.AXES_MAX:
-        raise axes[codes.AXES_MAX].fail(909210, f"{len(axes)} axes, a profile has {codes.AXES_MAX} at most", "Name")
+        raise axes[codes.AXES_MAX].fail(
+            909210,
+            f"{len(axes)} axes, a profile has {codes.AXES_MAX} at most",
+            "Name",
+        )
     ids: set[int] = set()
     for axis in axes:
         _axis(axis, machine, ids)
-    for name, wanted in (("Type", ("ABS", "ORD", "VRT")), ("CinType", ("LI1", "LI2", "LI3", "WRK", "TOL"))):
+    for name, wanted in (
+        ("Type", ("ABS", "ORD", "VRT")),
+        ("CinType", ("LI1", "LI2", "LI3", "WRK", "TOL")),
+    ):
         for word in wanted:
             found = [axis for axis in axes if axis.word(name) == word]
             if len(found) > 1:
                 raise found[1].fail(
-                    909209, f"{word} twice: axes {found[0].word('Name')}, {found[1].word('Name')}", name
+                    909209,
+                    f"{word} twice: axes {found[0].word('Name')}, {found[1].word('Name')}",
+                    name,
                 )
             if not found and word not in ("WRK", "TOL"):
-                raise axes[-1].fail(909209, f"no axis is {word}: a profile has three linear axes", name)
+                raise axes[-1].fail(
+                    909209,
+                    f"no axis is {word}: a profile has three linear axes",
+                    name,
+                )
     following = [axis for axis in axes if axis.word("Type") in ("TAN", "TAO")]
     if len(following) > 1:
         raise following[1].fail(909209, "two tangential axes", "Type")
     if following and records.general["PNT"].word("Format") != "PNT":
-        raise following[0].fail(909254, "a tangential axis follows points only, not polynomials or B-splines", "Type")
+        raise following[0].fail(
+            909254,
+            "a tangential axis follows points only, not polynomials or B-splines",
+            "Type",
+        )
 
 
 def _axis(axis: Record, machine: ProgramMachine, ids: set[int]) -> None:
     number, name = int(axis.number("Id")), axis.word("Name")
     if name in "NGFKPEL" or name in "ijkmnopqdtw":
-        raise axis.fail(909209, f"{name} cannot be the name of an axis: the letter has another meaning", "Name")
+        raise axis.fail(
+            909209,
+            f"{name} cannot be the name of an axis: the letter has another meaning",
+            "Name",
+        )
     if number not in machine.ids:
         known = ", ".join(map(str, machine.ids))
-        raise axis.fail(909209, f"axis {name}: the process has no axis with ID {number} (it has {known})", "Id")
+        raise axis.fail(
+            909209,
+            f"axis {name}: the process has no axis with ID {number} (it has {known})",
+            "Id",
+        )
     if number in ids:
-        raise axis.fail(909209, f"axis {name}: ID {number} belongs to another axis of the setup", "Id")
+        raise axis.fail(
+            909209,
+            f"axis {name}: ID {number} belongs to another axis of the setup",
+            "Id",
+        )
     ids.add(number)
-    linear, place = axis.word("Type") in ("ABS", "ORD", "VRT"), axis.word("CinType")
+    linear, place = (
+        axis.word("Type") in ("ABS", "ORD", "VRT"),
+        axis.word("CinType"),
+    )
     if linear != (place in ("LI1", "LI2", "LI3")):
-        raise axis.fail(909209, f"axis {name}: type {axis.word('Type')} does not go with {place}", "CinType")
+        raise axis.fail(
+            909209,
+            f"axis {name}: type {axis.word('Type')} does not go with {place}",
+            "CinType",
+        )
     rotary = machine.rotary[machine.ids.index(number)]
     if linear and rotary:
-        raise axis.fail(909209, f"axis {name} is a rotary axis of the machine", "Type")
+        raise axis.fail(
+            909209, f"axis {name} is a rotary axis of the machine", "Type"
+        )
     if place in ("WRK", "TOL") and not rotary:
-        raise axis.fail(909209, f"axis {name} is no rotary axis of the machine", "CinType")
+        raise axis.fail(
+            909209, f"axis {name} is no rotary axis of the machine", "CinType"
+        )
 
 
 def _names(records: Records, _: ProgramMachine) -> None:
     for code in ("AXP", "DIN", "CIN"):
         for name, record in records.axes[code].items():
-            if name not in records.axes["AXI"] and not (code == "CIN" and name in "tw"):
-                raise record.fail(909209, f"{code} of axis {name}, which no AXI declares", "Name")
+            if name not in records.axes["AXI"] and not (
+                code == "CIN" and name in "tw"
+            ):
+                raise record.fail(
+                    909209,
+                    f"{code} of axis {name}, which no AXI declares",
+                    "Name",
+                )
     for record in records.axes["AXP"].values():
-        pitch, axis = record.maybe("Pitch"), records.axes["AXI"][record.word("Name")]
-        if pitch and axis.word("CinType") in ("WRK", "TOL") and abs(pitch / 360.0 - round(pitch / 360.0)) > 1e-9:
+        pitch, axis = (
+            record.maybe("Pitch"),
+            records.axes["AXI"][record.word("Name")],
+        )
+        if (
+            pitch
+            and axis.word("CinType") in ("WRK", "TOL")
+            and abs(pitch / 360.0 - round(pitch / 360.0)) > 1e-9
+        ):
             text = f"AXP: Pitch {pitch:g}: a rotary axis of the chain comes round every 360"
             raise record.fail(909205, text, "Pitch")
         low, high = record.maybe("Lim-"), record.maybe("Lim+")
         if low is not None and high is not None and low >= high:
-            raise record.fail(909205, f"AXP: Lim- {low:g} is not below Lim+ {high:g}", "Lim-")
+            raise record.fail(
+                909205, f"AXP: Lim- {low:g} is not below Lim+ {high:g}", "Lim-"
+            )
 
 
 def _rotaries(records: Records) -> list[Record]:
-    return [axis for axis in records.axes["AXI"].values() if axis.word("CinType") in ("WRK", "TOL")]
+    return [
+        axis
+        for axis in records.axes["AXI"].values()
+        if axis.word("CinType") in ("WRK", "TOL")
+    ]
 
 
 def _chain(records: Records, _: ProgramMachine) -> None:
@@ -137,8 +202,16 @@ def _chain(records: Records, _: ProgramMachine) -> None:
         raise records.missing("the setup lacks MAC: it declares a rotary axis")
     if len(rotaries) < 2:
         name = rotaries[0].word("Name")
-        raise rotaries[0].fail(909211, f"only one rotary axis, {name}: a chain has WRK and TOL", "CinType")
-    chain = [axis.word("Name") for axis in records.axes["AXI"].values() if axis.word("CinType") != "OTH"]
+        raise rotaries[0].fail(
+            909211,
+            f"only one rotary axis, {name}: a chain has WRK and TOL",
+            "CinType",
+        )
+    chain = [
+        axis.word("Name")
+        for axis in records.axes["AXI"].values()
+        if axis.word("CinType") != "OTH"
+    ]
     for name in (*chain, "t", "w"):
         if name not in records.axes["CIN"]:
             raise records.missing(f"the setup lacks CIN of {name}", 909211)
@@ -151,13 +224,22 @@ def _tool_direction(records: Records, _: ProgramMachine) -> None:
     tool = records.get("TOL")
     radius = tool.maybe("Radius")
     if radius is not None and tool.number("EdgeRad") > radius + 1e-9:
-        raise tool.fail(909205, f"TOL: edge radius {tool.number('EdgeRad'):g} exceeds the radius {radius:g}", "EdgeRad")
+        raise tool.fail(
+            909205,
+            f"TOL: edge radius {tool.number('EdgeRad'):g} exceeds the radius {radius:g}",
+            "EdgeRad",
+        )
 
 
-def build(records: Records, machine: ProgramMachine, active: Active) -> ProfileSpec:
+def build(
+    records: Records, machine: ProgramMachine, active: Active
+) -> ProfileSpec:
     """The specification; ``check`` has found no error."""
     pnt, thr = records.general["PNT"], records.general["THR"]
-    axes = tuple(_profile_axis(records, record, machine, active) for record in records.axes["AXI"].values())
+    axes = tuple(
+        _profile_axis(records, record, machine, active)
+        for record in records.axes["AXI"].values()
+    )
     kind, point = KINDS[pnt.word("Format")], pnt.word("Type")
     five = any(axis.kinematic for axis in axes)
     return ProfileSpec(
@@ -165,7 +247,9 @@ def build(records: Records, machine: ProgramMachine, active: Active) -> ProfileS
         axes=axes,
         point=point,  # type: ignore[arg-type]
         feed_on=pnt.word("Param"),  # type: ignore[arg-type]
-        degree=active.degree if kind != POINTS else {"CUB": 3, "QUI": 5}[pnt.word("Poly")],
+        degree=active.degree
+        if kind != POINTS
+        else {"CUB": 3, "QUI": 5}[pnt.word("Poly")],
         start=active.position,
         count=active.count,
         file=active.file,
@@ -182,7 +266,9 @@ def build(records: Records, machine: ProgramMachine, active: Active) -> ProfileS
     )
 
 
-def _versors(records: Records, kind: str, point: str, five: bool) -> tuple[str, ...]:
+def _versors(
+    records: Records, kind: str, point: str, five: bool
+) -> tuple[str, ...]:
     """Versor groups that the profile's blocks have to program."""
     ver, programmed = records.general["VER"], kind != POINTS
     found = []
@@ -194,8 +280,13 @@ def _versors(records: Records, kind: str, point: str, five: bool) -> tuple[str, 
     return tuple(found)
 
 
-def _profile_axis(records: Records, record: Record, machine: ProgramMachine, active: Active) -> ProfileAxis:
-    name, channel = record.word("Name"), machine.ids.index(int(record.number("Id")))
+def _profile_axis(
+    records: Records, record: Record, machine: ProgramMachine, active: Active
+) -> ProfileAxis:
+    name, channel = (
+        record.word("Name"),
+        machine.ids.index(int(record.number("Id"))),
+    )
     linear = record.word("Type") in ("ABS", "ORD", "VRT")
     factor = 1.0 if machine.rotary[channel] else active.unit_mm
     factor *= 0.5 if record.word("Diam") == "ENA" else 1.0
@@ -213,25 +304,38 @@ def _profile_axis(records: Records, record: Record, machine: ProgramMachine, act
         pitch=position.maybe("Pitch") if position else None,
         low=position.maybe("Lim-") if position else None,
         high=position.maybe("Lim+") if position else None,
-        cutting=_dynamics(records.axes["DIN"].get(name), "Vmax", "Amax", "Jmax"),
+        cutting=_dynamics(
+            records.axes["DIN"].get(name), "Vmax", "Amax", "Jmax"
+        ),
         rapid=_dynamics(records.axes["DIN"].get(name), "Vrap", "Arap", "Jrap"),
     )
 
 
-def _dynamics(record: Record | None, velocity: str, acceleration: str, jerk: str) -> Dynamics:
+def _dynamics(
+    record: Record | None, velocity: str, acceleration: str, jerk: str
+) -> Dynamics:
     if record is None:
         return Dynamics()
     speed = record.maybe(velocity)
-    return Dynamics(None if speed is None else speed / 60.0, record.maybe(acceleration), record.maybe(jerk))
+    return Dynamics(
+        None if speed is None else speed / 60.0,
+        record.maybe(acceleration),
+        record.maybe(jerk),
+    )
 
 
 def _tool(records: Records, active: Active, centre: bool) -> ToolShape:
     tol, tod = records.get("TOL"), records.get("TOD")
     length, radius = tol.maybe("Len"), tol.maybe("Radius")
     radius = active.tool.radius_mm if radius is None else radius
-    if tol.number("EdgeRad") > radius + 1e-9 and records.general["PNT"].word("Type") == "CCP":
+    if (
+        tol.number("EdgeRad") > radius + 1e-9
+        and records.general["PNT"].word("Type") == "CCP"
+    ):
         raise tol.fail(
-            909205, f"TOL: edge radius {tol.number('EdgeRad'):g} exceeds the active radius {radius:g}", "EdgeRad"
+            909205,
+            f"TOL: edge radius {tol.number('EdgeRad'):g} exceeds the active radius {radius:g}",
+            "EdgeRad",
         )
     direction = [tod.number(name) for name in ("Xcomp", "Ycomp", "Zcomp")]
     norm = math.hypot(*direction)
@@ -276,6 +380,9 @@ def _kinematics(records: Records) -> Chain | None:
         return None
     mac, steps = records.general["MAC"], []
     for name, record in records.axes["CIN"].items():
-        x, y, z, a, b, c = (record.number(n) for n in ("OffX", "OffY", "OffZ", "RotX", "RotY", "RotZ"))
+        x, y, z, a, b, c = (
+            record.number(n)
+            for n in ("OffX", "OffY", "OffZ", "RotX", "RotY", "RotZ")
+        )
         steps.append(ChainStep(name, (x, y, z), (a, b, c)))
     return Chain(mac.word("Type"), mac.word("Bed"), tuple(steps))

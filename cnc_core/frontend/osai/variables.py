@@ -21,11 +21,15 @@ VALUES_MAX = 1e30
 
 
 def variable_number(digits: str, letter: str, offset: int) -> int:
-    """Number of a variable; too large ones are an error, however many digits they have."""
+    """Number of a variable; too large ones are an error, however many digits
+    they have.
+    """
     plain = digits.lstrip("0") or "0"
     if len(plain) > len(str(NUMBER_MAX)) or int(plain) > NUMBER_MAX:
         raise fail(
-            900012, f"{letter}{plain[:12]}{'..' if len(plain) > 12 else ''}: variables go up to {NUMBER_MAX}", offset
+            900012,
+            f"{letter}{plain[:12]}{'..' if len(plain) > 12 else ''}: variables go up to {NUMBER_MAX}",
+            offset,
         )
     return int(plain)
 
@@ -42,7 +46,9 @@ class Variables:
     def known(self, letter: str, number: int) -> bool:
         return (letter, number) in self._values
 
-    def assign(self, letter: str, number: int, value: float, offset: int) -> None:
+    def assign(
+        self, letter: str, number: int, value: float, offset: int
+    ) -> None:
         if not abs(value) < VALUES_MAX:
             raise fail(900012, f"{letter}{number}: value out of range", offset)
         self._values[letter, number] = value
@@ -81,7 +87,10 @@ class Formulas(ExpressionParser):
         stream, token = self._stream, self._stream.current
         if token.kind is Kind.VARIABLE:
             stream.next()
-            return self._values(token.text[0], variable_number(token.text[1:], token.text[0], token.offset))
+            return self._values(
+                token.text[0],
+                variable_number(token.text[1:], token.text[0], token.offset),
+            )
         if token.kind is Kind.NUMBER:
             return float(stream.next().text)
         name = token.text.upper() if token.kind is Kind.NAME else ""
@@ -91,12 +100,20 @@ class Formulas(ExpressionParser):
             return self._call_with(name, arguments, token.offset)
         if stream.is_op("("):
             return self._arguments(1)[0]
-        raise fail(900004, f"a value is expected, found {stream.describe()}", token.offset)
+        raise fail(
+            900004,
+            f"a value is expected, found {stream.describe()}",
+            token.offset,
+        )
 
     def _arguments(self, count: int = 2) -> list[float]:
         self._depth += 1
         if self._depth > expression.NESTING_MAX:
-            raise fail(20927, f"more than {expression.NESTING_MAX} brackets in each other", self._stream.current.offset)
+            raise fail(
+                20927,
+                f"more than {expression.NESTING_MAX} brackets in each other",
+                self._stream.current.offset,
+            )
         self._stream.expect("(", 900004)
         values = [self.expression()]
         while len(values) < count and self._stream.accept(","):
@@ -105,14 +122,18 @@ class Formulas(ExpressionParser):
         self._depth -= 1
         return values
 
-    def _call_with(self, name: str, arguments: list[float], offset: int) -> float:
+    def _call_with(
+        self, name: str, arguments: list[float], offset: int
+    ) -> float:
         one, two = self.functions.get(name), self.functions_of_two.get(name)
         if (len(arguments) == 1) != (one is not None):
             raise fail(900004, f"{name}: wrong number of values", offset)
         if one is not None:
             return expression.finite(one, (arguments[0],), name, offset)
         assert two is not None
-        return expression.finite(two, (arguments[0], arguments[1]), name, offset)
+        return expression.finite(
+            two, (arguments[0], arguments[1]), name, offset
+        )
 
 
 def assignment(text: str, variables: Variables, begin: int) -> None:
@@ -123,6 +144,10 @@ def assignment(text: str, variables: Variables, begin: int) -> None:
     stream.expect("=", 900004)
     value = Formulas(stream, variables).expression()
     if not stream.at_end:
-        raise fail(900004, f"{stream.describe()} behind the assignment", stream.current.offset)
+        raise fail(
+            900004,
+            f"{stream.describe()} behind the assignment",
+            stream.current.offset,
+        )
     number = variable_number(target.text[1:], target.text[0], target.offset)
     variables.assign(target.text[0], number, value, target.offset)

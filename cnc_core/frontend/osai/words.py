@@ -1,4 +1,6 @@
-"""Words of one line inside and outside a profile; letters are case-sensitive inside (specification 3)."""
+"""Words of one line inside and outside a profile; letters are case-sensitive
+inside (specification 3).
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,9 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.osai.variables import Variables, variable_number
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)"
-WORD = re.compile(rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])(\d+)(?![\d(]))")
+WORD = re.compile(
+    rf"\s*([A-Za-z])\s*(?:({NUMBER})|([+-]?)([EL])(\d+)(?![\d(]))"
+)
 N_MAX = 2**31 - 1
 EXPRESSION = re.compile(r"[A-Za-z]\s*([+-]?\s*(?:[EL]?\s*\(|[EL]\d+\s*\())")
 SHOWN = 24
@@ -28,8 +32,15 @@ class Words:
     offsets: dict[str, int] = field(default_factory=dict)
 
 
-def parse(text: str, variables: Variables, letters: str, warn_unset: list[str] | None = None) -> Words:
-    """Words made of ``letters``, N, G and M; an axis letter that is none of them is an unknown word."""
+def parse(
+    text: str,
+    variables: Variables,
+    letters: str,
+    warn_unset: list[str] | None = None,
+) -> Words:
+    """Words made of ``letters``, N, G and M; an axis letter that is none of
+    them is an unknown word.
+    """
     words, at = Words(), 0
     while text[at:].strip():
         found = WORD.match(text, at)
@@ -38,13 +49,19 @@ def parse(text: str, variables: Variables, letters: str, warn_unset: list[str] |
         letter, offset = found[1], found.start(1)
         if found[4]:
             index = variable_number(found[5], found[4], found.start(4))
-            value = (-1.0 if found[3] == "-" else 1.0) * variables(found[4], index)
+            value = (-1.0 if found[3] == "-" else 1.0) * variables(
+                found[4], index
+            )
             if warn_unset is not None and not variables.known(found[4], index):
                 warn_unset.append(found[4] + found[5])
         else:
             value = float(found[2])
         if not abs(value) <= (N_MAX if letter == "N" else VALUE_MAX):
-            raise fail(900012, f"{letter}: {shortened(found[0].strip()[1:])} is out of range", offset)
+            raise fail(
+                900012,
+                f"{letter}: {shortened(found[0].strip()[1:])} is out of range",
+                offset,
+            )
         _take(words, letter, value, offset, letters)
         at = found.end()
     return words
@@ -52,7 +69,11 @@ def parse(text: str, variables: Variables, letters: str, warn_unset: list[str] |
 
 def shortened(text: str) -> str:
     """A number as an error shows it: not with hundreds of digits."""
-    return text if len(text) <= SHOWN else f"{text[:SHOWN]}.. ({len(text)} characters)"
+    return (
+        text
+        if len(text) <= SHOWN
+        else f"{text[:SHOWN]}.. ({len(text)} characters)"
+    )
 
 
 def _malformed(text: str, at: int) -> Exception:
@@ -65,11 +86,15 @@ def _malformed(text: str, at: int) -> Exception:
     return fail(900004, f"{text[offset]} without a value", offset)
 
 
-def _take(words: Words, letter: str, value: float, offset: int, letters: str) -> None:
+def _take(
+    words: Words, letter: str, value: float, offset: int, letters: str
+) -> None:
     if letter in "GM":
         codes = words.g if letter == "G" else words.m
         if value != int(value) or not 0 <= value < 1000:
-            raise fail(20131, f"unknown {letter} function {letter}{value:g}", offset)
+            raise fail(
+                20131, f"unknown {letter} function {letter}{value:g}", offset
+            )
         if int(value) in codes:
             raise fail(900005, f"{letter}{value:g} twice in one block", offset)
         codes[int(value)] = offset
@@ -77,7 +102,11 @@ def _take(words: Words, letter: str, value: float, offset: int, letters: str) ->
         if words.n is not None:
             raise fail(900005, "N twice in one block", offset)
         if value != int(value) or not 0 <= value <= N_MAX:
-            raise fail(900012, f"N{value:g}: a whole number 0..{N_MAX} is expected", offset)
+            raise fail(
+                900012,
+                f"N{value:g}: a whole number 0..{N_MAX} is expected",
+                offset,
+            )
         words.n = int(value)
     elif letter not in letters:
         raise fail(909226, f"unknown word {letter}", offset)

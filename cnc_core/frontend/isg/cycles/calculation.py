@@ -18,7 +18,7 @@ from cnc_core.frontend.isg.cycles.declaration import (
     Rule,
     Surroundings,
 )
-from cnc_core.geometry.fits import DegenerateError
+from cnc_core.geometry.shapes.fits import DegenerateError
 
 Array = npt.NDArray[np.float64]
 Fit = TypeVar("Fit")
@@ -41,10 +41,17 @@ def whole_points(axes: str, fewest: int) -> Rule:
     def rule(given: Given, around: Surroundings) -> list[Problem]:
         problems = []
         for i in range(fewest, POINTS):
-            wanted = {first + i: axis for axis, first in zip(axes, FIRST, strict=False)}
+            wanted = {
+                first + i: axis
+                for axis, first in zip(axes, FIRST, strict=False)
+            }
             there = [number for number in wanted if number in given.programmed]
             problems += [
-                Problem(INVALID, f"CYC_PARAM_INVALID: point {i + 1} without its {axis} (@P{number})", there[0])
+                Problem(
+                    INVALID,
+                    f"CYC_PARAM_INVALID: point {i + 1} without its {axis} (@P{number})",
+                    there[0],
+                )
                 for number, axis in wanted.items()
                 if there and number not in given.programmed
             ]
@@ -55,7 +62,11 @@ def whole_points(axes: str, fewest: int) -> Rule:
 
 def points_of(given: Given, dimensions: int) -> Array:
     """(n, dimensions) points of the call; gaps are skipped."""
-    rows = [[given[first + i] for first in FIRST[:dimensions]] for i in range(POINTS) if FIRST[0] + i in given]
+    rows = [
+        [given[first + i] for first in FIRST[:dimensions]]
+        for i in range(POINTS)
+        if FIRST[0] + i in given
+    ]
     return np.array(rows, dtype=np.float64)
 
 
@@ -69,4 +80,7 @@ def fitted(fit: Callable[[Array], Fit], points: Array) -> Fit:
 
 def by_axis(name: str, values: Array) -> dict[str, float]:
     """``NameX``, ``NameY``, .."""
-    return {f"{name}{axis}": float(value) + 0.0 for axis, value in zip("XYZ", values, strict=False)}
+    return {
+        f"{name}{axis}": float(value) + 0.0
+        for axis, value in zip("XYZ", values, strict=False)
+    }

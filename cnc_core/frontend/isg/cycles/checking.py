@@ -1,4 +1,6 @@
-"""Checking a call of a built-in cycle: everything that is wrong with it, before anything is done."""
+"""Checking a call of a built-in cycle: everything that is wrong with it, before
+anything is done.
+"""
 
 from __future__ import annotations
 
@@ -18,16 +20,26 @@ from cnc_core.frontend.isg.cycles.declaration import (
 )
 
 
-def check(cycle: Cycle, arguments: Mapping[int, Value], around: Surroundings) -> tuple[Given, list[Problem]]:
-    """The parameters as numbers, and all problems; code ``UNKNOWN`` is only a warning."""
+def check(
+    cycle: Cycle, arguments: Mapping[int, Value], around: Surroundings
+) -> tuple[Given, list[Problem]]:
+    """The parameters as numbers, and all problems; code ``UNKNOWN`` is only a
+    warning.
+    """
     known = {p.number: p for p in cycle.parameters}
     problems = [
-        Problem(UNKNOWN, f"{cycle.name} has no @P{number}: it is ignored", number)
+        Problem(
+            UNKNOWN, f"{cycle.name} has no @P{number}: it is ignored", number
+        )
         for number in arguments
         if number not in known
     ]
     problems += [
-        Problem(MISSING, f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given", p.number)
+        Problem(
+            MISSING,
+            f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given",
+            p.number,
+        )
         for p in cycle.parameters
         if p.required and p.number not in arguments
     ]
@@ -45,16 +57,28 @@ def check(cycle: Cycle, arguments: Mapping[int, Value], around: Surroundings) ->
     return given, problems
 
 
-def glance(cycle: Cycle, arguments: Mapping[int, Value | None]) -> list[Problem]:
-    """What is wrong with a call that is not executed; None: a value that is not known yet."""
+def glance(
+    cycle: Cycle, arguments: Mapping[int, Value | None]
+) -> list[Problem]:
+    """What is wrong with a call that is not executed; None: a value that is not
+    known yet.
+    """
     known = {p.number: p for p in cycle.parameters}
     problems = [
-        Problem(MISSING, f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given", p.number)
+        Problem(
+            MISSING,
+            f"CYC_PARAM_MISSING: @P{p.number} ({p.text}) is not given",
+            p.number,
+        )
         for p in cycle.parameters
         if p.required and p.number not in arguments
     ]
     for number, value in arguments.items():
-        found = _number(known[number], value) if number in known and value is not None else 0.0
+        found = (
+            _number(known[number], value)
+            if number in known and value is not None
+            else 0.0
+        )
         if isinstance(found, Problem):
             problems.append(found)
     return problems
@@ -67,10 +91,18 @@ def _number(parameter: Parameter, value: Value) -> float | Problem:
         if value.strip().upper() in parameter.names:
             return parameter.names[value.strip().upper()]
         known = ", ".join(f'"{n}"' for n in parameter.names) or "a number"
-        return Problem(INVALID, f'CYC_PARAM_INVALID: {name} is "{value}", allowed: {known}', parameter.number)
+        return Problem(
+            INVALID,
+            f'CYC_PARAM_INVALID: {name} is "{value}", allowed: {known}',
+            parameter.number,
+        )
     if not math.isfinite(value) or not _in_range(parameter, value):
         wanted = parameter.range_text or "-1e9..1e9"
-        return Problem(INVALID, f"CYC_PARAM_INVALID: {name} is {value:g}, allowed: {wanted}", parameter.number)
+        return Problem(
+            INVALID,
+            f"CYC_PARAM_INVALID: {name} is {value:g}, allowed: {wanted}",
+            parameter.number,
+        )
     return float(round(value)) if parameter.whole else value
 
 

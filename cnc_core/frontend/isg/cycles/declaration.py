@@ -7,7 +7,11 @@ from dataclasses import dataclass, field
 
 MISSING, INVALID, CONFLICT, DEGENERATE = 13320, 13320, 907101, 907102
 NO_TRAFO, NO_TOOL, UNKNOWN = 907103, 907107, 907110
-CODE_NAMES = {CONFLICT: "CYC_PARAM_CONFLICT", DEGENERATE: "CYC_DEGENERATE", NO_TRAFO: "CYC_NO_TRAFO"}
+CODE_NAMES = {
+    CONFLICT: "CYC_PARAM_CONFLICT",
+    DEGENERATE: "CYC_DEGENERATE",
+    NO_TRAFO: "CYC_NO_TRAFO",
+}
 
 LENGTH, ANGLE, FEED, SPEED, PLAIN = "length", "degrees", "feed", "rev/min", ""
 
@@ -16,8 +20,9 @@ LENGTH, ANGLE, FEED, SPEED, PLAIN = "length", "degrees", "feed", "rev/min", ""
 class Parameter:
     """One @P of a cycle.
 
-    ``low``, ``high``: allowed range; ``above``: ``low`` itself is not allowed.  ``whole``: whole numbers only.
-    ``names``: texts that stand for numbers, in capitals.  ``default``: None if what it is depends on the call.
+    ``low``, ``high``: allowed range; ``above``: ``low`` itself is not allowed.
+    ``whole``: whole numbers only. ``names``: texts that stand for numbers, in
+    capitals.  ``default``: None if what it is depends on the call.
     """
 
     number: int
@@ -36,8 +41,14 @@ class Parameter:
     def range_text(self) -> str:
         """The range for messages and documents."""
         if self.names or (self.whole and self.high - self.low < 20):
-            return ", ".join(f"{v}" for v in range(int(self.low), int(self.high) + 1))
-        low = "" if self.low <= -1e9 else f"{'>' if self.above else '>='} {self.low:g}"
+            return ", ".join(
+                f"{v}" for v in range(int(self.low), int(self.high) + 1)
+            )
+        low = (
+            ""
+            if self.low <= -1e9
+            else f"{'>' if self.above else '>='} {self.low:g}"
+        )
         high = "" if self.high >= 1e9 else f"<= {self.high:g}"
         return " and ".join(part for part in (low, high) if part)
 
@@ -52,13 +63,18 @@ class Problem:
 
 
 class Given:
-    """The parameters of one call: numbers, checked against their declarations; ``@P`` absent: its default.
+    """The parameters of one call: numbers, checked against their declarations;
+    ``@P`` absent: its default.
 
-    ``programmed``: those that the call names, the wrong ones too; ``in``: those that have a right value.
+    ``programmed``: those that the call names, the wrong ones too; ``in``: those
+    that have a right value.
     """
 
     def __init__(
-        self, values: dict[int, float], parameters: Sequence[Parameter], programmed: Collection[int] = ()
+        self,
+        values: dict[int, float],
+        parameters: Sequence[Parameter],
+        programmed: Collection[int] = (),
     ) -> None:
         self.values = values
         self.programmed = frozenset(programmed) | frozenset(values)
@@ -81,9 +97,11 @@ class Given:
 class Surroundings:
     """The channel as a cycle sees it; lengths in programmed units.
 
-    ``axes``: names of the three main axes, None where the machine has none.  ``position``: of them, programmed.
-    ``tool_radius``: of the active tool data.  ``feed``: F in force, 0 for none.  ``trafo``: a complete kinematic
-    transformation is active.  ``absolute``: G90.  ``programs``: texts of the channel's lists (``hscs.*``).
+    ``axes``: names of the three main axes, None where the machine has none.
+    ``position``: of them, programmed. ``tool_radius``: of the active tool data.
+    ``feed``: F in force, 0 for none.  ``trafo``: a complete kinematic
+    transformation is active.  ``absolute``: G90.  ``programs``: texts of the
+    channel's lists (``hscs.*``).
     """
 
     axes: tuple[str | None, str | None, str | None]
@@ -99,7 +117,9 @@ class Surroundings:
 
 @dataclass
 class Work:
-    """What a cycle does: a program in the dialect's language, V.CYC variables by name, files, warnings."""
+    """What a cycle does: a program in the dialect's language, V.CYC variables
+    by name, files, warnings.
+    """
 
     lines: list[str] = field(default_factory=list)
     outputs: dict[str, float] = field(default_factory=dict)
@@ -120,7 +140,11 @@ Rule = Callable[[Given, Surroundings], list[Problem]]
 
 @dataclass(frozen=True)
 class Cycle:
-    """A built-in cycle.  ``rules``: exclusions and dependencies.  ``outputs``: V.CYC variables that it fills."""
+    """A built-in cycle.
+
+    ``rules``: exclusions and dependencies.  ``outputs``: V.CYC variables that
+    it fills.
+    """
 
     name: str
     text: str

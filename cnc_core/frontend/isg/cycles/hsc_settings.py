@@ -1,10 +1,19 @@
-"""SysHscSettings: calls the manufacturer's subprogram of a machining state (``hscs.*`` of the channel)."""
+"""SysHscSettings: calls the manufacturer's subprogram of a machining state
+(``hscs.*`` of the channel).
+"""
 
 from __future__ import annotations
 
-from cnc_core.frontend.isg.cycles.declaration import PLAIN, Cycle, Given, Parameter, Surroundings, Work
+from cnc_core.frontend.isg.cycles.declaration import (
+    PLAIN,
+    Cycle,
+    Given,
+    Parameter,
+    Surroundings,
+    Work,
+)
 
-STATES = ("deselect", "rough", "prefinish", "finish")
+from ..state.system import STATES
 
 
 def build(given: Given, around: Surroundings) -> Work:
@@ -16,6 +25,16 @@ def build(given: Given, around: Surroundings) -> Work:
 CYCLE = Cycle(
     "SysHscSettings",
     "settings of the manufacturer for high-speed cutting",
-    (Parameter(1, "1 deselect, 2 rough, 3 medium, 4 fine", PLAIN, default=1.0, low=1, high=4, whole=True),),
+    (
+        Parameter(
+            1,
+            "1 deselect, 2 rough, 3 medium, 4 fine",
+            PLAIN,
+            default=1.0,
+            low=1,
+            high=4,
+            whole=True,
+        ),
+    ),
     build,
 )

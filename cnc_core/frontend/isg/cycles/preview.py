@@ -1,7 +1,9 @@
-"""A dry run ahead of a program that calls cycles: wrong calls are refused before any axis moves.
+"""A dry run ahead of a program that calls cycles: wrong calls are refused
+before any axis moves.
 
-The program is executed without a machine, as ``check`` does it, within bounds.  Only what concerns cycles counts, and
-nothing counts behind the first other error or in a program that has read what only the machine knows.
+The program is executed without a machine, as ``check`` does it, within bounds.
+Only what concerns cycles counts, and nothing counts behind the first other
+error or in a program that has read what only the machine knows.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import numpy.typing as npt
 from cnc_core.blocks import BlockBatch
 from cnc_core.errors import CncError
 from cnc_core.frontend.machine import External
-from cnc_core.port import ExternalValue, OfflinePort, Wait
+from cnc_core.frontend.port import ExternalValue, OfflinePort, Wait
 
 SEARCHED_BYTES = 64 << 20
 CHUNK_BYTES = 1 << 20
@@ -40,9 +42,13 @@ class Reader(Protocol):
 
 
 class DryPort(OfflinePort):
-    """A machine that is not there; ``asked``: the program wanted to know something of it."""
+    """A machine that is not there; ``asked``: the program wanted to know
+    something of it.
+    """
 
-    def __init__(self, position: npt.NDArray[np.float64], skip_levels: int) -> None:
+    def __init__(
+        self, position: npt.NDArray[np.float64], skip_levels: int
+    ) -> None:
         super().__init__(position, skip_levels)
         self.asked = False
 
@@ -64,7 +70,9 @@ class DryPort(OfflinePort):
 
 
 def calls_cycles(path: Path) -> bool:
-    """The text of the program, or of a file that it calls, calls a cycle; of very long ones their beginning counts."""
+    """The text of the program, or of a file that it calls, calls a cycle; of
+    very long ones their beginning counts.
+    """
     waiting, seen = [path], {path}
     while waiting and len(seen) <= FILES_MAX:
         found, called = _look_through(waiting.pop())
@@ -92,7 +100,10 @@ def _look_through(path: Path) -> tuple[bool, set[str]]:
             if not chunk:
                 break
             if b"l " in text or b"l\t" in text:
-                called |= {name.decode("latin-1") for name in SUBPROGRAM.findall(tail + chunk)}
+                called |= {
+                    name.decode("latin-1")
+                    for name in SUBPROGRAM.findall(tail + chunk)
+                }
             tail = chunk[-128:]
     return False, called
 
@@ -101,7 +112,11 @@ def wrong_calls(reader: Reader, port: DryPort) -> list[CncError]:
     """Errors of cycle calls that the dry run finds; ``reader`` collects its errors."""
     rows, reader.idle_blocks_max = 0, BLOCKS_MAX
     try:
-        while rows < ROWS_MAX and not port.asked and (item := reader.read(4096)) is not None:
+        while (
+            rows < ROWS_MAX
+            and not port.asked
+            and (item := reader.read(4096)) is not None
+        ):
             rows += len(item) if isinstance(item, BlockBatch) else 1
     except CncError:
         pass

@@ -30,6 +30,8 @@ BY_NAME = {cycle.name.lower(): cycle for cycle in CYCLES}
 
 
 def find(name: str) -> Cycle | None:
-    """The built-in cycle of a file name, with or without ``.ecy`` and folders; case does not count."""
+    """The built-in cycle of a file name, with or without ``.ecy`` and folders;
+    case does not count.
+    """
     base = PurePosixPath(name.replace("\\", "/")).name.lower()
     return BY_NAME.get(base.removesuffix(".ecy"))

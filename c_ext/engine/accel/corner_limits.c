@@ -1,0 +1,461 @@
+/* Look-ahead: how fast each corner may be passed and how fast everything ahead
+ * can still be met.
+ *
+ * A corner between two pieces that are not tangential is driven exactly, with a
+ * jump of velocity. What a drive sees of it is what the cycle samples show: a
+ * jump dv at a time t adds dv/dt * w(t) to the acceleration measured around a
+ * sample, where w is the triangle of half-width one cycle (second difference).
+ * The sum over all jumps is largest exactly at the corners, so it is enough to
+ * bound, per axis and at every corner, F(v) = (1/dt) * sum_j max(0, v - d_j/dt)
+ * * jump_j + CORNER * v^2 * curvature  <=  CORNER * a_max with d_j the path
+ * distance to corner j. Speeds differ a little inside the window of two cycles,
+ * so v is taken SLACK times one cycle of acceleration larger than the speed
+ * that is allowed. F is increasing in v; the neighbours are taken in by
+ * increasing distance until the speed found does not reach the next one within
+ * one cycle. What the jumps in F use up at the speed that can occur is the
+ * `reserve`; in a zone of one cycle around the corner only the rest is left for
+ * everything else (corner_zones.c, spans.c). Where that costs more time than
+ * the jump saves, the corner is passed at standstill: without a jump nothing is
+ * used up.
+ */
+#include <math.h>
+#include <string.h>
+#include "engine/accel/corner_limits.h"
+#include "engine/accel/corner_zones.h"
+#include "engine/path/speed_caps.h"
+#include "engine/path/stands.h"
+#include "engine/state/state.h"
+#include "rows/nc_block.h"
+
+#define CORNER 0.7 /* share of the acceleration limit that jumps may use */
+#define SLACK 0.3
+#define NEGLIGIBLE 0.01 /* reserves below this share need no zone */
+#define NO_CORNER 1e-6  /* a jump below this share is rounding */
+
+typedef struct walk {
+    uint64_t i;   /* piece whose start is the next corner on this side */
+    double d;     /* path distance to it; NEVER: none that matters */
+    double known; /* distance up to which corners are known */
+    int budget;
+} walk;
+
+typedef struct axis_load {
+    double sum, moment; /* sum of jumps; sum of distance * jump / dt */
+    double curvature;
+    double most; /* acceleration allowed on all pieces seen */
+} axis_load;
+
+/* What has been seen of a corner's neighbourhood. */
+typedef struct load {
+    struct walk left, right;
+    double farthest; /* corner that is counted */
+    axis_load axis[NC_AXES];
+} load;
+
+/* Pieces this far behind committed motion are still in the ring (push.c keeps
+ * KEPT_BEHIND slots). */
+static uint64_t left_floor(const struct engine *engine) {
+    return engine->plan.piece > CORNERS_BEHIND
+               ? engine->plan.piece - CORNERS_BEHIND
+               : 0;
+}
+
+static bool previous_motion(struct engine *engine, uint64_t *i) {
+    uint64_t floor = left_floor(engine);
+    do {
+        if (*i <= floor) {
+            return false;
+        }
+        (*i)--;
+    } while (!is_motion(piece_at(engine, *i)));
+    return true;
+}
+
+static void add_curvature(const struct engine *engine,
+                          const struct piece *piece,
+                          struct load *load) {
+    const double *bend =
+        piece->kind == PIECE_CURVE ? curve_of(engine, piece)->bend : NULL;
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        load->axis[axis].most =
+            lesser(load->axis[axis].most, piece_a_max(engine, piece, axis));
+        if (bend) {
+            load->axis[axis].curvature =
+                greater(load->axis[axis].curvature, bend[axis]);
+        }
+    }
+    if (piece->limits.transition_acceleration > 0) {
+        for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+            load->axis[axis].most =
+                lesser(load->axis[axis].most,
+                       (double)piece->limits.transition_acceleration / CORNER);
+        }
+    }
+    if (piece->kind != PIECE_ARC) {
+        return;
+    }
+    for (int axis = 0; axis < 2; axis++) {
+        axis_load *in_plane = &load->axis[axis ? piece->axis2 : piece->axis1];
+        in_plane->curvature = greater(in_plane->curvature, piece->curvature);
+    }
+}
+
+/* Step to the next corner on the left; pieces passed add their curvature. */
+static void step_left(struct engine *engine,
+                      struct walk *walk,
+                      struct load *load) {
+    bool stop = stands_before(engine, piece_at(engine, walk->i));
+    if (stop || walk->budget-- == 0 || !previous_motion(engine, &walk->i)) {
+        walk->known = stop || walk->i == 0 ? NEVER : walk->d;
+        walk->d = NEVER;
+        return;
+    }
+    walk->d += piece_at(engine, walk->i)->length;
+    add_curvature(engine, piece_at(engine, walk->i), load);
+}
+
+static void step_right(struct engine *engine,
+                       struct walk *walk,
+                       struct load *load,
+                       uint64_t head,
+                       bool finished) {
+    double d = walk->d + piece_at(engine, walk->i)->length;
+    add_curvature(engine, piece_at(engine, walk->i), load);
+    if (piece_at(engine, walk->i)->stop_after) {
+        walk->known = walk->d = NEVER;
+        return;
+    }
+    bool found = walk->budget-- > 0 && next_motion(engine, &walk->i, head);
+    if (found && !stands_before(engine, piece_at(engine, walk->i))) {
+        walk->d = d;
+        return;
+    }
+    walk->known = found || (finished && walk->budget >= 0) ? NEVER : d;
+    walk->d = NEVER;
+}
+
+static void add_corner(const struct engine *engine,
+                       const struct piece *piece,
+                       double d,
+                       struct load *load) {
+    load->farthest = d; /* they are taken in by distance */
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        load->axis[axis].sum += piece->jump[axis];
+        load->axis[axis].moment += d * piece->jump[axis] / engine->cfg.cycle_s;
+    }
+}
+
+/* Largest v with (sum v - moment)/dt <= CORNER (a - curvature v^2) on every
+ * axis, `v` at the most. */
+static double load_speed(const struct engine *engine,
+                         const struct load *load,
+                         double v) {
+    double inv_dt = 1.0 / engine->cfg.cycle_s;
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        const axis_load *at = &load->axis[axis];
+        if (at->sum < 1e-13) {
+            continue;
+        }
+        double c = CORNER * at->most + at->moment * inv_dt,
+               b = at->sum * inv_dt, bend = CORNER * at->curvature;
+        if ((b + bend * v) * v > c) {
+            v = lesser(v, 2.0 * c / (b + sqrt(b * b + 4.0 * bend * c)));
+        }
+    }
+    return v;
+}
+
+static double jumps_at(const struct engine *engine,
+                       const struct load *load,
+                       int axis,
+                       double v) {
+    return load->axis[axis].sum < 1e-13
+               ? 0.0
+               : (load->axis[axis].sum * v - load->axis[axis].moment)
+                     / engine->cfg.cycle_s;
+}
+
+/* The curvature is in the rows of curved stretches. False: there is none. */
+static bool set_reserve(struct engine *engine,
+                        struct piece *piece,
+                        const struct load *load,
+                        double v) {
+    bool some = false;
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        double jumps = jumps_at(engine, load, axis, v);
+        piece->reserve[axis] =
+            jumps < NEGLIGIBLE * load->axis[axis].most ? 0.0 : jumps;
+        some |= piece->reserve[axis] > 0.0;
+    }
+    return some;
+}
+
+/* The corner itself and the pieces on both sides of it. */
+static void load_corner(struct engine *engine, uint64_t i, struct load *load) {
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        load->axis[axis] =
+            (axis_load){.sum = piece_at(engine, i)->jump[axis], .most = NEVER};
+    }
+    load->left = load->right =
+        (struct walk){i, 0.0, NEVER, (int)CORNERS_BEHIND};
+    step_left(engine, &load->left, load);
+    step_right(engine,
+               &load->right,
+               load,
+               engine->piece_head,
+               engine->feed.final);
+}
+
+/* From the corner alone, take in neighbours until `v` does not reach the next
+ * one. `solve`: find v, else only load at the given v. Returns false if corners
+ * that matter are not known yet. */
+static bool gather(struct engine *engine,
+                   const struct load *corner,
+                   bool solve,
+                   double *v,
+                   struct load *load) {
+    double dt = engine->cfg.cycle_s, limit = *v;
+    struct walk *left = &load->left, *right = &load->right;
+    *left = corner->left;
+    *right = corner->right;
+    load->farthest = 0.0;
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        load->axis[axis] = corner->axis[axis];
+    }
+    for (;;) {
+        if (solve) {
+            *v = load_speed(engine, load, limit);
+        }
+        struct walk *next = left->d <= right->d ? left : right;
+        if (*v * dt <= next->d) {
+            break;
+        }
+        add_corner(engine, piece_at(engine, next->i), next->d, load);
+        if (next == left) {
+            step_left(engine, next, load);
+        } else {
+            step_right(engine,
+                       next,
+                       load,
+                       engine->piece_head,
+                       engine->feed.final);
+        }
+    }
+    if (left->known < *v * dt) {
+        *v = left->known / dt; /* too many short pieces: slower, so that all
+                                  that matter are seen */
+    }
+    if (right->known >= *v * dt) {
+        return true;
+    }
+    if (right->budget >= 0) {
+        return false;
+    }
+    *v = right->known / dt;
+    return true;
+}
+
+static bool jumps_are_negligible(const struct engine *engine,
+                                 const struct load *load,
+                                 double v) {
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        if (jumps_at(engine, load, axis, v)
+            >= NEGLIGIBLE * load->axis[axis].most) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static double speed_slack(const struct engine *engine) {
+    double a = 0.0;
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        a = greater(a, engine->cfg.a_max[i]);
+    }
+    return SLACK * a * engine->cfg.cycle_s;
+}
+
+/* Acceleration along p that the axes have, and that they are left with beside
+ * `reserve`; bends aside. */
+static void left_along(const struct engine *engine,
+                       const struct piece *piece,
+                       const double *reserve,
+                       double *full,
+                       double *left) {
+    *full = *left = NEVER;
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        double share = piece->kind == PIECE_LINE ? fabs(piece->slope[i]) : 1.0,
+               a = piece_a_max(engine, piece, i);
+        if (!(piece->moving >> i & 1) || !(share > 0.0)) {
+            continue;
+        }
+        if (*full * share > a) {
+            *full = a / share;
+        }
+        if (*left * share > a - reserve[i]) {
+            *left = (a - reserve[i]) / share;
+        }
+    }
+    *left = greater(0.0, *left);
+}
+
+/* Time that is lost on p by its corner being passed at v with that reserve in
+ * the zone, less what standing there loses; both against driving on at the
+ * highest speed that p would reach between two standstills. */
+static double loses_more(const struct engine *engine,
+                         const struct piece *piece,
+                         double v,
+                         const double *reserve) {
+    double full, left;
+    left_along(engine, piece, reserve, &full, &left);
+    double zone = lesser(corner_zone(engine, v, piece), 0.5 * piece->whole),
+           out2 = v * v + 2.0 * left * zone, out = sqrt(out2);
+    double top =
+        greater(lesser(reachable(piece, 1.0), sqrt(full * piece->whole)), out);
+    if (!(out > 0.0)) {
+        return 0.0;
+    }
+    return 2.0 * zone / (v + out) - zone / top
+           - (out / full - 0.5 * out2 / (full * top));
+}
+
+/* A jump at the speed that the corner allows costs more than it saves. Judged
+ * at override 1 and by whole pieces, so that it stays so wherever stops are
+ * inserted. */
+static bool stand_is_faster(const struct engine *engine,
+                            const struct piece *before,
+                            const struct piece *piece,
+                            const struct load *load,
+                            double v,
+                            double slack) {
+    double reserve[NC_AXES];
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        reserve[axis] = greater(0.0, jumps_at(engine, load, axis, v));
+    }
+    return loses_more(engine, before, v - slack, reserve)
+               + loses_more(engine, piece, v - slack, reserve)
+           > 0.0;
+}
+
+/* No jump but rounding: what neighbours add up to is bounded at them. */
+static bool is_no_corner(const struct engine *engine,
+                         const struct piece *before,
+                         const struct piece *piece,
+                         double v) {
+    double most = NO_CORNER * engine->cfg.cycle_s;
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        if (piece->jump[axis] * v
+            > most
+                  * lesser(piece_a_max(engine, before, axis),
+                           piece_a_max(engine, piece, axis))) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Final speed limit and reserve at the start of piece i; `fastest`: below 0, or
+ * the speed at it if there is a reserve. False if the path ahead is not known
+ * far enough. */
+static bool cap_corner(struct engine *engine,
+                       uint64_t i,
+                       const struct piece **behind,
+                       double *fastest) {
+    struct piece *piece = piece_at(engine, i);
+    *fastest = -1.0;
+    memset(piece->reserve, 0, sizeof piece->reserve);
+    piece->corner_v = 0.0;
+    if (stands_before(engine, piece)) {
+        return true;
+    }
+    uint64_t b = i;
+    if (!previous_motion(engine, &b)) {
+        return true;
+    }
+    const struct piece *before = *behind = piece_at(engine, b);
+    struct load corner, load;
+    double slack = speed_slack(engine),
+           hard = lesser(piece->entry_speed,
+                         lesser(before->v_hard, piece->v_hard)),
+           v = hard + slack;
+    double occurs = slack
+                    + greater(reachable(before, engine->plan.reserve_override),
+                              reachable(piece, engine->plan.reserve_override));
+    if (is_no_corner(engine, before, piece, lesser(v, occurs))) {
+        piece->corner_v = hard;
+        return true;
+    }
+    load_corner(engine, i, &corner);
+    if (before->kind != PIECE_LINE
+        || piece->kind != PIECE_LINE) { /* next to no corner: curvature alone is
+                                           no reason to be slower */
+        v = lesser(v, occurs);
+        piece->corner_v = v - slack;
+        if (jumps_are_negligible(
+                engine,
+                &corner,
+                v)) { /* else those of neighbours need not be looked at */
+            if (!gather(engine, &corner, false, &v, &load)) {
+                return false;
+            }
+            if (v >= piece->corner_v + slack
+                && jumps_are_negligible(engine, &load, v)) {
+                return true;
+            }
+        }
+        v = hard + slack;
+    }
+    if (!gather(engine, &corner, true, &v, &load)) {
+        return false;
+    }
+    piece->corner_v = lesser(hard, greater(0.0, v - slack));
+    if (load.farthest > v * engine->cfg.cycle_s
+        && !gather(engine, &corner, false, &v, &load)) {
+        return false; /* bends beyond it have made it slower */
+    }
+    double usual =
+        slack + greater(reachable(before, 1.0), reachable(piece, 1.0));
+    if (usual >= v && stand_is_faster(engine, before, piece, &load, v, slack)) {
+        piece->corner_v = 0.0;
+        return true;
+    }
+    if (occurs < v) {
+        v = occurs;
+        if (!gather(engine, &corner, false, &v, &load)) {
+            return false;
+        }
+    }
+    if (set_reserve(engine, piece, &load, v)) {
+        *fastest = lesser(piece->corner_v, greater(0.0, v - slack));
+    }
+    return true;
+}
+
+/* Finish the corner limits of all pieces up to the end of what is known. */
+void corner_caps(struct engine *engine) {
+    uint64_t head = engine->piece_head;
+    if (engine->plan.capped < engine->plan.piece) {
+        engine->plan.capped = engine->plan.piece;
+    }
+    if (engine->plan.capped < engine->plan.need_end) {
+        engine->plan.need_end = 0; /* pieces are capped anew */
+    }
+    if (engine->plan.capped < engine->plan.window_to) {
+        engine->plan.window_to = engine->plan.window_from = 0;
+    }
+    zones_follow(engine, engine->plan.capped);
+    while (engine->plan.capped < head) {
+        struct piece *piece = piece_at(engine, engine->plan.capped);
+        const struct piece *before = piece;
+        double fastest = -1.0;
+        if (is_motion(piece)
+            && !cap_corner(engine, engine->plan.capped, &before, &fastest)) {
+            return;
+        }
+        zones_note(engine, engine->plan.capped, before, fastest);
+        piece->capped = true;
+        piece->spanned = piece->settled = false;
+        piece->cruise2 = -1.0;
+        engine->plan.capped++;
+    }
+}

@@ -1,0 +1,21 @@
+/* Look-ahead: how fast each corner may be passed and how fast everything ahead
+ * can still be met. */
+#ifndef ENGINE_ACCEL_CORNER_LIMITS_H
+#define ENGINE_ACCEL_CORNER_LIMITS_H
+#include "engine/state/state.h"
+
+void corner_caps(struct engine *engine);
+
+static inline bool next_motion(struct engine *engine,
+                               uint64_t *i,
+                               uint64_t head) {
+    do {
+        (*i)++;
+        if (*i >= head) {
+            return false;
+        }
+    } while (!is_motion(piece_at(engine, *i)));
+    return true;
+}
+
+#endif

@@ -1,0 +1,199 @@
+/* Zones of corners: how far their jumps use up acceleration, whatever pieces
+ * lie there.
+ *
+ * A sample takes in a cycle to both sides of it. So a jump counts for all that
+ * is driven less than a cycle before or behind it, also beyond short pieces
+ * that have no corner of their own. Beyond another corner with a zone it cannot
+ * reach further than that one's, since less than a cycle is left there.
+ */
+#include <stdlib.h>
+#include "engine/accel/corner_zones.h"
+#include "engine/path/speed_caps.h"
+#include "engine/path/stands.h"
+#include "engine/state/state.h"
+
+bool zones_new(struct engine *e) {
+    e->plan.corners = calloc(e->piece_mask + 1, sizeof(struct used_corner));
+    return e->plan.corners != NULL;
+}
+
+static struct used_corner *corner_at(const struct engine *engine,
+                                     uint64_t count) {
+    return &engine->plan.corners[count & engine->piece_mask];
+}
+
+/* What is driven in a cycle that begins or ends with a speed, at the most. */
+static double zone_of(const struct engine *engine, double v, double accel) {
+    return (v + 0.5 * accel * engine->cfg.cycle_s) * engine->cfg.cycle_s;
+}
+
+double corner_zone(const struct engine *engine,
+                   double v,
+                   const struct piece *piece) {
+    return zone_of(engine, v, piece->accel);
+}
+
+/* Piece i is the next one that is capped: behind the one capped last, or again
+ * behind one that has been. */
+void zones_follow(struct engine *engine, uint64_t i) {
+    planner *plan = &engine->plan;
+    if (i == plan->zones_to) {
+        return;
+    }
+    plan->corners_head = plan->corners_first;
+    plan->capped_at = 0.0;
+    if (i > plan->zones_from && i < plan->zones_to) {
+        const struct piece *before = piece_at(engine, i - 1);
+        plan->corners_head = before->corners;
+        plan->capped_at =
+            before->at + (is_motion(before) ? before->length : 0.0);
+    } else {
+        plan->zones_from = i;
+    }
+    plan->zones_to = i;
+}
+
+/* Piece i has been capped. `v`: fastest at its start if its jumps use up
+ * acceleration, else below 0. */
+void zones_note(struct engine *engine,
+                uint64_t i,
+                const struct piece *before,
+                double v) {
+    planner *plan = &engine->plan;
+    struct piece *piece = piece_at(engine, i);
+    piece->at = plan->capped_at;
+    if (v >= 0.0) {
+        double accel = greater(before->accel, piece->accel);
+        *corner_at(engine, plan->corners_head++) =
+            (struct used_corner){i,
+                                 piece->at,
+                                 zone_of(engine, v, accel),
+                                 accel};
+    }
+    piece->corners = plan->corners_head;
+    if (is_motion(piece)) {
+        plan->capped_at += piece->length;
+    }
+    plan->zones_to = i + 1;
+}
+
+/* How far a corner reaches on p, which begins or ends `distance` mm from it. */
+static inline double reach_of(const struct engine *engine,
+                              const struct used_corner *used_corner,
+                              const struct piece *piece,
+                              double distance) {
+    double quicker = piece->accel - used_corner->accel,
+           reach = used_corner->zone - distance;
+    return quicker > 0.0 ? reach + zone_of(engine, 0.0, quicker) : reach;
+}
+
+/* The first corner that reaches a piece; `reach`: at the most what is left of a
+ * cycle behind a standstill. */
+static void take(struct engine *engine,
+                 const struct used_corner *used_corner,
+                 bool stands,
+                 double reach,
+                 const struct piece *piece,
+                 zone_use *use) {
+    use->reach =
+        stands ? lesser(reach, corner_zone(engine, 0.0, piece)) : reach;
+    use->reserve = piece_at(engine, used_corner->piece)->reserve;
+}
+
+static void take_too(struct engine *engine,
+                     const struct used_corner *used_corner,
+                     zone_use *use) {
+    const double *reserve = piece_at(engine, used_corner->piece)->reserve;
+    for (int axis = 0; axis < engine->cfg.axis_count; axis++) {
+        use->sum[axis] = greater(use->reserve[axis], reserve[axis]);
+    }
+    use->reserve = use->sum;
+}
+
+/* At the start of p, by corners up to there. What is left of a cycle at one is
+ * left beyond it, too. */
+static void used_ahead(struct engine *engine,
+                       const struct piece *piece,
+                       zone_use *use) {
+    const planner *plan = &engine->plan;
+    double left = NEVER;
+    use->reach = 0.0;
+    for (uint64_t count = piece->corners; count-- > plan->corners_first;) {
+        const struct used_corner *used_corner = corner_at(engine, count);
+        left = lesser(
+            left,
+            reach_of(engine, used_corner, piece, piece->at - used_corner->at));
+        if (left <= 0.0 || used_corner->piece + CORNERS_BEHIND < plan->piece) {
+            return;
+        }
+        if (use->reach > 0.0) {
+            take_too(engine, used_corner, use);
+        } else {
+            take(engine,
+                 used_corner,
+                 stands_before(engine, piece),
+                 left,
+                 piece,
+                 use);
+        }
+    }
+}
+
+/* At the end of p, by corners from there on. */
+static void used_behind(struct engine *engine,
+                        const struct piece *piece,
+                        const struct piece *next,
+                        zone_use *use) {
+    double end = piece->at + piece->length, left = NEVER;
+    use->reach = 0.0;
+    for (uint64_t count = piece->corners; count < engine->plan.corners_head;
+         count++) {
+        const struct used_corner *used_corner = corner_at(engine, count);
+        left =
+            lesser(left,
+                   reach_of(engine, used_corner, piece, used_corner->at - end));
+        if (left <= 0.0) {
+            return;
+        }
+        if (use->reach > 0.0) {
+            take_too(engine, used_corner, use);
+        } else {
+            take(engine,
+                 used_corner,
+                 !next || stands_before(engine, next),
+                 left,
+                 piece,
+                 use);
+        }
+    }
+}
+
+/* What jumps use up at both ends of p. `next`: the motion behind it, NULL where
+ * that ends in a standstill or is not known. */
+void zones_use(struct engine *engine,
+               const struct piece *piece,
+               const struct piece *next,
+               zone_use *first,
+               zone_use *last) {
+    used_ahead(engine, piece, first);
+    used_behind(engine, piece, next, last);
+}
+
+/* Whether all corners are known that can use up acceleration on p. Nobody waits
+ * for what lies behind a standstill. */
+bool zones_known(struct engine *e,
+                 const struct piece *p,
+                 const struct piece *next) {
+    if (!next) {
+        return p->stop_after;
+    }
+    double known = e->plan.capped_at - (p->at + p->length);
+    if (known >= corner_zone(e, next->corner_v, p) || stands_before(e, next)
+        || (e->feed.final && e->plan.capped == e->piece_head)) {
+        return true;
+    }
+    double v = lesser(next->corner_v,
+                      greater(reachable(p, e->plan.reserve_override),
+                              reachable(next, e->plan.reserve_override)));
+    return known >= corner_zone(e, v, p);
+}

@@ -1,0 +1,23 @@
+/* Stretches of a polynomial: gentle ones whole, the others in parts
+ * (curve_parts.c). */
+#ifndef ENGINE_ACCEL_CURVE_SPANS_H
+#define ENGINE_ACCEL_CURVE_SPANS_H
+#include "engine/state/state.h"
+
+/* A stretch of a piece with the acceleration that jumps use up on it. */
+typedef struct strip {
+    double length;
+    const double *reserve;
+} strip;
+
+double curve_cruise2(struct engine *engine,
+                     struct piece *piece,
+                     const double *reserve,
+                     double wanted);
+void curve_piece_spans(struct engine *engine,
+                       struct piece *piece,
+                       span_room *has,
+                       const strip *strips,
+                       int count,
+                       bool stands);
+#endif

@@ -1,0 +1,30 @@
+/* Curved stretches for the acceleration-limited planner: limits as rows over
+ * (x, u), x = v^2, u = dv/dt along the path. */
+#ifndef ENGINE_ACCEL_CURVED_SPAN_H
+#define ENGINE_ACCEL_CURVED_SPAN_H
+#include "engine/state/state.h"
+#include "rows/nc_block.h"
+
+/* curved_span.c */
+/* What is driven over a stretch may differ from the chord of its rows: q' of an
+ * axis by `above`, its acceleration by u |u| + x x. */
+typedef struct bent_loss {
+    double above[NC_AXES], u[NC_AXES], x[NC_AXES];
+} bent_loss;
+
+uint32_t bent_rows(const struct engine *engine,
+                   const struct piece *piece,
+                   const struct knot *knot,
+                   const struct knot *knot_b,
+                   const double *room,
+                   const bent_loss *lost,
+                   struct span *out,
+                   double *rows);
+double bent_need(const struct span *sp, double s, double soft2, double next);
+bent_step bent_forward(const struct span *sp,
+                       double s,
+                       double x,
+                       double soft2,
+                       double next,
+                       bool braking);
+#endif

@@ -1,0 +1,73 @@
+/* Committed motion: phases written cycle by cycle into the phase ring, or whole
+ * into a tail. */
+#ifndef ENGINE_COMMIT_COMMIT_H
+#define ENGINE_COMMIT_COMMIT_H
+#include "engine/state/state.h"
+
+#define PARTS_MAX 64 /* of a phase */
+
+/* profile.c */
+typedef struct writer {
+    struct engine *e;
+    phase *out; /* linear buffer, or NULL for the ring */
+    uint32_t count, max;
+    uint64_t piece;
+    double s, v, seconds, budget;
+    double motion; /* s; of that what the jerk-limited planner has handed out */
+    double least; /* s; so much is committed although more of the path might let
+                     it drive faster */
+    uint64_t too_fast; /* corners and stands that it passes too fast, ... */
+    bool refused;      /* ... by more than rounding */
+    bent_left left;
+} writer;
+
+void write_phase(struct writer *writer, const phase *ph);
+void pass_event(struct writer *writer);
+double ahead_s(struct engine *engine);
+double commit_high(const struct engine *engine);
+double commit_low(const struct engine *engine);
+double next_commit(struct engine *engine);
+
+static inline bool cuts_phases(const struct engine *engine) {
+    return engine->traits.cuts_phases || ATOMIC_GET(engine->run_running);
+}
+
+static inline bool writer_full(const struct writer *w) {
+    if (w->seconds >= w->budget) {
+        return true;
+    }
+    if (w->out) {
+        return w->count + 4 >= w->max;
+    }
+    return w->e->plan.written - ATOMIC_GET(w->e->geo.consumed)
+           >= PHASE_RING - 4 - PARTS_MAX;
+}
+
+/* Pumped on one thread without jerk phases are not cut: they are written where
+ * they stay. */
+static inline phase *phase_slot(struct writer *writer) {
+    if (writer->out) {
+        return &writer->out[writer->count++];
+    }
+    return &writer->e->phase_ring[writer->e->plan.written++ & (PHASE_RING - 1)];
+}
+
+static inline void emit_phase(struct writer *writer,
+                              double a,
+                              double time,
+                              bool last) {
+    const phase ph = {.piece = writer->piece,
+                      .s0 = writer->s,
+                      .v0 = writer->v,
+                      .a = a,
+                      .time = time,
+                      .last = last};
+    if (writer->out || !cuts_phases(writer->e)) {
+        *phase_slot(writer) = ph;
+        writer->seconds += time;
+    } else {
+        write_phase(writer, &ph);
+    }
+}
+
+#endif

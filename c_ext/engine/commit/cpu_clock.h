@@ -1,0 +1,9 @@
+/* CPU time of the planner's pumps, without changing what is measured. */
+#ifndef ENGINE_COMMIT_CPU_CLOCK_H
+#define ENGINE_COMMIT_CPU_CLOCK_H
+#include "engine/state/state.h"
+
+void watch_start(struct engine *engine);
+void watch_window(struct engine *engine);
+void watch_stop(struct engine *engine);
+#endif

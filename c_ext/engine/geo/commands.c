@@ -1,0 +1,240 @@
+/* What the PLC commands the channel, once a cycle: levels, overrides,
+ * shortcuts, inserted stops. */
+#include <math.h>
+#include "engine/geo/commands.h"
+#include "engine/geo/modes.h"
+#include "engine/state/state.h"
+#include "hli/sync.h"
+
+#define OVERRIDE_FULL 1000u
+#define OVERRIDE_MAX 2000u
+
+static bool flag(const volatile uint8_t *p) {
+    return load_u8_acquire(p) != 0;
+}
+
+/* Level control unit (hli_reference 2.2): the PLC's command counts while
+ * plc_present_w and enable_w. */
+static bool level_bool(MC_CONTROL_BOOL_UNIT *unit,
+                       bool present,
+                       bool fallback) {
+    bool value =
+        present && flag(&unit->enable_w) ? flag(&unit->command_w) : fallback;
+    show_u8(&unit->state_r, value);
+    return value;
+}
+
+static uint32_t level_override(struct engine *engine,
+                               MC_CONTROL_UNS16_UNIT *unit,
+                               bool present,
+                               bool valid) {
+    uint32_t value = OVERRIDE_FULL;
+    if (present && valid && flag(&unit->enable_w)) {
+        value = load_u16_relaxed(&unit->command_w);
+        if (value > OVERRIDE_MAX) {
+            value = OVERRIDE_MAX;
+            engine->bad_commands++;
+        }
+    }
+    show_u16(&unit->state_r, (uint16_t)value);
+    return value;
+}
+
+/* All axes of the channel released (lr_mc_control.release_feedhold; not enabled
+ * counts as released). */
+static bool axes_released(struct engine *engine) {
+    bool released = true;
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        HLI_AXIS *ax = &engine->segment->axis[i];
+        bool present = flag(&ax->head.plc_present_w);
+        released &=
+            level_bool(&ax->lr_mc_control.release_feedhold, present, true);
+        released &= level_bool(&ax->lr_mc_control.drive_on, present, true);
+        released &=
+            level_bool(&ax->lr_mc_control.torque_permission, present, true);
+    }
+    engine->released = released;
+    return released;
+}
+
+/* Override of an axis: acts on independent axes and spindles, of which there
+ * are none that move; shown all the same. */
+static void show_axis_override(struct engine *engine,
+                               HLI_AXIS *ax,
+                               bool present) {
+    bool valid = level_bool(&ax->ipo_mc_control.override_valid, present, false);
+    (void)level_override(engine, &ax->ipo_mc_control.override, present, valid);
+}
+
+/* An axis that moves now is held: the path stands. The others that are held
+ * stop the path ahead of their next motion. */
+static bool axes_held(struct engine *engine) {
+    uint32_t held = 0;
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        HLI_AXIS *ax = &engine->segment->axis[i];
+        bool present = flag(&ax->head.plc_present_w);
+        show_axis_override(engine, ax, present);
+        if (level_bool(&ax->ipo_mc_control.feedhold, present, false)) {
+            held |= 1u << i;
+        }
+    }
+    ATOMIC_SET(engine->held_axes, held);
+    return held && engine->geo.piece != UINT64_MAX
+           && engine->piece_done <= engine->geo.piece
+           && (piece_at(engine, engine->geo.piece)->moving & held);
+}
+
+/* External path speed, valid while both units are enabled; true if it is
+ * negative: backward. */
+static bool take_external_speed(struct engine *engine,
+                                HLI_BAHN_MC_CONTROL *bahn_mc_control,
+                                bool present) {
+    bool valid =
+        level_bool(&bahn_mc_control->ext_command_speed_valid, present, false)
+        && flag(&bahn_mc_control->ext_command_speed.enable_w);
+    int32_t speed =
+        valid ? (int32_t)load_u32_relaxed(
+                    (uint32_t *)&bahn_mc_control->ext_command_speed.command_w)
+              : 0;
+    double value = valid ? fabs(speed / 1000.0) : NEVER;
+    show_u32((uint32_t *)&bahn_mc_control->ext_command_speed.state_r,
+             (uint32_t)speed);
+    __atomic_store(&engine->ext_speed, &value, __ATOMIC_RELEASE);
+    return speed < 0;
+}
+
+/* P-CHAN-00181: what rapid motion follows. */
+static double rapid_factor(const struct engine *engine,
+                           double feed,
+                           double rapid) {
+    switch (engine->cfg.rapid_override_mode) {
+    case 1:
+        return fmin(feed, rapid);
+    case 2:
+    case 3:
+        return rapid;
+    default:
+        return feed;
+    }
+}
+
+/* Delete distance to go: the rising edge counts; state_r says that it was seen.
+ */
+static void take_shortcut(struct engine *engine,
+                          HLI_BAHN_MC_CONTROL *bahn_mc_control,
+                          bool present) {
+    uint32_t mask =
+        present && flag(&bahn_mc_control->del_dist_to_go_end.enable_w)
+            ? load_u32_relaxed(&bahn_mc_control->del_dist_to_go_end.command_w)
+            : 0;
+    show_u32(&bahn_mc_control->del_dist_to_go_end.state_r, mask);
+    ATOMIC_SET(engine->shortcut_mask, mask);
+    bool wanted =
+        level_bool(&bahn_mc_control->delete_distance_to_go, present, false);
+    if (wanted && !engine->shortcut_seen && engine->store_kept
+        && !engine->program_end) {
+        ATOMIC_SET(engine->shortcut_requests, engine->shortcut_requests + 1);
+    }
+    engine->shortcut_seen = wanted;
+}
+
+/* Channel axis of a logical axis number, -1 if it is none. */
+static int channel_axis(struct engine *engine, uint32_t number) {
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        if (engine->cfg.axis_id[i] == number) {
+            return i;
+        }
+    }
+    return -1;
+}
+
+/* insert_cmd (hli_reference 5.3): taken once the command before has reached the
+ * planner. */
+static void take_insert_command(struct engine *engine,
+                                HLI_BAHN_MC_CONTROL *bahn_mc_control,
+                                bool present) {
+    MC_CONTROL_INSERT_CMD_UNIT *unit = &bahn_mc_control->insert_cmd;
+    if (!present || !flag(&unit->enable_w)
+        || !flag(&unit->command_semaphor_rw)) {
+        return;
+    }
+    if (ATOMIC_GET(engine->feed.inserts) != engine->insert_requests) {
+        return;
+    }
+    struct insert_cmd cmd = {
+        .value = load_f64_relaxed(&unit->command_w.dist_or_pos) / TENTH_UM,
+        .mode = load_u16_relaxed(&unit->command_w.rel_abs_mode),
+        .m_function = load_u16_relaxed(&unit->command_w.m_function_nr),
+        .add = (int32_t)load_u32_relaxed((uint32_t *)&unit->command_w.add_nr)};
+    uint32_t number = load_u16_relaxed(&unit->command_w.axis_nr);
+    int axis = number ? channel_axis(engine, number) : -1;
+    cmd.axis = axis + 1;
+    cmd.base = axis >= 0 ? engine->geo.position[axis]
+                         : engine->geo.dist_shift + engine->geo.dist;
+    bool good = isfinite(cmd.value) && fabs(cmd.value) < 1e12
+                && cmd.mode <= INSERT_RELATIVE_ONCE && (!number || axis >= 0);
+    if (good && cmd.mode != INSERT_ABSOLUTE && !number && cmd.value < 0.0) {
+        good = false;
+    }
+    if (good) {
+        engine->insert_request = cmd;
+        ATOMIC_SET(engine->insert_requests, engine->insert_requests + 1);
+    } else {
+        engine->bad_commands++;
+    }
+    store_u8_release(&unit->command_semaphor_rw, 0);
+}
+
+void take_commands(struct engine *engine) {
+    HLI_BAHN_MC_CONTROL *bahn_mc_control = &engine->channel->bahn_mc_control;
+    bool present = flag(&engine->channel->head.plc_present_w);
+    mode_cycle(engine, present);
+    engine->feedhold_now =
+        level_bool(&bahn_mc_control->feedhold, present, false);
+    bool hold = engine->feedhold_now | !axes_released(engine)
+                | axes_held(engine) | ATOMIC_GET(engine->stopped);
+    bool valid = level_bool(&bahn_mc_control->override_valid, present, false);
+    double factor =
+        level_override(engine, &bahn_mc_control->override, present, valid)
+        / (double)OVERRIDE_FULL;
+    bool rapid_valid =
+        level_bool(&bahn_mc_control->rapid_override_valid, present, false);
+    double rapid = rapid_factor(engine,
+                                factor,
+                                level_override(engine,
+                                               &bahn_mc_control->rapid_override,
+                                               present,
+                                               rapid_valid)
+                                    / (double)OVERRIDE_FULL);
+    bool go_on =
+        level_bool(&bahn_mc_control->continue_machining, present, false);
+    if (go_on && !engine->geo.continue_seen) {
+        engine->geo.waiting_continue = engine->geo.stands_single = false;
+    }
+    engine->geo.continue_seen = go_on;
+    if (ATOMIC_GET(engine->override_ignored)) {
+        factor = rapid = 1.0;
+    }
+    __atomic_store(&engine->override_now, &factor, __ATOMIC_RELEASE);
+    __atomic_store(&engine->rapid_now, &rapid, __ATOMIC_RELEASE);
+    bool external = take_external_speed(engine, bahn_mc_control, present);
+    ATOMIC_SET(engine->backward_now,
+               (level_bool(&bahn_mc_control->backward_motion, present, false)
+                || external)
+                   && !engine->program_end);
+    ATOMIC_SET(engine->simulate_now,
+               level_bool(&bahn_mc_control->simulate_motion, present, false));
+    if (level_bool(&bahn_mc_control->backward_storage_off, present, false)
+        && engine->program_end) {
+        ATOMIC_SET(engine->store_first, ATOMIC_GET(engine->store_head));
+    }
+    take_shortcut(engine, bahn_mc_control, present);
+    take_insert_command(engine, bahn_mc_control, present);
+    ATOMIC_SET(engine->rt_loop_now,
+               level_bool(&bahn_mc_control->rt_loop_enable, present, false));
+    ATOMIC_SET(engine->single_now,
+               level_bool(&bahn_mc_control->single_block, present, false));
+    ATOMIC_SET(engine->m01_now,
+               level_bool(&bahn_mc_control->m01_stop_enable, present, false));
+    ATOMIC_SET(engine->hold_now, hold);
+}

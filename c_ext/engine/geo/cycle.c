@@ -1,0 +1,137 @@
+/* One cycle of GEO: commands, motion, answers to the planner, samples,
+ * publication. */
+#include <string.h>
+#include "engine/geo/cycle.h"
+#include "engine/geo/commands.h"
+#include "engine/geo/external.h"
+#include "engine/geo/interpolate.h"
+#include "engine/geo/lookahead_service.h"
+#include "engine/geo/publish.h"
+#include "engine/geo/technology.h"
+#include "engine/state/state.h"
+
+static void record(struct engine *engine) {
+    if (!engine->record) {
+        return;
+    }
+    if (engine->record_head - ATOMIC_GET(engine->record_tail)
+        >= engine->record_rows) {
+        engine->record_lost++;
+        return;
+    }
+    int count = engine->cfg.axis_count;
+    double *row = engine->record
+                  + (engine->record_head % engine->record_rows) * (count + 4);
+    row[0] = (double)engine->geo.cycle;
+    memcpy(row + 1, engine->geo.position, sizeof(double) * (size_t)count);
+    row[count + 1] = engine->geo.path;
+    row[count + 2] = geo_path_speed(engine);
+    row[count + 3] = (double)engine->geo.active;
+    ATOMIC_SET(engine->record_head, engine->record_head + 1);
+}
+
+static void note_end(struct engine *engine) {
+    if (engine->program_end || !ATOMIC_GET(engine->finished)
+        || !geo_drained(engine) || engine->feed.dir < 0
+        || ATOMIC_GET(engine->withdraw) != WITHDRAW_NONE) {
+        return;
+    }
+    engine->geo.v = 0.0;
+    ATOMIC_SET(engine->program_active, 0);
+    ATOMIC_SET(engine->program_end, 1);
+}
+
+/* It stands at an M00 or M01: that one is not over, whatever turns the path
+ * around meanwhile. */
+static bool at_program_stop(struct engine *engine) {
+    const struct piece *piece = piece_at(engine, engine->geo.piece);
+    return engine->geo.waiting_continue && !engine->geo.stands_single
+           && !piece->inserted && !(piece->flags & NC_OUTPUT);
+}
+
+/* The planner wants phases back: at standstill it gets all that are not begun.
+ */
+static void answer_withdrawal(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    uint64_t word = ATOMIC_GET(engine->commit);
+    if (ATOMIC_GET(engine->withdraw) != WITHDRAW_ASKED || (word & 1)
+        || geo->v > 0.0) {
+        return;
+    }
+    if (geo->has_phase && is_motion(piece_at(engine, geo->piece))
+        && geo->t > 0.0) {
+        return;
+    }
+    bool inside = geo->piece != UINT64_MAX
+                  && (ATOMIC_GET(engine->piece_done) <= geo->piece
+                      || at_program_stop(engine));
+    engine->stand_piece = inside ? geo->piece : ATOMIC_GET(engine->piece_done);
+    engine->stand_s =
+        inside && is_motion(piece_at(engine, geo->piece)) ? geo->s : 0.0;
+    geo->has_phase = geo->waiting_continue = geo->stands_single =
+        geo->waiting_techno = geo->dwelling = false;
+    ATOMIC_SET(geo->consumed, word >> 2);
+    ATOMIC_SET(engine->withdraw, WITHDRAW_DONE);
+}
+
+/* The planner offers to go on from a place on the tail: taken if that is still
+ * ahead. */
+static void answer_rejoin(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    struct rejoin *rejoin = &engine->rejoin;
+    if (ATOMIC_GET(rejoin->state) != REJOIN_OFFERED) {
+        return;
+    }
+    bool inside = geo->tail_next == rejoin->phase + 1 && geo->has_phase;
+    if (!geo->in_tail
+        || !(geo->tail_next <= rejoin->phase
+             || (inside && geo->t < rejoin->t))) {
+        ATOMIC_SET(rejoin->state, REJOIN_REFUSED);
+        return;
+    }
+    geo->leaves = true;
+    if (inside) {
+        end_phase_at(geo, rejoin->t);
+    }
+    ATOMIC_SET(engine->commit, rejoin->word);
+    ATOMIC_SET(rejoin->state, REJOIN_TAKEN);
+}
+
+void geo_cycle(struct engine *engine) {
+    if (engine->segment) {
+        take_commands(engine);
+    }
+    external_cycle(engine);
+    techno_cycle(engine);
+    answer_withdrawal(engine);
+    answer_rejoin(engine);
+    if (!ATOMIC_GET(engine->hold_start)) {
+        geo_advance(engine, engine->cfg.cycle_s);
+    }
+    ATOMIC_SET(engine->waits_now,
+               engine->geo.waiting_continue || engine->geo.waiting_techno);
+    geo_evaluate(engine);
+    ATOMIC_SET(engine->geo.cycle, engine->geo.cycle + 1);
+    note_end(engine);
+    record(engine);
+    if (!engine->segment) {
+        return;
+    }
+    publish(engine);
+    if (engine->cfg.service == HLI_SERVICE_CYCLIC) {
+        serve_request(engine);
+    }
+}
+
+/* Just ahead of a real-time cycle, no time passes: the position and what the
+ * PLC is shown of it once more. */
+void geo_rehearse(struct engine *engine) {
+    geo_evaluate(engine);
+    if (engine->segment) {
+        publish_again(engine);
+    }
+}
+
+void engine_rehearse(struct engine *engine) {
+    geo_rehearse(engine);
+}

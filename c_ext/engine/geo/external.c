@@ -1,0 +1,136 @@
+/* External variables (V.E): the program reads what the last cycle has latched
+ * and writes for the next one.
+ *
+ * So a lockstep run is the same every time although preparation and a PLC's
+ * scan run side by side.
+ */
+#include <stdlib.h>
+#include <string.h>
+#include "engine/geo/external.h"
+#include "engine/state/state.h"
+#include "hli/sync.h"
+
+#define EXTERNAL_WRITES 4096u
+#define WRITE_BYTES 160u
+#define EXTERNAL_BLOCK 24u
+
+typedef struct external_write {
+    uint32_t area, offset, length;
+    uint8_t data[WRITE_BYTES];
+} external_write;
+
+struct external_vars {
+    uint8_t latched[2][sizeof(HLI_EXT_VAR)];
+    uint32_t bytes[2]; /* latched from each area */
+    struct external_write writes[EXTERNAL_WRITES];
+    uint64_t head, done;
+    uint32_t commands_at, command_slots,
+        commands; /* of the global area: bytes, blocks; how many so far */
+};
+
+static uint8_t *shared(struct engine *engine, uint32_t area) {
+    return area == 0 ? (uint8_t *)&engine->segment
+                           ->ext_var_channel[engine->cfg.channel]
+                     : (uint8_t *)&engine->segment->ext_var_global;
+}
+
+uint8_t *engine_external(struct engine *engine, uint32_t area, uint32_t bytes) {
+    if (area > 1 || bytes > sizeof(HLI_EXT_VAR)) {
+        return NULL;
+    }
+    if (!engine->external) {
+        engine->external = calloc(1, sizeof *engine->external);
+    }
+    if (!engine->external) {
+        return NULL;
+    }
+    engine->external->bytes[area] = bytes;
+    if (engine->segment) {
+        memcpy(engine->external->latched[area], shared(engine, area), bytes);
+    }
+    return engine->external->latched[area];
+}
+
+int engine_write_external(struct engine *engine,
+                          uint32_t area,
+                          uint32_t offset,
+                          const uint8_t *data,
+                          uint32_t length) {
+    struct external_vars *external_vars = engine->external;
+    if (!external_vars || area > 1 || length > WRITE_BYTES
+        || offset > sizeof(HLI_EXT_VAR)
+        || length > sizeof(HLI_EXT_VAR) - offset) {
+        return -1;
+    }
+    uint64_t head = ATOMIC_GET(external_vars->head);
+    if (head - ATOMIC_GET(external_vars->done) >= EXTERNAL_WRITES) {
+        return 0;
+    }
+    struct external_write *external_write =
+        &external_vars->writes[head % EXTERNAL_WRITES];
+    external_write->area = area;
+    external_write->offset = offset;
+    external_write->length = length;
+    memcpy(external_write->data, data, length);
+    ATOMIC_SET(external_vars->head, head + 1);
+    return 1;
+}
+
+int engine_show_commands(struct engine *engine,
+                         uint32_t offset,
+                         uint32_t slots) {
+    struct external_vars *external_vars = engine->external;
+    if (!external_vars || !slots || offset % EXTERNAL_BLOCK
+        || offset + (uint64_t)(slots + 1) * EXTERNAL_BLOCK
+               > sizeof(HLI_EXT_VAR)) {
+        return -1;
+    }
+    external_vars->commands_at = offset;
+    external_vars->command_slots = slots;
+    return 0;
+}
+
+/* The path has passed a command: its number, then the count. */
+void external_command(struct engine *engine, double value) {
+    struct external_vars *external_vars = engine->external;
+    if (!external_vars || !engine->segment || !external_vars->command_slots) {
+        return;
+    }
+    uint8_t *counter = shared(engine, 1) + external_vars->commands_at,
+            *slot = counter
+                    + EXTERNAL_BLOCK
+                          * (1
+                             + external_vars->commands
+                                   % external_vars->command_slots);
+    uint64_t number = (uint32_t)(int32_t)value,
+             count = ++external_vars->commands & INT32_MAX;
+    store_u64_relaxed(slot, number);
+    store_u64_release(counter, count);
+}
+
+void external_free(struct engine *engine) {
+    free(engine->external);
+}
+
+/* Once a cycle: the program's writes go out, then everything is latched. */
+void external_cycle(struct engine *engine) {
+    struct external_vars *external_vars = engine->external;
+    if (!external_vars || !engine->segment) {
+        return;
+    }
+    for (uint64_t head = ATOMIC_GET(external_vars->head);
+         external_vars->done < head;
+         ATOMIC_SET(external_vars->done, external_vars->done + 1)) {
+        const struct external_write *external_write =
+            &external_vars->writes[external_vars->done % EXTERNAL_WRITES];
+        memcpy(shared(engine, external_write->area) + external_write->offset,
+               external_write->data,
+               external_write->length);
+    }
+    for (uint32_t area = 0; area < 2; area++) {
+        for (uint32_t i = 0; i + 8 <= external_vars->bytes[area]; i += 8) {
+            store_u64_relaxed(external_vars->latched[area] + i,
+                              load_u64_relaxed(shared(engine, area) + i));
+        }
+    }
+}

@@ -1,0 +1,413 @@
+/* GEO: evaluates committed phases once a cycle. It never plans, never
+ * allocates, never locks. */
+#include <math.h>
+#include <string.h>
+#include "engine/geo/interpolate.h"
+#include "engine/geo/external.h"
+#include "engine/geo/technology.h"
+#include "engine/path/piece.h"
+#include "engine/path/piece_curve.h"
+#include "engine/plan/prediction.h"
+#include "engine/state/state.h"
+#include "engine/store/element_map.h"
+#include "hli/sync.h"
+#include "jerk/planner.h"
+#include "rows/nc_block.h"
+
+static bool fetch_phase(struct engine *engine);
+
+/* Path and displayed distance at s of a motion. */
+static void place_on_path(struct geo *geo,
+                          const struct piece *piece,
+                          double s) {
+    geo->path = geo->path_shift + piece->path0 + piece->path_rate * s;
+    geo->dist = piece->dist0 + piece->dist_rate * s;
+}
+
+/* Speed along the path, mm/s; of a polynomial that runs with its parameter not
+ * the speed of that. */
+double geo_path_speed(const struct engine *engine) {
+    const struct geo *geo = &engine->geo;
+    if (geo->v <= 0.0 || geo->piece == UINT64_MAX) {
+        return geo->v;
+    }
+    const struct piece *piece = piece_at((struct engine *)engine, geo->piece);
+    if (!is_motion(piece) || !(piece->flags & NC_BY_PARAMETER)) {
+        return geo->v;
+    }
+    if (piece->flags & NC_OF_TIP) {
+        return geo->v * fabs(piece->path_rate);
+    }
+    return geo->v * curve_piece_main_rate(engine, piece, geo->s);
+}
+
+static void enter_piece(struct engine *engine, uint64_t i) {
+    struct geo *geo = &engine->geo;
+    const struct piece *piece = piece_at(engine, i);
+    geo->piece = i;
+    geo->n = piece->n;
+    geo->count = piece->count;
+    geo->s = 0.0;
+    geo->dwelling = piece->type == NC_DWELL;
+    if (!is_motion(piece)) {
+        return;
+    }
+    geo->rapid = piece->feed <= 0.0;
+    geo->feed = piece->flags & NC_BY_PARAMETER
+                    ? piece->feed * fabs(piece->path_rate)
+                    : piece->feed;
+    place_on_path(geo, piece, 0.0);
+    if (piece->mapped) {
+        map_position(engine, piece);
+    } else {
+        ATOMIC_SET(geo->active, piece->element);
+    }
+}
+
+/* Distances change their meaning here; `marks` lets the look-ahead service see
+ * either the old or the new one. */
+static void set_epoch(struct geo *geo,
+                      uint32_t epoch,
+                      uint64_t first,
+                      double dist_shift) {
+    ATOMIC_SET(geo->marks, geo->marks + 1);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    ATOMIC_SET(geo->epoch, epoch);
+    ATOMIC_SET(geo->epoch_first, first);
+    __atomic_store(&geo->dist_shift, &dist_shift, __ATOMIC_RELEASE);
+    ATOMIC_SET(geo->marks, geo->marks + 1);
+}
+
+/* The end of a real-time loop (going back: its beginning). */
+static void run_branch(struct engine *engine, const struct piece *piece) {
+    struct geo *geo = &engine->geo;
+    if (!piece->again) {
+        if (piece->dir > 0) {
+            set_epoch(geo, geo->epoch + 1, geo->epoch_first, geo->dist_shift);
+        } else {
+            set_epoch(geo, geo->epoch, geo->saved_first, geo->dist_shift);
+        }
+        return;
+    }
+    double turn = piece->dir * piece->value;
+    uint64_t begin = piece->dir > 0 ? store_at(engine, piece->mate)->element
+                                    : piece->element;
+    geo->loop_count++;
+    geo->path_shift += turn;
+    geo->dist -= turn; /* the place is the same, now counted from the other end
+                          of the loop */
+    set_epoch(geo,
+              geo->epoch,
+              begin,
+              piece->flags & NC_MODULO ? geo->dist_shift
+                                       : geo->dist_shift + turn);
+}
+
+static void run_loop_end(struct engine *engine, const struct piece *piece) {
+    struct geo *geo = &engine->geo;
+    if (piece->type == (piece->dir > 0 ? NC_RT_LOOP_END : NC_RT_LOOP_BEGIN)) {
+        run_branch(engine, piece);
+    } else if (piece->dir < 0) {
+        set_epoch(geo,
+                  geo->epoch - 1,
+                  store_at(engine, piece->mate)->element,
+                  geo->dist_shift);
+    } else {
+        geo->saved_first = geo->epoch_first, geo->loop_count = 0;
+    }
+}
+
+/* A program begins: its first element begins the distance. */
+void geo_begin_distance(struct engine *engine) {
+    set_epoch(&engine->geo, engine->push_epoch, engine->element_head, 0.0);
+}
+
+static void run_reset(struct geo *geo, const struct piece *piece) {
+    geo->dist = 0.0;
+    if (piece->dir > 0) {
+        set_epoch(geo, geo->epoch + 1, piece->element, 0.0);
+    } else {
+        set_epoch(geo, geo->epoch - 1, piece->mate, 0.0);
+    }
+}
+
+/* The cell takes commands out of a small ring; what it cannot hold is counted.
+ */
+static void tell_command(struct engine *engine, const struct piece *piece) {
+    uint64_t head = engine->command_head;
+    external_command(engine, piece->value);
+    if (head - ATOMIC_GET(engine->command_tail) >= COMMANDS_MAX) {
+        engine->commands_lost++;
+        return;
+    }
+    struct engine_command *engine_command =
+        &engine->commands[head % COMMANDS_MAX];
+    engine_command->value = piece->value;
+    engine_command->cycle = engine->geo.cycle;
+    engine_command->line = piece->line;
+    memcpy(engine_command->position,
+           engine->geo.position,
+           sizeof engine_command->position);
+    ATOMIC_SET(engine->command_head, head + 1);
+}
+
+static void run_event(struct engine *engine, struct piece *piece) {
+    struct geo *geo = &engine->geo;
+    if (piece->inserted && piece->type == NC_M) {
+        ATOMIC_SET(engine->stops_done, engine->stops_done + 1);
+    }
+    if (piece->flags & NC_OUTPUT) {
+        techno_output(engine,
+                      piece->replay ? piece : store_at(engine, piece->origin));
+    }
+    switch (piece->type) {
+    case NC_DISTANCE_RESET:
+        run_reset(geo, piece);
+        break;
+    case NC_EVENT:
+        if (piece->code == NC_EVENT_COMMAND && piece->dir > 0) {
+            tell_command(engine, piece);
+        }
+        if (piece->code == NC_EVENT_OVERRIDE) {
+            ATOMIC_SET(engine->override_ignored, piece->value == 0.0);
+        }
+        if (piece->code == NC_EVENT_STORAGE_CLEAR && piece->dir > 0) {
+            ATOMIC_SET(engine->store_first, piece->origin + 1);
+        }
+        if (piece->dir > 0) {
+            foresight_time(engine,
+                           piece->code - NC_EVENT_ESA_TIME,
+                           piece->value);
+        }
+        break;
+    case NC_RT_LOOP_BEGIN:
+    case NC_RT_LOOP_END:
+        run_loop_end(engine, piece);
+        break;
+    case NC_T:
+        geo->tool = piece->code;
+        break;
+    case NC_M:
+        if (!engine->segment) {
+            break; /* nobody there who could continue */
+        }
+        if (piece->code == 0
+            || (piece->code == 1 && engine->m01_now && geo->v <= 0.0)) {
+            geo->waiting_continue = true;
+        }
+        break;
+    default:
+        break;
+    }
+}
+
+static void leave_piece(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    struct piece *piece = piece_at(engine, geo->piece);
+    if (is_motion(piece)) {
+        place_on_path(geo, piece, piece->length);
+        memcpy(geo->position, piece->end, sizeof geo->position);
+        geo->s = piece->length;
+        if (piece->mapped) {
+            map_position(engine, piece);
+        }
+    } else {
+        run_event(engine, piece);
+    }
+    geo->dwelling = false;
+    ATOMIC_SET(engine->piece_done, geo->piece + 1);
+    if (piece->dir > 0 && !piece->inserted
+        && piece->from + piece->length >= piece->whole - 1e-9
+        && piece->origin >= engine->store_done) {
+        ATOMIC_SET(engine->store_done, piece->origin + 1);
+    }
+}
+
+/* The present phase is driven for t seconds only; its piece goes on. */
+void end_phase_at(struct geo *geo, double t) {
+    geo->now.time = t;
+    geo->now.last = false;
+}
+
+/* The tail was taken: its next phase, or, once it is used up, standstill until
+ * the planner has taken note. */
+static bool fetch_from_tail(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    if (!geo->in_tail) {
+        return false;
+    }
+    if (geo->leaves && geo->tail_next > engine->rejoin.phase) {
+        geo->in_tail = geo->leaves = false;
+        ATOMIC_SET(
+            engine->rejoin.state,
+            REJOIN_NONE); /* from here on the buffer is the planner's again */
+        return fetch_phase(engine);
+    }
+    const struct tail *tail = &engine->plan.tails[geo->tail_index];
+    if (geo->tail_next < tail->count) {
+        geo->now = tail->phases[geo->tail_next++];
+        if (geo->leaves && geo->tail_next > engine->rejoin.phase) {
+            end_phase_at(geo, engine->rejoin.t);
+        }
+        return true;
+    }
+    geo->in_tail = false; /* from here on the buffer is the planner's again */
+    geo->v = 0.0;
+    ATOMIC_SET(engine->tail_done, 1);
+    return false;
+}
+
+/* The next phase: committed motion, or the stored tail when the planner is
+ * late. */
+static bool fetch_phase(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    uint64_t word = ATOMIC_GET(engine->commit);
+    if (geo->in_tail || (word & 1)) {
+        return fetch_from_tail(engine);
+    }
+    if (geo->consumed < word >> 2) {
+        geo->now = engine->phase_ring[geo->consumed & (PHASE_RING - 1)];
+        ATOMIC_SET(geo->consumed, geo->consumed + 1);
+        return true;
+    }
+    uint32_t index = (word >> 1) & 1;
+    if (geo->v <= 0.0 && geo->consumed == word >> 2) {
+        return false;
+    }
+    if (!__atomic_compare_exchange_n(&engine->commit,
+                                     &word,
+                                     word | 1,
+                                     false,
+                                     __ATOMIC_ACQ_REL,
+                                     __ATOMIC_ACQUIRE)) {
+        return fetch_phase(engine);
+    }
+    uint64_t beyond =
+        geo->consumed - (word >> 2); /* taken back too late: the tail begins
+                                        with phases that are driven already */
+    geo->in_tail = true;
+    geo->tail_index = index;
+    geo->tail_next = engine->plan.tails[index].first + (uint32_t)beyond;
+    ATOMIC_SET(geo->consumed, word >> 2);
+    return fetch_phase(engine);
+}
+
+static bool begin_phase(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    if (!fetch_phase(engine)) {
+        return false;
+    }
+    geo->has_phase = true;
+    geo->t = 0.0;
+    if (geo->now.piece != geo->piece || geo->piece == UINT64_MAX) {
+        bool stood = geo->v <= 0.0;
+        enter_piece(engine, geo->now.piece);
+        const struct piece *piece = piece_at(engine, geo->piece);
+        if (stood && is_motion(piece) && piece->new_block
+            && engine->single_now) {
+            geo->waiting_continue = geo->stands_single = true;
+        }
+    }
+    return true;
+}
+
+/* The planner may cut the piece behind what is committed. */
+static double phase_position(const phase *ph,
+                             const struct piece *piece,
+                             double t,
+                             double *v) {
+    double s = ph->s0 + (ph->v0 + 0.5 * ph->a * t) * t;
+    *v = ph->v0 + ph->a * t;
+    if (ph->jerk != 0.0 || ph->snap != 0.0) {
+        const jerk_law law = law_of_phase(ph);
+        jerk_state at;
+        jerk_at(&law, t, &at);
+        s = at.s;
+        *v = at.v;
+    }
+    return fmin(load_f64_relaxed(&piece->length), s);
+}
+
+static void end_phase(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    geo->has_phase = false;
+    geo->s = phase_position(&geo->now,
+                            piece_at(engine, geo->piece),
+                            geo->now.time,
+                            &geo->v);
+    if (geo->v < GEO_STANDS) {
+        geo->v = 0.0;
+    }
+    if (geo->now.last) {
+        leave_piece(engine);
+    }
+}
+
+static void add_consumed(struct geo *geo, double t) {
+    double sum = geo->consumed_s + t;
+    __atomic_store(&geo->consumed_s, &sum, __ATOMIC_RELEASE);
+}
+
+/* Consume dt of committed motion. */
+void geo_advance(struct engine *engine, double dt) {
+    struct geo *geo = &engine->geo;
+    geo->waiting_techno = false;
+    while (dt > 0.0 && !geo->waiting_continue) {
+        if (!geo->has_phase && !begin_phase(engine)) {
+            return;
+        }
+        if (geo->waiting_continue) {
+            return;
+        }
+        const struct piece *piece = piece_at(engine, geo->piece);
+        if (!is_motion(piece) && techno_blocked(engine, piece)) {
+            geo->waiting_techno = true;
+            engine->techno_wait_cycles++;
+            return;
+        }
+        if (is_motion(piece) && geo->v <= 0.0 && geo->t <= 0.0
+            && (piece->moving & engine->held_axes)) {
+            return; /* a held axis would begin to move */
+        }
+        double rest = geo->now.time - geo->t;
+        if (rest > dt) {
+            geo->t += dt;
+            add_consumed(geo, dt);
+            return;
+        }
+        dt -= rest;
+        add_consumed(geo, rest);
+        end_phase(engine);
+    }
+}
+
+void geo_evaluate(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    if (geo->piece == UINT64_MAX || engine->piece_done > geo->piece) {
+        return; /* stands at the end of what is done */
+    }
+    if (ATOMIC_GET(engine->withdraw) == WITHDRAW_DONE) {
+        return; /* stands; the planner looks at the position */
+    }
+    const struct piece *piece = piece_at(engine, geo->piece);
+    if (geo->has_phase) {
+        double s = phase_position(&geo->now, piece, geo->t, &geo->v);
+        if (is_motion(piece)) {
+            geo->s = s;
+        }
+    }
+    if (!is_motion(piece)) {
+        return;
+    }
+    place_on_path(geo, piece, geo->s);
+    if (piece->mapped) {
+        map_position(engine, piece);
+    }
+    piece_position(engine, piece, geo->s, geo->position);
+}
+
+/* Everything pushed up to now has been executed and the axes stand. */
+bool geo_drained(struct engine *e) {
+    return ATOMIC_GET(e->store_done) >= ATOMIC_GET(e->store_head)
+           && !e->geo.has_phase && !e->geo.waiting_continue;
+}

@@ -1,0 +1,316 @@
+/* Operation modes, watchdogs and error records (hli_reference 3, 5.4, 7.2).
+ *
+ * GEO takes a mode command in the cycle in which it sees the semaphore.
+ * Stopping and resuming the path is done at once; what needs preparation
+ * (select, start, abort, reset, another mode) goes to the cell, which answers
+ * with the new state.
+ */
+#include <string.h>
+#include "engine/geo/modes.h"
+#include "engine/state/state.h"
+#include "hli/sync.h"
+
+#define STANDBY 1u
+#define MODE_MAX 5u
+#define READY 3u
+#define ACTIVE 4u
+#define HOLD 5u
+#define SELECTING 7u
+#define DESELECTING 8u
+#define PREPARING 9u
+#define STARTING 11u
+#define STOPPING 13u
+#define RESET 15u
+#define WATCHDOG_DEFAULT_US 1000000u
+#define ERROR_TO_STATE 270061u
+#define ERROR_WATCHDOG 270053u
+
+void mode_publish_state(struct engine *engine) {
+    HLI_IMCM_MODE_STATE *imcm_mode_state =
+        &engine->channel->channel_mc_control.mode_and_state.state_r;
+    show_u32(&imcm_mode_state->mode, ATOMIC_GET(engine->mode));
+    show_u32(&imcm_mode_state->state, ATOMIC_GET(engine->mode_state));
+}
+
+void engine_set_mode(struct engine *engine, uint32_t mode, uint32_t state) {
+    ATOMIC_SET(engine->mode, mode);
+    ATOMIC_SET(engine->mode_state, state);
+    if (state != HOLD && state != STOPPING) {
+        ATOMIC_SET(engine->stopped, 0);
+    }
+    if (engine->channel && engine->geo.cycle == 0) {
+        mode_publish_state(engine); /* later on the cycle does: a lockstep PLC
+                                       may be scanning now */
+    }
+}
+
+uint32_t engine_mode_state(struct engine *engine) {
+    return ATOMIC_GET(engine->mode_state);
+}
+
+int engine_take_mode_command(struct engine *engine,
+                             struct engine_mode_command *out) {
+    if (!ATOMIC_GET(engine->mode_pending)) {
+        return 0;
+    }
+    *out = engine->mode_command;
+    ATOMIC_SET(engine->mode_pending, 0);
+    return 1;
+}
+
+/* Queue of ERRORS_MAX records; what finds no room is counted. One producer: GEO
+ * and the cell on GEO's behalf. */
+static void queue_error(struct engine *engine, const engine_error *error) {
+    uint64_t head = ATOMIC_GET(engine->errors_head);
+    if (head - ATOMIC_GET(engine->errors_done) >= ERRORS_MAX) {
+        engine->errors_lost++;
+        return;
+    }
+    engine->errors[head % ERRORS_MAX] = *error;
+    ATOMIC_SET(engine->errors_head, head + 1);
+}
+
+void engine_post_error(struct engine *engine, const engine_error *error) {
+    while (__atomic_exchange_n(&engine->errors_lock, 1, __ATOMIC_ACQUIRE)) {
+        cpu_pause();
+    }
+    queue_error(engine, error);
+    __atomic_store_n(&engine->errors_lock, 0, __ATOMIC_RELEASE);
+}
+
+static void own_error(struct engine *engine, uint32_t id, uint32_t reaction) {
+    engine_error error;
+    memset(&error, 0, sizeof error);
+    error.id = id;
+    error.reaction_class = reaction;
+    error.recovery_class = reaction;
+    if (__atomic_exchange_n(&engine->errors_lock, 1, __ATOMIC_ACQUIRE)) {
+        return; /* the cell is posting: next cycle will do */
+    }
+    queue_error(engine, &error);
+    __atomic_store_n(&engine->errors_lock, 0, __ATOMIC_RELEASE);
+}
+
+static void fill_record(struct engine *engine,
+                        HLI_ERROR_SATZ *error_satz,
+                        const engine_error *error) {
+    memset(error_satz, 0, sizeof *error_satz);
+    error_satz->kopf.error_id = error->id;
+    error_satz->kopf.line = (int32_t)error->line;
+    memcpy(error_satz->kopf.modul_name.zeichen, "HLICOSIM", 8);
+    error_satz->kopf.channel = (uint16_t)(engine->cfg.channel + 1);
+    error_satz->kopf.cycle = (uint32_t)engine->geo.cycle;
+    error_satz->kopf.recovery_class = (uint16_t)error->recovery_class;
+    error_satz->kopf.reaction_class = (uint16_t)error->reaction_class;
+    if (!error->line) {
+        return;
+    }
+    HLI_RUMPF_NC_PROG body;
+    memset(&body, 0, sizeof body);
+    memcpy(body.prog_name, error->program, sizeof error->program);
+    memcpy(body.file_name, error->program, sizeof error->program);
+    body.fileoffset = -1;
+    body.tokenoffset = (uint16_t)error->column;
+    body.satz_nr = error->n;
+    error_satz->kopf.body_type = 1;
+    memcpy(&error_satz->rumpf.maske, &body, sizeof body);
+}
+
+/* CNC to PLC: the next record once the one before is taken; a PLC that does not
+ * enable the unit is not waited for. */
+void mode_publish_errors(struct engine *engine) {
+    MC_ERROR *error = &engine->channel->mc_error;
+    if (engine->errors_done == ATOMIC_GET(engine->errors_head)) {
+        return;
+    }
+    if (load_u8_acquire(&error->enable_w)
+        && load_u8_acquire(&error->semaphor_rw)) {
+        return;
+    }
+    fill_record(engine,
+                &error->satz_r,
+                &engine->errors[engine->errors_done % ERRORS_MAX]);
+    store_u8_release(&error->semaphor_rw, 1);
+    ATOMIC_SET(engine->errors_done, engine->errors_done + 1);
+}
+
+/* PLC to CNC. */
+static void take_plc_error(struct engine *engine) {
+    MC_ERROR *error = &engine->channel->lc_error;
+    if (!load_u8_acquire(&error->semaphor_rw)
+        || ATOMIC_GET(engine->plc_error_id)) {
+        return;
+    }
+    engine->plc_error_class =
+        load_u16_relaxed(&error->satz_r.kopf.reaction_class);
+    uint32_t id = load_u32_relaxed(&error->satz_r.kopf.error_id);
+    ATOMIC_SET(engine->plc_error_id, id ? id : UINT32_MAX);
+    store_u8_release(&error->semaphor_rw, 0);
+}
+
+int engine_take_plc_error(struct engine *engine,
+                          uint32_t *id,
+                          uint32_t *reaction_class) {
+    *id = ATOMIC_GET(engine->plc_error_id);
+    if (!*id) {
+        return 0;
+    }
+    *reaction_class = engine->plc_error_class;
+    ATOMIC_SET(engine->plc_error_id, 0);
+    return 1;
+}
+
+/* The CNC monitors the PLC: alive_rw has to be set once in every period of the
+ * cell's time. */
+static void watch_plc(struct engine *engine, bool present) {
+    MC_WATCHDOG_UNIT *watchdog = &engine->channel->head.mc_watchdog;
+    if (!present || !load_u8_acquire(&watchdog->enable_w)) {
+        engine->watch_alive = false;
+        show_u8(&watchdog->alive_state_r, 0);
+        return;
+    }
+    uint32_t us = load_u32_relaxed(&watchdog->cycle_time_w);
+    double period = 1e-6 * (us ? us : WATCHDOG_DEFAULT_US),
+           now = (double)engine->geo.cycle * engine->cfg.cycle_s;
+    if (load_u8_acquire(&watchdog->alive_rw)) {
+        store_u8_release(&watchdog->alive_rw, 0);
+        engine->watch_alive = true;
+        engine->watch_since = now;
+    } else if (engine->watch_alive && now - engine->watch_since > period) {
+        engine->watch_alive = false;
+        engine->watch_missed = true;
+        own_error(engine, ERROR_WATCHDOG, 7);
+        ATOMIC_SET(engine->watchdog_event, 1);
+    }
+    show_u8(&watchdog->alive_state_r,
+            engine->watch_alive && !engine->watch_missed);
+}
+
+/* The other direction: the CNC shows that it lives; the PLC clears alive_rw
+ * when it has seen it. */
+static void show_life(struct engine *engine, bool present) {
+    MC_WATCHDOG_UNIT *watchdog = &engine->channel->head.lc_watchdog;
+    bool enabled = present && load_u8_acquire(&watchdog->enable_w);
+    if (enabled) {
+        store_u8_release(&watchdog->alive_rw, 1);
+    }
+    show_u8(&watchdog->alive_state_r, enabled);
+}
+
+static bool legal_target(uint32_t mode, uint32_t state) {
+    if (mode < 1 || mode > MODE_MAX) {
+        return false;
+    }
+    return mode == STANDBY ? state >= 1 && state <= READY
+                           : (state >= 1 && state <= HOLD) || state == RESET;
+}
+
+static void read_command(
+    struct engine_mode_command *out,
+    const HLI_PROC_TRANS_TO_MODE_STATE *proc_trans_to_mode_state) {
+    out->from_mode = load_u32_relaxed(&proc_trans_to_mode_state->from_mode);
+    out->from_state = load_u32_relaxed(&proc_trans_to_mode_state->from_state);
+    out->to_mode = load_u32_relaxed(&proc_trans_to_mode_state->to_mode);
+    out->to_state = load_u32_relaxed(&proc_trans_to_mode_state->to_state);
+    memcpy(out->parameter,
+           proc_trans_to_mode_state->parameter,
+           sizeof out->parameter);
+    out->parameter[sizeof out->parameter - 1] = 0;
+}
+
+/* Stop and resume are for the path alone; true if the command was one of these.
+ */
+static bool stop_or_resume(
+    struct engine *engine,
+    const struct engine_mode_command *engine_mode_command) {
+    uint32_t state = ATOMIC_GET(engine->mode_state);
+    if (engine_mode_command->to_mode != ATOMIC_GET(engine->mode)
+        || ATOMIC_GET(engine->hold_to_cell)) {
+        return false;
+    }
+    if (engine_mode_command->to_state == HOLD
+        && (state == ACTIVE || state == HOLD || state == STOPPING)) {
+        ATOMIC_SET(engine->stopped, 1);
+        if (state == ACTIVE) {
+            ATOMIC_SET(engine->mode_state, STOPPING);
+        }
+        return true;
+    }
+    if (engine_mode_command->to_state == ACTIVE
+        && (state == HOLD || state == STOPPING)) {
+        ATOMIC_SET(engine->stopped, 0);
+        ATOMIC_SET(engine->mode_state, ACTIVE);
+        return true;
+    }
+    return false;
+}
+
+/* HOLD and back, by the cell. */
+void engine_hold(struct engine *engine, int hold) {
+    ATOMIC_SET(engine->stopped, hold);
+    ATOMIC_SET(engine->mode_state, hold ? STOPPING : ACTIVE);
+}
+
+void engine_hold_by_cell(struct engine *engine, int by_cell) {
+    ATOMIC_SET(engine->hold_to_cell, by_cell);
+}
+
+void engine_macro_runs(struct engine *engine, int runs) {
+    ATOMIC_SET(engine->macro_runs, runs);
+}
+
+/* Transient state while the cell carries the command out. */
+static uint32_t on_the_way(uint32_t target) {
+    static const uint32_t transient[] =
+        {RESET, DESELECTING, SELECTING, PREPARING, STARTING, STOPPING};
+    return transient[target > HOLD ? 0 : target];
+}
+
+static void take_command(struct engine *engine,
+                         MC_CONTROL_MCM_MODE_STATE_UNIT *unit) {
+    struct engine_mode_command engine_mode_command;
+    if (ATOMIC_GET(engine->mode_pending)) {
+        return; /* one at a time */
+    }
+    read_command(&engine_mode_command, &unit->command_w);
+    store_u8_release(&unit->command_semaphor_rw, 0);
+    if (!legal_target(engine_mode_command.to_mode,
+                      engine_mode_command.to_state)) {
+        own_error(engine, ERROR_TO_STATE, 1);
+        return;
+    }
+    if ((engine_mode_command.from_mode
+         && engine_mode_command.from_mode != ATOMIC_GET(engine->mode))
+        || (engine_mode_command.from_state
+            && engine_mode_command.from_state
+                   != ATOMIC_GET(engine->mode_state))) {
+        engine->mode_warnings++;
+    }
+    if (stop_or_resume(engine, &engine_mode_command)) {
+        return;
+    }
+    engine_mode_command.state = ATOMIC_GET(engine->mode_state);
+    ATOMIC_SET(engine->mode_state,
+               on_the_way(engine_mode_command
+                              .to_state)); /* so that nobody takes the old state
+                                              for the command's outcome */
+    engine->mode_command = engine_mode_command;
+    ATOMIC_SET(engine->mode_pending, 1);
+}
+
+/* Once a cycle, ahead of the motion. */
+void mode_cycle(struct engine *engine, bool present) {
+    MC_CONTROL_MCM_MODE_STATE_UNIT *unit =
+        &engine->channel->channel_mc_control.mode_and_state;
+    if (present && load_u8_acquire(&unit->enable_w)
+        && load_u8_acquire(&unit->command_semaphor_rw)) {
+        take_command(engine, unit);
+    }
+    if (ATOMIC_GET(engine->mode_state) == STOPPING && engine->geo.v <= 0.0
+        && !ATOMIC_GET(engine->macro_runs)) {
+        ATOMIC_SET(engine->mode_state, HOLD);
+    }
+    watch_plc(engine, present);
+    show_life(engine, present);
+    take_plc_error(engine);
+}

@@ -1,0 +1,11 @@
+/* M, H and T functions to the PLC: technology units with two flags
+ * (hli_reference section 6). */
+#ifndef ENGINE_GEO_TECHNOLOGY_H
+#define ENGINE_GEO_TECHNOLOGY_H
+#include "engine/state/state.h"
+
+bool techno_blocked(struct engine *e, const struct piece *p);
+void techno_output(struct engine *engine, struct piece *piece);
+void techno_cycle(struct engine *engine);
+void technology_clear(struct engine *engine);
+#endif

@@ -1,0 +1,139 @@
+/* Test build (HLI_COSIM_INTERLEAVE): planner, GEO and service on one thread
+ * that is switched at their atomic accesses, at places that a seed chooses, for
+ * as long as an overloaded machine might. So a race is the same every time, and
+ * a run takes no real time.
+ */
+#include "engine/events.h"
+#include "engine/geo/cycle.h"
+#include "engine/geo/lookahead_service.h"
+#include "engine/plan/prediction.h"
+#include "engine/plan/pump.h"
+#include "engine/state/state.h"
+
+#ifdef ENGINE_INTERLEAVE
+#define BURSTS 13
+
+typedef struct scheduler {
+    engine *e; /* NULL: nothing is switched */
+    uint64_t random;
+    int64_t left; /* accesses until the other side runs */
+    int64_t cycles, end;
+    bool geo_first; /* GEO is interrupted by the planner, else the planner by
+                       GEO */
+    bool rehearse;  /* GEO rehearses ahead of each cycle, as in real time */
+    bool switched;
+} scheduler;
+
+static scheduler now;
+
+static uint64_t draw(uint64_t n) {
+    now.random = now.random * 6364136223846793005u + 1442695040888963407u;
+    return (now.random >> 33) % n;
+}
+
+static void run_geo(void) {
+    if (now.rehearse) {
+        geo_rehearse(now.e);
+    }
+    geo_cycle(now.e);
+    now.cycles++;
+}
+
+static void run_planner(void) {
+    foresight_plan(now.e, planner_pump(now.e) != 0);
+}
+
+/* Mostly a cycle or two; now and then as many as pass while the planner gets no
+ * time. */
+static void other_side(void) {
+    static const int64_t bursts[BURSTS] =
+        {1, 1, 1, 2, 3, 5, 7, 8, 10, 14, 19, 25, 40};
+    if (now.geo_first) {
+        for (uint64_t i = 0, n = 1 + draw(3); i < n; i++) {
+            run_planner();
+        }
+        return;
+    }
+    int64_t burst = bursts[draw(draw(4) ? 4 : BURSTS)];
+    for (int64_t i = 0; i < burst && now.cycles < now.end; i++) {
+        run_geo();
+    }
+    if (draw(4) == 0) {
+        serve_request(now.e);
+    }
+}
+
+static void next_switch(void) {
+    static const uint64_t within[] = {8, 24, 96, 3000};
+    now.left = (int64_t)draw(within[draw(4)]);
+}
+
+void interleave(void) {
+    if (!now.e || now.switched || now.left-- > 0) {
+        return;
+    }
+    now.switched = true;
+    other_side();
+    now.switched = false;
+    next_switch();
+}
+
+/* One side, interrupted by the other, then perhaps the other one alone. */
+static void turn(void) {
+    now.switched = false;
+    next_switch();
+    if (now.geo_first) {
+        run_geo();
+    } else {
+        run_planner();
+    }
+    now.switched = true;
+    if (draw(3) == 0) {
+        serve_request(now.e);
+    }
+    if (draw(2) == 0) {
+        return;
+    }
+    if (now.geo_first) {
+        run_planner();
+    } else {
+        run_geo();
+    }
+}
+
+int engine_interleaved(engine *e,
+                       int64_t cycles,
+                       uint64_t seed,
+                       int geo_first,
+                       int rehearse) {
+    int event = -1;
+    if (!e) {
+        return ENGINE_DONE;
+    }
+    now = (scheduler){.e = e,
+                      .random = seed * 2654435761u + 12345u,
+                      .geo_first = geo_first != 0,
+                      .rehearse = rehearse != 0,
+                      .end = cycles,
+                      .switched = true};
+    for (int i = 0; i < 8; i++) {
+        draw(2);
+    }
+    ATOMIC_SET(e->run_running, 1);
+    while (now.cycles < cycles && (event = pending_event(e)) < 0) {
+        turn();
+    }
+    now.e = NULL;
+    ATOMIC_SET(e->run_running, 0);
+    return event < 0 ? ENGINE_DONE : event;
+}
+#else
+int engine_interleaved(struct engine *engine,
+                       int64_t cycles,
+                       uint64_t seed,
+                       int geo_first,
+                       int rehearse) {
+    (void)engine, (void)cycles, (void)seed, (void)geo_first, (void)rehearse;
+    return -1;
+}
+#endif

@@ -1,0 +1,517 @@
+/* The jerk-limited planner behind the engine: pieces of the run ring become
+ * intervals of its path, its time laws become phases, what is left of its plan
+ * becomes the stopping tail.
+ *
+ * Where the axes must stand is a flag of the interval ahead of that place, so
+ * it can come and go while the path ahead is known: gates that open, single
+ * block, held axes. A stand that comes too late to be met is not set, as in
+ * profile.c.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "engine/jerk_adapter/adapter.h"
+#include "engine/commit/commit.h"
+#include "engine/commit/planner.h"
+#include "engine/jerk_adapter/path_push.h"
+#include "engine/path/technology_counts.h"
+#include "engine/run/dispatch.h"
+#include "engine/state/state.h"
+#include "jerk/planner.h"
+
+#define BRAKES_AHEAD                                                           \
+    1.6 /* window in planner intervals, over the stopping distance from full   \
+           speed */
+#define KNOTS_PER_BLOCK 3.0 /* of the window, on the whole */
+#define MAX_KNOTS 1000.0
+#define SAME_TIME 1e-9           /* s */
+#define SAME_TIME_FORESEEN 1e-6  /* s */
+#define SAME_SPEED_FORESEEN 1e-6 /* relative */
+#define THREAD_MARGIN_S                                                        \
+    0.010 /* a place to rejoin at is so far ahead of GEO where the planner has \
+             its own thread, ... */
+#define JERK_SEEN                                                              \
+    3.0 /* a jerk that reaches the acceleration in less of a cycle is none     \
+           that anybody sees */
+
+typedef struct conditions {
+    struct techno_counts done, done_again;
+    uint32_t held_axes;
+    bool single, m01;
+} conditions;
+
+static jerk_config config_of(const engine_config *cfg) {
+    jerk_config config = {.axes = cfg->axis_count,
+                          .cycle_s = cfg->cycle_s,
+                          .window_blocks = (int)cfg->window};
+    for (int i = 0; i < config.axes; i++) {
+        config.v_max[i] = cfg->v_max[i];
+        config.a_max[i] = cfg->a_max[i];
+        config.j_max[i] =
+            cfg->j_max[i] > 0 ? cfg->j_max[i] : cfg->a_max[i] / cfg->cycle_s;
+    }
+    config.window_knots =
+        (int)fmin(MAX_KNOTS,
+                  fmax(KNOTS_PER_BLOCK * cfg->window,
+                       64.0 + BRAKES_AHEAD * jerk_stop_knots(&config)));
+    return config;
+}
+
+bool drive_wanted(const engine_config *cfg) {
+    for (int i = 0; i < cfg->axis_count; i++) {
+        if (cfg->j_max[i] > 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* A second planner like the first one. */
+static jerk_planner *spare(const struct engine *engine) {
+    jerk_config config = config_of(&engine->cfg);
+    return jerk_new(&config, 2 * config.window_knots);
+}
+
+bool drive_new(struct engine *e) {
+    if (!drive_wanted(&e->cfg)) {
+        return true;
+    }
+    for (int i = 0; i < e->cfg.axis_count; i++) {
+        e->cfg.j_max[i] =
+            fmin(e->cfg.j_max[i], JERK_SEEN * e->cfg.a_max[i] / e->cfg.cycle_s);
+    }
+    jerk_config c = config_of(&e->cfg);
+    e->drive.laws_max = c.window_knots + 128 + jerk_laws_kept();
+    if (e->plan.tail_max < 2 * (uint32_t)e->drive.laws_max + 1024) {
+        e->plan.tail_max = 2 * (uint32_t)e->drive.laws_max + 1024;
+    }
+    e->drive.planner = jerk_new(&c, 2 * c.window_knots);
+    e->drive.laws = calloc((size_t)e->drive.laws_max, sizeof(jerk_law));
+    for (int i = 0; i < 2; i++) {
+        e->plan.tails[i].place =
+            calloc((size_t)e->drive.laws_max, sizeof(uint32_t));
+    }
+    return e->drive.planner && e->drive.laws && e->plan.tails[0].place
+           && e->plan.tails[1].place;
+}
+
+void drive_free(struct engine *engine) {
+    jerk_free(engine->drive.planner);
+    free(engine->drive.laws);
+    for (int i = 0; i < 2; i++) {
+        free(engine->plan.tails[i].place);
+    }
+}
+
+static void read_conditions(struct engine *engine,
+                            struct conditions *conditions) {
+    memset(conditions, 0, sizeof *conditions);
+    conditions->done = techno_done(&engine->done);
+    conditions->done_again = techno_done(&engine->done_again);
+    conditions->single = ATOMIC_GET(engine->single_now);
+    conditions->m01 = ATOMIC_GET(engine->m01_now);
+    conditions->held_axes = ATOMIC_GET(engine->held_axes);
+}
+
+static bool conditions_change(struct engine *engine) {
+    planner *plan = &engine->plan;
+    struct conditions want;
+    read_conditions(engine, &want);
+    bool same =
+        plan->single == want.single && plan->m01 == want.m01
+        && plan->held_axes == want.held_axes
+        && memcmp(&plan->done, &want.done, sizeof want.done) == 0
+        && memcmp(&plan->done_again, &want.done_again, sizeof want.done) == 0;
+    plan->done = want.done;
+    plan->done_again = want.done_again;
+    plan->single = want.single;
+    plan->m01 = want.m01;
+    plan->held_axes = want.held_axes;
+    return !same;
+}
+
+static void set_speeds(struct engine *engine) {
+    jerk_planner *planner = engine->drive.planner;
+    jerk_hold(planner, engine->plan.hold);
+    jerk_command_speed(planner,
+                       engine->plan.ext_speed < NEVER ? engine->plan.ext_speed
+                                                      : -1.0);
+    if (!engine->plan.hold) {
+        jerk_override(planner,
+                      engine->plan.override,
+                      fmin(1.0, engine->plan.rapid));
+    }
+}
+
+static bool steps_over(struct engine *engine, uint64_t i) {
+    const struct piece *piece = piece_at(engine, i);
+    return !is_motion(piece) || piece->length <= STEPPED_OVER_MM;
+}
+
+/* Events, and pieces without a length, up to piece `until`. */
+static void pass_events(struct writer *writer, uint64_t until) {
+    while (writer->piece < until && !writer_full(writer)
+           && steps_over(writer->e, writer->piece)) {
+        const struct piece *piece = piece_at(writer->e, writer->piece);
+        if (is_motion(piece)) {
+            const phase ph = {.piece = writer->piece,
+                              .s0 = piece->length,
+                              .v0 = writer->v,
+                              .last = true};
+            write_phase(writer, &ph);
+            writer->piece++;
+        } else {
+            pass_event(writer);
+        }
+    }
+}
+
+static void write_law(struct writer *writer, const jerk_law *law) {
+    bool last = law->last & 2;
+    const phase ph = {law->tag,
+                      law->s0,
+                      law->v0,
+                      law->a0,
+                      law->jerk,
+                      law->snap,
+                      law->crackle,
+                      law->pop,
+                      law->time,
+                      last};
+    write_phase(writer, &ph);
+    writer->piece = law->tag + last;
+    writer->s = last ? 0.0 : law->s0 + law->length;
+    writer->v =
+        law->flags & JERK_STAND
+            ? 0.0
+            : law->length
+                  / law->time; /* not at rest: that is all a tail needs */
+    writer->motion += law->time;
+}
+
+static void write_commit(struct engine *engine,
+                         struct writer *writer,
+                         bool changed) {
+    jerk_planner *planner = engine->drive.planner;
+    jerk_law law;
+    pass_events(writer, engine->piece_head);
+    while (!writer_full(writer)) {
+        if (!jerk_next_within(planner,
+                              &law,
+                              writer->budget - writer->seconds)) {
+            int64_t known = jerk_ahead(planner);
+            push_path(engine); /* it stands; is there more? */
+            if (jerk_ahead(planner) == known) {
+                break;
+            }
+            continue;
+        }
+        if (changed) {
+            forget_missed_stands(planner);
+        }
+        changed = false;
+        write_law(writer, &law);
+        pass_events(writer, engine->piece_head);
+    }
+    writer->v = jerk_speed(planner);
+}
+
+/* The buffer holds this very plan already: it only begins later. */
+static bool tail_continues(struct engine *engine,
+                           struct tail *tail,
+                           const struct writer *from) {
+    const jerk_planner *planner = engine->drive.planner;
+    jerk_law law;
+    if (tail->edition == 0 || tail->edition != jerk_edition(planner)
+        || !(from->v > 0.0) || jerk_tail(planner, &law, 1) != 1) {
+        return false;
+    }
+    tail->first = tail->place[jerk_used(planner) - tail->from];
+    while (steps_over(engine, tail->phases[tail->first].piece)
+           && tail->phases[tail->first].piece < from->piece) {
+        tail->first++; /* events that are committed */
+    }
+    uint32_t i = tail->first;
+    while (steps_over(engine, tail->phases[i].piece)) {
+        i++;
+    }
+    struct writer writer = {.e = engine,
+                            .out = tail->phases,
+                            .count = i,
+                            .budget = NEVER};
+    write_law(&writer, &law); /* a part of it may have been handed out */
+    return true;
+}
+
+/* What is left of the plan; false if it finds no room. */
+static bool write_tail(struct engine *engine,
+                       struct tail *tail,
+                       const struct writer *from) {
+    struct drive *drive = &engine->drive;
+    if (tail_continues(engine, tail, from)) {
+        return true;
+    }
+    struct writer writer = {.e = engine,
+                            .out = tail->phases,
+                            .max = engine->plan.tail_max,
+                            .piece = from->piece,
+                            .s = from->s,
+                            .v = from->v,
+                            .budget = NEVER};
+    int64_t count =
+        from->v > 0.0 ? jerk_tail(drive->planner, drive->laws, drive->laws_max)
+                      : 0;
+    tail->edition = 0;
+    for (int64_t i = 0; i < count; i++) {
+        tail->place[i] = writer.count;
+        pass_events(&writer, drive->laws[i].tag);
+        if (writer_full(&writer)) {
+            return false;
+        }
+        write_law(&writer, &drive->laws[i]);
+    }
+    tail->first = 0;
+    tail->count = writer.count;
+    tail->edition = count > 0 ? jerk_edition(drive->planner) : 0;
+    tail->from = jerk_used(drive->planner);
+    tail->piece = writer.piece;
+    tail->s = writer.s;
+    return count < drive->laws_max;
+}
+
+/* The stopping tail becomes the shortest one there is, so that what lies behind
+ * it may be changed. False: not now. */
+static bool shorten_tail(struct engine *e) {
+    if (e->plan.v <= 0.0) {
+        return true;
+    }
+    uint64_t word = ATOMIC_GET(e->commit);
+    if (e->drive.restart || (word & 1)) {
+        return false;
+    }
+    uint32_t next = ((word >> 1) & 1) ^ 1;
+    struct writer w = {.e = e,
+                       .piece = e->plan.piece,
+                       .s = e->plan.s,
+                       .v = e->plan.v};
+    jerk_brake(e->drive.planner);
+    if (write_tail(e, &e->plan.tails[next], &w)
+        && __atomic_compare_exchange_n(&e->commit,
+                                       &word,
+                                       e->plan.written << 2 | next << 1,
+                                       false,
+                                       __ATOMIC_ACQ_REL,
+                                       __ATOMIC_ACQUIRE)) {
+        return true;
+    }
+    e->drive.restart = true;
+    return false;
+}
+
+/* The last `seconds` that were committed, or a little less, are the beginning
+ * of the plan again. */
+static double take_back(struct engine *engine, double seconds) {
+    double back = jerk_take_back(engine->drive.planner, seconds);
+    if (back > 0.0) {
+        update_stands(engine);
+    }
+    return back;
+}
+
+/* Motion from where w is, as much as its budget, and the tail behind it; false
+ * if that finds no room. */
+static bool write_plan(struct engine *e, struct writer *w, struct tail *t) {
+    bool changed = conditions_change(e);
+    if (changed) {
+        update_stands(e);
+    }
+    push_path(e);
+    set_speeds(e);
+    write_commit(e, w, changed);
+    return write_tail(e, t, w);
+}
+
+/* GEO has taken the tail behind the last commit: the planner goes back to where
+ * it begins. False if its plan is another one by now. */
+static bool back_to_tail(struct engine *engine,
+                         const struct writer *writer,
+                         uint64_t edition) {
+    if (jerk_edition(engine->drive.planner) != edition) {
+        return false;
+    }
+    return !(writer->motion > 0.0)
+           || fabs(jerk_take_back(engine->drive.planner, writer->motion)
+                   - writer->motion)
+                  < SAME_TIME;
+}
+
+/* Commit motion until commit_high of it is ahead of GEO. */
+static void commit(struct engine *engine) {
+    if (engine->drive.restart && engine->plan.v > 0.0) {
+        return; /* the stored tail is driven first */
+    }
+    if (engine->drive.restart) {
+        adapter_restart(engine);
+    }
+    uint64_t word = ATOMIC_GET(engine->commit), before = engine->plan.written,
+             edition = jerk_edition(engine->drive.planner);
+    struct writer writer = {.e = engine,
+                            .piece = engine->plan.piece,
+                            .s = engine->plan.s,
+                            .v = engine->plan.v,
+                            .budget = commit_high(engine) - ahead_s(engine)};
+    uint32_t next = ((word >> 1) & 1) ^ 1;
+    if (word & 1) {
+        return; /* GEO has taken the tail */
+    }
+    jerk_watch(engine->drive.planner, &engine->commit);
+    bool fits = write_plan(engine, &writer, &engine->plan.tails[next]);
+    jerk_watch(engine->drive.planner, NULL);
+    if (!fits
+        || !__atomic_compare_exchange_n(&engine->commit,
+                                        &word,
+                                        engine->plan.written << 2 | next << 1,
+                                        false,
+                                        __ATOMIC_ACQ_REL,
+                                        __ATOMIC_ACQUIRE)) {
+        engine->plan.written = before;
+        engine->drive.restart =
+            !fits
+            || !back_to_tail(
+                engine,
+                &writer,
+                edition); /* from rest: where the tail that GEO drives now ends,
+                             or where the path stands already */
+        return;
+    }
+    engine->plan.phases += engine->plan.written - before;
+    engine->plan.piece = writer.piece;
+    engine->plan.s = writer.s;
+    engine->plan.v = writer.v;
+    engine->plan.committed_s += writer.seconds;
+}
+
+/* Committed motion ends where the writer is. */
+static bool write_behind(struct engine *engine,
+                         double at_s,
+                         struct writer *writer,
+                         struct tail *tail) {
+    if (!write_plan(engine, writer, tail)) {
+        return false;
+    }
+    engine->plan.piece = writer->piece;
+    engine->plan.s = writer->s;
+    engine->plan.v = writer->v;
+    engine->plan.committed_s += at_s + writer->seconds;
+    return true;
+}
+
+static void no_tail_due(struct engine *engine) {
+    (void)engine;
+}
+
+static void stand_elsewhere(struct engine *engine) {
+    engine->drive.restart = true;
+}
+
+static bool stands_elsewhere(const struct engine *engine) {
+    return engine->drive.restart;
+}
+
+/* It follows: GEO comes to the tail, whose beginning that is (rejoin.c). Else
+ * the path goes on from where the tail ends. */
+static void taken_back(struct engine *engine, bool follows) {
+    if (follows) {
+        engine->plan.v = jerk_speed(engine->drive.planner);
+    } else {
+        engine->drive.restart = true;
+    }
+}
+
+static bool may_rejoin(const struct engine *engine) {
+    return !engine->drive.restart;
+}
+
+static bool follow(struct engine *engine, double motion_s) {
+    return fabs(jerk_advance(engine->drive.planner, motion_s) - motion_s)
+           <= SAME_TIME;
+}
+
+/* The stored tail is the rest of the plan. */
+static void rest_of_plan(struct engine *engine, struct writer *writer) {
+    const struct tail *tail =
+        &engine->plan.tails[(ATOMIC_GET(engine->commit) >> 1) & 1];
+    for (uint32_t i = tail->first; i < tail->count; i++) {
+        if (writer->count >= writer->max || !(tail->phases[i].time >= 0.0)) {
+            return;
+        }
+        writer->out[writer->count++] = tail->phases[i];
+    }
+}
+
+/* Whether the plan has come to where the last forecast has looked from: what it
+ * has found there holds. */
+static bool as_foreseen(const struct engine *engine,
+                        const struct rest_search *search) {
+    return !engine->plan.hold && search->next.v > 0.0
+           && fabs(engine->plan.committed_s - search->next_s)
+                  < SAME_TIME_FORESEEN
+           && fabs(engine->plan.v - search->next.v)
+                  < SAME_SPEED_FORESEEN * search->next.v;
+}
+
+static void ways_to_rest(struct engine *engine,
+                         struct rest_search *search,
+                         double way[2]) {
+    jerk_planner *planner = engine->drive.planner;
+    way[0] = way[1] = 0.0;
+    if (engine->plan.v <= 0.0 && engine->drive.restart) {
+        return;
+    }
+    double later = next_commit(engine);
+    jerk_preview now = search->next;
+    if (!as_foreseen(engine, search)) {
+        jerk_stop_preview(planner, search->scratch, 0.0, &now);
+    }
+    jerk_stop_preview(planner, search->scratch, later, &search->next);
+    search->next_s = engine->plan.committed_s + later;
+    way[0] = now.way;
+    way[1] = search->next.before + search->next.way;
+}
+
+static double line_time(const struct engine *engine,
+                        const double *most,
+                        double length,
+                        double fastest) {
+    return jerk_line_time(engine->drive.planner, most, length, fastest);
+}
+
+const struct planner_ops jerk_limited_planner = {
+    .commit = commit,
+    .write = write_behind,
+    .store_tail = no_tail_due,
+    .cut = drive_cut_run,
+    .begin_run = stand_elsewhere,
+    .shorten = drive_shorten,
+    .shorten_tail = shorten_tail,
+    .take_back = take_back,
+    .taken_back = taken_back,
+    .stands_elsewhere = stands_elsewhere,
+    .stand_elsewhere = stand_elsewhere,
+    .may_rejoin = may_rejoin,
+    .follow = follow,
+    .give_up_rejoin = stand_elsewhere,
+    .rest_of_plan = rest_of_plan,
+    .ways_to_rest = ways_to_rest,
+    .spare = spare,
+    .stands_behind = drive_stands_behind,
+    .line_time = line_time,
+    .traits =
+        {
+            .rejoin_margin_s = THREAD_MARGIN_S,
+            .fed_ahead = FED_AHEAD,
+            .cuts_phases = true,
+            .tries_stops = true,
+            .uses_cpu_clock = true,
+        },
+};

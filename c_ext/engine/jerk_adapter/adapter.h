@@ -1,0 +1,14 @@
+/* The jerk-limited planner behind the engine: pieces of the run ring become
+ * intervals of its path, its time laws become phases, what is left of its plan
+ * becomes the stopping tail. */
+#ifndef ENGINE_JERK_ADAPTER_ADAPTER_H
+#define ENGINE_JERK_ADAPTER_ADAPTER_H
+#include "engine/commit/planner.h"
+#include "engine/state/state.h"
+
+bool drive_wanted(const engine_config *cfg);
+bool drive_new(struct engine *e);
+void drive_free(struct engine *engine);
+
+extern const struct planner_ops jerk_limited_planner;
+#endif

@@ -1,0 +1,343 @@
+/* Intervals of the jerk-limited planner's path from the geometry and the limits
+ * of pieces. */
+#include <math.h>
+#include <string.h>
+#include "engine/jerk_adapter/intervals.h"
+#include "engine/path/piece.h"
+#include "engine/path/piece_curve.h"
+#include "engine/state/state.h"
+#include "jerk/planner.h"
+#include "rows/nc_block.h"
+
+#define TURN_STEP 0.1 /* rad of turn over an interval */
+#define CURVE_MISS                                                             \
+    0.001 /* of the third derivative: beyond it an interval of a curve is      \
+             halved, ... */
+#define CURVE_HALVINGS 3    /* ... so often, but none shorter than ... */
+#define CURVE_SHORTEST 2e-3 /* mm, or ... */
+#define CURVE_UNSEEN                                                           \
+    0.25 /* cycles at the speed that its third derivative allows, if that is   \
+            less */
+#define CURVE_NOISE 1e-3
+#define STRAIGHT                                                               \
+    1e-9 /* change of the tangent over an interval that does not bend */
+#define LEAST_SHARE 1e-4 /* of a limit, however small the program asks for */
+#define LEAST_MM 1e-6    /* of an interval of a curve, however much it bends */
+
+static void derivatives(const struct engine *engine,
+                        const struct piece *piece,
+                        double s,
+                        double *d1,
+                        double *d2,
+                        double *d3) {
+    if (piece->kind == PIECE_CURVE) {
+        curve_piece_derivatives(engine, piece, s, d1, d2, d3);
+        return;
+    }
+    piece_tangent(engine, piece, s, d1);
+    if (piece->kind != PIECE_ARC) {
+        return;
+    }
+    double w = piece->sweep / piece->whole,
+           angle = piece->angle0 + w * (piece->from + piece->dir * s),
+           r = piece->radius * w * w;
+    d2[piece->axis1] = -r * cos(angle);
+    d2[piece->axis2] = -r * sin(angle);
+    d3[piece->axis1] = -w * w * d1[piece->axis1];
+    d3[piece->axis2] = -w * w * d1[piece->axis2];
+}
+
+static double bend_at(const struct engine *engine,
+                      const struct piece *piece,
+                      double s) {
+    double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0}, sum = 0.0;
+    derivatives(engine, piece, s, d1, d2, d3);
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        sum += d2[i] * d2[i];
+    }
+    return sqrt(sum);
+}
+
+/* Largest turn per mm of a curve over from..to. Axes that outrun the path
+ * (rotary ones over a short way) count by the relative change of their rate,
+ * all axes by their own way where the path is that of the tool tip. */
+static double turn_rate(const struct engine *engine,
+                        const struct piece *piece,
+                        double from,
+                        double to) {
+    double bend = 0.0, fast = 0.0, relative = 0.0, most[NC_AXES] = {0},
+           change[NC_AXES] = {0};
+    for (int k = 0; k < 3; k++) {
+        double d1[NC_AXES] = {0}, d2[NC_AXES] = {0}, d3[NC_AXES] = {0},
+               sum = 0.0, rate = 0.0;
+        derivatives(engine, piece, from + 0.5 * k * (to - from), d1, d2, d3);
+        for (int i = 0; i < engine->cfg.axis_count; i++) {
+            sum += d2[i] * d2[i];
+            rate += d1[i] * d1[i];
+            most[i] = fmax(most[i], fabs(d1[i]));
+            change[i] = fmax(change[i], fabs(d2[i]));
+        }
+        bend = fmax(bend, sqrt(sum));
+        fast = fmax(fast, sqrt(rate));
+    }
+    if (curve_of(engine, piece)->natural > 0.0 && fast > 0.0) {
+        return bend / fast;
+    }
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        relative = hypot(relative, change[i] / fmax(1.0, most[i]));
+    }
+    return fmin(bend, relative);
+}
+
+/* The program asks for a slow corner at the start: a short interval of its own
+ * holds that speed. */
+static double entry_stretch(const struct engine *engine,
+                            const struct piece *piece) {
+    return fmin(0.25 * piece->length,
+                fmax(1e-3, piece->entry_speed * engine->cfg.cycle_s));
+}
+
+/* Where the interval that begins at s ends. */
+static double interval_end(const struct engine *engine,
+                           const struct piece *piece,
+                           double s) {
+    double end = piece->length, bend = 0.0;
+    if (s <= 0.0 && piece->entry_speed < NEVER) {
+        end = entry_stretch(engine, piece);
+    }
+    if (piece->kind == PIECE_LINE) {
+        return end;
+    }
+    if (piece->kind == PIECE_ARC) {
+        bend = fabs(piece->sweep) / piece->whole;
+    } else {
+        end = fmin(end, curve_piece_cell_end(engine, piece, s));
+        bend = turn_rate(engine, piece, s, end);
+    }
+    double parts = fmin(ceil((end - s) * bend / TURN_STEP - 1e-9),
+                        floor((end - s) / LEAST_MM)),
+           next = parts > 1.0 ? s + (end - s) / parts : end;
+    return piece->length - next < STEPPED_OVER_MM ? piece->length : next;
+}
+
+/* Speed at which the axes keep their shares of velocity from `from` to `to`. */
+static double shared_speed(const struct engine *engine,
+                           const struct piece *piece,
+                           double from,
+                           double to) {
+    uint32_t shared = 0;
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        if (piece->limits.velocity[i] < 1.0f && piece->moving >> i & 1) {
+            shared |= 1u << i;
+        }
+    }
+    double v = NEVER, d1[NC_AXES], d2[NC_AXES], d3[NC_AXES];
+    for (int k = 0; shared && k < 3; k++) {
+        derivatives(engine, piece, from + 0.5 * k * (to - from), d1, d2, d3);
+        for (int i = 0; i < engine->cfg.axis_count; i++) {
+            if (shared >> i & 1 && fabs(d1[i]) > 1e-12) {
+                v = fmin(
+                    v,
+                    fmax(piece_v_max(engine, piece, i) / fabs(d1[i]), 1e-6));
+            }
+        }
+    }
+    return v;
+}
+
+/* Speed that the program allows beyond the machine's own limits (NC_DYNAMICS);
+ * 0: no such limit. */
+static double programmed_speed(const struct engine *engine,
+                               const struct piece *piece,
+                               double from,
+                               double to) {
+    const struct motion_limits *motion_limits = &piece->limits;
+    double v = motion_limits->path_velocity > 0
+                   ? (double)motion_limits->path_velocity
+                   : NEVER,
+           bend = 0.0;
+    if (motion_limits->radial_acceleration > 0) {
+        for (int k = 0; k < 3; k++) {
+            bend = fmax(bend,
+                        bend_at(engine, piece, from + 0.5 * k * (to - from)));
+        }
+        if (bend > 1e-12) {
+            v = fmin(v,
+                     sqrt((double)motion_limits->radial_acceleration / bend));
+        }
+    }
+    v = fmin(v, shared_speed(engine, piece, from, to));
+    return v < NEVER ? v : 0.0;
+}
+
+/* A part of a curve that does not bend is a line. */
+static bool is_line(const struct engine *engine,
+                    const struct piece *piece,
+                    const jerk_interval *interval) {
+    if (piece->kind == PIECE_LINE) {
+        return true;
+    }
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        if (fabs(interval->d1[1][i] - interval->d1[0][i]) > STRAIGHT
+            || (fabs(interval->d2[0][i]) + fabs(interval->d2[1][i]))
+                       * interval->length
+                   > STRAIGHT) {
+            return false;
+        }
+    }
+    return true;
+}
+
+/* Weights of the program as shares of the axes' limits. A limit of the path's
+ * acceleration or jerk becomes one of the axis that moves most on a line, of
+ * all axes where the path bends. */
+static void set_shares(const struct engine *engine,
+                       const struct piece *piece,
+                       jerk_interval *interval) {
+    const struct motion_limits *motion_limits = &piece->limits;
+    bool path = motion_limits->path_acceleration > 0
+                || motion_limits->path_jerk > 0,
+         line = path && is_line(engine, piece, interval);
+    int most = 0;
+    for (int i = 1; i < engine->cfg.axis_count; i++) {
+        if (fabs(interval->d1[0][i]) > fabs(interval->d1[0][most])) {
+            most = i;
+        }
+    }
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        bool takes = !line || i == most;
+        double along = line ? fabs(interval->d1[0][i]) : 1.0,
+               acc = motion_limits->acceleration[i],
+               jerk = motion_limits->jerk[i];
+        if (takes && motion_limits->path_acceleration > 0) {
+            acc = fmin(acc,
+                       (double)motion_limits->path_acceleration * along
+                           / engine->cfg.a_max[i]);
+        }
+        if (takes && motion_limits->path_jerk > 0 && engine->cfg.j_max[i] > 0) {
+            jerk = fmin(jerk,
+                        (double)motion_limits->path_jerk * along
+                            / engine->cfg.j_max[i]);
+        }
+        interval->acc_share[i] = (float)fmax(acc, LEAST_SHARE);
+        interval->jerk_share[i] = (float)fmax(jerk, LEAST_SHARE);
+    }
+}
+
+/* The interval that begins as q does ends at `to`. */
+static void end_interval(const struct engine *engine,
+                         const struct piece *piece,
+                         double to,
+                         jerk_interval *interval) {
+    double from = interval->offset;
+    interval->length = to - from;
+    derivatives(engine,
+                piece,
+                to,
+                interval->d1[1],
+                interval->d2[1],
+                interval->d3[1]);
+    interval->v_hard = programmed_speed(engine, piece, from, to);
+    set_shares(engine, piece, interval);
+    interval->blocks = to >= piece->length;
+    if (from <= 0.0 && piece->entry_speed < NEVER) {
+        interval->v_hard = interval->v_hard > 0.0
+                               ? fmin(interval->v_hard, piece->entry_speed)
+                               : piece->entry_speed;
+    }
+}
+
+/* How far the third derivative of the planner's polynomial over q (path.c)
+ * misses the curve at the share t, over the largest of the interval: each axis
+ * by its jerk limit. q->miss keeps the largest. */
+static double curve_miss(const struct engine *engine,
+                         const struct piece *piece,
+                         jerk_interval *interval,
+                         double t) {
+    double d1[NC_AXES], d2[NC_AXES], d3[NC_AXES], most = 0.0, miss = 0.0;
+    derivatives(engine,
+                piece,
+                interval->offset + t * interval->length,
+                d1,
+                d2,
+                d3);
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        double v = engine->cfg.v_max[i],
+               j = engine->cfg.j_max[i] > 0
+                       ? engine->cfg.j_max[i]
+                       : engine->cfg.a_max[i] / engine->cfg.cycle_s;
+        double off = fabs(jerk_third(interval, t, i) - d3[i]),
+               noise = CURVE_NOISE * j
+                       / (v * v * v); /* too little to matter at any speed */
+        if (off > noise) {
+            interval->miss[i] = fmaxf(interval->miss[i], (float)off);
+        }
+        miss = fmax(miss, (off - noise) / j);
+        most =
+            fmax(most,
+                 fmax(fabs(d3[i]),
+                      fmax(fabs(interval->d3[0][i]), fabs(interval->d3[1][i])))
+                     / j);
+    }
+    return miss > 0.0 ? miss / most : 0.0;
+}
+
+/* What misses evenly shows in the middle, what misses to either side at a
+ * quarter. */
+static bool fits_curve(const struct engine *engine,
+                       const struct piece *piece,
+                       jerk_interval *interval) {
+    memset(interval->miss, 0, sizeof interval->miss);
+    double middle = curve_miss(engine, piece, interval, 0.5),
+           quarter = curve_miss(engine, piece, interval, 0.25);
+    return middle <= CURVE_MISS && quarter <= CURVE_MISS;
+}
+
+/* Shortest interval of a curve that is worth halving: a blend of a micrometre
+ * is seen by many cycles if it must be crept through. */
+static double shortest_seen(const struct engine *engine,
+                            const jerk_interval *interval) {
+    double most = 0.0;
+    for (int i = 0; i < engine->cfg.axis_count; i++) {
+        double j = engine->cfg.j_max[i] > 0
+                       ? engine->cfg.j_max[i]
+                       : engine->cfg.a_max[i] / engine->cfg.cycle_s;
+        most =
+            fmax(most,
+                 fmax(fabs(interval->d3[0][i]), fabs(interval->d3[1][i])) / j);
+    }
+    return most > 0.0 ? fmin(CURVE_SHORTEST,
+                             CURVE_UNSEEN * engine->cfg.cycle_s / cbrt(most))
+                      : CURVE_SHORTEST;
+}
+
+/* The next interval of the path of a piece. */
+jerk_interval next_interval(const struct engine *engine,
+                            const struct piece *piece,
+                            uint64_t i,
+                            double from) {
+    double to = interval_end(engine, piece, from);
+    jerk_interval interval = {.offset = from,
+                              .tag = i,
+                              .feed = piece->feed > 0 ? piece->feed
+                                                      : piece->v_hard};
+    interval.flags = piece->feed > 0
+                         ? (piece->flags & NC_NO_OVERRIDE ? JERK_FIXED : 0u)
+                         : JERK_RAPID;
+    derivatives(engine,
+                piece,
+                from,
+                interval.d1[0],
+                interval.d2[0],
+                interval.d3[0]);
+    end_interval(engine, piece, to, &interval);
+    for (int k = 0;
+         piece->kind == PIECE_CURVE && !fits_curve(engine, piece, &interval)
+         && k < CURVE_HALVINGS
+         && interval.length > shortest_seen(engine, &interval);
+         k++) {
+        to = 0.5 * (from + to);
+        end_interval(engine, piece, to, &interval);
+    }
+    return interval;
+}

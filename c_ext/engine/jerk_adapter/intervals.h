@@ -1,0 +1,12 @@
+/* Intervals of the jerk-limited planner's path from the geometry and the limits
+ * of pieces. */
+#ifndef ENGINE_JERK_ADAPTER_INTERVALS_H
+#define ENGINE_JERK_ADAPTER_INTERVALS_H
+#include "engine/state/state.h"
+#include "jerk/planner.h"
+
+jerk_interval next_interval(const struct engine *engine,
+                            const struct piece *piece,
+                            uint64_t i,
+                            double from);
+#endif

@@ -1,0 +1,36 @@
+/* What lies ahead in time: the way to the next feed block, the place where the
+ * path would rest, speeds to come. */
+#ifndef ENGINE_PLAN_PREDICTION_H
+#define ENGINE_PLAN_PREDICTION_H
+#include "engine/state/state.h"
+#include "rows/nc_block.h"
+
+#define MARKS_MAX 4 /* feed blocks looked ahead to */
+
+typedef struct place_of_rest {
+    bool moving; /* there is one ahead of the commit's end, ... */
+    double way;  /* ... mm from there */
+    double q[NC_AXES];
+} place_of_rest;
+
+typedef struct forecast {
+    double begin_s; /* motion time at which the first phase begins */
+    uint32_t count, mark_count;
+    bool complete;           /* at rest at its end, and nothing comes behind */
+    double marks[MARKS_MAX]; /* motion times at which feed blocks begin behind
+                                rapid motion */
+    uint64_t piece;          /* the commit's end ... */
+    double s;
+    struct place_of_rest
+        rest[2]; /* of a hold that comes now; that comes so late that more is
+                    committed before it acts */
+    phase *phases;
+} forecast;
+
+bool foresight_new(struct engine *e);
+void foresight_begin_program(struct engine *engine);
+void foresight_time(struct engine *engine, int index, double seconds);
+void foresight_free(struct engine *engine);
+void foresight_plan(struct engine *engine, bool pumped);
+void foresight_publish(struct engine *engine);
+#endif

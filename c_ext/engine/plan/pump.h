@@ -1,0 +1,8 @@
+/* One turn of the planner's thread: tails, jobs at standstill, recall, then a
+ * commit. */
+#ifndef ENGINE_PLAN_PUMP_H
+#define ENGINE_PLAN_PUMP_H
+#include "engine/state/state.h"
+
+int planner_pump(struct engine *engine);
+#endif

@@ -1,0 +1,196 @@
+/* Feed hold: what is committed but not begun is taken back, so that the path
+ * brakes from the next cycle on and not behind the motion that was committed
+ * ahead.
+ *
+ * What is taken back first becomes the beginning of the stored tail (the same
+ * motion, published in the same atomic word): if the planner is late with the
+ * stop, GEO goes on as before and comes to rest where the old plan does.
+ */
+#include <string.h>
+#include "engine/plan/recall.h"
+#include "engine/commit/commit.h"
+#include "engine/commit/planner.h"
+#include "engine/state/state.h"
+
+#define THREAD_MARGIN_S                                                        \
+    0.006 /* motion that is left to GEO while a planner on its own thread      \
+             computes the stop */
+#define THREAD_MARGIN_CYCLES                                                   \
+    2.0 /* ... and at least so many cycles: in the one ahead of the cut        \
+           nothing may be changed any more */
+#define SAME_TIME 1e-9
+#define SHORT_REST 0.05 /* of a cycle: no less of a phase is taken back */
+
+typedef struct cut {
+    uint64_t phase;  /* first one that is taken back */
+    double at_s;     /* committed motion ahead of it */
+    double motion_s; /* of what is taken back, dwells left out */
+} cut;
+
+static const phase *phase_at(const struct engine *engine, uint64_t i) {
+    return &engine->phase_ring[i & (PHASE_RING - 1)];
+}
+
+static double consumed_s(struct engine *engine) {
+    double s;
+    __atomic_load(&engine->geo.consumed_s, &s, __ATOMIC_ACQUIRE);
+    return s;
+}
+
+/* Pumped on one thread without jerk phases are not written cycle by cycle: the
+ * one that GEO is in ends with the cycle it has come to (at least one cycle
+ * behind its beginning), the rest of it becomes a phase of its own. */
+static void end_present_phase(struct engine *engine) {
+    struct geo *geo = &engine->geo;
+    if (cuts_phases(engine)) {
+        return; /* GEO may be at work on another thread */
+    }
+    double dt = engine->cfg.cycle_s,
+           t = greater(geo->t, geo->t > 0.0 ? 0.0 : dt);
+    if (geo->in_tail || !geo->has_phase
+        || !is_motion(piece_at(engine, geo->now.piece))
+        || geo->now.time - t < SHORT_REST * dt) {
+        return;
+    }
+    phase *rest = &engine->phase_ring[(geo->consumed - 1) & (PHASE_RING - 1)];
+    *rest = geo->now;
+    rest->s0 = geo->now.s0 + (geo->now.v0 + 0.5 * geo->now.a * t) * t;
+    rest->v0 = greater(0.0, geo->now.v0 + geo->now.a * t);
+    rest->time = geo->now.time - t;
+    geo->now.time = t;
+    geo->now.last = false;
+    ATOMIC_SET(geo->consumed, geo->consumed - 1);
+    engine->plan.phases++;
+}
+
+static double margin_s(struct engine *engine) {
+    return ATOMIC_GET(engine->run_running)
+               ? greater(THREAD_MARGIN_S,
+                         THREAD_MARGIN_CYCLES * engine->cfg.cycle_s)
+               : 0.0;
+}
+
+/* Everything that begins no earlier than `margin` from where GEO is. */
+static bool find_cut(struct engine *engine, double margin, struct cut *cut) {
+    double earliest = consumed_s(engine) + margin;
+    uint64_t first = ATOMIC_GET(engine->geo.consumed);
+    *cut = (struct cut){engine->plan.written, engine->plan.committed_s, 0.0};
+    while (cut->phase > first) {
+        const phase *ph = phase_at(engine, cut->phase - 1);
+        if (cut->at_s - ph->time < earliest - SAME_TIME) {
+            break;
+        }
+        cut->phase--;
+        cut->at_s -= ph->time;
+        if (is_motion(piece_at(engine, ph->piece))) {
+            cut->motion_s += ph->time;
+        }
+    }
+    if (cut->phase >= engine->plan.written || !(cut->motion_s > 0.0)) {
+        return false;
+    }
+    return !ATOMIC_GET(engine->run_running)
+           || phase_at(engine, cut->phase)->v0 > GEO_MOVES;
+}
+
+/* The motion that is taken back, and the stored tail behind it. */
+static bool longer_tail(const struct engine *engine,
+                        const struct cut *cut,
+                        const struct tail *old,
+                        struct tail *tail) {
+    uint64_t count = engine->plan.written - cut->phase,
+             kept = old->count - old->first;
+    if (count + kept > engine->plan.tail_max) {
+        return false;
+    }
+    for (uint64_t i = 0; i < count; i++) {
+        tail->phases[i] = *phase_at(engine, cut->phase + i);
+    }
+    memcpy(tail->phases + count,
+           old->phases + old->first,
+           kept * sizeof(phase));
+    tail->first = 0;
+    tail->count = (uint32_t)(count + kept);
+    tail->edition = 0;
+    tail->piece = old->piece;
+    tail->s = old->s;
+    return true;
+}
+
+static void go_back(struct engine *engine, const struct cut *cut) {
+    const phase *ph = phase_at(engine, cut->phase);
+    engine->plan.phases -= engine->plan.written - cut->phase;
+    engine->plan.written = cut->phase;
+    engine->plan.committed_s = cut->at_s;
+    engine->plan.piece = ph->piece;
+    engine->plan.s = ph->s0;
+    engine->plan.v = ph->v0;
+}
+
+/* GEO has come too near to the cut: it may be about to read the next phase, so
+ * that one is not written any more. */
+static bool too_late(struct engine *engine, const struct cut *cut) {
+    return ATOMIC_GET(engine->run_running)
+           && consumed_s(engine) > cut->at_s - engine->cfg.cycle_s;
+}
+
+/* Forward to where the last `seconds` of motion begin. */
+static void cut_later(struct engine *engine, struct cut *cut, double seconds) {
+    while (cut->motion_s > seconds + SAME_TIME) {
+        const phase *ph = phase_at(engine, cut->phase++);
+        cut->at_s += ph->time;
+        if (is_motion(piece_at(engine, ph->piece))) {
+            cut->motion_s -= ph->time;
+        }
+    }
+}
+
+/* The commit ends at the cut from now on; the motion behind it is the beginning
+ * of the stored tail. */
+static bool publish_cut(struct engine *engine,
+                        uint64_t word,
+                        const struct cut *cut) {
+    uint32_t old = (word >> 1) & 1, next = old ^ 1;
+    if (cut->phase >= engine->plan.written
+        || !longer_tail(engine,
+                        cut,
+                        &engine->plan.tails[old],
+                        &engine->plan.tails[next])) {
+        return false;
+    }
+    if (!__atomic_compare_exchange_n(&engine->commit,
+                                     &word,
+                                     cut->phase << 2 | next << 1,
+                                     false,
+                                     __ATOMIC_ACQ_REL,
+                                     __ATOMIC_ACQUIRE)) {
+        return false;
+    }
+    go_back(engine, cut);
+    engine->plan.late = too_late(engine, cut);
+    return !engine->plan.late;
+}
+
+void recall_commit(struct engine *engine) {
+    uint64_t word = ATOMIC_GET(engine->commit);
+    struct cut cut;
+    if ((word & 1) || ATOMIC_GET(engine->withdraw) != WITHDRAW_NONE
+        || engine->planner->stands_elsewhere(engine)) {
+        return;
+    }
+    if (engine->cfg.functions & ENGINE_FCT_CALC_POS_V_0) {
+        return; /* the place of rest has been told the PLC */
+    }
+    planner_store_tail(engine);
+    end_present_phase(engine);
+    if (!find_cut(engine, margin_s(engine), &cut)) {
+        return;
+    }
+    double seconds = engine->planner->take_back(engine, cut.motion_s);
+    if (seconds <= 0.0) {
+        return;
+    }
+    cut_later(engine, &cut, seconds);
+    bool in_time = publish_cut(engine, word, &cut);
+    engine->planner->taken_back(engine, in_time || engine->plan.late);
+}

@@ -1,0 +1,250 @@
+/* Stops and functions that the PLC inserts (insert_cmd, hli_reference 5.3):
+ * where they lie, and how the path is cut there. */
+#include <math.h>
+#include <string.h>
+#include "engine/run/inserted_stop.h"
+#include "engine/commit/planner.h"
+#include "engine/path/piece.h"
+#include "engine/run/run_ring.h"
+#include "engine/state/state.h"
+#include "hli/sync.h"
+#include "rows/nc_block.h"
+
+/* Where in a piece an axis is at `target`: the first place found, or -1. Lines
+ * and arcs change direction rarely enough. */
+static double axis_crossing(struct engine *engine,
+                            const struct piece *piece,
+                            int axis,
+                            double target,
+                            double begin) {
+    enum {
+        STEPS = 64
+    };
+    double q[NC_AXES], before, s0 = begin;
+    piece_position(engine, piece, begin, q);
+    before = q[axis] - target;
+    for (int k = 1; k <= STEPS; k++) {
+        double s1 = begin + (piece->length - begin) * k / STEPS;
+        piece_position(engine, piece, s1, q);
+        if (before != 0.0 && before * (q[axis] - target) <= 0.0) {
+            for (int i = 0; i < 60; i++) {
+                double middle = 0.5 * (s0 + s1);
+                piece_position(engine, piece, middle, q);
+                if (before * (q[axis] - target) > 0.0) {
+                    s0 = middle;
+                } else {
+                    s1 = middle;
+                }
+            }
+            return s1;
+        }
+        before = q[axis] - target;
+        s0 = s1;
+    }
+    return -1.0;
+}
+
+static double dist_shift(struct engine *engine) {
+    double shift;
+    __atomic_load(&engine->geo.dist_shift, &shift, __ATOMIC_ACQUIRE);
+    return shift;
+}
+
+/* Where in a piece, as it is driven, the inserted stop lies, behind `begin`; -1
+ * if not there. */
+double feed_stop_in(struct engine *engine,
+                    const struct piece *piece,
+                    double begin) {
+    if (!engine->feed.armed) {
+        return -1.0;
+    }
+    if (engine->feed.insert.axis) {
+        return axis_crossing(engine,
+                             piece,
+                             engine->feed.insert.axis - 1,
+                             engine->feed.target,
+                             begin);
+    }
+    if (piece->dist_rate <= 0.0) {
+        return -1.0;
+    }
+    double s = (engine->feed.target - (dist_shift(engine) + piece->dist0))
+               / piece->dist_rate;
+    return s > begin + 1e-9 && s <= piece->length + 1e-9
+               ? fmin(s, piece->length)
+               : -1.0;
+}
+
+static double run_dist(struct engine *engine,
+                       const struct piece *piece,
+                       double s) {
+    return dist_shift(engine) + piece->dist0 + piece->dist_rate * s;
+}
+
+/* The stop stands behind the piece `before`. */
+void feed_stop(struct engine *engine, const struct piece *before) {
+    const struct insert_cmd *insert_cmd = &engine->feed.insert;
+    struct piece stop;
+    memset(&stop, 0, sizeof stop);
+    stop.kind = PIECE_EVENT;
+    stop.type = NC_M;
+    stop.inserted = true;
+    stop.dir = 1;
+    stop.code = insert_cmd->m_function;
+    stop.value = insert_cmd->add;
+    stop.flags = insert_cmd->add ? NC_HAS_VALUE : 0;
+    stop.n = before->n;
+    stop.count = before->count;
+    stop.line = before->line;
+    stop.element = before->element;
+    stop.origin = before->origin;
+    stop.from = before->from + before->length;
+    stop.whole = before->whole;
+    stop.path0 = engine->feed.target;
+    memcpy(stop.end, before->end, sizeof stop.end);
+    inserted_stop *entry = &engine->stops[engine->stops_fed % STOPS_MAX];
+    store_f64_relaxed(
+        &entry->dist,
+        run_dist(engine,
+                 before,
+                 before->length)); /* GEO may be showing the stop it replaces */
+    for (int i = 0; i < NC_AXES; i++) {
+        store_f64_relaxed(&entry->position[i], before->end[i]);
+    }
+    ATOMIC_SET(engine->stops_fed, engine->stops_fed + 1);
+    engine->feed.armed = insert_cmd->mode == INSERT_RELATIVE_REPEATED;
+    if (engine->feed.armed) {
+        engine->feed.target =
+            (insert_cmd->axis ? before->end[insert_cmd->axis - 1] : entry->dist)
+            + insert_cmd->value;
+    }
+    if (insert_cmd->m_function > 1) {
+        feed_function(engine, &stop, SYNCH_MVS_SVS);
+        engine->feed.stop = true;
+        return;
+    }
+    struct piece *piece = feed_copy(engine, &stop);
+    piece->stop_before = insert_cmd->m_function == 0;
+    piece->m01 = insert_cmd->m_function == 1;
+    feed_publish(engine);
+    engine->feed.stop = piece->stop_before;
+    engine->feed.m01 = piece->m01;
+}
+
+/* The program ends ahead of an inserted stop: it stands at the end. */
+void feed_stop_at_end(struct engine *engine) {
+    if (!engine->feed.final || engine->feed.dir < 0 || !engine->feed.armed
+        || !engine->feed.has_motion) {
+        return;
+    }
+    if (engine->feed.insert.axis
+        || engine->feed.insert.mode == INSERT_RELATIVE_REPEATED
+        || engine->piece_head == ATOMIC_GET(engine->piece_done)) {
+        return;
+    }
+    feed_stop(engine, piece_at(engine, engine->feed.last_motion));
+}
+
+static bool is_inserted_stop(const struct piece *piece) {
+    return piece->inserted && piece->type == NC_M;
+}
+
+/* Feed from piece i of the run ring on anew: a motion or an inserted stop. */
+static void feed_again_from(struct engine *engine, uint64_t i) {
+    const struct piece *piece = piece_at(engine, i);
+    bool behind = piece->inserted && piece->from >= piece->whole - 1e-9;
+    uint64_t next = behind ? piece->origin + 1 : piece->origin;
+    double at = !behind && piece->from > 0.0 ? piece->from : -1.0;
+    feed_cut(engine, i);
+    engine->feed.next = next;
+    engine->feed.at = at;
+}
+
+/* Where the path would come to rest if it braked now. */
+static uint64_t rest_piece(struct engine *engine, double *s) {
+    planner_store_tail(engine);
+    uint64_t word = ATOMIC_GET(engine->commit);
+    const struct tail *tail = &engine->plan.tails[(word >> 1) & 1];
+    *s = engine->plan.v > 0.0 ? tail->s : engine->plan.s;
+    return engine->plan.v > 0.0 ? tail->piece : engine->plan.piece;
+}
+
+/* The stop lies in the piece in which the path could come to rest: that one is
+ * cut in two. */
+static bool cut_rest_piece(struct engine *engine) {
+    double rest;
+    uint64_t i = rest_piece(engine, &rest);
+    if (i >= engine->piece_head) {
+        return false;
+    }
+    struct piece *piece = piece_at(engine, i);
+    if (!is_motion(piece) || piece->shortcut || piece->dir < 0) {
+        return false;
+    }
+    if (!engine->feed.insert.axis
+        && engine->feed.target < run_dist(engine, piece, rest)) {
+        engine->feed.target = run_dist(engine, piece, rest + 1e-6);
+    }
+    double stop = feed_stop_in(engine, piece, rest);
+    if (stop < 0.0) {
+        return false;
+    }
+    bool armed = engine->feed.armed;
+    double target = engine->feed.target;
+    feed_cut(engine, i + 1);
+    engine->feed.armed = armed;
+    engine->feed.target = target;
+    engine->feed.last_motion = i;
+    engine->feed.has_motion = true;
+    bool cut = stop < piece->length - 1e-9;
+    if (cut) {
+        feed_shorten(engine, piece, stop);
+    }
+    if (cut) {
+        engine->planner->shorten(engine, i, stop);
+    }
+    double at =
+        piece->from
+        + piece
+              ->length; /* behind an earlier stop the piece is a part already */
+    bool left = at < piece->whole - 1e-9;
+    engine->feed.next = left ? piece->origin : piece->origin + 1;
+    engine->feed.at = left ? at : -1.0;
+    feed_stop(engine, piece);
+    engine->feed.stop = true; /* the path comes to rest here, whatever is
+                                 inserted: only that is sure to be possible */
+    return true;
+}
+
+/* A new insert_cmd: what has been fed is fed again from where that is free, so
+ * that the stop finds its place. */
+void feed_take_insert(struct engine *engine) {
+    uint32_t request = ATOMIC_GET(engine->insert_requests);
+    if (request == engine->feed.inserts || engine->feed.dir < 0
+        || !engine->planner->shorten_tail(engine)) {
+        return;
+    }
+    uint64_t i = feed_first_free(engine);
+    while (
+        i < engine->piece_head && !is_inserted_stop(piece_at(engine, i))
+        && (!is_motion(piece_at(engine, i)) || piece_at(engine, i)->shortcut)) {
+        i++;
+    }
+    if (i < engine->piece_head) {
+        feed_again_from(engine,
+                        i); /* this drops the stops of the command before */
+    }
+    struct insert_cmd *insert_cmd = &engine->feed.insert;
+    *insert_cmd = engine->insert_request;
+    engine->feed.target = insert_cmd->mode == INSERT_ABSOLUTE
+                              ? insert_cmd->value
+                              : insert_cmd->base + insert_cmd->value;
+    engine->feed.armed =
+        insert_cmd->mode == INSERT_ABSOLUTE
+            ? insert_cmd->axis || insert_cmd->value >= insert_cmd->base
+            : insert_cmd->value != 0.0;
+    if (engine->feed.armed) {
+        cut_rest_piece(engine);
+    }
+    ATOMIC_SET(engine->feed.inserts, request);
+}

@@ -1,0 +1,10 @@
+/* The feeder's jobs that need standstill: turning back, leaving out what is
+ * left of a motion, ending the program. */
+#ifndef ENGINE_RUN_STANDSTILL_JOBS_H
+#define ENGINE_RUN_STANDSTILL_JOBS_H
+#include "engine/state/state.h"
+
+bool feed_job_pending(struct engine *e);
+void feed_begin_program(struct engine *engine);
+void feed_do_jobs(struct engine *engine);
+#endif

@@ -1,0 +1,292 @@
+/* The engine: prepared rows in, motion and HLI out.
+ *
+ * Three actors share one engine. SDA (block preparation) pushes rows, the
+ * planner commits motion phases some milliseconds ahead, GEO (the interpolator)
+ * evaluates them once a cycle, publishes, and serves the control units. In
+ * lockstep and free run all three are pumped on one thread by engine_run; in
+ * real time planner, GEO and the immediate service have threads of their own.
+ * Lengths mm, speeds mm/s, times s unless a name says otherwise.
+ */
+#ifndef ENGINE_H
+#define ENGINE_H
+#include <stdint.h>
+#include "rows/nc_block.h"
+
+/* cdef begin */
+/* results of engine_run and engine_wait */
+#define ENGINE_DONE 0 /* the cycles asked for have run */
+#define ENGINE_NEED_BLOCKS                                                     \
+    1 /* preparation is to push rows (or to declare the end) */
+#define ENGINE_DRAINED                                                         \
+    2 /* everything pushed has been executed; reported once per                \
+         engine_expect_drain */
+#define ENGINE_PROGRAM_END 3 /* program end; reported once */
+#define ENGINE_PLC_WAIT                                                        \
+    4 /* lockstep: the PLC has not finished its scan within the time slice */
+#define ENGINE_RECORD_FULL 5 /* the sample buffer is full */
+#define ENGINE_PLC_FINISHED                                                    \
+    6                  /* program ended and the PLC needs the cell no longer */
+#define ENGINE_FAULT 7 /* internal fault, see engine_state.fault */
+#define ENGINE_MODE_COMMAND                                                    \
+    8 /* the PLC has sent a mode command that the cell has to carry out */
+#define ENGINE_WATCHDOG                                                        \
+    9 /* the PLC has not shown that it lives; reported once */
+#define ENGINE_PLC_ERROR 10 /* the PLC has sent an error record */
+#define ENGINE_RETRACED                                                        \
+    11 /* the path is driven forward again behind backward motion; reported    \
+          once */
+
+#define ENGINE_SPINDLES 6
+
+/* errors of engine_push (negative) */
+#define ENGINE_BAD_ROW -904001
+#define ENGINE_NOT_FINITE -904002
+#define ENGINE_NO_MEMORY -904003
+#define ENGINE_BAD_PATH                                                        \
+    -904009 /* the planner refuses a piece: derivatives that are no numbers */
+#define ENGINE_LOOP_TOO_LONG -904004
+
+/* interpolator functions that act here (P-CHAN-00650) */
+#define ENGINE_FCT_CONTOUR_LAH 1
+#define ENGINE_FCT_CALC_TIME 2
+#define ENGINE_FCT_CALC_POS_V_0 4
+#define ENGINE_FCT_CALC_STATE_AT_T 8
+#define ENGINE_ESA_TIMES 3
+
+typedef struct engine_config {
+    double cycle_s;
+    double v_max[NC_AXES];
+    double a_max[NC_AXES];
+    double j_max[NC_AXES];
+    double start[NC_AXES];
+    int32_t axis_count;
+    int32_t main[3];    /* channel index of X, Y, Z; -1 if absent */
+    uint32_t window;    /* look-ahead blocks N */
+    uint32_t functions; /* ENGINE_FCT_... */
+    double esa_time[ENGINE_ESA_TIMES]; /* P-CHAN-00324, s; 0: none */
+    uint32_t log_max;                  /* P-CHAN-00658 */
+    uint32_t fb_storage_size;          /* P-STUP-00033, bytes; 0 = none */
+    uint32_t channel;                  /* index of the channel area */
+    uint32_t service;                  /* HLI_SERVICE_... */
+    uint32_t clock;                    /* HLI_CLOCK_... */
+    uint32_t rapid_override_mode;      /* P-CHAN-00181 */
+    double retrace_feed;       /* of backward motion, mm/s; 0: as programmed */
+    uint32_t axis_id[NC_AXES]; /* logical axis numbers */
+    uint32_t
+        spindle_count; /* their axis areas follow those of the channel's axes */
+    uint32_t spindle_id[ENGINE_SPINDLES];
+} engine_config;
+
+typedef struct engine_state {
+    double position[NC_AXES];
+    double path;  /* mm driven since program start */
+    double speed; /* mm/s along the path */
+    uint64_t cycle;
+    uint64_t element;  /* active element */
+    uint64_t elements; /* elements pushed */
+    uint64_t overruns;
+    uint64_t requests_mode1, requests_mode2, requests_bad, bad_commands;
+    double plan_cpu_s;    /* CPU time of the planner */
+    double motion_time_s; /* committed motion, dwells included */
+    uint64_t phases;
+    int32_t fault;
+    uint32_t log_dropped;       /* entries lost to contour_lookahead_log_max */
+    uint32_t log_ignored_areas; /* LOG ON after a completed area */
+    uint32_t log_stray_params;  /* LOG PARAM outside an area */
+    uint32_t log_on_closed;     /* LOG ON that closed an active area */
+    uint32_t
+        log_disabled; /* LOG commands while the function is not configured */
+    int32_t program_end;
+    int32_t plc_attached;
+    uint64_t record_lost;
+    uint64_t techno_functions; /* put out to the PLC */
+    uint64_t
+        techno_unseen; /* acknowledged at once because plc_present_w is FALSE */
+    uint64_t techno_wait_cycles; /* cycles spent waiting for acknowledgements */
+    int32_t waiting_techno;
+    int32_t fill;
+    uint32_t mode_warnings; /* mode commands whose from_mode or from_state was
+                               wrong */
+    uint32_t errors_lost;   /* error records that found no room in the queue */
+    uint64_t rows_taken,
+        row_done; /* rows pushed; rows below it have been executed */
+    uint64_t
+        halt_row; /* behind engine_halt: the row in which the path stands, */
+    double halt_s, halt_whole; /* and how much of it has been driven, mm */
+    uint64_t infeasible; /* planner: state that could not be continued legally;
+                            must stay 0 */
+} engine_state;
+
+/* HLI_PROC_TRANS_TO_MODE_STATE as the PLC wrote it; `parameter` ends with NUL.
+ */
+typedef struct engine_mode_command {
+    uint32_t from_mode, from_state, to_mode, to_state;
+    uint32_t state; /* the state in which it came */
+    char parameter[300];
+} engine_mode_command;
+
+/* An error for the PLC (MC_ERROR); line 0: not of an NC program. */
+typedef struct engine_error {
+    uint32_t id, line, column, n, reaction_class, recovery_class;
+    char program[256];
+} engine_error;
+
+/* A command of the program that the path has passed (NC_EVENT_COMMAND). */
+typedef struct engine_command {
+    double value, position[NC_AXES];
+    uint64_t cycle;
+    uint32_t line;
+} engine_command;
+
+typedef struct engine engine;
+
+/* `segment`: mapped HLI segment with a valid head, or NULL to run without one
+ * (offline planning). NULL on no memory. */
+struct engine *engine_new(const engine_config *config, void *segment);
+void engine_free(struct engine *engine);
+
+/* Synchronisation (P-CHAN-00041, 00027, tool.synch) of one M, H function (kind
+ * NC_M, NC_H) or of T (NC_T, nr 0), with m_pre_outp (P-CHAN-00070: 0.1 um for
+ * MEP, us for MET). 0, or -1: unknown kind or number, no memory. */
+int engine_set_synch(struct engine *engine,
+                     int kind,
+                     uint32_t nr,
+                     uint32_t synch,
+                     double pre_output);
+
+/* The same for spindle functions: what 3, 4, 5, 19 for M3, M4, M5, M19, or 0
+ * for an S word alone. */
+int engine_set_spindle_synch(struct engine *engine,
+                             uint32_t what,
+                             uint32_t synch);
+
+/* A program starts where the axes stand; no thread may run. Until then the
+ * engine only serves and publishes. */
+void engine_begin_program(struct engine *engine);
+/* No program is active: nothing is prepared or driven until
+ * engine_begin_program. */
+void engine_stand_by(struct engine *engine);
+/* Brake, leave out the rest, report ENGINE_PROGRAM_END. No row may be pushed
+ * after it. */
+void engine_abort(struct engine *engine);
+void engine_reset_channel(struct engine *engine);
+/* prog_name_r, and error_id_r with error_r (0: none); published by the next
+ * cycle. */
+void engine_set_program_name(struct engine *engine, const char *name);
+void engine_set_error(struct engine *engine, uint32_t id);
+/* Technology functions are not put out but count as acknowledged (execution
+ * mode 0x2000). */
+void engine_suppress_functions(struct engine *engine, int suppressed);
+void engine_set_mode(struct engine *engine, uint32_t mode, uint32_t state);
+uint32_t engine_mode_state(struct engine *engine);
+/* 1 and the command that ENGINE_MODE_COMMAND told of, or 0. */
+int engine_take_mode_command(struct engine *engine,
+                             struct engine_mode_command *out);
+void engine_post_error(struct engine *engine, const engine_error *error);
+int engine_take_plc_error(struct engine *engine,
+                          uint32_t *id,
+                          uint32_t *reaction_class);
+
+/* External variables, area 0 of the channel, 1 global: the copy that each cycle
+ * latches (`bytes` from the start of the area), NULL on no memory; and a write
+ * that the next cycle puts out: 1, 0 if the queue is full, -1 if it is no
+ * place. */
+uint8_t *engine_external(struct engine *engine, uint32_t area, uint32_t bytes);
+int engine_write_external(struct engine *engine,
+                          uint32_t area,
+                          uint32_t offset,
+                          const uint8_t *data,
+                          uint32_t length);
+/* Commands on the path (NC_EVENT_COMMAND) shown in the global area: at `offset`
+ * a block with how many have been passed, then `slots` blocks, number k (from
+ * 0) in block k % slots. After engine_external; 0, or -1: no such place. */
+int engine_show_commands(struct engine *engine,
+                         uint32_t offset,
+                         uint32_t slots);
+
+/* Take rows in order; returns how many were taken (fewer when the ring is
+ * full), or a negative error for the first row. */
+int64_t engine_push(struct engine *engine,
+                    const nc_block *rows,
+                    int64_t count,
+                    const double *pool,
+                    int64_t pool_n);
+/* No further rows will come. */
+void engine_finish(struct engine *engine);
+/* Report ENGINE_DRAINED when every row pushed so far has been executed. */
+void engine_expect_drain(struct engine *engine);
+/* Ask for no rows before the next cycle has passed: preparation waits for what
+ * the machine and the PLC do. */
+void engine_expect_cycle(struct engine *engine);
+/* Brake, leave out what has been pushed, report ENGINE_DRAINED; the program
+ * goes on behind engine_resync. */
+void engine_halt(struct engine *engine);
+/* HOLD and its end come as ENGINE_MODE_COMMAND (1), or are carried out here
+ * (0); engine_hold does so for the cell. While a macro runs, the transient
+ * state stays until the cell sets another one. */
+void engine_hold_by_cell(struct engine *engine, int by_cell);
+void engine_hold(struct engine *engine, int hold);
+void engine_macro_runs(struct engine *engine, int runs);
+/* The path goes on from where the axes stand; behind ENGINE_DRAINED alone. */
+void engine_resync(struct engine *engine);
+/* 1 and the next command that the path has passed, or 0. */
+int engine_take_command(struct engine *engine, struct engine_command *out);
+/* Motion held before the program start (1) or released (0). */
+void engine_hold_start(struct engine *engine, int hold);
+/* Stay behind the program's end although the PLC is finished:
+ * ENGINE_PLC_FINISHED is not reported. */
+void engine_stay(struct engine *engine, int stay);
+/* Samples, axis_count + 4 doubles a cycle (cycle, axes, path, speed, element),
+ * through a ring of `rows`; 0 or -1 (no memory). engine_run stops with
+ * ENGINE_RECORD_FULL when the ring is full, a real-time GEO counts what it
+ * loses. */
+int engine_record(struct engine *engine, int64_t rows);
+int64_t engine_record_take(struct engine *engine,
+                           double *out,
+                           int64_t max_rows);
+
+/* Pump planner and GEO for up to n cycles on this thread. `wait_ns`: longest
+ * wait for a lockstep PLC. */
+int engine_run(struct engine *engine, int64_t count, int64_t wait_ns);
+/* Real time: start and stop the planner and GEO threads; wait for an event. */
+int engine_start(struct engine *engine, int use_fifo);
+int engine_wait(struct engine *engine, int64_t timeout_ns);
+
+void engine_stop(struct engine *engine);
+/* Tests of the threads on one thread (interleave.c): up to `cycles` cycles;
+ * result as of engine_run, -1: not built for it. */
+int engine_interleaved(struct engine *engine,
+                       int64_t cycles,
+                       uint64_t seed,
+                       int geo_first,
+                       int rehearse);
+/* Tests: what a real-time GEO does just ahead of a cycle. */
+void engine_rehearse(struct engine *engine);
+/* Measure the first `rows` real-time cycles: ns a cycle took, ns it began late,
+ * ns of the rehearsal ahead of it. Set before engine_start. */
+void engine_time(struct engine *engine,
+                 int64_t *cycle_ns,
+                 int64_t *late_ns,
+                 int64_t *rehearsal_ns,
+                 int64_t rows);
+int64_t engine_timed(const struct engine *engine);
+/* The reference beside it: a bare clock_nanosleep loop; ns it woke late. 0, or
+ * -1 if no thread could be started. */
+int engine_bare_loop(int64_t period_ns,
+                     int64_t *late_ns,
+                     int64_t rows,
+                     int use_fifo);
+/* Immediate service of the contour look-ahead by a thread of its own. */
+int engine_serve_start(struct engine *engine);
+void engine_serve_stop(struct engine *engine);
+
+void engine_get_state(struct engine *engine, engine_state *out);
+void engine_set_phase(struct engine *engine, uint32_t phase);
+/* Committed override (1.0 = 100 %) for offline tests of live changes; real
+ * cells take it from the HLI. */
+void engine_set_override(struct engine *engine, double factor, int hold);
+/* Fault injection: a planner that does not get its turn (1) or gets it again
+ * (0). GEO then follows the stopping tail. */
+void engine_stall_planner(struct engine *engine, int stalled);
+/* cdef end */
+#endif

@@ -1,0 +1,99 @@
+/* Elements: the facts of the programmed motions that the PLC sees. */
+#include <math.h>
+#include <string.h>
+#include "engine/store/elements.h"
+#include "engine/path/piece.h"
+#include "engine/state/state.h"
+#include "engine/store/marked_log.h"
+#include "rows/nc_block.h"
+
+/* Unit tangent of the three main axes; false where none of them moves. */
+static bool main_tangent(const struct engine *engine,
+                         const double *u,
+                         double *t) {
+    double norm = 0.0;
+    for (int i = 0; i < 3; i++) {
+        t[i] = engine->cfg.main[i] < 0 ? 0.0 : u[engine->cfg.main[i]];
+        norm += t[i] * t[i];
+    }
+    norm = sqrt(norm);
+    if (norm < 1e-12) {
+        return false;
+    }
+    for (int i = 0; i < 3; i++) {
+        t[i] /= norm;
+    }
+    return true;
+}
+
+static double tangent_variation(struct engine *engine,
+                                const struct piece *piece) {
+    double in[3], out[3];
+    double angle = 0.0;
+    if (main_tangent(engine, piece->tangent_in, in)) {
+        if (engine->has_tangent) {
+            angle = angle_between(engine->last_tangent, in);
+        }
+        if (main_tangent(engine, piece->tangent_out, out)) {
+            memcpy(engine->last_tangent, out, sizeof out);
+            engine->has_tangent = true;
+        }
+    }
+    return angle;
+}
+
+void push_element(struct engine *engine,
+                  const struct piece *piece,
+                  const nc_block *row) {
+    struct element *el = element_at(engine, engine->element_head);
+    __atomic_thread_fence(
+        __ATOMIC_RELEASE); /* who sees the slot change sees at least the present
+                              head (docs/model/ring.pml) */
+    HLI_CONTOUR_LOOKAHEAD_BLOCK *facts = &el->facts;
+    memset(el, 0, sizeof *el);
+    facts->block_type = row->type == NC_CIRCULAR     ? HLI_CLAH_CIRCULAR
+                        : row->type == NC_POLYNOMIAL ? HLI_CLAH_POLYNOMIAL
+                                                     : HLI_CLAH_LINEAR;
+    facts->block_number = row->n;
+    facts->block_count_r = row->count;
+    facts->start_position = engine->distance;
+    facts->length = row->length * TENTH_UM;
+    facts->length_min = row->length_min * TENTH_UM;
+    if (row->type == NC_CIRCULAR) {
+        facts->programmed_radius = row->programmed_radius * TENTH_UM;
+        facts->compensated_radius = row->radius * TENTH_UM;
+        facts->circle_angle = row->angle;
+    }
+    facts->tangent_variation = tangent_variation(engine, piece);
+    el->epoch = engine->push_epoch;
+    if (engine->in_loop
+        && engine->element_head
+               == store_at(engine, engine->loop_begin)->element) {
+        main_tangent(engine, piece->tangent_in, engine->loop_tangent);
+    }
+    engine->distance = facts->start_position + facts->length;
+    log_element(engine, el);
+    ATOMIC_SET(engine->element_head, engine->element_head + 1);
+}
+
+/* A programmed motion that smoothed pieces execute: an element without a piece.
+ */
+void push_programmed(struct engine *engine, const nc_block *row) {
+    struct piece piece;
+    memset(&piece, 0, sizeof piece);
+    memcpy(piece.start, engine->element_end, sizeof piece.start);
+    if (row->degree == NC_TANGENTS) {
+        for (int i = 0; i < 3; i++) {
+            if (engine->cfg.main[i] < 0) {
+                continue;
+            }
+            piece.tangent_in[engine->cfg.main[i]] = engine->next_tangents[i];
+            piece.tangent_out[engine->cfg.main[i]] =
+                engine->next_tangents[3 + i];
+        }
+    } else {
+        piece_build(engine, &piece, row);
+    }
+    push_element(engine, &piece, row);
+    memcpy(engine->element_end, row->end, sizeof engine->element_end);
+}

@@ -1,0 +1,259 @@
+/* The marked log (mode 1): entries between LOG ON and LOG OFF, written by SDA,
+ * read by the service.
+ *
+ * Entries are published before their count; f_log_is_active falls last. LOG
+ * CLEAR changes the generation, so that a reader that was in the middle of a
+ * copy notices and starts again. What stands in a real-time loop is kept aside
+ * until the loop's end is known: an area inside the loop is logged once, a loop
+ * inside an area three times (section 8).
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include "engine/store/marked_log.h"
+#include "engine/path/piece.h"
+#include "engine/state/state.h"
+#include "rows/nc_block.h"
+
+#define LOOP_COPIES 3
+#define MARKER_NONE 0 /* an element */
+
+typedef struct loop_item {
+    HLI_CONTOUR_LOOKAHEAD_BLOCK entry;
+    int action; /* NC_MARKER_... or MARKER_NONE */
+} loop_item;
+
+bool log_available(const struct engine *e) {
+    return (e->cfg.functions & ENGINE_FCT_CONTOUR_LAH) && e->cfg.log_max > 0
+           && e->cfg.fb_storage_size > 0;
+}
+
+const HLI_CONTOUR_LOOKAHEAD_BLOCK *log_entry(const struct engine *engine,
+                                             uint32_t i) {
+    return &engine->log.chunk[i / LOG_CHUNK][i % LOG_CHUNK];
+}
+
+static void append(struct engine *engine,
+                   const HLI_CONTOUR_LOOKAHEAD_BLOCK *entry) {
+    marked_log *log = &engine->log;
+    uint32_t i = log->count;
+    if (i >= engine->cfg.log_max || i / LOG_CHUNK >= LOG_CHUNKS) {
+        engine->log_dropped++;
+        return;
+    }
+    if (!log->chunk[i / LOG_CHUNK]) {
+        log->chunk[i / LOG_CHUNK] = calloc(LOG_CHUNK, sizeof *entry);
+        if (!log->chunk[i / LOG_CHUNK]) {
+            engine->fault = ENGINE_NO_MEMORY;
+            return;
+        }
+    }
+    log->chunk[i / LOG_CHUNK][i % LOG_CHUNK] = *entry;
+    ATOMIC_SET(log->count, i + 1);
+}
+
+/* Entries know their distance as if every real-time loop were driven once; the
+ * copies logged so far come on top. */
+static void append_shifted(struct engine *engine,
+                           HLI_CONTOUR_LOOKAHEAD_BLOCK entry) {
+    entry.start_position += engine->log.shift;
+    append(engine, &entry);
+}
+
+static void append_typed(struct engine *engine,
+                         HLI_CONTOUR_LOOKAHEAD_BLOCK entry,
+                         uint32_t type) {
+    entry.block_type = type;
+    append_shifted(engine, entry);
+}
+
+static void log_off(struct engine *engine,
+                    const HLI_CONTOUR_LOOKAHEAD_BLOCK *marker) {
+    if (engine->log.active) {
+        append_typed(engine, *marker, HLI_CLAH_LOG_OFF);
+        engine->log.complete = true;
+        ATOMIC_SET(engine->log.active, 0);
+    }
+    engine->log.ignoring = false;
+}
+
+static void log_on(struct engine *engine,
+                   const HLI_CONTOUR_LOOKAHEAD_BLOCK *marker) {
+    if (engine->log.active
+        || engine->log.ignoring) { /* the manual's loop examples close an area
+                                      with ON */
+        engine->log_on_closed++;
+        log_off(engine, marker);
+    } else if (engine->log.complete) {
+        engine->log_ignored_areas++;
+        engine->log.ignoring = true;
+    } else {
+        append_typed(engine, *marker, HLI_CLAH_LOG_ON);
+        ATOMIC_SET(engine->log.active, 1);
+    }
+}
+
+static void log_clear(struct engine *engine) {
+    ATOMIC_SET(engine->log.generation, engine->log.generation + 1);
+    __atomic_thread_fence(__ATOMIC_SEQ_CST);
+    ATOMIC_SET(engine->log.active, 0);
+    ATOMIC_SET(engine->log.count, 0);
+    engine->log.complete = engine->log.ignoring = false;
+    engine->log.shift = 0.0;
+    ATOMIC_SET(engine->log.generation, engine->log.generation + 1);
+}
+
+static void mark(struct engine *engine,
+                 int action,
+                 const HLI_CONTOUR_LOOKAHEAD_BLOCK *marker) {
+    if (action == NC_MARKER_ON) {
+        log_on(engine, marker);
+    } else if (action == NC_MARKER_OFF) {
+        log_off(engine, marker);
+    } else if (action == NC_MARKER_CLEAR) {
+        log_clear(engine);
+    } else if (engine->log.active) {
+        append_typed(engine, *marker, HLI_CLAH_LOG_PARAM);
+    } else if (!engine->log.ignoring) {
+        engine->log_stray_params++;
+    }
+}
+
+/* Keep an entry of a real-time loop aside. */
+static void keep(struct engine *engine,
+                 const HLI_CONTOUR_LOOKAHEAD_BLOCK *entry,
+                 int action) {
+    marked_log *log = &engine->log;
+    if (log->item_count == log->item_room) {
+        uint32_t room = log->item_room ? 2 * log->item_room : 64;
+        loop_item *items = realloc(log->items, room * sizeof *items);
+        if (!items) {
+            engine->fault = ENGINE_NO_MEMORY;
+            return;
+        }
+        log->items = items;
+        log->item_room = room;
+    }
+    log->items[log->item_count++] = (loop_item){*entry, action};
+}
+
+/* Program start: the log is empty. */
+void log_reset(struct engine *engine) {
+    log_clear(engine);
+    engine->log.in_loop = false;
+    engine->log_dropped = engine->log_ignored_areas = engine->log_stray_params =
+        engine->log_on_closed = engine->log_disabled = 0;
+}
+
+void log_marker(struct engine *engine, const nc_block *row) {
+    if (!log_available(engine)) {
+        engine->log_disabled++;
+        return;
+    }
+    HLI_CONTOUR_LOOKAHEAD_BLOCK marker;
+    memset(&marker, 0, sizeof marker);
+    marker.block_number = row->n;
+    marker.block_count_r = row->count;
+    marker.start_position = engine->distance;
+    marker.length = row->flags & NC_HAS_PARAM ? row->value : 0.0;
+    if (engine->log.in_loop) {
+        keep(engine, &marker, row->code);
+    } else {
+        mark(engine, row->code, &marker);
+    }
+}
+
+void log_element(struct engine *engine, const struct element *el) {
+    if (engine->log.in_loop) {
+        keep(engine, &el->facts, MARKER_NONE);
+    } else if (engine->log.active) {
+        append_shifted(engine, el->facts);
+    }
+}
+
+void log_loop_begin(struct engine *engine) {
+    engine->log.in_loop = log_available(engine);
+    engine->log.item_count = 0;
+}
+
+static void log_item(struct engine *engine, const loop_item *item) {
+    if (item->action != MARKER_NONE) {
+        mark(engine, item->action, &item->entry);
+    } else if (engine->log.active) {
+        append_shifted(engine, item->entry);
+    }
+}
+
+static void log_items(struct engine *engine, uint32_t from, uint32_t to) {
+    for (uint32_t i = from; i < to; i++) {
+        log_item(engine, &engine->log.items[i]);
+    }
+}
+
+/* First marker from `from` on that opens or closes an area; item_count if there
+ * is none. */
+static uint32_t next_switch(const struct engine *engine, uint32_t from) {
+    while (from < engine->log.item_count
+           && (engine->log.items[from].action == MARKER_NONE
+               || engine->log.items[from].action == NC_MARKER_PARAM)) {
+        from++;
+    }
+    return from;
+}
+
+/* Passes behind the first one: their first element follows the last one of the
+ * loop. */
+static void log_repetitions(struct engine *engine,
+                            uint32_t from,
+                            uint32_t to,
+                            double length) {
+    uint32_t first = 0;
+    while (first < engine->log.item_count
+           && engine->log.items[first].action != MARKER_NONE) {
+        first++;
+    }
+    if (first < engine->log.item_count) {
+        engine->log.items[first].entry.tangent_variation =
+            angle_between(engine->last_tangent, engine->loop_tangent);
+    }
+    for (int copy = 1; copy < LOOP_COPIES; copy++) {
+        engine->log.shift += length;
+        log_items(engine, from, to);
+    }
+}
+
+void log_loop_end(struct engine *engine, double length) {
+    marked_log *log = &engine->log;
+    if (!log->in_loop) {
+        return;
+    }
+    uint32_t count = log->item_count;
+    bool open = log->active;
+    log->in_loop = false;
+    if (open) { /* opened ahead of the loop */
+        uint32_t close = next_switch(engine, 0);
+        log_items(engine, 0, close);
+        log_repetitions(engine, 0, close, length);
+        log_items(engine, close, count);
+        return;
+    }
+    log_items(engine, 0, count);
+    if (!log->active) {
+        return; /* no area, or one inside the loop */
+    }
+    uint32_t from = 0;
+    for (uint32_t i = next_switch(engine, 0); i < count;
+         i = next_switch(engine, i + 1)) {
+        from = i + 1;
+    }
+    log_repetitions(engine, from, count, length);
+}
+
+void log_program_end(struct engine *engine) {
+    if (engine->log
+            .in_loop) { /* the program broke off inside a real-time loop */
+        engine->log.in_loop = false;
+        log_items(engine, 0, engine->log.item_count);
+    }
+    ATOMIC_SET(engine->log.active, 0);
+}

@@ -1,0 +1,14 @@
+/* A motion row becomes a piece, with the displacement of short motions ahead of
+ * it. */
+#ifndef ENGINE_STORE_PIECE_PUSH_H
+#define ENGINE_STORE_PIECE_PUSH_H
+#include "engine/state/state.h"
+#include "rows/nc_block.h"
+
+void push_piece(struct engine *engine,
+                struct piece *piece,
+                const nc_block *row);
+double axis_distance(const struct engine *engine,
+                     const double *from,
+                     const double *to);
+#endif

@@ -1,0 +1,210 @@
+/* SDA's end of the ring: prepared rows become elements (HLI facts) and pieces
+ * (axis-space geometry). */
+#include <string.h>
+#include "engine/store/push.h"
+#include "engine/path/limits.h"
+#include "engine/state/state.h"
+#include "engine/store/element_map.h"
+#include "engine/store/elements.h"
+#include "engine/store/marked_log.h"
+#include "engine/store/piece_push.h"
+#include "engine/store/row_check.h"
+#include "engine/store/short_motions.h"
+#include "engine/store/store.h"
+#include "engine/store/technology_rows.h"
+#include "rows/nc_block.h"
+
+#define LOOP_PIECES_MAX                                                        \
+    (STORE_AHEAD / 2) /* a real-time loop is held whole in the store */
+
+bool ring_has_room(struct engine *e) {
+    if (e->store_head + 4 * BEHIND_MAX
+        >= ATOMIC_GET(e->store_floor) + e->store_mask) {
+        return false;
+    }
+    if (!techno_has_room(e)) {
+        return false;
+    }
+    return e->element_head
+           < ATOMIC_GET(e->geo.active) + (e->element_mask + 1) / 2;
+}
+
+static void push_motion(struct engine *engine,
+                        struct piece *piece,
+                        const nc_block *row) {
+    const struct carried before = engine->carried;
+    push_piece(engine, piece, row);
+    piece->path_rate = piece->dist_rate = row->length / piece->length;
+    engine->carried.rows = 0;
+    if (row->flags & NC_PIECE) {
+        map_piece(engine,
+                  piece,
+                  row->value + (before.rows ? before.programmed : 0.0));
+        if (row->flags & NC_BY_PARAMETER) {
+            piece->path_rate = piece->dist_rate;
+        }
+    } else {
+        piece->element = engine->element_head;
+        piece->dist0 = engine->distance / TENTH_UM;
+        if (before.rows && piece->kind != PIECE_CURVE) {
+            push_programmed(engine, row);
+        } else {
+            push_element(engine, piece, row);
+            memcpy(engine->element_end, row->end, sizeof engine->element_end);
+        }
+        map_behind_element(engine);
+    }
+    engine->pushed_path += piece->length * piece->path_rate;
+}
+
+/* #RT WHILE .. #RT ENDWHILE: both ends know each other. Behind the loop the
+ * distance is not known until it is left. */
+static void push_loop(struct engine *engine,
+                      struct piece *piece,
+                      const nc_block *row) {
+    if (row->type == NC_RT_LOOP_BEGIN) {
+        engine->in_loop = true;
+        engine->loop_begin = engine->store_head;
+        engine->loop_path = engine->pushed_path;
+        log_loop_begin(engine);
+        return;
+    }
+    piece->mate = engine->loop_begin;
+    piece->value = engine->pushed_path - engine->loop_path;
+    piece->flags |= store_at(engine, engine->loop_begin)->flags & NC_MODULO;
+    store_at(engine, engine->loop_begin)->mate = engine->store_head;
+    store_at(engine, engine->loop_begin)->value = piece->value;
+    engine->in_loop = false;
+    engine->push_epoch++;
+    log_loop_end(engine, piece->value * TENTH_UM);
+}
+
+static bool is_m01(const nc_block *row) {
+    return row->type == NC_M && row->code == 1;
+}
+
+static bool stops(const nc_block *row) {
+    return row->type == NC_DWELL
+           || ((row->flags & NC_STANDSTILL) && !is_m01(row));
+}
+
+static void push_event(struct engine *engine,
+                       struct piece *piece,
+                       const nc_block *row) {
+    piece->kind = PIECE_EVENT;
+    piece->element = engine->element_head;
+    piece->code = row->code;
+    piece->value = row->value;
+    memcpy(piece->end, engine->last_end, sizeof piece->end);
+    if (stops(row)) {
+        engine->stop_pending = true;
+    }
+    piece->stop_before = stops(row);
+    if (is_m01(row)) {
+        piece->m01 = engine->m01_pending = true;
+    }
+    if (row->type == NC_MARKER) {
+        log_marker(engine, row);
+    }
+    if (row->type == NC_RT_LOOP_BEGIN || row->type == NC_RT_LOOP_END) {
+        push_loop(engine, piece, row);
+    }
+    if (row->type == NC_DISTANCE_RESET) {
+        piece->mate = engine->epoch_element;
+        engine->epoch_element = engine->element_head;
+        engine->push_epoch++;
+        engine->distance = 0.0;
+        engine->log.shift = 0.0;
+    }
+}
+
+/* Functions that wait for the end of their block go ahead of the first row of
+ * the next one. */
+static void push_row(struct engine *engine, const nc_block *row) {
+    if (row->type > NC_POLYNOMIAL && row->type != NC_DYNAMICS) {
+        carry_flush(engine);
+    }
+    if (engine->spindle_pending
+        && (row->count != engine->spindle_row.count
+            || row->type <= NC_POLYNOMIAL)) {
+        techno_spindle_word(engine);
+    }
+    if (engine->behind_count && row->count != engine->behind[0].count) {
+        techno_block_end(engine);
+    }
+    if (row->type == NC_DYNAMICS) {
+        limits_set(engine, row);
+        return;
+    }
+    if (row->type <= NC_POLYNOMIAL && row->flags & NC_ELEMENT) {
+        push_programmed(engine, row);
+        return;
+    }
+    if (row->type <= NC_POLYNOMIAL) {
+        if (carry_row(engine, row)) {
+            return;
+        }
+        techno_before_motion(engine, row);
+    }
+    if (techno_push(engine, row)) {
+        return;
+    }
+    if (row->type == NC_EVENT && row->code == NC_EVENT_EXPL_SYN) {
+        techno_expl_syn(engine, row);
+    }
+    struct piece *piece = store_slot(engine, row);
+    if (row->type <= NC_POLYNOMIAL) {
+        push_motion(engine, piece, row);
+    } else {
+        push_event(engine, piece, row);
+    }
+    store_publish(engine);
+}
+
+int64_t engine_push(struct engine *engine,
+                    const nc_block *rows,
+                    int64_t count,
+                    const double *pool,
+                    int64_t pool_n) {
+    for (int64_t i = 0; i < count; i++) {
+        if (!ring_has_room(engine)) {
+            return i;
+        }
+        int64_t error = !row_is_finite(engine, &rows[i]) ? ENGINE_NOT_FINITE
+                        : !row_is_supported(engine, &rows[i], pool, pool_n)
+                            ? ENGINE_BAD_ROW
+                            : 0;
+        if (!error && engine->in_loop
+            && engine->store_head - engine->loop_begin > LOOP_PIECES_MAX) {
+            error = ENGINE_LOOP_TOO_LONG;
+        }
+        if (error) {
+            return i > 0 ? i : error;
+        }
+        push_row(engine, &rows[i]);
+        engine->rows_taken++;
+        if (engine->fault) {
+            return ENGINE_NO_MEMORY;
+        }
+    }
+    return count;
+}
+
+void engine_finish(struct engine *engine) {
+    carry_flush(engine);
+    techno_spindle_word(engine);
+    techno_block_end(engine);
+    log_program_end(engine);
+    ATOMIC_SET(engine->finished, 1);
+}
+
+void engine_expect_drain(struct engine *engine) {
+    carry_flush(engine);
+    techno_spindle_word(engine);
+    techno_block_end(engine);
+    engine->drain_at = engine->store_head;
+    engine->drain_from =
+        ATOMIC_GET(engine->geo.cycle)
+        + 1; /* the other side gets its turn, however often a program asks */
+    ATOMIC_SET(engine->expect_drain, 1);
+}

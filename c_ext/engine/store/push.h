@@ -1,0 +1,9 @@
+/* SDA's end of the ring: prepared rows become elements (HLI facts) and pieces
+ * (axis-space geometry). */
+#ifndef ENGINE_STORE_PUSH_H
+#define ENGINE_STORE_PUSH_H
+#include "engine/state/state.h"
+
+bool ring_has_room(struct engine *e);
+void engine_expect_drain(struct engine *engine);
+#endif

@@ -1,0 +1,25 @@
+/* The store's slots: pieces in program order. */
+#include <stddef.h>
+#include <string.h>
+#include "engine/store/store.h"
+#include "engine/state/state.h"
+#include "rows/nc_block.h"
+
+/* The next place of the store, cleared, with what every row has. */
+struct piece *store_slot(struct engine *engine, const nc_block *row) {
+    struct piece *piece = store_at(engine, engine->store_head);
+    memset(piece, 0, offsetof(struct piece, capped));
+    piece->type = row->type;
+    piece->n = row->n;
+    piece->count = row->count;
+    piece->line = row->line;
+    piece->flags = row->flags;
+    piece->origin = engine->store_head;
+    piece->row = engine->rows_taken;
+    piece->dir = 1;
+    return piece;
+}
+
+void store_publish(struct engine *engine) {
+    ATOMIC_SET(engine->store_head, engine->store_head + 1);
+}

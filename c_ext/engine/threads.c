@@ -1,0 +1,290 @@
+/* Real time: planner, GEO and the immediate look-ahead service as threads of
+ * their own. */
+#include <errno.h>
+#include <pthread.h>
+#include <sched.h>
+#include <sys/mman.h>
+#include <time.h>
+#include "engine/threads.h"
+#include "curve/curve.h"
+#include "engine/commit/planner.h"
+#include "engine/events.h"
+#include "engine/geo/cycle.h"
+#include "engine/geo/lookahead_service.h"
+#include "engine/plan/prediction.h"
+#include "engine/plan/pump.h"
+#include "engine/state/state.h"
+#include "hli/sync.h"
+
+#define NS 1000000000LL
+#define PLANNER_IDLE_NS 500000
+#define EVENT_POLL_NS 500000
+#define SERVICE_SPIN_NS 2000000
+#define SERVICE_POLL_NS 1000000
+#define EARLY_MAX_NS 100000 /* GEO waits awake for so long at the most, ... */
+#define EARLY_PART 10       /* ... and for this part of a cycle */
+#define REHEARSAL_NS 10000  /* the last of it is for the rehearsal, ... */
+#define REHEARSAL_PART 50   /* ... this part of a cycle at the most */
+#define EARLIER_NS 2000     /* behind a wake that was late for it ... */
+#define LATER_NS                                                               \
+    10 /* ... and behind the others: one in two hundred is late                \
+        */
+
+/* Wakes come late by what the machine needs to leave its sleep. So GEO sleeps
+ * less, by what mostly suffices, and waits for the rest with its eyes on the
+ * clock. While others had the core its caches and branch predictors have
+ * forgotten the cycle: it rehearses what changes nothing, so that the cycle
+ * itself is short. */
+typedef struct waker {
+    int64_t early, most; /* ns that it sleeps less; at the most */
+    int64_t rehearsal;   /* ns that are left for the rehearsal */
+} waker;
+
+typedef struct bare_loop {
+    int64_t period, rows, *late;
+} bare_loop;
+
+static int64_t now_ns(void) {
+    struct timespec time;
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return time.tv_sec * NS + time.tv_nsec;
+}
+
+static void sleep_until(int64_t t) {
+    struct timespec ts = {t / NS, t % NS};
+    while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &ts, NULL)
+           == EINTR) {
+    }
+}
+
+static struct waker waker_of(int64_t cycle) {
+    struct waker waker = {.most = cycle / EARLY_PART < EARLY_MAX_NS
+                                      ? cycle / EARLY_PART
+                                      : EARLY_MAX_NS};
+    waker.early = waker.most;
+    waker.rehearsal = cycle / REHEARSAL_PART < REHEARSAL_NS
+                          ? cycle / REHEARSAL_PART
+                          : REHEARSAL_NS;
+    return waker;
+}
+
+/* Returns what the rehearsal took, 0 if there was no time for one. */
+static int64_t wake_at(struct engine *engine, struct waker *waker, int64_t t) {
+    int64_t took = 0, ready = t - waker->rehearsal;
+    sleep_until(t - waker->early);
+    int64_t now = now_ns(),
+            early = waker->early + (now > ready ? EARLIER_NS : -LATER_NS);
+    waker->early = early < 0 ? 0 : early > waker->most ? waker->most : early;
+    if (now <= ready) {
+        geo_rehearse(engine);
+        took = now_ns() - now;
+    }
+    while (now_ns() < t) {
+        cpu_pause();
+    }
+    return took;
+}
+
+static void *plan_main(void *arg) {
+    struct engine *engine = arg;
+    while (ATOMIC_GET(engine->run_running)) {
+        bool pumped = planner_pump(engine) != 0;
+        foresight_plan(engine, pumped);
+        if (!pumped) {
+            sleep_until(now_ns() + PLANNER_IDLE_NS);
+        }
+    }
+    return NULL;
+}
+
+static void timed_cycle(struct engine *engine,
+                        int64_t late,
+                        int64_t rehearsal) {
+    if (engine->timed >= engine->timed_rows) {
+        geo_cycle(engine);
+        return;
+    }
+    int64_t begin = now_ns();
+    geo_cycle(engine);
+    engine->cycle_ns[engine->timed] = now_ns() - begin;
+    engine->late_ns[engine->timed] = late;
+    engine->rehearsal_ns[engine->timed] = rehearsal;
+    ATOMIC_SET(engine->timed, engine->timed + 1);
+}
+
+/* Absolute deadlines; a deadline missed by a whole cycle is an overrun and is
+ * not made up for. */
+static void *geo_main(void *arg) {
+    struct engine *engine = arg;
+    int64_t cycle = (int64_t)(engine->cfg.cycle_s * 1e9 + 0.5),
+            next = now_ns() + cycle;
+    struct waker waker = waker_of(cycle);
+    while (ATOMIC_GET(engine->run_running)) {
+        int64_t rehearsal = wake_at(engine, &waker, next),
+                late = now_ns() - next;
+        if (late >= cycle) {
+            engine->overruns += (uint64_t)(late / cycle);
+            next += late / cycle * cycle;
+        }
+        timed_cycle(engine, late, rehearsal);
+        if (engine->side) {
+            hs_word_post(&engine->side->cnc_turn, (uint32_t)engine->geo.cycle);
+        }
+        next += cycle;
+    }
+    return NULL;
+}
+
+static int start_thread(pthread_t *thread,
+                        void *(*body)(void *),
+                        void *arg,
+                        int use_fifo) {
+    pthread_attr_t attr;
+    struct sched_param param = {.sched_priority = 50};
+    pthread_attr_init(&attr);
+    if (use_fifo) {
+        pthread_attr_setinheritsched(&attr, PTHREAD_EXPLICIT_SCHED);
+        pthread_attr_setschedpolicy(&attr, SCHED_FIFO);
+        pthread_attr_setschedparam(&attr, &param);
+    }
+    int error = pthread_create(thread, &attr, body, arg);
+    pthread_attr_destroy(&attr);
+    if (error && use_fifo) {
+        return start_thread(thread, body, arg, 0) == 0 ? 1 : -1;
+    }
+    return error ? -1 : 0;
+}
+
+static void *bare_main(void *arg) {
+    struct bare_loop *bare_loop = arg;
+    int64_t next = now_ns() + bare_loop->period;
+    for (int64_t i = 0; i < bare_loop->rows; i++, next += bare_loop->period) {
+        sleep_until(next);
+        bare_loop->late[i] = now_ns() - next;
+        if (bare_loop->late[i] >= bare_loop->period) {
+            next += bare_loop->late[i] / bare_loop->period * bare_loop->period;
+        }
+    }
+    return NULL;
+}
+
+int engine_bare_loop(int64_t period_ns,
+                     int64_t *late_ns,
+                     int64_t rows,
+                     int use_fifo) {
+    struct bare_loop bare_loop = {period_ns, rows, late_ns};
+    pthread_t thread;
+    if (start_thread(&thread, bare_main, &bare_loop, use_fifo) < 0) {
+        return -1;
+    }
+    pthread_join(thread, NULL);
+    return 0;
+}
+
+static void lock_memory(struct engine *engine) {
+    (void)!mlock(engine, sizeof *engine);
+    (void)!mlock(engine->store,
+                 (engine->store_mask + 1) * sizeof(struct piece));
+    (void)!mlock(engine->pieces,
+                 (engine->piece_mask + 1) * sizeof(struct piece));
+    (void)!mlock(engine->curves,
+                 (engine->store_mask + 1) * sizeof(struct curve));
+    (void)!mlock(engine->phase_ring, PHASE_RING * sizeof(phase));
+    (void)!mlock(engine->elements,
+                 (engine->element_mask + 1) * sizeof(struct element));
+}
+
+/* 0: running as asked, 1: running without SCHED_FIFO, -1: no thread could be
+ * started. */
+int engine_start(struct engine *engine, int use_fifo) {
+    if (engine->threads_started) {
+        return 0;
+    }
+    lock_memory(engine);
+    planner_store_tail(engine);
+    ATOMIC_SET(engine->run_running, 1);
+    if (pthread_create(&engine->plan_thread, NULL, plan_main, engine)) {
+        return -1;
+    }
+    int result = start_thread(&engine->geo_thread, geo_main, engine, use_fifo);
+    if (result < 0) {
+        ATOMIC_SET(engine->run_running, 0);
+        pthread_join(engine->plan_thread, NULL);
+        return -1;
+    }
+    engine->threads_started = true;
+    return result;
+}
+
+/* Polls, so that GEO neither locks nor wakes anybody. */
+int engine_wait(struct engine *engine, int64_t timeout_ns) {
+    int64_t until = now_ns() + timeout_ns;
+    for (;;) {
+        int event = pending_event(engine);
+        if (event >= 0) {
+            return event;
+        }
+        if (now_ns() >= until) {
+            return ENGINE_DONE;
+        }
+        sleep_until(now_ns() + EVENT_POLL_NS);
+    }
+}
+
+void engine_stop(struct engine *engine) {
+    if (!engine->threads_started) {
+        return;
+    }
+    ATOMIC_SET(engine->run_running, 0);
+    pthread_join(engine->geo_thread, NULL);
+    pthread_join(engine->plan_thread, NULL);
+    engine->threads_started = false;
+}
+
+/* Spins for a while after each request, then sleeps on the bell; a PLC that
+ * only sets the byte is found by polling. */
+static void *serve_main(void *arg) {
+    struct engine *engine = arg;
+    HLI_SIDE_WORD *bell = &engine->side->clah_bell;
+    int64_t last = now_ns();
+    uint32_t rounds = 0;
+    while (ATOMIC_GET(engine->serve_running)) {
+        uint32_t seen = load_u32_acquire(&bell->word);
+        if (serve_request(engine)) {
+            rounds = 0;
+            continue;
+        }
+        cpu_pause();
+        if (++rounds < 2000) {
+            continue;
+        }
+        if (rounds == 2000) {
+            last = now_ns();
+        }
+        if ((rounds & 1023) == 0 && now_ns() - last > SERVICE_SPIN_NS) {
+            hs_word_wait(bell, seen + 1, 0, SERVICE_POLL_NS);
+        }
+    }
+    return NULL;
+}
+
+int engine_serve_start(struct engine *engine) {
+    if (engine->serve_started || !engine->side) {
+        return engine->side ? 0 : -1;
+    }
+    ATOMIC_SET(engine->serve_running, 1);
+    if (pthread_create(&engine->serve_thread, NULL, serve_main, engine)) {
+        return -1;
+    }
+    engine->serve_started = true;
+    return 0;
+}
+
+void engine_serve_stop(struct engine *engine) {
+    if (!engine->serve_started) {
+        return;
+    }
+    ATOMIC_SET(engine->serve_running, 0);
+    pthread_join(engine->serve_thread, NULL);
+    engine->serve_started = false;
+}

@@ -1,0 +1,90 @@
+/* Changes of a path that has been pushed already: stands that come and go, a
+ * path that ends earlier, another path. */
+#include <math.h>
+#include "jerk/history.h"
+#include "jerk/path/ring.h"
+#include "jerk/state/state.h"
+#include "jerk/stop.h"
+
+int64_t jerk_ahead(const jerk_planner *planner) {
+    return (int64_t)(planner->tail - planner->head);
+}
+
+const jerk_interval *jerk_path(const jerk_planner *planner, int64_t i) {
+    return ring_at(planner, planner->head + (uint64_t)i);
+}
+
+/* Ring index of the interval at whose end, or inside which, the plan comes to
+ * rest. */
+static uint64_t plan_rest(const jerk_planner *planner) {
+    const plan *pl = &planner->plan;
+    return pl->next < pl->count && pl->last[pl->count - 1] ? pl->end - 1
+                                                           : pl->end;
+}
+
+int jerk_passes(const jerk_planner *planner, int64_t i) {
+    return planner->plan.next < planner->plan.count
+           && planner->head + (uint64_t)i < plan_rest(planner);
+}
+
+/* A plan that passes a new stand is planned again at once; one that ends at a
+ * stand that has gone, with the next law. */
+void jerk_stand(jerk_planner *planner, int64_t i, int stand) {
+    plan *pl = &planner->plan;
+    uint64_t at = planner->head + (uint64_t)i;
+    jerk_interval *interval = &planner->ring[at & planner->mask];
+    if (!stand == !(interval->flags & JERK_STAND)) {
+        return;
+    }
+    interval->flags ^= JERK_STAND;
+    if (stand && jerk_passes(planner, i)) {
+        planner->changed = true;
+    }
+    if (stand || pl->next >= pl->count || at + 1 < pl->end) {
+        return;
+    }
+    pl->stands = pl->final = false;
+    planner->wait = 0;
+}
+
+void jerk_cut(jerk_planner *planner, int64_t i, double length) {
+    uint64_t at = planner->head + (uint64_t)i;
+    jerk_interval *interval = &planner->ring[at & planner->mask];
+    planner->tail = at;
+    planner->finished = false;
+    forget_laws(planner); /* they know the path as it was, ... */
+    if (planner->at_rest) {
+        forget_plan(planner); /* ... and so does a plan that has not begun;
+                                 another one ends ahead of the cut */
+    }
+    if (!(length > 0.0)) {
+        return;
+    }
+    planner->tail++;
+    if (length >= interval->length) {
+        interval->flags &= ~JERK_STAND;
+        return;
+    }
+    jerk_interval whole = *interval;
+    interval_part(&whole, 0.0, length, planner->cfg.axes, interval);
+    interval->blocks = whole.blocks;
+    struct steps *steps = &planner->steps[at & planner->mask];
+    steps->knots = ceil(interval->length / steps->longest);
+}
+
+void jerk_brake(jerk_planner *planner) {
+    if (planner->at_rest) {
+        return;
+    }
+    plan_stop(planner);
+    planner->changed = true; /* it is not what is wanted, only what is sure */
+}
+
+void jerk_reset(jerk_planner *planner) {
+    planner->tail = planner->head;
+    planner->finished = planner->changed = false;
+    planner->at_rest = true;
+    planner->x = planner->accel = planner->behind_mm = planner->driven = 0.0;
+    planner->turned_count = 0;
+    forget_plan(planner);
+}

@@ -1,0 +1,80 @@
+/* What the operator and the program ask of a planner, and what it tells. */
+#include <math.h>
+#include "jerk/planner.h"
+#include "jerk/state/state.h"
+
+static bool positive(double v) {
+    return isfinite(v) && v > 0.0;
+}
+
+int jerk_check_config(const jerk_config *config) {
+    if (config->axes < 1 || config->axes > JERK_AXES
+        || !positive(config->cycle_s) || config->window_knots < 8
+        || config->window_blocks < 1) {
+        return JERK_BAD_LIMITS;
+    }
+    for (int axis = 0; axis < config->axes; axis++) {
+        if (!positive(config->v_max[axis]) || !positive(config->a_max[axis])
+            || !positive(config->j_max[axis])) {
+            return JERK_BAD_LIMITS;
+        }
+    }
+    return isfinite(config->spacing_mm) && isfinite(config->refresh)
+               ? 0
+               : JERK_BAD_LIMITS;
+}
+
+/* Another motion is wanted, from here on. */
+static void changes(jerk_planner *planner) {
+    planner->changed = true;
+    planner->again_s = planner->waited_s = 0.0;
+}
+
+void jerk_override(jerk_planner *planner, double feed, double rapid) {
+    if (!isfinite(feed) || !isfinite(rapid)) {
+        return;
+    }
+    if (feed == planner->feed_factor && rapid == planner->rapid_factor) {
+        return;
+    }
+    planner->feed_factor = fmax(0.0, feed);
+    planner->rapid_factor = fmax(0.0, rapid);
+    changes(planner);
+}
+
+void jerk_hold(jerk_planner *planner, int hold) {
+    if ((hold != 0) == planner->hold) {
+        return;
+    }
+    planner->hold = hold != 0;
+    changes(planner);
+}
+
+void jerk_watch(jerk_planner *planner, const uint64_t *word) {
+    planner->gone = word;
+}
+
+uint64_t jerk_edition(const jerk_planner *planner) {
+    return planner->plan.edition;
+}
+
+int64_t jerk_used(const jerk_planner *planner) {
+    return planner->plan.next;
+}
+
+void jerk_get_stats(const jerk_planner *planner, jerk_stats *out) {
+    *out = planner->stats;
+}
+
+double jerk_speed(const jerk_planner *planner) {
+    return planner->at_rest ? 0.0 : planner->scale * sqrt(planner->x);
+}
+
+void jerk_command_speed(jerk_planner *planner, double speed) {
+    if (!isfinite(speed) || speed == planner->command_speed
+        || (speed < 0.0 && planner->command_speed < 0.0)) {
+        return;
+    }
+    planner->command_speed = speed;
+    planner->changed = true;
+}

@@ -1,0 +1,206 @@
+/* When the plan is made anew: over the window, over less of it where that
+ * fails, and otherwise the fastest way down. */
+#include <math.h>
+#include "jerk/path/grid.h"
+#include "jerk/replan.h"
+#include "jerk/solver/constraints.h"
+#include "jerk/solver/initial_guess.h"
+#include "jerk/state/state.h"
+#include "jerk/stop.h"
+#include "jerk/straight_line.h"
+#include "jerk/window.h"
+
+/* Time over the first `length` mm, to compare plans; rest intervals are exact,
+ * others by the mean speed. */
+static double time_over(const double *lengths,
+                        const double *x,
+                        int from,
+                        int count,
+                        double length) {
+    double t = 0.0;
+    double at = 0.0;
+    for (int k = from; k < count && at + lengths[k] <= length + 1e-9; k++) {
+        double v = sqrt(x[k]) + sqrt(x[k + 1]);
+        t += (x[k] > 0.0 && x[k + 1] > 0.0 ? 2.0 : 3.0) * lengths[k] / v;
+        at += lengths[k];
+    }
+    return t;
+}
+
+static bool slower_than_tail(const jerk_planner *planner,
+                             const struct grid *grid) {
+    const plan *pl = &planner->plan;
+    double length = 0.0;
+    for (int k = pl->next; k < pl->count; k++) {
+        length += pl->lengths[k];
+    }
+    if (length <= 0.0 || grid->from_start[grid->count] < length - 1e-9) {
+        return false;
+    }
+    double t_new = 0.0;
+    double at = 0.0;
+    for (int k = 0; k < grid->count && at < length - 1e-9; k++) {
+        double segment_length = grid->seg[k].length;
+        double v = sqrt(planner->prob.x[k]) + sqrt(planner->prob.x[k + 1]);
+        double part = fmin(1.0, (length - at) / segment_length);
+        t_new +=
+            part
+            * (planner->prob.x[k] > 0.0 && planner->prob.x[k + 1] > 0.0 ? 2.0
+                                                                        : 3.0)
+            * segment_length / v;
+        at += segment_length;
+    }
+    return t_new
+           > SLOWER * time_over(pl->lengths, pl->x, pl->next, pl->count, 1e30);
+}
+
+/* From rest to rest any profile, slowed down, becomes legal: accelerations fall
+ * with the square of the speed. */
+static bool slow_bump(jerk_planner *planner, struct grid *grid) {
+    struct problem *problem = &planner->prob;
+    problem_from_grid(planner, grid, 0.0, 0.0);
+    if (!guess_bump(planner, grid)) {
+        return false;
+    }
+    for (int i = 0; i < FALLBACK_TRIES; i++) {
+        if (check_plan(planner, grid) <= CHECK_SLACK) {
+            return true;
+        }
+        for (int k = 0; k <= grid->count; k++) {
+            problem->x[k] *= FALLBACK_SCALE;
+            problem->accel[k] *= FALLBACK_SCALE;
+            problem->input[0][k] *= FALLBACK_SCALE;
+            problem->input[1][k] *= FALLBACK_SCALE;
+        }
+    }
+    return false;
+}
+
+/* The solver has failed at a standstill: a slow move, over less and less of the
+ * window. */
+static bool slow_fallback(jerk_planner *planner, struct grid *grid) {
+    double length = grid->from_start[grid->count];
+    bool stands = grid->stands;
+    for (int i = 0; i < FALLBACK_LENGTHS; i++) {
+        if (grid_to(planner, grid, length) && grid->count >= 3
+            && slow_bump(planner, grid)) {
+            grid->stands = stands && i == 0;
+            return true;
+        }
+        length *= 0.25;
+    }
+    return false;
+}
+
+static bool above_soft(const jerk_planner *planner, const struct grid *grid) {
+    return !grid->rest_start && grid->count > 1
+           && planner->x > 1.003 * fmin(grid->seg[0].soft, grid->seg[1].soft);
+}
+
+/* The window up to a reach, with finer steps where they turn out to be too
+ * long. */
+static bool solve_finer(jerk_planner *planner,
+                        struct grid *grid,
+                        double reach,
+                        int tries) {
+    bool legal = false;
+    for (planner->finer_tries = tries; planner->finer_tries > 0;
+         planner->finer_tries--) {
+        legal = solve_window(planner, grid, true, 1.0);
+        if (legal || !planner->finer) {
+            break;
+        }
+        grid_window(planner, grid, reach);
+    }
+    planner->finer_tries = 0;
+    return legal;
+}
+
+/* Windows over many slow knots may fail as a whole: shorter ones do not. */
+static bool solve_shorter(jerk_planner *planner,
+                          struct grid *grid,
+                          double least) {
+    double reach = grid->from_start[grid->count];
+    for (int i = 0; i < SHORTER_TRIES; i++) {
+        reach *= SHORTER;
+        if (reach <= least) {
+            return false;
+        }
+        grid_window(planner, grid, reach);
+        if (grid->count < (grid->rest_start ? 3 : 2)) {
+            return false;
+        }
+        planner->reach = reach;
+        if (solve_finer(planner, grid, reach, FINER_SHORTER)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* Give back what a failure has taken from the windows. */
+static void reach_further(jerk_planner *planner, const struct grid *grid) {
+    if (planner->reach < 1e30) {
+        planner->reach =
+            fmax(planner->reach, grid->from_start[grid->count]) * LONGER;
+    }
+    if (planner->reach > REACH_FORGOTTEN) {
+        planner->reach = 1e30;
+    }
+}
+
+/* A new plan over the window, if it is legal and not slower than the stored
+ * tail; else the tail stays. False: it is not what is wanted. */
+bool plan_window(jerk_planner *planner) {
+    struct grid *grid = &planner->grid;
+    if (plan_straight(planner)) {
+        planner->changed = false;
+        return true;
+    }
+    double left = planner->plan.next < planner->plan.count
+                      ? fmax(0.0, planner->plan.remaining)
+                      : 0.0;
+    double ahead = fmax(planner->reach, TAIL_MORE * left);
+    grid_window(planner, grid, ahead);
+    if (grid->count < (grid->rest_start ? 3 : 2)) {
+        return true;
+    }
+    bool changed = planner->changed, above = above_soft(planner, grid);
+    planner->changed = false;
+    planner->wait = 1 + grid->count / 10;
+    if (!above
+        && (solve_finer(planner, grid, ahead, FINER_TRIES)
+            || solve_shorter(planner, grid, TAIL_MORE * left))) {
+        if (!changed && !grid->rest_start && slower_than_tail(planner, grid)) {
+            planner->stats.slower++;
+            planner->plan.final =
+                planner->plan.final
+                || planner->prob.solved; /* the solver does no better */
+        } else if (plan_accept(planner, grid, planner->prob.solved)) {
+            planner->was = speeds_now(planner);
+        }
+        reach_further(planner, grid);
+        return true;
+    }
+    if (grid->rest_start) {
+        grid_window(planner, grid, 1e30);
+        if ((solve_window(planner, grid, false, SHRINK)
+             || slow_fallback(planner, grid))
+            && plan_accept(planner, grid, false)) {
+            planner->was = speeds_now(planner);
+        }
+        return true;
+    }
+    if (changed && plan_ramp(planner)) {
+        return true;
+    }
+    bool met = !changed || plan_stop(planner); /* the fastest way down */
+    if (!changed && !above) {
+        return true;
+    }
+    grid_window(planner, grid, 1e30);
+    allow_tail(planner, grid, INFINITY);
+    return (solve_window(planner, grid, true, 1.0)
+            && plan_accept(planner, grid, planner->prob.solved))
+           || met;
+}

@@ -1,0 +1,491 @@
+/* The checker: what the planner hands out is recomputed here, from the path as
+ * it was pushed and in plain units.
+ *
+ * It integrates the accelerations again, evaluates the true limits of every
+ * axis at both ends and in the middle of each interval, and looks for minima of
+ * speed inside.  Nothing of the planner's rows is used.
+ */
+#include <math.h>
+#include <stddef.h>
+#include "jerk/path/motion_law.h"
+#include "jerk/state/state.h"
+#include "jerk/verify.h"
+
+typedef struct motion {
+    double v, a, j; /* along the path */
+} motion;
+
+/* Largest ratio of an axis value to its limit at derivatives d1, d2, d3;
+ * `miss`: what d3 may be more (NULL: it is exact). */
+static double ratio_at(const jerk_planner *planner,
+                       const struct segment *segment,
+                       const double *d1,
+                       const double *d2,
+                       const double *d3,
+                       const float *miss,
+                       struct motion motion) {
+    const jerk_interval *interval = segment->interval;
+    double worst = 0.0;
+    double v2 = motion.v * motion.v;
+    if (!isfinite(motion.v + motion.a + motion.j)) {
+        return INFINITY;
+    }
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        if (d1[axis] == 0.0 && d2[axis] == 0.0 && d3[axis] == 0.0) {
+            continue; /* it rests */
+        }
+        double v = fabs(d1[axis]) * motion.v / planner->cfg.v_max[axis];
+        double acc = fabs(d1[axis] * motion.a + d2[axis] * v2)
+                     / (acc_max(planner, interval, axis) * segment->acc[axis]);
+        double jerk =
+            (fabs(motion.v * (d3[axis] * v2 + 3.0 * d2[axis] * motion.a)
+                  + d1[axis] * motion.j)
+             + (miss ? (double)miss[axis] * v2 * motion.v : 0.0))
+            / (jerk_max(planner, interval, axis) * segment->jump);
+        if (!isfinite(v + acc + jerk)) {
+            return INFINITY;
+        }
+        if (v > worst) {
+            worst = v;
+        }
+        if (acc > worst) {
+            worst = acc;
+        }
+        if (jerk > worst) {
+            worst = jerk;
+        }
+    }
+    return worst;
+}
+
+/* The derivatives at the share t of the interval: the polynomial of degree 5
+ * for the tangent that meets the tangent and its two derivatives at both ends,
+ * in Hermite's basis. */
+static void derivatives_at(const jerk_interval *interval,
+                           double t,
+                           int axes,
+                           double *d1,
+                           double *d2,
+                           double *d3) {
+    double length = interval->length;
+    double rest = 1.0 - t;
+    double t2 = t * t;
+    double r2 = rest * rest;
+    double s1 = r2 * rest * (1.0 + 3.0 * t + 6.0 * t2);
+    double s2 = length * r2 * rest * t * (1.0 + 3.0 * t);
+    double s3 = 0.5 * length * length * r2 * rest * t2;
+    double e2 = -length * t2 * t * rest * (1.0 + 3.0 * rest);
+    double e3 = 0.5 * length * length * t2 * t * r2;
+    double first = -30.0 * t2 * r2 / length;
+    double b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2);
+    double b3 = 0.5 * length * t * r2 * (2.0 - 5.0 * t);
+    double f2 = t2 * (1.0 + 2.0 * rest - 15.0 * r2);
+    double f3 = -0.5 * length * rest * t2 * (2.0 - 5.0 * rest);
+    double second = -60.0 * t * rest * (1.0 - 2.0 * t) / (length * length);
+    double g2 = -12.0 * t * rest * (3.0 - 5.0 * t) / length;
+    double g3 = rest * (1.0 - 8.0 * t + 10.0 * t2);
+    double k2 = 12.0 * t * rest * (3.0 - 5.0 * rest) / length;
+    double k3 = t * (1.0 - 8.0 * rest + 10.0 * r2);
+    for (int i = 0; i < axes; i++) {
+        double p0 = interval->d1[0][i];
+        double p1 = interval->d1[1][i];
+        double v0 = interval->d2[0][i];
+        double v1 = interval->d2[1][i];
+        double w0 = interval->d3[0][i];
+        double w1 = interval->d3[1][i];
+        d1[i] =
+            s1 * p0 + s2 * v0 + s3 * w0 + (1.0 - s1) * p1 + e2 * v1 + e3 * w1;
+        d2[i] = first * (p0 - p1) + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
+        d3[i] = second * (p0 - p1) + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
+    }
+}
+
+static double ratio_inside(const jerk_planner *planner,
+                           const struct segment *segment,
+                           double t,
+                           struct motion motion) {
+    double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
+    derivatives_at(segment->interval, t, planner->cfg.axes, d1, d2, d3);
+    return ratio_at(planner,
+                    segment,
+                    d1,
+                    d2,
+                    d3,
+                    segment->interval->miss,
+                    motion);
+}
+
+static double ratio_at_end(const jerk_planner *planner,
+                           const struct segment *segment,
+                           int end,
+                           struct motion motion) {
+    return ratio_at(planner,
+                    segment,
+                    segment->interval->d1[end],
+                    segment->interval->d2[end],
+                    segment->interval->d3[end],
+                    NULL,
+                    motion);
+}
+
+/* Constant path jerk over the interval h with the speed v at the moving end;
+ * `sign` -1: it ends at rest. */
+static double rest_ratio(const jerk_planner *planner,
+                         const struct segment *segment,
+                         double v,
+                         double sign) {
+    double t = 3.0 * segment->length / v;
+    double j = 2.0 * v / (t * t);
+    double tm = t * cbrt(0.5);
+    double vm = 0.5 * j * tm * tm;
+    struct motion at = {v, sign * j * t, j};
+    struct motion mid = {vm, sign * j * tm, j};
+    double worst = fmax(ratio_at_end(planner, segment, sign > 0, at),
+                        ratio_inside(planner, segment, 0.5, mid));
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        worst = fmax(
+            worst,
+            fabs(segment->interval->d1[sign > 0 ? 0 : 1][axis]) * j
+                / (jerk_max(planner, segment->interval, axis) * segment->jump));
+    }
+    return worst;
+}
+
+/* The motion of a law that begins at 0 at the time t; `s` gets the place. */
+static struct motion motion_at(const jerk_law *law, double t, double *s) {
+    jerk_state at;
+    jerk_at(law, t, &at);
+    *s = at.s;
+    return (struct motion){at.v, at.a, law_jerk(law, t)};
+}
+
+static double ratio_at_time(const jerk_planner *planner,
+                            const struct segment *segment,
+                            const jerk_law *law,
+                            double t) {
+    double at;
+    const struct motion motion = motion_at(law, t, &at);
+    return ratio_inside(planner, segment, at / segment->length, motion);
+}
+
+static double ends_ratio(const jerk_planner *planner,
+                         const struct segment *segment,
+                         const jerk_law *law) {
+    double at;
+    return fmax(
+        ratio_at_end(planner, segment, 0, motion_at(law, 0.0, &at)),
+        ratio_at_end(planner, segment, 1, motion_at(law, law->time, &at)));
+}
+
+/* Parts of the time at which it is looked at: more of them where the third
+ * derivative changes much over the interval. */
+static int points_inside(const jerk_planner *planner,
+                         const jerk_interval *interval) {
+    double change = 0.0;
+    double most = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        change =
+            fmax(change, fabs(interval->d3[1][axis] - interval->d3[0][axis]));
+        most = fmax(
+            most,
+            fmax(fabs(interval->d3[0][axis]), fabs(interval->d3[1][axis])));
+    }
+    return change > 0.2 * most ? 12 : 6;
+}
+
+/* Between the points that have rows the path may bend otherwise than the rows
+ * know. */
+static double inside_ratio(const jerk_planner *planner,
+                           const struct segment *segment,
+                           const jerk_law *law) {
+    double worst = 0.0;
+    int count = points_inside(planner, segment->interval);
+    for (int k = 1; k < count; k++) {
+        if (2 * k != count) {
+            worst = fmax(
+                worst,
+                ratio_at_time(planner,
+                              segment,
+                              law,
+                              law->time * k
+                                  / count)); /* the middle has been looked at */
+        }
+    }
+    return worst;
+}
+
+/* The law over an interval h with the inputs c; x, u: at its end. */
+static jerk_law law_of(double length,
+                       double *x,
+                       double *accel,
+                       const double input[2]) {
+    double x0 = *x;
+    double u0 = *accel;
+    jerk_law law = {0};
+    *x = x_after(length, x0, u0, input[0], input[1]);
+    *accel = accel_after(length, u0, input[0], input[1]);
+    double v0 = sqrt(x0);
+    double v1 = sqrt(*x);
+    law_between(&law, length, v0, u0, input[0] * v0, v1, *accel, input[1] * v1);
+    return law;
+}
+
+/* How much larger than at the ends it is inside an interval; ends far below the
+ * rest say nothing. */
+static double bulge(double most, double ends) {
+    return most > 0.0 ? most / fmax(ends, 0.8 * most) : 1.0;
+}
+
+/* For the planner, ahead of a check: largest ratio of the interval; `*more`: by
+ * what it is more than at the ends. */
+double bend_inside(const jerk_planner *planner,
+                   const struct segment *segment,
+                   double x,
+                   double accel,
+                   const double input[2],
+                   double *more) {
+    const jerk_law law = law_of(segment->length, &x, &accel, input);
+    double ends = ends_ratio(planner, segment, &law);
+    double most =
+        fmax(ends,
+             fmax(ratio_at_time(planner, segment, &law, 0.5 * law.time),
+                  inside_ratio(planner, segment, &law)));
+    *more = bulge(most, ends);
+    return most;
+}
+
+/* Largest speed over its cap: the feed or what was allowed on the way down to
+ * it. */
+static double feed_ratio(const jerk_planner *planner,
+                         const struct grid *grid,
+                         int k,
+                         double x0,
+                         double x1,
+                         double top_x) {
+    double f2 = planner->scale * planner->scale;
+    double cap =
+        fmin(grid->seg[k].soft / grid->seg[k].slower, grid->seg[k].cap) * f2;
+    double most =
+        k == 0 ? fmax(x1, fmin(top_x, x1)) : fmax(top_x, fmax(x0, x1));
+    return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK
+                          : INFINITY;
+}
+
+static double acceleration(const jerk_law *law, double t) {
+    return law->a0
+           + t
+                 * (law->jerk
+                    + t
+                          * (law->snap / 2.0
+                             + t * (law->crackle / 6.0 + t * law->pop / 24.0)));
+}
+
+/* Times in the law at which the acceleration changes its sign: how many. */
+static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
+    double from = law->a0;
+    int count = 0;
+    for (int i = 1; i <= TURN_PARTS; i++) {
+        double low = law->time * (i - 1) / TURN_PARTS;
+        double high = law->time * i / TURN_PARTS;
+        double a0 = from;
+        double a1 = acceleration(law, high);
+        from = a1;
+        if (!(a0 * a1 < 0.0)) {
+            continue;
+        }
+        t[count] = low;
+        for (int k = 0; k < TURN_STEPS; k++) { /* secants, inside the bracket */
+            t[count] = (low * a1 - high * a0) / (a1 - a0);
+            double a = acceleration(law, t[count]);
+            if (a * a0 > 0.0) {
+                low = t[count], a0 = a;
+            } else {
+                high = t[count], a1 = a;
+            }
+            if (a == 0.0) {
+                break;
+            }
+        }
+        count++;
+    }
+    return count;
+}
+
+/* One interval with free inputs; x, u advance. */
+static double free_ratio(const jerk_planner *planner,
+                         struct grid *grid,
+                         int k,
+                         double *x,
+                         double *accel,
+                         const double input[2]) {
+    struct segment *segment = &grid->seg[k];
+    double x0 = *x;
+    double at, turns[TURN_PARTS];
+    const jerk_law law = law_of(segment->length, x, accel, input);
+    double x1 = *x;
+    double top_x = fmax(x0, x1);
+    double low = fmin(x0, x1);
+    if (!(low > LEAST_DIP * top_x)
+        || !isfinite(law.time + law.snap + law.crackle + law.pop)) {
+        return INFINITY;
+    }
+    double ends = ends_ratio(planner, segment, &law);
+    double limits =
+        fmax(ends, ratio_at_time(planner, segment, &law, 0.5 * law.time));
+    limits = fmax(limits, inside_ratio(planner, segment, &law));
+    segment->bulge = bulge(limits, ends);
+    for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
+        double v = motion_at(&law, turns[i], &at).v;
+        if (v * v > top_x) {
+            limits =
+                fmax(limits, ratio_at_time(planner, segment, &law, turns[i]));
+        }
+        top_x = fmax(top_x, v * v);
+        low = v > 0.0 ? fmin(low, v * v) : 0.0;
+    }
+    if (!(low > LEAST_DIP * top_x)) {
+        return INFINITY;
+    }
+    double feed = feed_ratio(planner, grid, k, x0, x1, top_x);
+    segment->excess = limits > CHECK_SLACK ? limits : 0.0;
+    segment->fast = feed > CHECK_SLACK ? feed : 0.0;
+    return fmax(limits, feed);
+}
+
+/* Where the direction jumps, an acceleration u along the path jumps with it:
+ * that shows beside what the intervals around knot k are planned with. Larger
+ * than the bound: they must leave more. */
+static double kink_ratio(const jerk_planner *planner,
+                         struct grid *grid,
+                         int k,
+                         double x,
+                         double accel) {
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    double dt = planner->cfg.cycle_s;
+    double most = 0.0;
+    double share = fmax(grid->seg[k - 1].share, grid->seg[k].share);
+    if (!grid->seg[k - 1].last) {
+        return 0.0;
+    }
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double turn = fabs(right->d1[0][axis] - left->d1[1][axis]);
+        double bend =
+            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
+        double kink = 0.75 * turn * fabs(accel) / dt;
+        if (kink > 0.0) {
+            most = fmax(most,
+                        (bend + turn * sqrt(x) / (dt * dt) + kink)
+                            / fmin(jerk_max(planner, left, axis),
+                                   jerk_max(planner, right, axis)));
+        }
+    }
+    if (most + share <= CHECK_SLACK) {
+        return most + share;
+    }
+    for (int i = k - 1; i <= k; i++) {
+        grid->seg[i].leave = fmax(grid->seg[i].leave, most);
+    }
+    return most + share;
+}
+
+/* Jumps of q' and q'' at knot k, as samples show them, against the share that
+ * the intervals around it leave. */
+static bool jump_fits(const jerk_planner *planner,
+                      const struct grid *grid,
+                      int k,
+                      double x) {
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    double dt = planner->cfg.cycle_s;
+    double room = 1.0 - fmin(grid->seg[k - 1].jump, grid->seg[k].jump);
+    double used = 0.0;
+    if (!grid->seg[k - 1].last) {
+        return true;
+    }
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double bend =
+            0.75 * fabs(right->d2[0][axis] - left->d2[1][axis]) * x / dt;
+        double corner =
+            fabs(right->d1[0][axis] - left->d1[1][axis]) * sqrt(x) / (dt * dt);
+        used = fmax(used,
+                    (bend + corner)
+                        / fmin(jerk_max(planner, left, axis),
+                               jerk_max(planner, right, axis)));
+    }
+    return used <= room * JUMP_SLACK + SMALL_JUMPS;
+}
+
+/* The input that meets the rest interval exactly: what the way there has
+ * gathered in rounding ends here. */
+static double last_input(const struct grid *grid, double x, double accel) {
+    double length = grid->seg[grid->count - 2].length;
+    double t = 1.5 * grid->seg[grid->count - 1].length;
+    return -(x + (2.0 * length + t) * accel) / (length * (length + t));
+}
+
+/* Largest ratio of anything to its limit over the plan (infinite: no plan at
+ * all).  On the way x and u of the problem are replaced by what the inputs
+ * integrate to. */
+double plan_check(const jerk_planner *planner,
+                  struct grid *grid,
+                  struct problem *problem) {
+    double f2 = planner->scale * planner->scale;
+    double worst = 0.0;
+    double x = problem->x0 * f2;
+    double accel = problem->u0 * f2;
+    int last = grid->count - 1;
+    int k = 0;
+    if (grid->count < (grid->rest_start ? 3 : 2)) {
+        return INFINITY;
+    }
+    if (grid->rest_start) {
+        accel = problem->accel[1] * f2;
+        x = 1.5 * grid->seg[0].length * accel;
+        if (!(x > 0.0)) {
+            return INFINITY;
+        }
+        worst = fmax(rest_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
+                     feed_ratio(planner, grid, 0, 0.0, x, x));
+        problem->x[0] = problem->accel[0] = problem->input[0][0] =
+            problem->input[1][0] = 0.0;
+        k = 1;
+    }
+    for (; k < last; k++) {
+        problem->x[k] = x / f2;
+        problem->accel[k] = accel / f2;
+        if (k > 0 && !jump_fits(planner, grid, k, x)) {
+            return INFINITY;
+        }
+        if (k > 0) {
+            worst = fmax(worst, kink_ratio(planner, grid, k, x, accel));
+        }
+        if (k == last - 1) {
+            problem->input[0][k] = problem->input[1][k] =
+                last_input(grid, x, accel) / f2;
+        }
+        const double input[2] = {problem->input[0][k] * f2,
+                                 problem->input[1][k] * f2};
+        double ratio = free_ratio(planner, grid, k, &x, &accel, input);
+        if (!(ratio <= worst)) {
+            worst = ratio;
+        }
+        if (!isfinite(worst)) {
+            return INFINITY;
+        }
+    }
+    double meet = 1.5 * grid->seg[last].length * -accel;
+    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) {
+        return INFINITY;
+    }
+    if (!jump_fits(planner, grid, last, x)) {
+        return INFINITY;
+    }
+    worst = fmax(worst, kink_ratio(planner, grid, last, x, accel));
+    problem->x[last] = x / f2;
+    problem->accel[last] = accel / f2;
+    problem->x[grid->count] = problem->accel[grid->count] =
+        problem->input[0][last] = problem->input[1][last] = 0.0;
+    worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
+    return fmax(worst, rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0));
+}

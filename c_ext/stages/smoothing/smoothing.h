@@ -1,0 +1,63 @@
+/* Smoothing of micro-segments and corners within a tolerance: programmed rows
+ * in, element rows and pieces out (the stage around it is
+ * cnc_core/geometry/smoothing.py, the mathematics is told in
+ * docs/smoothing.md).
+ *
+ *   smoothing.c          rows to nodes: what belongs to one smooth section,
+ * long lines, corners, breaks window.c   one section through a sliding window:
+ * knots, weights, iteration, fallback spline_fit.c   quintic B-splines: span
+ * matrices, banded LDL^T certify.c  a polynomial against the programmed
+ * contour, by Bernstein coefficients emit.c     pieces and programmed rows in
+ * program order
+ *
+ * Memory is bounded by the constants below, whatever the program's length.
+ */
+#ifndef SMOOTH_H
+#define SMOOTH_H
+#include <stddef.h>
+#include <stdint.h>
+#include "rows/nc_block.h"
+
+/* cdef begin */
+typedef struct nc_smooth_config {
+    int32_t axes;
+    int32_t main_axis[3];
+    uint32_t rotary;    /* bit i: axis i is a rotary axis */
+    double accel, feed; /* mm/s2, mm/s: what limits speed in curves and what is
+                           fast; shapes the fairness only */
+    double tolerance; /* mm; 0: rows pass unchanged until an NC_SMOOTHING row */
+    double rotary_tolerance; /* degrees */
+    double turn_max;         /* rad; a larger turn stays an exact corner */
+} nc_smooth_config;
+
+typedef struct nc_smooth_stats {
+    uint64_t rows, pieces, curves, corners, windows, solves, fallbacks;
+    uint64_t irregular; /* pieces that the engine will refuse; must stay 0 */
+    double deviation, rotary_deviation; /* largest certified, mm and degrees */
+    double left_out; /* mm: farthest from its neighbour that a point was left
+                        out */
+} nc_smooth_stats;
+
+typedef struct nc_smooth nc_smooth;
+
+/* `start`: position before the first row. NULL: no memory. */
+nc_smooth *nc_smooth_new(const nc_smooth_config *config, const double *start);
+void nc_smooth_free(nc_smooth *smooth);
+void nc_smooth_resync(nc_smooth *smooth, const double *position);
+/* Take rows until the output is half full; returns how many were taken, or -1:
+ * no memory. */
+int64_t nc_smooth_push(nc_smooth *smooth,
+                       const nc_block *rows,
+                       int64_t count,
+                       const double *pool,
+                       int64_t pool_n);
+/* Everything held back becomes final; 0, or -1: no memory. */
+int nc_smooth_drain(nc_smooth *smooth);
+/* What is final: numbers of rows and coefficients, then the data; taking
+ * empties the output. */
+int64_t nc_smooth_rows(const nc_smooth *smooth);
+int64_t nc_smooth_coefficients(const nc_smooth *smooth);
+void nc_smooth_take(nc_smooth *smooth, nc_block *rows, double *pool);
+void nc_smooth_get_stats(const nc_smooth *smooth, nc_smooth_stats *out);
+/* cdef end */
+#endif

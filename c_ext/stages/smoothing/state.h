@@ -1,0 +1,242 @@
+/* Inside of the smoothing stage. */
+#ifndef SMOOTH_INTERNAL_H
+#define SMOOTH_INTERNAL_H
+#include <math.h>
+#include <stdbool.h>
+#include <string.h>
+#include "curve/curve.h"
+#include "stages/smoothing/smoothing.h"
+
+#define ORDER 6
+#define PAIRS (ORDER / 2)
+#define AXES_EVEN                                                              \
+    (NC_AXES                                                                   \
+     + NC_AXES                                                                 \
+           % 2) /* axes are gone through in pairs; what is too much is zero */
+#define SIZE_GROWTH                                                            \
+    0.7                 /* of the wanted span length per distance from a kink  \
+                         */
+#define SPANS_FULL 60   /* spans that make a window worth solving */
+#define SPANS_LEAST 50  /* fewer are not: nodes are waited for */
+#define SPANS_ROOM 160  /* spans a window can hold at the most */
+#define COMMIT_SPANS 40 /* committed of a full window */
+#define NODES 2048      /* nodes of the section in work */
+#define NODES_FULL (NODES - 8)
+#define SITES (NODES + SPANS_ROOM)
+#define CONTROLS (SPANS_ROOM + 5)
+#define KNOTS (CONTROLS + 6)
+
+typedef enum node_kind {
+    NODE_VERTEX, /* within a smooth section */
+    NODE_BREAK,  /* the path passes it exactly; sections end and begin */
+    NODE_TAIL,   /* on a long line: a section ends here and the line goes on */
+    NODE_HEAD    /* on a long line: the next section begins */
+} node_kind;
+
+/* A point of the programmed contour; coordinates scaled so that every group of
+ * axes has the tolerance of the linear ones. */
+typedef struct node {
+    double position[NC_AXES];
+    double t;          /* scaled chord length since the last resync */
+    double programmed; /* programmed distance, mm */
+    double turn;       /* rad, between the chords at it */
+    double size;       /* wanted length of a knot span around it */
+    double slack; /* deviation used up by the chord that ends here (points left
+                     out, arcs) */
+    double feed;  /* of the chord that ends here; 0 rapid */
+    double len;   /* of that chord as programmed, scaled */
+    float end_speed; /* largest speed at it, mm/s; 0: none */
+    uint8_t kind;
+    uint16_t flags; /* of the row: NC_NO_OVERRIDE */
+    bool mark;      /* a piece must end here: feed changes, or a row that is not
+                       motion takes effect */
+    uint32_t number, line, count;
+    uint16_t file;
+} node;
+
+/* A row waiting to be written, with the contour parameter it takes effect at.
+ */
+typedef struct held_row {
+    nc_block row;
+    double t;
+    bool motion;
+} held_row;
+
+/* Two doubles at any address, worked on at once. */
+typedef double pair __attribute__((vector_size(16), aligned(8), may_alias));
+
+typedef struct site {
+    double position[AXES_EVEN], t, basis[ORDER + PAIRS], weight,
+        target; /* the basis ends in zeros */
+    int span;
+    double miss; /* residual over target */
+    double allowed;
+    bool wish; /* the target is closer than the tolerance asks for */
+} site;
+
+typedef struct window {
+    double tau[KNOTS];                      /* knots */
+    double control[CONTROLS][AXES_EVEN];    /* control points */
+    double basis[SPANS_ROOM][ORDER][ORDER]; /* basis functions of each span as
+                                           polynomials of x = 0..1 */
+    double hull[SPANS_ROOM][ORDER]
+               [ORDER]; /* the same by their Bernstein coefficients */
+    double middle[SPANS_ROOM][2][ORDER]; /* their first and second derivatives
+                                            in the middle, over x */
+    double fair[SPANS_ROOM][ORDER]
+               [ORDER]; /* fairness of each span: row i has what control points
+                           i + 0.. share, then zeros */
+    double rho[SPANS_ROOM];
+    struct site sites[SITES];
+    double band[ORDER + CONTROLS + ORDER]
+               [ORDER]; /* row ORDER + i: coefficients of control points i +
+                           0..; zeros around them */
+    double inverse[CONTROLS + ORDER]
+                  [ORDER]; /* of the system, as far as the band reaches: row i,
+                              control points i + 0.. */
+    int spans, sites_n, fixed_head, fixed_tail;
+} window;
+
+/* What is kept of the last accepted window. */
+typedef struct carry {
+    bool valid;
+    double tau[KNOTS], control[CONTROLS][AXES_EVEN];
+    int spans; /* certified spans not committed yet */
+} carry;
+
+#define LEFT_OUT 64
+
+typedef struct left_out {
+    double position[NC_AXES], programmed; /* as in a node */
+} left_out;
+
+struct nc_smooth {
+    nc_smooth_config cfg;
+    double turn_configured,
+        longest; /* rad as configured; mm: longer motions stay exact, 0: none */
+    double scale[NC_AXES]; /* scaled = scale * axis value */
+    uint16_t main_mask;
+    double tol;     /* of all groups, in scaled coordinates; 0: off */
+    double degrees; /* of the rotary axes for 1 in scaled coordinates; 0: there
+                       are none */
+    /* intake */
+    double last[NC_AXES]; /* programmed position, scaled */
+    double t, programmed;
+    bool has_function; /* rows that are not motion came with this block_count
+                          last */
+    uint32_t function_count;
+    double skipped;          /* farthest point left out behind the last node */
+    left_out left[LEFT_OUT]; /* these points, or every so many of them */
+    int left_n;
+    double feed; /* of the section's last row, whose point may be left out; -1:
+                    none yet */
+    uint16_t feed_flags;
+    int merged_n; /* points left out on the last chord, collinear */
+    double toward[NC_AXES],
+        spread;     /* directions of that chord that pass them */
+    double measure; /* knot spans that the settled nodes ask for */
+    struct node nodes[NODES];
+    int n_nodes; /* node 0 is where what is written so far ends */
+    /* rows waiting */
+    struct held_row *held;
+    size_t held_n, held_first, held_room;
+    /* section in work */
+    struct window window;
+    carry keep;
+    /* output */
+    nc_block *rows;
+    size_t rows_n, rows_room;
+    double *pool;
+    size_t pool_n, pool_room;
+    double out_at[NC_AXES]; /* end of the last piece, axis units */
+    double out_t;           /* and its contour parameter */
+    nc_block line;          /* straight piece not written yet */
+    bool has_line;
+    double line_start[NC_AXES], line_t;
+    bool no_memory;
+    double finer; /* factor of all span lengths, below 1 after a failure */
+    nc_smooth_stats stats;
+};
+
+static inline bool in_main(const nc_smooth *smooth, int axis) {
+    return smooth->main_mask >> axis & 1;
+}
+static inline double dot(const double *from, const double *to, int count) {
+    double sum = 0.0;
+    for (int i = 0; i < count; i++) {
+        sum += from[i] * to[i];
+    }
+    return sum;
+}
+
+/* spline_fit.c: the basis of a span in all its forms, and the system of
+ * equations */
+void spline_span(struct window *window, int span);
+void spline_basis_at(const double basis[ORDER][ORDER],
+                     double x,
+                     double out[ORDER]);
+void spline_solve(struct window *window, int axes);
+void spline_invert(struct window *window);
+double spline_give(const struct window *window, const struct site *site);
+void spline_piece(const struct window *window,
+                  int span,
+                  int axes,
+                  double out[][ORDER]);
+void spline_hull(const struct window *window,
+                 int span,
+                 int axes,
+                 double out[][ORDER]);
+
+/* `most`: of a piece that is written, scaled. */
+static inline void note_deviation(nc_smooth *smooth, double most) {
+    smooth->stats.deviation = fmax(smooth->stats.deviation, most);
+    smooth->stats.rotary_deviation =
+        fmax(smooth->stats.rotary_deviation, most * smooth->degrees);
+}
+
+/* certify.c */
+typedef struct contour {
+    const struct node *nodes; /* chords from nodes[0] on, of the section */
+    int count;
+} contour;
+typedef struct verdict {
+    double worst;    /* largest deviation over what is allowed */
+    double t;        /* where */
+    double distance; /* scaled: at the most, to what was programmed and left out
+                        too */
+} verdict;
+struct verdict certify_piece(nc_smooth *smooth,
+                             double hull[][ORDER],
+                             double t0,
+                             double t1,
+                             const contour *path,
+                             int *chord);
+
+/* window.c: the section from what is written up to nodes[end]; not final: more
+ * of it will come */
+void window_advance(nc_smooth *smooth, int end, bool final);
+/* smoothing.c */
+void drop_nodes(nc_smooth *smooth, int count);
+
+/* corner.c */
+/* The exact chords from nodes[0] (from contour parameter out_t on) to
+ * nodes[end] with blends at the corners between. */
+void corner_path(nc_smooth *smooth, int end);
+double corner_distance(const nc_smooth *smooth, double turn);
+
+/* emit.c */
+void emit_hold(nc_smooth *smooth, const nc_block *row, double t, bool motion);
+void emit_line(nc_smooth *smooth,
+               const struct node *from,
+               const struct node *to,
+               double t0,
+               double t1);
+void emit_curve(nc_smooth *smooth,
+                double coef[][ORDER],
+                double t0,
+                double t1,
+                const struct node *at);
+void emit_flush(nc_smooth *smooth);
+void emit_row(nc_smooth *smooth, const nc_block *row);
+uint32_t emit_pool(nc_smooth *smooth, const double *values, size_t count);
+#endif

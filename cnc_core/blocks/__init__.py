@@ -1,0 +1,407 @@
+"""The narrow waist: canonical rows of a prepared program, one numpy structured
+array.
+
+``NC_BLOCK`` is the C struct ``nc_block`` (``c_ext/rows/nc_block.h``);
+``cnc_core.engine`` checks the two against each other, offset by offset, when
+the extension is imported.  No per-block Python object exists on the hot path:
+front ends append rows, stages map batches to batches, the engine takes the
+array's pointer.  ``Block`` is a thin view of one row for tests, dumps and
+messages.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .profile_columns import ProfileChunk
+
+NC_AXES = 9
+
+LINEAR, CIRCULAR, POLYNOMIAL, DWELL, M, H, S, T = 1, 2, 3, 4, 5, 6, 7, 8
+(
+    MARKER,
+    DISTANCE_RESET,
+    FLUSH,
+    RT_LOOP_BEGIN,
+    RT_LOOP_END,
+    EVENT,
+    COMPENSATION,
+) = 9, 10, 11, 12, 13, 14, 15
+SMOOTHING, CONTOUR, DYNAMICS, SPLINE = 16, 17, 18, 19
+COORDINATES, CORNER = 20, 21
+PATH_MODE, FILTER = 22, 23
+EXTENSION = 24
+SOFT_LIMITS = 25
+TYPE_NAMES: dict[int, str] = {
+    LINEAR: "linear",
+    CIRCULAR: "circular",
+    POLYNOMIAL: "polynomial",
+    DWELL: "dwell",
+    M: "m",
+    H: "h",
+    S: "s",
+    T: "t",
+    MARKER: "marker",
+    DISTANCE_RESET: "distance_reset",
+    FLUSH: "flush",
+    RT_LOOP_BEGIN: "rt_loop_begin",
+    RT_LOOP_END: "rt_loop_end",
+    EVENT: "event",
+    COMPENSATION: "compensation",
+    SMOOTHING: "smoothing",
+    CONTOUR: "contour",
+    DYNAMICS: "dynamics",
+    SPLINE: "spline",
+    COORDINATES: "coordinates",
+    CORNER: "corner",
+    SOFT_LIMITS: "soft_limits",
+    PATH_MODE: "path_mode",
+    FILTER: "filter",
+    EXTENSION: "extension",
+}
+# no blocks: what stages and engine are told
+SILENT = (COORDINATES, DYNAMICS, SOFT_LIMITS)
+(
+    RAPID,
+    EXACT_STOP,
+    STANDSTILL,
+    HAS_PARAM,
+    WAIT,
+    HAS_VALUE,
+    CONTOUR_FEED,
+    MODULO,
+) = 1, 2, 4, 8, 16, 32, 64, 128
+# motion: the feed counts along its length, whatever the path mode says
+PATH_FEED = 16384
+# coordinates: the axes are programmed, a length is corrected along the tool
+LENGTH_ONLY = 2048
+# polynomial over the path length; coordinates: lines of the machine axes
+BY_LENGTH, PTP = 4096, 8192
+# polynomial: the feed is that of its parameter; its pieces: so is their path
+BY_PARAMETER = 1024
+OF_TIP = 2048  # piece with BY_PARAMETER: covers a path of the tool tip
+TANGENTS = 255  # degree of an element that names its tangents in the pool
+ELEMENT, PIECE = (
+    256,
+    512,
+)  # motion that only the PLC sees; motion that is only executed
+EVENT_EXPL_SYN, EVENT_DIST2GO_END, EVENT_STORAGE_CLEAR = 2, 3, 4
+NO_OVERRIDE = 32768
+EVENT_COMMAND, EVENT_OVERRIDE = 5, 6
+EVENT_ESA_TIME, ESA_TIMES = 8, 3  # code of the first time, how many there are
+MARKER_ON, MARKER_PARAM, MARKER_OFF, MARKER_CLEAR = 1, 2, 3, 4
+CHAMFER, EDGE, ROUND = 1, 2, 3  # code of a corner row
+MARKER_NAMES = {
+    MARKER_ON: "on",
+    MARKER_PARAM: "param",
+    MARKER_OFF: "off",
+    MARKER_CLEAR: "clear",
+}
+PLANE_NAMES = {17: "XY", 18: "ZX", 19: "YZ"}
+
+NC_BLOCK = np.dtype(
+    [
+        ("end", np.float64, NC_AXES),
+        ("length", np.float64),
+        ("feed", np.float64),
+        ("center", np.float64, 2),
+        ("radius", np.float64),
+        ("programmed_radius", np.float64),
+        ("angle", np.float64),
+        ("value", np.float64),
+        ("length_min", np.float64),
+        ("code", np.int32),
+        ("pool", np.uint32),
+        ("n", np.uint32),
+        ("line", np.uint32),
+        ("count", np.uint32),
+        ("file", np.uint16),
+        ("flags", np.uint16),
+        ("type", np.uint8),
+        ("plane", np.uint8),
+        ("degree", np.uint8),
+        ("fill_1", np.uint8),
+        ("end_speed", np.float32),
+    ],
+    align=True,
+)
+assert NC_BLOCK.itemsize == 176
+
+
+@dataclass
+class BlockBatch:
+    """Rows in program order and the pool their polynomial coefficients stand
+    in.
+
+    ``rows``: (n,) of ``NC_BLOCK``.  ``pool``: (m,) float64; a polynomial row
+    owns ``axes * (degree + 1)`` values from ``row["pool"]`` on, axis after
+    axis, ascending powers of the parameter 0..``row["angle"]``. ``profile``:
+    columns of a profile that come behind the rows; the stage for profiles makes
+    rows of them.
+    """
+
+    rows: npt.NDArray[Any]
+    pool: npt.NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    profile: ProfileChunk | None = None
+
+    @classmethod
+    def of_profile(cls, chunk: ProfileChunk) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK), profile=chunk)
+
+    @classmethod
+    def empty(cls) -> BlockBatch:
+        return cls(np.empty(0, NC_BLOCK))
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @property
+    def motion(self) -> npt.NDArray[np.bool_]:
+        """Mask of the rows that move axes."""
+        return np.asarray(self.rows["type"] <= POLYNOMIAL)
+
+
+def number_of_blocks(batch: BlockBatch) -> int:
+    """Rows that are blocks, not said to the stages or the engine alone."""
+    return int((~np.isin(batch.rows["type"], SILENT)).sum())
+
+
+def number_pushed(batch: BlockBatch) -> int:
+    """Blocks of a batch on its way to the engine: pieces of a block that is
+    driven in several are none.
+    """
+    pieces = (batch.rows["flags"] & PIECE != 0) & (
+        batch.rows["type"] <= POLYNOMIAL
+    )
+    return number_of_blocks(batch) - int(pieces.sum())
+
+
+def motion_planes(plane: int) -> tuple[int, int, int]:
+    """Places of (first, second, third) axis of a plane among the three main
+    axes: G17 XYZ, G18 ZXY, G19 YZX.
+    """
+    return {17: (0, 1, 2), 18: (2, 0, 1), 19: (1, 2, 0)}[plane]
+
+
+class Block:
+    """Readable view of one row; ``start`` is the end of the motion before it."""
+
+    def __init__(
+        self,
+        row: Any,
+        start: npt.NDArray[np.float64],
+        axes: Sequence[str],
+        main: Sequence[int],
+        pool: npt.NDArray[np.float64] | None = None,
+    ) -> None:
+        self.row, self.start, self.axes, self.main, self.pool = (
+            row,
+            start,
+            axes,
+            main,
+            pool,
+        )
+
+    def _named(self, values: npt.NDArray[np.float64]) -> dict[str, float]:
+        return {name: float(values[i]) for i, name in enumerate(self.axes)}
+
+    def _motion(self) -> dict[str, Any]:
+        row = self.row
+        rapid = bool(row["flags"] & RAPID)
+        return {
+            "start": self._named(self.start),
+            "end": self._named(row["end"]),
+            "length": float(row["length"]),
+            "feed": None if rapid else float(row["feed"]),
+            "rapid": rapid,
+        }
+
+    def _circular(self) -> dict[str, Any]:
+        row, plane = self.row, int(self.row["plane"])
+        first, second, _ = (
+            self.axes[self.main[i]] for i in motion_planes(plane)
+        )
+        return self._motion() | {
+            "plane": PLANE_NAMES[plane],
+            "center": {
+                first: float(row["center"][0]),
+                second: float(row["center"][1]),
+            },
+            "radius": float(row["radius"]),
+            "programmed_radius": float(row["programmed_radius"]),
+            "angle": float(row["angle"]),
+        }
+
+    def _polynomial(self) -> dict[str, Any]:
+        order, first = int(self.row["degree"]) + 1, int(self.row["pool"])
+        pool = np.empty(0) if self.pool is None else self.pool
+        coef = {
+            a: pool[first + i * order : first + (i + 1) * order].tolist()
+            for i, a in enumerate(self.axes)
+        }
+        return self._motion() | {"s": float(self.row["angle"]), "coeff": coef}
+
+    def as_json(self) -> dict[str, Any]:
+        """The contract's JSON object of this row."""
+        row, kind = self.row, int(self.row["type"])
+        out: dict[str, Any] = {
+            "type": TYPE_NAMES[kind],
+            "line": int(row["line"]),
+            "n": int(row["n"]),
+            "count": int(row["count"]),
+        }
+        if kind == LINEAR:
+            out |= self._motion()
+        elif kind == CIRCULAR:
+            out |= self._circular()
+        elif kind == POLYNOMIAL:
+            out |= self._polynomial()
+        elif kind == DWELL:
+            out["seconds"] = float(row["value"])
+        elif kind == MARKER:
+            out["action"] = MARKER_NAMES[int(row["code"])]
+            out["param"] = (
+                float(row["value"]) if row["flags"] & HAS_PARAM else None
+            )
+        elif kind == S:
+            out["value"] = float(row["value"])
+        elif kind == EVENT and row["code"] == EVENT_COMMAND:
+            out["code"] = out["value"] = int(row["value"])
+        elif kind in (M, H, T, EVENT):
+            out["code"] = int(row["code"])
+            out["value"] = (
+                float(row["value"]) if row["flags"] & HAS_VALUE else None
+            )
+        elif kind in (
+            CONTOUR,
+            SMOOTHING,
+            DYNAMICS,
+            SPLINE,
+            CORNER,
+            SOFT_LIMITS,
+        ):
+            out["code"], out["value"] = int(row["code"]), float(row["value"])
+            if kind == CONTOUR:
+                out["on"], out["distances"] = (
+                    bool(row["plane"]),
+                    row["center"].tolist(),
+                )
+            if kind in (DYNAMICS, SOFT_LIMITS):
+                count = (
+                    len(self.axes)
+                    if kind == SOFT_LIMITS
+                    else max(6, len(self.axes))
+                )
+                out["limits"] = [float(v) for v in row["end"][:count]]
+        elif kind == FLUSH:
+            out["wait"] = bool(row["flags"] & WAIT)
+        return out
+
+
+def blocks(
+    batch: BlockBatch,
+    start: npt.NDArray[np.float64],
+    axes: Sequence[str],
+    main: Sequence[int],
+) -> Iterator[Block]:
+    """One ``Block`` a row that is executed; ``start`` (axes,), the position
+    before the batch, is advanced in place.
+    """
+    batch = whole_polynomials(batch, len(axes), main)
+    for row in batch.rows:
+        if row["type"] == COORDINATES:
+            start[:] = row["end"][: len(start)]
+            continue
+        if row["flags"] & ELEMENT and row["type"] <= POLYNOMIAL:
+            continue
+        yield Block(row, start.copy(), axes, main, batch.pool)
+        if row["type"] <= POLYNOMIAL and not row["flags"] & ELEMENT:
+            start[:] = row["end"][: len(start)]
+
+
+def whole_polynomials(
+    batch: BlockBatch, axes: int, main: Sequence[int]
+) -> BlockBatch:
+    """Parts of one programmed polynomial (``code`` tells which) as the
+    polynomial that they are parts of.
+
+    The main axes are exact: the first part has their coefficients.  The others,
+    which follow from directions, are the polynomial of degree 5 that meets
+    their values and two derivatives at both ends.
+    """
+    rows = batch.rows
+    part = (
+        (rows["type"] == POLYNOMIAL)
+        & (rows["flags"] & (BY_PARAMETER | PIECE) == BY_PARAMETER)
+        & (rows["code"] > 0)
+    )
+    again = np.append(
+        False, part[1:] & part[:-1] & (rows["code"][1:] == rows["code"][:-1])
+    )
+    if not again.any():
+        return batch
+    out, pool = rows.copy(), [batch.pool]
+    size = len(batch.pool)
+    for first in np.flatnonzero(~again & np.append(again[1:], False)):
+        last = int(first)
+        while last + 1 < len(rows) and again[last + 1]:
+            last += 1
+        span = float(rows["angle"][first : last + 1].sum())
+        coef = _whole(rows, batch.pool, (int(first), last), span, axes, main)
+        out["angle"][first], out["degree"][first], out["pool"][first] = (
+            span,
+            coef.shape[1] - 1,
+            size,
+        )
+        out["length"][first] = rows["length"][first : last + 1].sum()
+        out["end"][first] = rows["end"][last]
+        pool.append(coef.ravel())
+        size += coef.size
+    return BlockBatch(out[~again], np.concatenate(pool))
+
+
+def _whole(
+    rows: Any,
+    pool: npt.NDArray[np.float64],
+    ends: tuple[int, int],
+    span: float,
+    axes: int,
+    main: Sequence[int],
+) -> npt.NDArray[np.float64]:
+    """(axes, 6) coefficients over 0..``span`` of the parts from ``ends[0]`` to
+    ``ends[1]``.
+    """
+    parts = []
+    for k in ends:
+        order = int(rows["degree"][k]) + 1
+        at = int(rows["pool"][k])
+        parts.append(np.zeros((axes, 6)))
+        parts[-1][:, :order] = pool[at : at + axes * order].reshape(axes, order)
+    states = []
+    for coef, s in zip(
+        parts, (0.0, float(rows["angle"][ends[1]])), strict=True
+    ):
+        powers = s ** np.arange(6)
+        d1, d2 = (
+            coef[:, 1:] * np.arange(1, 6),
+            coef[:, 2:] * np.arange(2, 6) * np.arange(1, 5),
+        )
+        states.append(
+            (coef @ powers, d1 @ powers[:5] * span, d2 @ powers[:4] * span**2)
+        )
+    (p0, v0, a0), (p1, v1, a1) = states
+    moved = p1 - p0
+    out = np.stack([
+        p0, v0, 0.5 * a0,
+        10 * moved - 6 * v0 - 4 * v1 - 1.5 * a0 + 0.5 * a1,
+        -15 * moved + 8 * v0 + 7 * v1 + 1.5 * a0 - a1,
+        6 * moved - 3 * (v0 + v1) - 0.5 * (a0 - a1),
+    ], axis=1) / span ** np.arange(6)  # fmt: skip
+    exact = [i for i in main if i >= 0]
+    out[exact] = parts[0][exact]
+    return np.asarray(out)

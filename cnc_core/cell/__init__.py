@@ -1,0 +1,210 @@
+"""The cell: a CNC process and a PLC process side by side, started, supervised
+and ended together.
+
+    with Cell("cell.toml") as cell:
+        result = cell.run("part.nc", plc=OverrideFromContour)
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Unpack
+
+from hli import segment
+from plc_client.task import refuse_cell_start
+
+from ..config import CellConfig, load_config
+from ..errors import CncError, Place
+from ..frontend.operator import read_answers
+from ..process import recording as recorder
+from ..process.options import OUT_FOLDER, CncOptions, RunKeywords, RunOptions
+from ..program.restart import Restart
+from .child import SAMPLES, Child, Job
+from .judgement import judge
+from .plc_choice import PlcChoice
+from .result import RunResult
+from .scratch import files_below, scratch_folder, sweep_folders
+from .supervision import stop, supervise
+
+__all__ = ["Cell", "RunResult"]
+
+
+class Cell:
+    """A machine from a configuration file (None: the built-in one, X Y Z) that
+    runs programs beside a PLC.
+    """
+
+    def __init__(
+        self,
+        config: str | Path | None = None,
+        *,
+        clock: str = "lockstep",
+        service: str | None = None,
+    ) -> None:
+        self.config_path = (
+            Path(config).resolve() if config is not None else None
+        )
+        self.config: CellConfig = load_config(self.config_path)
+        self.clock, self.service = clock, service
+        self._job: Job | None = None
+
+    def __enter__(self) -> Cell:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        value: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End what still runs and remove it from shared memory."""
+        if self._job is not None:
+            job, self._job = self._job, None
+            stop(job)
+            segment.remove(job.name)
+            shutil.rmtree(job.folder, ignore_errors=True)
+
+    def run(
+        self,
+        program: str | Path,
+        plc: Any = None,
+        *,
+        plc_args: dict[str, Any] | None = None,
+        **chosen: Unpack[RunKeywords],
+    ) -> RunResult:
+        """Run the program to its end.
+
+        ``plc``: a file, a task class, ``builtin:NAME`` or None.
+        None acknowledges everything.
+        ``"none"`` runs without a PLC process, in virtual time.
+        Functions then count as acknowledged.
+        A stop that waits for "continue" then ends the run with an error.
+        ``chosen``: members of ``RunOptions``, among them ``clock``, ``dialect``,
+        ``out``, ``record``, ``watch``, ``force`` and ``start_line``.
+
+        The symbols of ``watch`` are in ``result.plc["watch"]``.
+        CncError: something is wrong before the start (files, names).
+        Later errors are in the result.
+        """
+        return self.run_with(self._options(chosen), program, plc, plc_args)
+
+    def run_with(
+        self,
+        options: RunOptions,
+        program: str | Path,
+        plc: Any = None,
+        plc_args: dict[str, Any] | None = None,
+    ) -> RunResult:
+        """As ``run``, with options that are complete."""
+        refuse_cell_start()
+        program = Path(program)
+        self._check(program, options)
+        choice = PlcChoice.of(plc, plc_args).online(
+            options.watch, options.force
+        )
+        segment.sweep()
+        sweep_folders()
+        folder = options.out or OUT_FOLDER
+        before = files_below(folder)
+        self._job = self._start(program, choice, options)
+        try:
+            self._finish(self._job, options.record)
+            result = self._collect(self._job, options.record)
+            result.files = [
+                name
+                for name, stamp in files_below(folder).items()
+                if before.get(name) != stamp
+            ]
+            return result
+        finally:
+            self.close()
+
+    def _options(self, chosen: RunKeywords) -> RunOptions:
+        """The options of a run; the cell's clock and service where none is named."""
+        given: dict[str, Any] = {**chosen}
+        for name in ("out", "record", "answers"):
+            if given.get(name):
+                given[name] = Path(given[name])
+        watch = given.get("watch", ())
+        given["watch"] = (watch,) if isinstance(watch, str) else tuple(watch)
+        given["force"] = given.get("force") or {}
+        given["clock"] = given.get("clock") or self.clock
+        given["service"] = given.get("service") or self.service
+        return RunOptions(**given)
+
+    def _check(self, program: Path, options: RunOptions) -> None:
+        """Refuse what is wrong before anything starts."""
+        if not program.exists():
+            raise CncError(901001, "file not found", Place(str(program)))
+        if options.record:
+            recorder.check_target(options.record)
+        if options.answers:
+            read_answers(options.answers)
+        Restart.of(*options.checked().place)
+
+    def _finish(self, job: Job, target: Path | None) -> None:
+        """Wait for both processes; an interrupted run keeps its recording."""
+        try:
+            supervise(job)
+        except BaseException:
+            stop(job)
+            if target:
+                recorder.finish(job.samples, target, self.config)
+            raise
+        stop(job)
+
+    def _start(
+        self, program: Path, choice: PlcChoice, options: RunOptions
+    ) -> Job:
+        folder = scratch_folder()
+        name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
+        alone = not choice.arguments
+        if alone and options.clock == "lockstep":
+            # the same cycles, and nobody to wait for
+            options = replace(options, clock="freerun")
+        chosen = CncOptions(
+            program,
+            name,
+            options,
+            config=self.config_path,
+            wait_plc=not alone,
+            report=folder / "cnc.json",
+            samples=folder / SAMPLES if options.record else None,
+            once=True,
+            terminal=sys.stdin is not None and sys.stdin.isatty(),
+        )
+        started = time.monotonic()
+        cnc = Child.of_cnc(chosen, folder)
+        plc = None if alone else Child.of_plc(name, choice.arguments, folder)
+        return Job(cnc, plc, folder, name, started)
+
+    def _collect(self, job: Job, target: Path | None) -> RunResult:
+        """The result from the reports of both processes."""
+        cnc, plc = job.reports()
+        result = RunResult.from_reports(
+            cnc, plc, time.monotonic() - job.started
+        )
+        judge(result, job, cnc)
+        if target:
+            self._keep_recording(result, job, target)
+        return result
+
+    def _keep_recording(
+        self, result: RunResult, job: Job, target: Path
+    ) -> None:
+        try:
+            result.recorded = recorder.finish(job.samples, target, self.config)
+        except OSError as error:
+            text = f"recording {target}: {error.strerror}"
+            result.end = "error"
+            result.errors.append(CncError(901004, text).as_json())

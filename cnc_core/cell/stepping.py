@@ -1,0 +1,124 @@
+"""A CNC process alone, in lockstep, for a PLC that lives in the caller's
+process (tests, notebooks).
+
+    with start_plc("part.nc", MyPlc) as plc:
+        plc.run_to_distance(100_000.0)
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import shutil
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from hli import segment
+from hli.errors import HliNotFound, HliNotReady
+from plc_client.client import Hli, connect
+from plc_client.runner import PlcRunner, Tasks
+from plc_client.task import refuse_cell_start
+
+from ..errors import CncError, Place
+from ..process.options import CncOptions, RunOptions
+from .child import Child
+
+_START_S = 30.0
+_RETRY_S = 0.01
+
+
+class _Machine:
+    """The CNC process with its folder and segment."""
+
+    def __init__(
+        self,
+        program: Path,
+        config: Path | None,
+        dialect: str | None,
+        service: str | None,
+        autostart: bool,
+    ) -> None:
+        self.folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
+        self.name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
+        chosen = RunOptions(
+            dialect=dialect, service=service, autostart=autostart
+        )
+        options = CncOptions(
+            program,
+            self.name,
+            chosen.checked(),
+            config=config,
+            report=self.folder / "cnc.json",
+            once=True,
+            terminal=False,
+        )
+        self.child = Child.of_cnc(options, self.folder)
+
+    def connect(self) -> Hli:
+        """As soon as its segment is there; CncError with what it said if it
+        ended before.
+        """
+        end = time.monotonic() + _START_S
+        while True:
+            try:
+                return connect(self.name, present=False)
+            except (HliNotFound, HliNotReady):
+                if self.child.ended or time.monotonic() > end:
+                    said = self.child.said().splitlines()
+                    raise CncError(
+                        905001,
+                        said[-1] if said else "the CNC process did not start",
+                    ) from None
+                time.sleep(_RETRY_S)
+
+    def end(self) -> dict[str, Any]:
+        """End it, remove everything; its report (empty if it was killed)."""
+        if not self.child.ended:
+            self.child.process.terminate()
+        self.child.end(5.0)
+        report = self.child.report()
+        segment.remove(self.name)
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return report
+
+
+def start_plc(
+    program: str | Path,
+    tasks: Tasks,
+    *,
+    config: str | Path | None = None,
+    dialect: str | None = None,
+    service: str | None = None,
+    autostart: bool = True,
+) -> PlcRunner:
+    """A ``PlcRunner`` beside the real CNC in a process of its own, in lockstep:
+    nothing runs until ``step()``.
+
+    ``tasks``: task classes (they may be local to a function) or files.
+    ``close()`` ends the CNC; its report is then in ``cnc_report``.
+    ``autostart`` FALSE: the program stands ready, the PLC starts it. CncError:
+    no such file, the CNC did not start.
+    """
+    refuse_cell_start()
+    program = Path(program).resolve()
+    if not program.is_file():
+        raise CncError(901001, "file not found", Place(str(program)))
+    machine = _Machine(
+        program,
+        Path(config).resolve() if config is not None else None,
+        dialect,
+        service,
+        autostart,
+    )
+    try:
+        hli = machine.connect()
+        try:
+            return PlcRunner(hli, tasks, close=machine.end)
+        except BaseException:
+            hli.close()
+            raise
+    except BaseException:
+        machine.end()
+        raise

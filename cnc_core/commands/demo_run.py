@@ -1,0 +1,113 @@
+"""``demo``: the main job on a bundled part, with a summary and a picture."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hli import bench as raw
+
+from ..benchmarks import N_BLOCKS, quantiles_us
+from ..cell import Cell, RunResult
+from ..planning.picture import demo_picture
+
+PASS_S = 9.0  # about what one pass of the part takes
+
+
+@dataclass
+class DemoResult:
+    """What the demo shows: the run, the PLC's own account, the raw handshake
+    reference, the files written.
+    """
+
+    run: RunResult
+    plc: dict[str, Any]
+    raw_us: dict[str, float]
+    folder: Path
+
+    def as_json(self) -> dict[str, Any]:
+        out = self.run.as_json()
+        out["plc"] = {k: v for k, v in self.run.plc.items() if k != "result"}
+        keys = ("elements_followed", "log_entries", "lowest_override")
+        return (
+            out
+            | {"raw_us": self.raw_us, "out": str(self.folder)}
+            | {k: self.plc.get(k) for k in keys}
+        )
+
+
+def demo_program(passes: int) -> str:
+    """A part with long lines, large and small arcs and sharp corners, marked
+    for mode 1, driven ``passes`` times.
+    """
+    head = [
+        "%demo",
+        "( bundled part of hli-cosim: lines, large and small radii, sharp corners )",
+        "N10 G17 G90 G71",
+    ]
+    head += [
+        "N20 G00 X0 Y0 Z5",
+        "N30 T1 D1",
+        "N40 S8000 M3",
+        "N50 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]",
+        "N60 G01 Z0 F3000",
+    ]
+    lines = list(head)
+    for i in range(passes):
+        lines += _one_pass(i)
+        if i == 0:
+            lines.append("#CONTOUR LOOKAHEAD LOG OFF [PARAM=2]")
+    return "\n".join([*lines, "G00 Z20", "M5", "M30", ""])
+
+
+def _one_pass(i: int) -> list[str]:
+    z = -0.5 * (i + 1)
+    out = [
+        f"G01 Z{z:.2f} F2000",
+        "G01 X60 Y0 F6000",
+        "G03 X70 Y10 I0 J10",
+        "G01 X70 Y40",
+    ]
+    out += [
+        "G03 X66 Y44 I-4 J0",
+        "G01 X50 Y44",
+        f"#CONTOUR LOOKAHEAD LOG [PARAM={i + 10}]"
+        if i == 0
+        else "( next pass )",
+    ]
+    out += [
+        "G02 X48 Y46 I0 J2",
+        "G01 X48 Y58",
+        "G03 X28 Y58 I-10 J0",
+        "G01 X28 Y40",
+        "X20 Y30",
+        "X10 Y44",
+        "X0 Y30",
+    ]
+    for k in range(1, 41):  # a wave of short blocks
+        y = 30.0 - 30.0 * k / 40
+        out.append(f"X{6.0 * math.sin(2.0 * math.pi * k / 20):.4f} Y{y:.4f}")
+    return [*out, "X0 Y0"]
+
+
+def run_demo(seconds: float, folder: Path) -> DemoResult:
+    """Run both processes on the bundled part for about ``seconds`` of machine
+    time; writes demo.nc, .npz and .png.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    program = folder / "demo.nc"
+    program.write_text(demo_program(max(1, round(seconds / PASS_S))))
+    recording = folder / "demo.npz"
+    with Cell(Path(__file__).parents[1] / "data" / "cell.toml") as cell:
+        run = cell.run(program, "builtin:demo", record=recording)
+    plc = dict(run.plc.get("result") or {})
+    if plc and run.recorded:
+        with np.load(recording) as columns:
+            demo_picture(folder / "demo.png", dict(columns), plc)
+    return DemoResult(
+        run, plc, quantiles_us(raw.measure_raw(N_BLOCKS, 0.5).ns), folder
+    )

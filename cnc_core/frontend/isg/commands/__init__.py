@@ -1,0 +1,1 @@
+"""The `#` commands of ISG, a file for each group."""

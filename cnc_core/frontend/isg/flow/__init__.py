@@ -1,0 +1,1 @@
+"""Control of an ISG program's flow: branches, loops, levels, block search."""

@@ -1,0 +1,1 @@
+"""The ISG language: words, expressions, texts, tables of G codes."""

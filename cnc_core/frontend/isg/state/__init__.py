@@ -1,0 +1,1 @@
+"""State of a running ISG program: data, no control of the flow."""

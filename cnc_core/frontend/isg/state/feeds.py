@@ -1,0 +1,156 @@
+"""Feed modes G93, G94, G95, G194: each keeps its own F."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cnc_core.blocks import CIRCULAR, RAPID, motion_planes
+from cnc_core.errors import ERRORS
+from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.frontend.machine import ProgramMachine
+
+TIME, PER_MINUTE, PER_TURN, SHARE = 93, 94, 95, 194
+
+
+class Feeds:
+    """F words and what they make of a motion's feed.
+
+    G94 is the scanner's own mode; in the others the rows get their feed here.
+    """
+
+    def __init__(self, machine: ProgramMachine, modal: Modal) -> None:
+        self._machine, self._modal = machine, modal
+        self.mode = PER_MINUTE
+        self._words: dict[int, float] = {}
+        self._units: dict[int, float] = {}
+        self._per_minute = 0.0  # the scanner's F while another mode is on
+        self.factor = 1.0
+        self.limit_mm_s = 0.0  # 0: none
+        # axes that F refers to; None: the main axes
+        self.group: frozenset[int] | None = None
+        self.tangential_radius_mm = 0.0  # #TANGFEED: smaller arcs are slower
+
+    @property
+    def per_minute(self) -> bool:
+        """G94: the scanner's own mode."""
+        return self.mode == PER_MINUTE
+
+    @property
+    def plain(self) -> bool:
+        """The scanner knows everything about the feed."""
+        return (
+            self.per_minute
+            and self.group is None
+            and self.tangential_radius_mm <= 0.0
+        )
+
+    @property
+    def programmed(self) -> float:
+        """F of the mode that is on."""
+        return (
+            self._modal.feed
+            if self.per_minute
+            else self._words.get(self.mode, 0.0)
+        )
+
+    @property
+    def per_minute_mm(self) -> float:
+        """F of G94, mm/min; 0: none yet."""
+        return (
+            self._modal.feed if self.per_minute else self._per_minute
+        ) * self._modal.feed_unit
+
+    def choose(self, mode: int) -> None:
+        if mode == self.mode:
+            return
+        if self.per_minute:
+            self._per_minute = self._modal.feed
+        self.mode = mode
+        self._modal.feed = self._per_minute if mode == PER_MINUTE else 1.0
+
+    def word(self, value: float, offset: int) -> None:
+        """An F word in a mode that is not G94."""
+        if not 0 < value <= 1e9 or (self.mode == SHARE and value > 100):
+            raise fail(
+                900012, f"F{value:g} out of range in G{self.mode}", offset
+            )
+        self._words[self.mode] = value
+        self._units[self.mode] = self._modal.unit_mm
+
+    def set_factor(self, factor: float) -> None:
+        """#OVERRIDE FEED_FACT, 1 for 100 %."""
+        self.factor = factor
+        self._modal.set_feed_factor(factor)
+
+    def set_limit(self, limit_mm_s: float) -> None:
+        """#VECTOR LIMIT VEL, mm/s; 0: none."""
+        self.limit_mm_s = limit_mm_s
+        self._modal.set_feed_limit(limit_mm_s)
+
+    def apply(
+        self, row: Row, start: np.ndarray, turns_min: float, offset: int
+    ) -> None:
+        """The feed of a motion that the scanner does not know.
+
+        ``start``: (axes,) where it begins.
+        """
+        if row["flags"][0] & RAPID:
+            return
+        if not self.per_minute:
+            self._in_mode(row, start, turns_min, offset)
+        self._of_group(row, start, offset)
+        radius = float(row["programmed_radius"][0])
+        if row["type"][0] == CIRCULAR and radius < self.tangential_radius_mm:
+            row["feed"] *= radius / self.tangential_radius_mm
+
+    def _of_group(self, row: Row, start: np.ndarray, offset: int) -> None:
+        """#FGROUP: F is the speed of these axes, the path is faster or slower."""
+        if self.group is None or self.mode == TIME:
+            return
+        main = {axis for axis in self._machine.main if axis >= 0}
+        if row["type"][0] == CIRCULAR:
+            if self.group & main not in (main, set()):
+                raise fail(21209, ERRORS[21209], offset)
+            return
+        way = row["end"][0][: len(start)] - start
+        grouped = float(np.linalg.norm(way[sorted(self.group)]))
+        if grouped > 0.0:
+            feed = float(row["feed"][0]) * float(row["length"][0]) / grouped
+            row["feed"] = min(feed, self.limit_mm_s or np.inf)
+
+    def _in_mode(
+        self, row: Row, start: np.ndarray, turns_min: float, offset: int
+    ) -> None:
+        value = self._words.get(self.mode, 0.0)
+        if value <= 0:
+            raise fail(900006, ERRORS[900006], offset)
+        if self.mode == TIME:
+            feed = float(row["length"][0]) / value
+        elif self.mode == PER_TURN:
+            if turns_min <= 0:
+                raise fail(
+                    900019, "G95: no spindle speed is programmed", offset
+                )
+            feed = value * self._units[self.mode] * turns_min / 60.0
+        else:
+            feed = value / 100.0 * self._largest(row, start)
+        row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)
+
+    def _largest(self, row: Row, start: np.ndarray) -> float:
+        """Largest path velocity that no axis limits; on circles that of every
+        direction of the plane.
+        """
+        velocity = self._machine.velocity
+        if velocity is None:
+            raise fail(
+                907061, "G194: the machine's axis velocities are not known", 0
+            )
+        way = np.abs(row["end"][0][: len(start)] - start) / float(
+            row["length"][0]
+        )
+        if row["type"][0] == CIRCULAR:
+            for place in motion_planes(int(row["plane"][0]))[:2]:
+                way[self._machine.main[place]] = 1.0
+        moving = way > 0
+        return float((velocity[moving] / way[moving]).min())

@@ -1,0 +1,113 @@
+"""Real-time loops: ``#RT WHILE [[MODULO]]`` .. ``#RT ENDWHILE``.
+
+The interpolator repeats the loop as long as V.RTG.LOOP.ENABLED is TRUE at its
+end (the PLC sets it by ``bahn_mc_control.rt_loop_enable``); there is always one
+pass.  Only motion blocks and look-ahead markers may stand inside, the loop has
+to end where it begins, loops do not nest (look-ahead specification, section 8).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import (
+    MARKER,
+    MARKER_CLEAR,
+    MODULO,
+    POLYNOMIAL,
+    RT_LOOP_BEGIN,
+    RT_LOOP_END,
+)
+from cnc_core.errors import ERRORS, CncError, Place
+from cnc_core.frontend.base.lexer import fail
+from cnc_core.frontend.base.scanner import Modal, Row
+from cnc_core.frontend.port import Wait
+
+CLOSED_WITHIN_MM = 1e-6
+
+
+@dataclass(frozen=True)
+class _Open:
+    position: npt.NDArray[np.float64]
+    place: Place
+
+
+class RealTimeLoop:
+    """The loop that is open at the present place of the program, if there is one.
+
+    ``place``: where in the file an offset of the present block stands.
+    """
+
+    def __init__(self, modal: Modal, place: Callable[[int], Place]) -> None:
+        self._modal, self._place = modal, place
+        self._open: _Open | None = None
+
+    def begin(self, modulo: bool, offset: int) -> Row:
+        """``#RT WHILE``."""
+        self._not_compensated(offset)
+        if self._open is not None:
+            raise fail(
+                22181,
+                f"#RT WHILE inside the real-time loop of line {self._open.place.line}",
+                offset,
+            )
+        self._open = _Open(self._modal.position, self._place(offset))
+        return self._modal.row(
+            RT_LOOP_BEGIN, self._modal.n, flags=MODULO if modulo else 0
+        )
+
+    def end(self, offset: int) -> Row:
+        """``#RT ENDWHILE``."""
+        self._not_compensated(offset)
+        opened, self._open = self._open, None
+        if opened is None:
+            raise fail(22181, ERRORS[22181], offset)
+        away = float(np.abs(self._modal.position - opened.position).max())
+        if away > CLOSED_WITHIN_MM:
+            text = f"the real-time loop of line {opened.place.line} ends {away:g} mm from where it begins"
+            raise fail(50991, text, offset)
+        return self._modal.row(RT_LOOP_END, self._modal.n)
+
+    def check(self, items: Sequence[Row | Wait], ended: bool) -> None:
+        """Refuse what may not stand inside a loop; ``items`` are those of the
+        block just read.
+        """
+        opened = self._open
+        if opened is None:
+            return
+        if ended:
+            self._open = None
+        if ended or any(not _allowed(item) for item in items):
+            raise CncError(
+                22073, f"{ERRORS[22073]} (loop of line {opened.place.line})"
+            )
+
+    def at_end(self) -> CncError | None:
+        """The error of a program that ends inside a loop."""
+        if self._open is None:
+            return None
+        opened, self._open = self._open, None
+        return CncError(
+            22181,
+            "the real-time loop is not closed by #RT ENDWHILE",
+            opened.place,
+        )
+
+    def _not_compensated(self, offset: int) -> None:
+        if self._modal.compensated:
+            raise fail(22158, ERRORS[22158], offset)
+
+
+def _allowed(item: Row | Wait) -> bool:
+    if isinstance(item, Wait):
+        return False
+    kind = int(item["type"][0])
+    return (
+        kind <= POLYNOMIAL
+        or kind == RT_LOOP_BEGIN
+        or (kind == MARKER and int(item["code"][0]) != MARKER_CLEAR)
+    )

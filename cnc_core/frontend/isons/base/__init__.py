@@ -1,0 +1,1 @@
+"""Basics of IsoNs: texts, parameters, codes, store of variables."""

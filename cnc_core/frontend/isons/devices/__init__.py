@@ -1,0 +1,1 @@
+"""Devices that IsoNs programs speak to: CANopen, clock, homing, positioners."""

@@ -1,0 +1,1 @@
+"""Control of an IsoNs program's flow: instructions, levels, searches."""

@@ -1,0 +1,1 @@
+"""The IsoNs language: formulas, macros, words."""

@@ -1,0 +1,1 @@
+"""Motion of IsoNs: words to rows."""

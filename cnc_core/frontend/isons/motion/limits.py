@@ -1,0 +1,60 @@
+"""Primary and secondary software limits (G81)."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.frontend.machine import ProgramMachine
+
+from ..base.parameters import Parameters
+
+UNIT_MM = 0.001
+
+
+class Limits:
+    """Which limit is in force at each end of each axis."""
+
+    def __init__(self, machine: ProgramMachine, parameters: Parameters) -> None:
+        self._names, self._parameters = (
+            [name.upper() for name in machine.axes],
+            parameters,
+        )
+        count = len(self._names)
+        far = np.full(count, np.inf)
+        self._cell = machine.limits or (-far, far)
+        # negative, positive
+        self._secondary: npt.NDArray[np.bool_] = np.zeros(
+            (2, count), dtype=bool
+        )
+        names = [
+            self._name(end, axis, second)
+            for end in (0, 1)
+            for axis in self._names
+            for second in (False, True)
+        ]
+        self.active = any(parameters.given(name) for name in names)
+        self.refresh()
+
+    def _name(self, end: int, axis: str, secondary: bool) -> str:
+        return f"{'2ND_' if secondary else ''}LIMITE_{'NP'[end]}_{axis}"
+
+    def choose(self, axis: int, mode: int) -> None:
+        """G81: 0 primary positive, 1 primary negative, 2 secondary positive, 3
+        secondary negative.
+        """
+        self._secondary[0 if mode % 2 else 1, axis] = mode >= 2
+
+    def refresh(self) -> None:
+        self.low, self.high = self._values(0), self._values(1)
+
+    def _values(self, end: int) -> npt.NDArray[np.float64]:
+        found = np.array(self._cell[end], dtype=np.float64)
+        for i, axis in enumerate(self._names):
+            for secondary in (False, True):
+                name = self._name(end, axis, secondary)
+                if secondary <= bool(
+                    self._secondary[end, i]
+                ) and self._parameters.given(name):
+                    found[i] = self._parameters[name] * UNIT_MM
+        return found

@@ -1,0 +1,1 @@
+"""Dialogs, forms and colours that an IsoNs program shows to the operator."""

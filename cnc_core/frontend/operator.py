@@ -1,0 +1,154 @@
+"""Who answers the dialogs of a program: a script of answers, or an operator at
+the terminal.
+
+A script is a JSON list, one entry a dialog in the order in which they come: the
+name of a button (``"YES"``), or ``{"set": {"INPUT": 5.0}, "press": "BUTTON"}``.
+"""
+
+from __future__ import annotations
+
+import json
+import select
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from ..errors import CncError, Place
+
+LOOK_S = 0.2  # between two looks whether the run is to end
+
+
+@dataclass(frozen=True)
+class Question:
+    """A dialog: its text, the buttons it has, and what stands in its inputs by name."""
+
+    title: str
+    text: str
+    buttons: tuple[str, ...] = ()
+    inputs: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Inputs that the operator has set, then the button pressed; ``given``:
+    somebody has answered.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    press: str = ""
+    given: bool = True
+
+
+class Operator:
+    """Answers from ``script``, behind it from the terminal if ``terminal``.
+
+    ``interrupted``: the run is to end.
+    """
+
+    def __init__(
+        self,
+        script: Sequence[Answer] = (),
+        terminal: bool = False,
+        interrupted: Callable[[], bool] = lambda: False,
+    ) -> None:
+        self._script, self._terminal, self.interrupted = (
+            list(script),
+            terminal,
+            interrupted,
+        )
+
+    @property
+    def waiting(self) -> bool:
+        """The script holds another answer."""
+        return bool(self._script)
+
+    def ask(self, question: Question) -> Answer | None:
+        if self._script:
+            return self._script.pop(0)
+        return self._at_terminal(question) if self._terminal else None
+
+    def _at_terminal(self, question: Question) -> Answer | None:
+        """One line a time: ``NAME=VALUE`` fills an input, a button's name
+        presses it.
+        """
+        values: dict[str, float] = {}
+        sys.stdout.write(f"\n{question.title}\n{question.text}\n")
+        while True:
+            sys.stdout.write(_prompt(question))
+            sys.stdout.flush()
+            line = self._line()
+            if line is None:
+                return None
+            name, equals, value = (part.strip() for part in line.partition("="))
+            if equals and name.upper() in question.inputs:
+                number = _number(value)
+                if number is not None:
+                    values[name.upper()] = number
+                    continue
+            elif name.upper() in question.buttons or (
+                not name and not question.buttons
+            ):
+                return Answer(values, name.upper())
+            sys.stdout.write("not understood\n")
+
+    def _line(self) -> str | None:
+        while not self.interrupted():
+            if select.select([sys.stdin], [], [], LOOK_S)[0]:
+                return sys.stdin.readline() or None
+        return None
+
+
+def _number(text: str) -> float | None:
+    """A finite number, None if the text is none."""
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if isfinite(value) else None
+
+
+def _prompt(question: Question) -> str:
+    inputs = "".join(
+        f"{name}=.. (now {value:g})  "
+        for name, value in question.inputs.items()
+    )
+    return f"{inputs}{' | '.join(question.buttons) or 'Enter'}? "
+
+
+def read_answers(path: Path) -> list[Answer]:
+    """The script of a file; CncError if it is none."""
+    try:
+        entries = json.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise CncError(
+            901002, f"answers: {error.strerror}", Place(str(path))
+        ) from None
+    except ValueError as error:
+        raise CncError(
+            902001, f"answers: not JSON: {error}", Place(str(path))
+        ) from None
+    if not isinstance(entries, list):
+        raise CncError(902001, "answers: a list is expected", Place(str(path)))
+    return [_answer(entry, path) for entry in entries]
+
+
+def _answer(entry: Any, path: Path) -> Answer:
+    if isinstance(entry, str):
+        return Answer(press=entry)
+    if isinstance(entry, dict) and set(entry) <= {"set", "press"}:
+        values, press = entry.get("set", {}), entry.get("press", "")
+        numbers = isinstance(values, dict) and all(
+            isinstance(v, int | float)
+            and not isinstance(v, bool)
+            and isfinite(v)
+            for v in values.values()
+        )
+        if numbers and isinstance(press, str):
+            return Answer(
+                {name.upper(): float(v) for name, v in values.items()}, press
+            )
+    text = f'answers: {entry!r} is neither a button nor {{"set": {{"NAME": 1.0}}, "press": "BUTTON"}}'
+    raise CncError(902001, text, Place(str(path)))

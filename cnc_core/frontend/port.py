@@ -1,0 +1,191 @@
+"""What the front end may ask the running channel, and how it says that it has
+to wait for it.
+
+Values that come from the machine or the PLC pass through one ``ChannelPort``;
+it latches them at a stated cycle, so a lockstep run is the same every time.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from .machine import External
+from .operator import Answer, Operator, Question
+
+ExternalValue = float | str
+
+
+class Wait(Enum):
+    """Why ``FrontEnd.read`` stopped before the end: resume by calling it again
+    when this has come true.
+    """
+
+    DRAINED = "drained"  # every row handed out so far has been executed
+    PLC = "plc"  # the PLC has answered
+    OPERATOR = "operator"  # the operator has answered
+    PROBE = "probe"  # the measuring event has happened
+    CYCLE = "cycle"  # the machine and the PLC have had another cycle
+    # the axes have been stopped where they were, what was handed out is left
+    # out
+    STOPPED = "stopped"
+
+
+class ChannelPort(Protocol):
+    """The channel as the front end sees it.
+
+    ``manual_data``: the program was typed in (MDI), it is no file.
+    """
+
+    manual_data: bool
+
+    @property
+    def operator(self) -> Operator:
+        """Who answers the dialogs."""
+        ...
+
+    @property
+    def answers(self) -> bool:
+        """Waits are answered by a machine that moves; a program may wait as
+        long as it likes.
+        """
+        ...
+
+    @property
+    def retained(self) -> dict[str, Any]:
+        """What a dialect keeps from program to program, by its name."""
+        ...
+
+    def live_position(self) -> npt.NDArray[np.float64]:
+        """Command position of all channel axes as it is now, mm or degrees."""
+        ...
+
+    def position(self) -> npt.NDArray[np.float64]:
+        """Command position of all channel axes, mm or degrees, latched when the
+        last wait came true.
+        """
+        ...
+
+    def message(self, text: str) -> None:
+        """A line for the operator (warnings, #MSG)."""
+        ...
+
+    def ask(self, question: Question) -> Answer | None:
+        """What the operator does with a dialog; None if nobody can answer."""
+        ...
+
+    def now_s(self) -> float:
+        """Machine time, s, latched when the last wait came true."""
+        ...
+
+    def live_now_s(self) -> float:
+        """Machine time, s, as it is now."""
+        ...
+
+    def skip_levels(self) -> int:
+        """Bit mask of the block skip levels that are switched on, latched at
+        program start.
+        """
+        ...
+
+    def read_external(self, variable: External, element: int) -> ExternalValue:
+        """An element of a variable that the PLC shares, as it is now."""
+        ...
+
+    def write_external(
+        self, variable: External, element: int, value: ExternalValue
+    ) -> None:
+        """Write it at once."""
+        ...
+
+    def append_file(self, name: str, text: str) -> None:
+        """Add text to a file in the folder of the run; ``name`` is relative and
+        stays inside.
+        """
+        ...
+
+    def write_file(self, name: str, text: str) -> None:
+        """Write a file in the folder of the run, over what it held."""
+        ...
+
+    def read_file(self, name: str) -> str | None:
+        """Text of a file in the folder of the run, None if there is none."""
+        ...
+
+
+class OfflinePort:
+    """A channel that does not move: waits are true at once, messages and texts
+    are kept, nothing is written.
+    """
+
+    answers = False
+    manual_data = False
+
+    def __init__(
+        self,
+        position: npt.NDArray[np.float64],
+        skip_levels: int = 0,
+        operator: Operator | None = None,
+    ) -> None:
+        self.operator = operator or Operator()
+        self._position = np.array(position, dtype=np.float64)
+        self._skip_levels = skip_levels
+        self._external: dict[tuple[str, str, int], ExternalValue] = {}
+        self.messages: list[str] = []
+        self.retained: dict[str, Any] = {}
+        self.texts: dict[
+            str, str
+        ] = {}  # what a run would have written, by file name
+
+    def position(self) -> npt.NDArray[np.float64]:
+        return self._position.copy()
+
+    def live_position(self) -> npt.NDArray[np.float64]:
+        return self._position.copy()
+
+    def moved(self, position: npt.NDArray[np.float64]) -> None:
+        """The rows handed out so far end at ``position``."""
+        self._position = np.array(position, dtype=np.float64)
+
+    def message(self, text: str) -> None:
+        self.messages.append(text)
+
+    def ask(self, question: Question) -> Answer | None:
+        """From the script while it lasts; behind it a dialog counts as acknowledged."""
+        return (
+            self.operator.ask(question)
+            if self.operator.waiting
+            else Answer(given=False)
+        )
+
+    def now_s(self) -> float:
+        return 0.0
+
+    def live_now_s(self) -> float:
+        return 0.0
+
+    def skip_levels(self) -> int:
+        return self._skip_levels
+
+    def read_external(self, variable: External, element: int) -> ExternalValue:
+        initial: ExternalValue = "" if variable.type == "STRING" else 0.0
+        return self._external.get(
+            (variable.scope, variable.name, element), initial
+        )
+
+    def write_external(
+        self, variable: External, element: int, value: ExternalValue
+    ) -> None:
+        self._external[variable.scope, variable.name, element] = value
+
+    def append_file(self, name: str, text: str) -> None:
+        self.texts[name] = self.texts.get(name, "") + text
+
+    def write_file(self, name: str, text: str) -> None:
+        self.texts[name] = text
+
+    def read_file(self, name: str) -> str | None:
+        return self.texts.get(name)

@@ -1,0 +1,1 @@
+"""Filters that change or drop rows of short motions."""

@@ -1,0 +1,123 @@
+"""Polynomials of channel axes as rows of the waist: coefficients, length, feed,
+flags.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import (
+    EXACT_STOP,
+    LINEAR,
+    NC_BLOCK,
+    POLYNOMIAL,
+    RAPID,
+    BlockBatch,
+)
+
+FloatArray = npt.NDArray[np.float64]
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+STANDS = 1e-9  # as in c_ext/curve/curve.c
+EXACT = 1e-9
+SAME = 1e-9  # mm or degrees by which evaluation may round
+
+
+def lengths(coef: FloatArray, span: FloatArray, main: list[int]) -> FloatArray:
+    """(n,) path length of polynomials (n, axes, order): over the main axes, or
+    all others where those rest.
+    """
+    if not len(span):
+        return np.empty(0)
+    order = np.arange(coef.shape[2])
+    moving = (np.abs(coef[:, :, 1:]) * span[:, None, None] ** order[1:]).sum(
+        axis=2
+    ) > STANDS
+    metric = np.zeros_like(moving)
+    metric[:, main] = moving[:, main]
+    others = ~metric.any(axis=1)
+    metric[others] = moving[others]
+    slope = coef[:, :, 1:] * order[1:] * metric[:, :, None]
+    out = _quadrature(slope, span, 1)
+    rough, parts = np.arange(len(span)), 2
+    while len(rough) and parts <= 256:
+        finer = _quadrature(slope[rough], span[rough], parts)
+        bad = np.abs(finer - out[rough]) > EXACT * (1.0 + finer) * 0.1
+        out[rough] = finer
+        rough, parts = rough[bad], parts * 4
+    return out
+
+
+def _quadrature(slope: FloatArray, span: FloatArray, parts: int) -> FloatArray:
+    u = ((np.arange(parts)[:, None] + 0.5 * (NODES + 1.0)) / parts).ravel()
+    weights = np.tile(0.5 * WEIGHTS / parts, parts)
+    speed2 = np.zeros((len(span), len(u)))
+    t = span[:, None] * u
+    for axis in range(slope.shape[1]):
+        if slope[:, axis].any():
+            d = np.zeros_like(t)
+            for k in range(slope.shape[2] - 1, -1, -1):
+                d = d * t + slope[:, axis, k, None]
+            speed2 += d * d
+    return np.asarray(np.sqrt(speed2) @ weights * span)
+
+
+def rows_of(
+    coef: FloatArray,
+    span: FloatArray,
+    degree: npt.NDArray[np.int64],
+    main: list[int],
+    **fields: Any,
+) -> BlockBatch:
+    """Rows (n,) of polynomials (n, axes, 6); ``fields``: line, n, count, file,
+    and feed, mm/s along their path.
+    """
+    n, axes, order = coef.shape
+    rows = np.zeros(n, NC_BLOCK)
+    rows["type"], rows["degree"], rows["angle"] = POLYNOMIAL, degree, span
+    rows["end"][:, :axes] = np.einsum(
+        "nak,nk->na", coef, span[:, None] ** np.arange(order)
+    )
+    begins = coef[1:, :, 0]  # exact points, where evaluation rounds
+    ends = rows["end"][:-1, :axes]
+    rows["end"][:-1, :axes] = np.where(
+        np.abs(ends - begins) < SAME, begins, ends
+    )
+    rows["length"] = rows["length_min"] = lengths(coef, span, main)
+    size = axes * (degree + 1)
+    rows["pool"] = np.concatenate([[0], np.cumsum(size)[:-1]]) if n else 0
+    pool = np.empty(int(size.sum()))
+    for d in np.unique(degree):
+        which = np.flatnonzero(degree == d)
+        at = rows["pool"][which].astype(np.int64)[:, None] + np.arange(
+            axes * (int(d) + 1)
+        )
+        pool[at] = coef[which, :, : int(d) + 1].reshape(len(which), -1)
+    for name, value in fields.items():
+        rows[name] = value
+    return BlockBatch(rows, pool)
+
+
+def line_row(
+    start: FloatArray,
+    end: FloatArray,
+    main: list[int],
+    rapid: bool,
+    **fields: Any,
+) -> npt.NDArray[Any]:
+    """(1,) a straight line that ends at standstill."""
+    row = np.zeros(1, NC_BLOCK)
+    moved = end - start
+    far = float(np.linalg.norm(moved[main]))
+    if far < STANDS:  # what rounding left of it is no length
+        far = float(np.linalg.norm(moved))
+    row["type"], row["length"], row["length_min"] = LINEAR, far, far
+    row["end"][0, : len(end)] = end
+    row["flags"] = EXACT_STOP | (RAPID if rapid else 0)
+    for name, value in fields.items():
+        row[name] = value
+    if rapid:
+        row["feed"] = 0.0
+    return row

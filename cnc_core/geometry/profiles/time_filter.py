@@ -1,0 +1,367 @@
+"""Smoothing of a profile's speed over time (JRK Tstab, Ttop, Tintgr), and what
+is queued before it starts (Entities).
+
+Each driven row is looked at in ``PARTS`` parts, so that it does not matter how
+a curve is cut into polynomials: every part has the share of its feed that
+limits in its bends leave on average.  The shares are opened over a window of
+time, the largest share that holds for a whole window around a part: a rise that
+would not last is not begun. What changes of speed are left are spread into the
+constant stretches beside them: the mean over Tintgr of the least share within
+half of it on either side, which is nowhere above the share itself. Sections end
+where the axes stand.  Programmed feeds are not filtered, only what limits make
+of them.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import (
+    BY_LENGTH,
+    ELEMENT,
+    EXACT_STOP,
+    PIECE,
+    POLYNOMIAL,
+    RAPID,
+    BlockBatch,
+)
+
+from ..shapes.polynomial import coefficients, derivative, joined, normalised
+
+FloatArray = npt.NDArray[np.float64]
+BoolArray = npt.NDArray[np.bool_]
+PARTS = 8
+GRID = np.linspace(0.0, 1.0, PARTS + 1)
+ENTITIES_MAX = 10000
+# of the window: rows that last longer are not lowered, their one share says too
+# little of them
+LONG = 0.5
+
+
+@dataclass(frozen=True)
+class TimeFilter:
+    """``window_s``: of the opening; ``merge_s``: over which changes are spread;
+    0: off.  ``entities``: start together.
+
+    (axes,) limits of cutting, mm/s and mm/s2.  ``main``: axes that the path
+    length counts.
+    """
+
+    window_s: float
+    velocity: FloatArray
+    acceleration: FloatArray
+    main: tuple[int, ...]
+    merge_s: float = 0.0
+    entities: int = 0
+
+    @property
+    def reach_s(self) -> float:
+        """How far a row's speed depends on what is beside it."""
+        return self.window_s + self.merge_s
+
+
+@dataclass
+class _Caps:
+    """Parts of driven rows in their order: share of the feed, nominal time s,
+    whether a section ends behind it.
+    """
+
+    share: FloatArray
+    time: FloatArray
+    ends: BoolArray
+
+    @classmethod
+    def none(cls) -> _Caps:
+        return cls(np.empty(0), np.empty(0), np.empty(0, np.bool_))
+
+    def __len__(self) -> int:
+        return len(self.share)
+
+    def __add__(self, other: _Caps) -> _Caps:
+        names = ("share", "time", "ends")
+        return _Caps(
+            *(
+                np.concatenate([getattr(self, name), getattr(other, name)])
+                for name in names
+            )
+        )
+
+    def recent(self, window: float) -> _Caps:
+        """The last rows that a window can reach back to."""
+        after = np.cumsum(self.time[::-1])
+        keep = len(self) - min(
+            len(self), int(np.searchsorted(after, window)) + 1
+        )
+        if self.ends.any():
+            keep = max(keep, int(np.flatnonzero(self.ends)[-1]) + 1)
+        return _Caps(self.share[keep:], self.time[keep:], self.ends[keep:])
+
+
+class ProfileFilter:
+    """Stage behind the kinematics; ``filters``: by the block count of the
+    profiles' rows.
+    """
+
+    def __init__(self, filters: Mapping[int, TimeFilter]) -> None:
+        self._filters = filters
+        self._now: TimeFilter | None = None
+        self._past = _Caps.none()
+        self._held: deque[tuple[BlockBatch, BoolArray, _Caps]] = deque()
+        self._queue = _Queue(0)
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        rows = batch.rows
+        if not len(rows) or (self._now is None and not self._filters):
+            return batch
+        filtered = np.where(
+            np.isin(rows["count"], list(self._filters)), rows["count"], 0
+        )
+        out = []
+        for part in np.split(
+            np.arange(len(rows)),
+            np.flatnonzero(np.diff(filtered.astype(np.int64))) + 1,
+        ):
+            found = self._filters.get(int(filtered[part[0]]))
+            if found is not self._now:
+                out.append(self.drain())
+                self._now = found
+                self._queue = _Queue(found.entities if found else 0)
+            mine = BlockBatch(rows[part], batch.pool)
+            out.append(
+                mine
+                if found is None
+                else self._queue.push(self._take(mine, found))
+            )
+        return joined(out)
+
+    def _take(self, batch: BlockBatch, filter_: TimeFilter) -> BlockBatch:
+        rows = batch.rows
+        driven = (rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)
+        self._held.append(
+            (batch, driven, _caps(rows[driven], batch.pool, filter_))
+        )
+        return self._settled(filter_, False)
+
+    def _settled(self, filter_: TimeFilter, final: bool) -> BlockBatch:
+        """The held batches whose windows are known."""
+        known = self._past
+        for _, _, caps in self._held:
+            known = known + caps
+        until = np.cumsum(known.time)
+        share = _spread(
+            known, _opened(known, filter_.window_s), filter_.merge_s
+        )
+        first, out = len(self._past), []
+        while self._held:
+            batch, driven, caps = self._held[0]
+            last = first + len(caps)
+            ended = len(known) == 0 or last == 0 or known.ends[last - 1 :].any()
+            if not (
+                final or ended or until[-1] - until[last - 1] >= filter_.reach_s
+            ):
+                break
+            rows = batch.rows.copy()
+            part = rows[driven]
+            time = caps.time.reshape(-1, PARTS).sum(axis=1)
+            feed = (part["flags"] & RAPID == 0) & (
+                time <= LONG * max(filter_.window_s, filter_.merge_s)
+            )
+            part["feed"][feed] *= _mean(share[first:last].reshape(-1, PARTS))[
+                feed
+            ]
+            rows[driven] = part
+            out.append(BlockBatch(rows, batch.pool))
+            self._past = (self._past + caps).recent(filter_.reach_s)
+            self._held.popleft()
+            first = last
+        return joined(out)
+
+    def drain(self) -> BlockBatch:
+        rest = (
+            self._settled(self._now, True)
+            if self._now is not None
+            else BlockBatch.empty()
+        )
+        out = joined([self._queue.drain(), rest])
+        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
+        return out
+
+    def resync(self, position: FloatArray) -> None:
+        self._now, self._past, self._queue = None, _Caps.none(), _Queue(0)
+        self._held.clear()
+
+
+class _Queue:
+    """Keeps the beginning of a profile until so many of its elements are there:
+    then they go on together.
+    """
+
+    def __init__(self, entities: int) -> None:
+        self._missing = min(entities, ENTITIES_MAX)
+        self._held: list[BlockBatch] = []
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        if self._missing <= 0:
+            return batch
+        rows = batch.rows
+        self._missing -= int(
+            ((rows["type"] <= POLYNOMIAL) & (rows["flags"] & PIECE == 0)).sum()
+        )
+        self._held.append(batch)
+        return BlockBatch.empty() if self._missing > 0 else self.drain()
+
+    def drain(self) -> BlockBatch:
+        held, self._held = self._held, []
+        return joined(held)
+
+
+def _caps(
+    rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter
+) -> _Caps:
+    if not len(rows):
+        return _Caps.none()
+    share = np.ones((len(rows), PARTS))
+    rapid = rows["flags"] & RAPID != 0
+    curves = rows["type"] == POLYNOMIAL
+    if curves.any():
+        speed = _curve_speed(rows[curves], pool, filter_)
+        speed = np.minimum(
+            1.0, speed / np.maximum(rows["feed"][curves], 1e-9)[:, None]
+        )
+        share[curves] = _mean(np.stack([speed[:, :-1], speed[:, 1:]], axis=2))
+    time = (rows["length"] / PARTS)[:, None] / np.maximum(
+        rows["feed"][:, None] * share, 1e-6
+    )
+    time[rapid] = 0.0
+    ends = np.zeros((len(rows), PARTS), np.bool_)
+    ends[:, -1] = rapid | (rows["flags"] & EXACT_STOP != 0)
+    return _Caps(share.ravel(), time.ravel(), ends.ravel())
+
+
+def _mean(share: FloatArray) -> FloatArray:
+    """Share of the speed over equal lengths (last axis) in which the same time
+    passes.
+    """
+    return np.asarray(1.0 / (1.0 / np.maximum(share, 1e-6)).mean(axis=-1))
+
+
+def _curve_speed(
+    rows: npt.NDArray[Any], pool: FloatArray, filter_: TimeFilter
+) -> FloatArray:
+    """(n, grid) mm/s at which the axes keep velocity and acceleration in the
+    bends of a row.
+    """
+    first = derivative(
+        normalised(
+            coefficients(rows, pool, len(filter_.velocity)), rows["angle"]
+        )
+    )
+    d1, d2 = (
+        np.einsum("nak,kg->nga", c, GRID ** np.arange(c.shape[2])[:, None])
+        for c in (first, derivative(first))
+    )
+    by_length = (rows["flags"] & BY_LENGTH != 0)[:, None]
+    speed = np.sqrt((d1[:, :, list(filter_.main)] ** 2).sum(axis=2))
+    rate = np.where(by_length, rows["length"][:, None], np.maximum(speed, 1e-9))
+    along = (
+        np.where(
+            by_length, 0.0, (d1 * d2)[:, :, list(filter_.main)].sum(axis=2)
+        )
+        / rate**2
+    )
+    slope = np.abs(d1) / rate[:, :, None]
+    bend = np.abs(d2 - d1 * along[:, :, None]) / rate[:, :, None] ** 2
+    with np.errstate(divide="ignore"):
+        v = (filter_.velocity / slope).min(axis=2)
+        a = np.sqrt((filter_.acceleration / bend).min(axis=2))
+    return np.asarray(np.minimum(v, a))
+
+
+def _opened(caps: _Caps, window: float) -> FloatArray:
+    """(n,) largest share that holds over a whole window around each row,
+    section by section.
+    """
+    out = caps.share.copy()
+    if not window > 0.0:
+        return out
+    for part in np.split(np.arange(len(caps)), np.flatnonzero(caps.ends) + 1):
+        if len(part):
+            out[part] = _opened_section(
+                caps.share[part], caps.time[part], window
+            )
+    return out
+
+
+def _opened_section(
+    share: FloatArray, time: FloatArray, window: float
+) -> FloatArray:
+    end = np.cumsum(time)
+    n, begin = len(share), end - time
+    # first row by which a window that begins here is full
+    last = np.searchsorted(end, begin + window * (1.0 - 1e-9))
+    full = max(1, int((last < n).sum()))
+    start = np.arange(full)
+    last = np.minimum(last[:full], n - 1)
+    last[-1] = n - 1
+    least = -_largest(-share, start, last)
+    rows = np.arange(n)
+    return _largest(
+        least, np.searchsorted(last, rows), np.minimum(rows, full - 1)
+    )
+
+
+def _spread(caps: _Caps, share: FloatArray, merge: float) -> FloatArray:
+    """(n,) shares whose changes take ``merge`` s, section by section."""
+    if not merge > 0.0:
+        return share
+    out = share.copy()
+    for part in np.split(np.arange(len(caps)), np.flatnonzero(caps.ends) + 1):
+        if len(part):
+            out[part] = _spread_section(share[part], caps.time[part], merge)
+    return out
+
+
+def _spread_section(
+    share: FloatArray, time: FloatArray, merge: float
+) -> FloatArray:
+    """The mean at the middle of each row; beyond the section's ends the shares
+    there go on.
+    """
+    end = np.cumsum(time)
+    begin, rows, half = end - time, np.arange(len(share)), 0.5 * merge
+    first = np.searchsorted(end, begin - half, side="right")
+    last = np.searchsorted(begin, end + half) - 1
+    least = -_largest(-share, np.minimum(first, rows), np.maximum(last, rows))
+    edges = np.concatenate([[-merge, 0.0], end, [end[-1] + merge]])
+    level = np.concatenate([least[:1], least, least[-1:]])
+    total = np.concatenate([[0.0], np.cumsum(level * np.diff(edges))])
+    middle = 0.5 * (begin + end)
+    mean = (
+        np.interp(middle + half, edges, total)
+        - np.interp(middle - half, edges, total)
+    ) / merge
+    return np.asarray(np.minimum(mean, share))
+
+
+def _largest(
+    values: FloatArray, low: npt.NDArray[np.intp], high: npt.NDArray[np.intp]
+) -> FloatArray:
+    """Largest of values[low..high], both ends inclusive (sparse table)."""
+    table = [values]
+    while 1 << len(table) <= len(values):
+        half = 1 << (len(table) - 1)
+        table.append(np.maximum(table[-1][:-half], table[-1][half:]))
+    level = np.floor(np.log2(high - low + 1)).astype(np.intp)
+    out = np.empty(len(low))
+    for k in np.unique(level):
+        at = level == k
+        out[at] = np.maximum(
+            table[k][low[at]], table[k][high[at] + 1 - (1 << int(k))]
+        )
+    return out

@@ -1,0 +1,319 @@
+"""From the columns of a profile to channel axes: exactly where nothing is
+computed, else by quintics in a tolerance.
+
+What a profile programs becomes channel axes by compensation, versors, a
+tangential axis (``profile_tool``).  The result is no polynomial; quintics that
+meet its values and two derivatives take its place, halved until they miss it by
+no more than the tolerance.  Where two of them meet and the exact curves do too,
+they share their derivatives (C2).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks.profile_columns import SMOOTH, ProfileSpec
+from cnc_core.kinematics.machine import Kinematics
+
+from . import jets, spline
+from .curves import Intervals
+from .rows import NODES, WEIGHTS
+from .tool import NoVersor, Rotaries, Versors
+
+FloatArray = npt.NDArray[np.float64]
+IntArray = npt.NDArray[np.int64]
+SAMPLES = np.array([0.0, 0.25, 0.5, 0.75, 1.0])
+HALVINGS = 14
+FINEST_MM, COARSEST_MM = 1e-6, 1e-3
+ANGLE_DEG = 0.002
+TOGETHER = 1e-6  # relative difference of first derivatives that are the same
+
+
+class NotCarried(Exception):  # noqa: N818 - a reason, the stage makes the error
+    """``reason``: "direction" not reached, "rough" (not smooth), "versor"
+    without length.  ``interval``: where.
+    """
+
+    def __init__(self, reason: str, interval: int) -> None:
+        super().__init__(reason)
+        self.reason, self.interval = reason, interval
+
+
+@dataclass
+class Carried:
+    """Polynomials (n, channel axes, 6) over ``span``; each is the part
+    ``u0``..``u1`` of interval ``index``.
+    """
+
+    coef: FloatArray
+    span: FloatArray
+    index: IntArray
+    u0: FloatArray
+    u1: FloatArray
+
+
+class Carry:
+    """State along one profile.
+
+    ``start``: (channel axes,) in programmed coordinates.
+    """
+
+    def __init__(
+        self,
+        spec: ProfileSpec,
+        kinematics: Kinematics | None,
+        start: FloatArray,
+    ) -> None:
+        self.spec, self.start = spec, start
+        self.versors = Versors(spec, kinematics)
+        tip = spec.point != "AXI"
+        self.programmed = (
+            tip and "ijk" in spec.versors
+        )  # rotary axes follow from ijk
+        self.rotaries = (
+            Rotaries(kinematics, start)
+            if self.programmed and kinematics is not None
+            else None
+        )
+        column = spec.tangential
+        self._following = (
+            None
+            if column is None
+            or (self.programmed and spec.axes[column].kinematic)
+            else column
+        )
+        self.exact = (
+            spec.point != "CCP"
+            and self._following is None
+            and self.rotaries is None
+        )
+        self._angle = (
+            0.0
+            if self._following is None
+            else float(start[spec.axes[self._following].channel])
+        )
+        self._shift = np.zeros(len(start))
+        if tip and not spec.five_axes:
+            for i, component in zip(
+                spec.linear, spec.tool.direction, strict=True
+            ):
+                self._shift[spec.axes[i].channel] = spec.tool.length * component
+        turning = [spec.axes[i].rotary for i in range(len(spec.axes))]
+        self._limits = np.full(
+            len(start), min(max(0.1 * spec.chord, FINEST_MM), COARSEST_MM)
+        )
+        angle = (
+            min(max(np.degrees(spec.versor_tolerance), 1e-4), 0.1)
+            if spec.versor_tolerance
+            else ANGLE_DEG
+        )
+        for axis, rotary in zip(spec.axes, turning, strict=True):
+            if rotary:
+                self._limits[axis.channel] = angle
+
+    def __call__(self, intervals: Intervals) -> Carried:
+        """The intervals in channel axes; NotCarried."""
+        n = len(intervals)
+        if self.exact:
+            return Carried(
+                self.copied(intervals.coef),
+                intervals.span,
+                np.arange(n),
+                np.zeros(n),
+                intervals.span.copy(),
+            )
+        index, u0, u1 = np.arange(n), np.zeros(n), intervals.span.copy()
+        state = self._state()
+        for _ in range(HALVINGS):
+            self._restore(state)
+            values, ends = self._evaluated(intervals, index, u0, u1)
+            coef = self._joined(intervals, index, u0, u1, ends)
+            bad = self._missed(coef, u1 - u0, values) & ~intervals.rapid[index]
+            if not bad.any():
+                return Carried(coef, u1 - u0, index, u0, u1)
+            times = np.where(bad, 2, 1)
+            middle = 0.5 * (u0 + u1)
+            first = np.cumsum(times) - times
+            index, u0, u1 = (
+                np.repeat(index, times),
+                np.repeat(u0, times),
+                np.repeat(u1, times),
+            )
+            u1[first[bad]], u0[first[bad] + 1] = middle[bad], middle[bad]
+        raise NotCarried(
+            "rough", int(index[np.flatnonzero(np.repeat(bad, times))[0]])
+        )
+
+    # exact
+
+    def copied(self, coef: FloatArray) -> FloatArray:
+        out = np.zeros((len(coef), len(self.start), 6))
+        out[:, :, 0] = self.start
+        for i, axis in enumerate(self.spec.axes):
+            out[:, axis.channel] = 0.0
+            out[:, axis.channel, : coef.shape[2]] = coef[:, i]
+        out[:, :, 0] += self._shift
+        return out
+
+    # by quintics
+
+    def _state(self) -> tuple[object, ...]:
+        v = self.versors
+        near = None if self.rotaries is None else self.rotaries.near
+        return v._normal, v._heading, near, self._angle
+
+    def _restore(self, state: tuple[object, ...]) -> None:
+        self.versors._normal, self.versors._heading = state[0], state[1]  # type: ignore[assignment]
+        if self.rotaries is not None:
+            self.rotaries.near = state[2]  # type: ignore[assignment]
+        self._angle = state[3]  # type: ignore[assignment]
+
+    def _evaluated(
+        self,
+        intervals: Intervals,
+        index: IntArray,
+        u0: FloatArray,
+        u1: FloatArray,
+    ) -> tuple[FloatArray, FloatArray]:
+        """(n, 5, axes) values at the samples and (n, 2, 3, axes) jets at both
+        ends of the parts.
+        """
+        u = (u0[:, None] + (u1 - u0)[:, None] * SAMPLES).ravel()
+        at = np.repeat(index, len(SAMPLES))
+        forward = np.tile(SAMPLES < 1.0, len(index))
+        all_jets = self.carried(intervals.coef[at], u, forward, at)
+        shaped = all_jets.reshape(len(index), len(SAMPLES), 3, -1)
+        return shaped[:, :, 0], shaped[:, [0, -1]]
+
+    def carried(
+        self,
+        coef: FloatArray,
+        u: FloatArray,
+        forward: npt.NDArray[np.bool_],
+        at: IntArray | None = None,
+    ) -> FloatArray:
+        """(m, 3, channel axes) jets of polynomials (m, columns, order) at u
+        (m,), in the order of the path.
+        """
+        spec = self.spec
+        out = jets.still(self.start, len(u))
+        columns = jets.of_columns(coef[:, : len(spec.axes)], u)
+        for i, axis in enumerate(spec.axes):
+            out[:, :, axis.channel] = columns[:, :, i]
+        if self._following is not None:
+            self._follow(out, coef, u)
+        try:
+            d = self.versors.direction(coef, u, out)
+        except NoVersor as reason:
+            raise NotCarried(
+                "versor", int(at[reason.at]) if at is not None else 0
+            ) from None
+        if self.rotaries is not None:
+            try:
+                angles = self.rotaries.angles(d, forward)
+            except ValueError as error:
+                raise NotCarried(
+                    "direction", int(at[error.args[0]]) if at is not None else 0
+                ) from None
+            out[:, :, self.rotaries._axes] = angles
+        try:
+            tip = self.versors.tip(coef, u, d, forward)
+        except NoVersor as reason:
+            raise NotCarried(
+                "versor", int(at[reason.at]) if at is not None else 0
+            ) from None
+        for k, i in enumerate(spec.linear):
+            out[:, :, spec.axes[i].channel] = tip[:, :, k]
+        out[:, 0] += self._shift
+        return out
+
+    def _follow(self, out: FloatArray, coef: FloatArray, u: FloatArray) -> None:
+        """The tangential axis, whole turns added so that it never turns by more
+        than half of one at once.
+        """
+        assert self._following is not None
+        angle = self.versors.following(coef, u, self._following)
+        steps = np.diff(np.concatenate([[self._angle], angle[:, 0]]))
+        angle[:, 0] = self._angle + np.cumsum((steps + 180.0) % 360.0 - 180.0)
+        self._angle = float(angle[-1, 0])
+        out[:, :, self.spec.axes[self._following].channel] = angle
+
+    def _joined(
+        self,
+        intervals: Intervals,
+        index: IntArray,
+        u0: FloatArray,
+        u1: FloatArray,
+        ends: FloatArray,
+    ) -> FloatArray:
+        """Quintics; neighbours whose curves go on share value and derivatives."""
+        a, b = ends[:-1, 1], ends[1:, 0]
+        near = np.abs(a[:, 0] - b[:, 0]).max(axis=1) < 1e-7
+        slope = np.abs(a[:, 1] - b[:, 1]).max(axis=1)
+        same = near & (slope <= TOGETHER * (np.abs(a[:, 1]).max(axis=1) + 1e-9))
+        same &= (index[1:] == index[:-1]) | (
+            intervals.after[index[:-1]] == SMOOTH
+        )
+        middle = 0.5 * (a[same] + b[same])
+        ends[:-1, 1][same], ends[1:, 0][same] = middle, middle
+        keep = near & ~same
+        ends[:-1, 1][keep, 0] = b[keep, 0]
+        h = u1 - u0
+        coef = spline.quintic(
+            ends[:, 0, 0], ends[:, 1, 0], ends[:, 0, 1:], ends[:, 1, 1:], h
+        )
+        straight = intervals.rapid[index]
+        coef[straight, :, 2:] = 0.0
+        coef[straight, :, 1] = (
+            ends[straight, 1, 0] - ends[straight, 0, 0]
+        ) / h[straight, None]
+        return coef
+
+    def _missed(
+        self, coef: FloatArray, span: FloatArray, values: FloatArray
+    ) -> npt.NDArray[np.bool_]:
+        out = np.zeros(len(span), np.bool_)
+        for k, share in enumerate(SAMPLES[1:-1], 1):
+            at = np.einsum(
+                "nak,nk->na", coef, (share * span)[:, None] ** np.arange(6)
+            )
+            out |= (np.abs(at - values[:, k]) > self._limits).any(axis=1)
+        return out
+
+    # feed
+
+    def reference_lengths(
+        self, intervals: Intervals, made: Carried
+    ) -> FloatArray | None:
+        """(n,) lengths of the curve that the feed refers to; None: of the
+        driven tip itself.
+        """
+        spec = self.spec
+        contact = spec.point == "CCP" and spec.feed_on == "CCP"
+        through = (
+            spec.point == "AXI" and spec.feed_on == "CLP" and spec.five_axes
+        )
+        if not contact and not through:
+            return None
+        h = made.u1 - made.u0
+        u = (made.u0[:, None] + h[:, None] * 0.5 * (NODES + 1.0)).ravel()
+        at = np.repeat(made.index, len(NODES))
+        if contact:
+            speed = jets.of_columns(
+                intervals.coef[at][:, list(spec.linear)], u, 1
+            )[:, 0]
+        else:
+            assert self.versors.kinematics is not None
+            out = jets.still(self.start, len(u))
+            columns = jets.of_columns(
+                intervals.coef[at][:, : len(spec.axes)], u
+            )
+            for i, axis in enumerate(spec.axes):
+                out[:, :, axis.channel] = columns[:, :, i]
+            chain = self.versors.kinematics.chain
+            speed = chain.forward_jets(out, spec.tool.origin_length)[0][:, 1]
+        speeds = np.linalg.norm(speed, axis=1).reshape(len(h), len(NODES))
+        return np.asarray(speeds @ (0.5 * WEIGHTS) * h)

@@ -1,0 +1,1 @@
+"""Curves and solids of numbers alone: no rows, no stages."""

@@ -1,0 +1,77 @@
+"""B-splines as polynomials: exact conversion of every span by blossoming (de
+Boor, A Practical Guide to Splines).
+"""
+
+from __future__ import annotations
+
+from math import comb
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+
+
+def spans(
+    points: FloatArray, knots: FloatArray, degree: int
+) -> tuple[FloatArray, FloatArray, npt.NDArray[np.int64]]:
+    """(m, columns, degree + 1) coefficients over 0..length, (m,) lengths and
+    (m,) numbers of the non-empty spans.
+
+    ``points``: (n, columns) control points.  ``knots``: (n + degree + 1,)
+    non-decreasing, clamped.
+    """
+    number = (
+        np.flatnonzero(np.diff(knots[degree : len(points) + 1]) > 0) + degree
+    )
+    low, high = knots[number], knots[number + 1]
+    bezier = np.stack(
+        [
+            _blossom(points, knots, degree, number, low, high, k)
+            for k in range(degree + 1)
+        ],
+        axis=2,
+    )
+    length = high - low
+    return (
+        _power(bezier) / length[:, None, None] ** np.arange(degree + 1),
+        length,
+        number,
+    )
+
+
+def _blossom(
+    points: FloatArray,
+    knots: FloatArray,
+    degree: int,
+    number: npt.NDArray[np.int64],
+    low: FloatArray,
+    high: FloatArray,
+    ends: int,
+) -> FloatArray:
+    """(m, columns) Bezier point ``ends``: blossom at ``ends`` times the upper,
+    else the lower limit of the spans.
+    """
+    d = [points[number - degree + i] for i in range(degree + 1)]
+    for r in range(1, degree + 1):
+        u = high if r <= ends else low
+        for j in range(degree, r - 1, -1):
+            left, right = knots[number - degree + j], knots[number + j - r + 1]
+            share = ((u - left) / (right - left))[:, None]
+            d[j] = (1.0 - share) * d[j - 1] + share * d[j]
+    return d[degree]
+
+
+def _power(bezier: FloatArray) -> FloatArray:
+    """Power basis over 0..1 of Bezier points (m, columns, order)."""
+    n = bezier.shape[2] - 1
+    convert = np.array(
+        [
+            [
+                comb(n, k) * comb(k, i) * (-1.0) ** (k - i) if i <= k else 0.0
+                for i in range(n + 1)
+            ]
+            for k in range(n + 1)
+        ]
+    )
+    return np.asarray(np.einsum("ki,mci->mck", convert, bezier))

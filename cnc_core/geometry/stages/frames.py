@@ -1,0 +1,329 @@
+"""Coordinate systems behind the contour: the stages inside work in programmed
+coordinates, their rows are turned.
+
+Compensation and smoothing see the programmed plane; ``COORDINATES`` rows end
+what they hold and change the frame. Lines stay lines, circles stay circles
+where their plane stays parallel to two axes; else they become quintic pieces
+that leave the circle by at most ``TOLERANCE``, behind an element that is the
+circle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core.blocks import (
+    CIRCULAR,
+    COORDINATES,
+    ELEMENT,
+    PIECE,
+    POLYNOMIAL,
+    BlockBatch,
+    motion_planes,
+)
+from cnc_core.blocks.coordinates import Coordinates, Frame
+
+from ..shapes.paths import FloatArray, Paths
+from ..shapes.polynomial import joined
+from .pieces import cut, element_rows, merged, piece_rows
+from .stage import DropZeroLength, RefusedRow, Stage
+
+TOLERANCE = 1e-6  # mm, of a circle in a tilted plane
+SWEEP = np.radians(30.0)  # of one piece of it at most
+PLANES = {motion_planes(plane)[:2]: plane for plane in (17, 18, 19)}
+
+
+class _Turned:
+    """Carrier into the coordinates around a frame."""
+
+    def __init__(self, frame: Frame, main: tuple[int, int, int]) -> None:
+        present = [place for place, axis in enumerate(main) if axis >= 0]
+        self._main = [main[place] for place in present]
+        self._rotation, self._origin = (
+            frame.rotation[np.ix_(present, present)],
+            frame.origin[present],
+        )
+
+    def carry(self, jets: FloatArray) -> FloatArray:
+        out = jets.copy()
+        points = jets[:, :, self._main] @ self._rotation.T
+        points[:, 0] += self._origin
+        out[:, :, self._main] = points
+        return out
+
+    def miss(self, driven: FloatArray, programmed: FloatArray) -> FloatArray:
+        back = (driven[:, self._main] - self._origin) @ self._rotation
+        return np.asarray(
+            np.linalg.norm(back - programmed[:, self._main], axis=1)
+        )
+
+    def coefficients(self, coef: FloatArray) -> None:
+        """Turn (axes, order) in place."""
+        points = self._rotation @ coef[self._main]
+        points[:, 0] += self._origin
+        coef[self._main] = points
+
+
+class Frames:
+    """Stage around stages: ``inside`` in programmed coordinates, what comes out
+    turned by the frame in force.
+
+    ``start``: (axes,) position before the first row.  ``main``: channel index
+    of X, Y, Z, -1 where absent.
+    """
+
+    def __init__(
+        self, inside: Stage, start: FloatArray, main: tuple[int, int, int]
+    ) -> None:
+        self._inside, self._main, self._axes = inside, main, len(start)
+        self._plain: Stage = DropZeroLength()
+        self._coordinates = Coordinates()
+        # where pieces and elements stand, frame coordinates
+        self._driven, self._element = start.copy(), start.copy()
+        self.deviation = 0.0
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        switches = np.flatnonzero(batch.rows["type"] == COORDINATES)
+        if (
+            not len(switches)
+            and self._coordinates.frame.identity
+            and not self._coordinates.ptp
+        ):
+            self._follow(batch.rows)
+            return self._inside.push(batch)
+        parts, first = [], 0
+        try:
+            for at in [*switches, len(batch)]:
+                parts.append(
+                    self._out(
+                        self._stage,
+                        BlockBatch(batch.rows[first:at], batch.pool),
+                    )
+                )
+                if at < len(batch):
+                    parts.append(
+                        self._out(
+                            lambda _: self._inside.drain(), BlockBatch.empty()
+                        )
+                    )
+                    parts.append(self._switch(batch.rows[at : at + 1]))
+                first = int(at) + 1
+        except RefusedRow as refused:
+            raise RefusedRow(
+                refused.error, joined([*parts, refused.ahead]), refused.count
+            ) from None
+        return joined(parts)
+
+    def _stage(self, batch: BlockBatch) -> BlockBatch:
+        """Through the stages inside; lines of the axes are not smoothed."""
+        return (self._plain if self._coordinates.ptp else self._inside).push(
+            batch
+        )
+
+    def _out(
+        self, step: Callable[[BlockBatch], BlockBatch], batch: BlockBatch
+    ) -> BlockBatch:
+        try:
+            return self._turned(step(batch))
+        except RefusedRow as refused:
+            raise RefusedRow(
+                refused.error, self._turned(refused.ahead), refused.count
+            ) from None
+
+    def _switch(self, row: npt.NDArray[Any]) -> BlockBatch:
+        """A new frame: the position in it is told by the row, which goes on in
+        the coordinates around it.
+        """
+        self._coordinates = Coordinates.of(row[0])
+        self._driven = row["end"][0][: self._axes].copy()
+        self._element = self._driven.copy()
+        self._inside.resync(self._driven)
+        out = row.copy()
+        self._turn_ends(out)
+        return BlockBatch(out)
+
+    def _turn_ends(self, rows: npt.NDArray[Any]) -> None:
+        frame = self._coordinates.frame
+        if frame.identity:
+            return
+        for place, axis in enumerate(self._main):
+            if axis < 0 and (
+                frame.rotation[place, place] != 1.0 or frame.origin[place]
+            ):
+                raise AssertionError("a frame needs its axes")
+        present = [place for place, axis in enumerate(self._main) if axis >= 0]
+        axes = [self._main[place] for place in present]
+        points = np.zeros((len(rows), 3))
+        points[:, present] = rows["end"][:, axes]
+        rows["end"][:, axes] = frame.outer(points)[:, present]
+
+    def _turned(self, batch: BlockBatch) -> BlockBatch:
+        """Rows in the coordinates around the frame."""
+        frame, rows = self._coordinates.frame, batch.rows
+        if frame.identity or not len(rows):
+            self._follow(rows)
+            return batch
+        starts = self._starts(rows)
+        out = rows.copy()
+        moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
+        ends = out[moving]
+        self._turn_ends(ends)
+        out[moving] = ends
+        pool = self._turned_pool(out, rows, batch.pool)
+        tilted = self._turn_circles(out)
+        if not len(tilted):
+            return BlockBatch(out, pool)
+        return self._cut_circles(out, rows, starts, tilted, pool)
+
+    def _starts(self, rows: npt.NDArray[Any]) -> FloatArray:
+        """(n, axes) where each motion begins, in the frame; elements and pieces
+        each behind their own.
+        """
+        starts = np.zeros((len(rows), self._axes))
+        moving = rows["type"] <= POLYNOMIAL
+        ends = rows["end"][:, : self._axes]
+        seen = np.flatnonzero(moving & (rows["flags"] & PIECE == 0))
+        if len(seen):
+            starts[seen] = np.vstack([self._element, ends[seen[:-1]]])
+        driven = np.flatnonzero(moving & (rows["flags"] & ELEMENT == 0))
+        if len(driven):
+            starts[driven] = np.vstack([self._driven, ends[driven[:-1]]])
+        self._follow(rows)
+        return starts
+
+    def _follow(self, rows: npt.NDArray[Any]) -> None:
+        for flag, name in ((ELEMENT, "_driven"), (PIECE, "_element")):
+            which = np.flatnonzero(
+                (rows["type"] <= POLYNOMIAL) & (rows["flags"] & flag == 0)
+            )
+            if len(which):
+                setattr(self, name, rows["end"][which[-1], : self._axes].copy())
+
+    def _turned_pool(
+        self, out: npt.NDArray[Any], rows: npt.NDArray[Any], pool: FloatArray
+    ) -> FloatArray:
+        """Coefficients of polynomials, turned; every polynomial has its own."""
+        carrier, turned = _Turned(self._coordinates.frame, self._main), pool
+        for i in np.flatnonzero(
+            (rows["type"] == POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)
+        ):
+            order, first = int(rows["degree"][i]) + 1, int(rows["pool"][i])
+            if turned is pool:
+                turned = pool.copy()
+            coef = (
+                pool[first : first + self._axes * order]
+                .reshape(self._axes, order)
+                .copy()
+            )
+            carrier.coefficients(coef)
+            turned[first : first + self._axes * order] = coef.ravel()
+        return turned
+
+    def _turn_circles(self, out: npt.NDArray[Any]) -> npt.NDArray[np.int64]:
+        """Circles that stay circles get their plane and centre; the others' places."""
+        frame = self._coordinates.frame
+        tilted = []
+        for i in np.flatnonzero(out["type"] == CIRCULAR):
+            first, second, third = motion_planes(int(out["plane"][i]))
+            a, b = frame.rotation[:, first], frame.rotation[:, second]
+            places = int(np.argmax(np.abs(a))), int(np.argmax(np.abs(b)))
+            if abs(a[places[0]]) == 1.0 and abs(b[places[1]]) == 1.0:
+                self._turn_circle(
+                    out[i : i + 1], frame, (first, second, third), places
+                )
+            elif frame.rotation[third, third] == 1.0:
+                self._spin_circle(out[i : i + 1], frame, (first, second))
+            else:
+                tilted.append(i)
+        return np.array(tilted, dtype=np.int64)
+
+    @staticmethod
+    def _turn_circle(
+        row: npt.NDArray[Any],
+        frame: Frame,
+        plane: tuple[int, int, int],
+        places: tuple[int, int],
+    ) -> None:
+        """The axes of the plane become axes: another plane, perhaps the other sense."""
+        centre = np.zeros(3)
+        centre[list(plane[:2])] = row["center"][0]
+        centre = frame.outer(centre)
+        pair = places if places in PLANES else places[::-1]
+        signs = (
+            frame.rotation[places[0], plane[0]]
+            * frame.rotation[places[1], plane[1]]
+        )
+        row["plane"], row["center"] = PLANES[pair], centre[list(pair)]
+        row["angle"] *= signs * (1.0 if pair == places else -1.0)
+
+    @staticmethod
+    def _spin_circle(
+        row: npt.NDArray[Any], frame: Frame, plane: tuple[int, int]
+    ) -> None:
+        """A turn about the normal of the plane."""
+        centre = np.zeros(3)
+        centre[list(plane)] = row["center"][0]
+        row["center"] = frame.outer(centre)[list(plane)]
+
+    def _cut_circles(
+        self,
+        out: npt.NDArray[Any],
+        rows: npt.NDArray[Any],
+        starts: FloatArray,
+        tilted: npt.NDArray[np.int64],
+        pool: FloatArray,
+    ) -> BlockBatch:
+        """Elements and pieces in place of the circles ``tilted``."""
+        keep = np.setdiff1d(np.arange(len(rows)), tilted)
+        circles = rows[tilted]
+        paths = Paths(circles, starts[tilted], np.empty(0), self._main)
+        carrier = _Turned(self._coordinates.frame, self._main)
+        driven = np.flatnonzero(circles["flags"] & ELEMENT == 0)
+        seen = np.flatnonzero(circles["flags"] & PIECE == 0)
+        pools, parts = [pool], [(keep, 0, out[keep])]
+        if len(seen):
+            elements, tangents = element_rows(
+                out[tilted[seen]],
+                Paths(
+                    circles[seen], starts[tilted[seen]], np.empty(0), self._main
+                ),
+                len(pool),
+            )
+            turned = (
+                tangents.reshape(-1, 3) @ self._coordinates.frame.rotation.T
+            )
+            pools.append(turned.ravel())
+            parts.append((tilted[seen], 0, elements))
+        if len(driven):
+            paths = Paths(
+                circles[driven], starts[tilted[driven]], np.empty(0), self._main
+            )
+            counts = np.ceil(np.abs(circles["angle"][driven]) / SWEEP).astype(
+                np.int64
+            )
+            pieces = cut(paths, np.maximum(counts, 1), carrier, TOLERANCE)
+            self.deviation = max(self.deviation, 2.0 * pieces.miss)
+            first = sum(map(len, pools))
+            parts.append(
+                (
+                    tilted[driven][pieces.index],
+                    1,
+                    piece_rows(circles[driven], pieces, first),
+                )
+            )
+            pools.append(pieces.coef.ravel())
+        return merged(parts, np.concatenate(pools))
+
+    def drain(self) -> BlockBatch:
+        return self._out(lambda _: self._inside.drain(), BlockBatch.empty())
+
+    def resync(self, position: FloatArray) -> None:
+        self._driven, self._element = (
+            position[: self._axes].copy(),
+            position[: self._axes].copy(),
+        )
+        self._inside.resync(position)

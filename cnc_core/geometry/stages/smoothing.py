@@ -1,0 +1,200 @@
+"""Smoothing of micro-segments and corners within a tolerance, as a streaming
+stage.
+
+The geometry is in C (``c_ext/smooth*.c``, told in ``docs/smoothing.md``).
+Programmed motions go on as *elements* (flag ``ELEMENT``: what the PLC sees),
+among them *pieces* (flag ``PIECE``: what the machine executes; ``value`` is the
+programmed distance they cover).  A motion that is driven as programmed stays
+one row without flags.  ``SMOOTHING`` rows switch; those with the flag
+``HAS_VALUE`` say how the axes may drive what the rows describe, and describe
+nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from cnc_core._engine import ffi, lib
+from cnc_core.blocks import (
+    HAS_VALUE,
+    NC_BLOCK,
+    POLYNOMIAL,
+    SMOOTHING,
+    BlockBatch,
+)
+
+FloatArray = npt.NDArray[np.float64]
+TURN_MAX = np.radians(120.0)
+CARRIED_SHARE = 0.1
+
+
+@dataclass(frozen=True)
+class SmoothingMachine:
+    """What the stage has to know of the machine: main axes by channel index,
+    mask of rotary axes, mm/s2, mm/s.
+    """
+
+    main: tuple[int, int, int]
+    rotary: int
+    accel: float
+    feed: float
+
+
+@dataclass(frozen=True)
+class SmoothingReport:
+    """What was done so far; deviations are certified bounds (mm, degrees)."""
+
+    rows: int
+    pieces: int
+    curves: int
+    corners: int
+    windows: int
+    solves: int
+    fallbacks: int
+    irregular: int
+    deviation: float
+    rotary_deviation: float
+    left_out: (
+        float  #: mm: farthest from its neighbour that a point was left out
+    )
+
+
+class Smoothing:
+    """Rows of the programmed contour in, elements and pieces out.
+
+    ``tolerance``: mm, 0 = exactly until a row says otherwise.
+    ``rotary_tolerance``: degrees.  ``turn_max``: rad, larger turns stay exact
+    corners.  ``described``: rows are listed, not driven.  ``carried``: mm, what
+    stages behind this one may add to the deviation; so much of every tolerance
+    is left to them, at most ``CARRIED_SHARE`` of it.
+    """
+
+    def __init__(
+        self,
+        start: FloatArray,
+        machine: SmoothingMachine,
+        tolerance: float,
+        rotary_tolerance: float = 0.05,
+        turn_max: float = TURN_MAX,
+        *,
+        described: bool = False,
+        carried: float = 0.0,
+    ) -> None:
+        config = ffi.new("nc_smooth_config *")
+        config.axes, config.main_axis, config.rotary = (
+            len(start),
+            list(machine.main),
+            machine.rotary,
+        )
+        config.accel, config.feed = machine.accel, machine.feed
+        self._carried = carried
+        # what is left to them now: less from the first tolerance on that has no
+        # room for it
+        self.carried = carried
+        config.tolerance = tolerance - self._left_to_carry(tolerance)
+        config.rotary_tolerance, config.turn_max = rotary_tolerance, turn_max
+        handle = lib.nc_smooth_new(config, _full(start))
+        if handle == ffi.NULL:
+            raise MemoryError("smoothing")
+        self._exact = tolerance == 0.0  # nothing is smoothed yet, rows pass
+        self._tolerance, self._described = tolerance, described
+        self._state: Any = ffi.gc(handle, lib.nc_smooth_free)
+
+    def push(self, batch: BlockBatch) -> BlockBatch:
+        """Rows and pieces that are final now."""
+        rows = self._switched(batch.rows)
+        if self._exact and not (rows["type"] == SMOOTHING).any():
+            self._follow(batch.rows)
+            return batch
+        self._exact = False
+        rows = np.ascontiguousarray(rows)
+        pool = np.ascontiguousarray(batch.pool)
+        pointer = (
+            ffi.cast("double *", pool.ctypes.data) if len(pool) else ffi.NULL
+        )
+        if (
+            lib.nc_smooth_push(
+                self._state,
+                ffi.cast("nc_block *", rows.ctypes.data),
+                len(rows),
+                pointer,
+                len(pool),
+            )
+            < 0
+        ):
+            raise MemoryError("smoothing")
+        return self._taken()
+
+    def _switched(self, rows: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        """Rows that only say how to drive give way to a larger tolerance, and
+        to none if nothing is driven; every tolerance is less what is left to
+        the stages behind.
+        """
+        switch = rows["type"] == SMOOTHING
+        if not switch.any():
+            return rows
+        rows = rows.copy()
+        weak = (
+            switch
+            & ((rows["flags"] & HAS_VALUE) != 0)
+            & (self._described | (rows["value"] <= self._tolerance))
+        )
+        for name in ("value", "length", "angle"):
+            rows[name][weak] = 0.0
+        for at in np.flatnonzero(switch & (rows["value"] > 0.0)):
+            rows["value"][at] -= self._left_to_carry(float(rows["value"][at]))
+        return rows
+
+    def _left_to_carry(self, tolerance: float) -> float:
+        """mm of a tolerance."""
+        if tolerance <= 0.0:
+            return 0.0
+        left = min(self._carried, CARRIED_SHARE * tolerance)
+        self.carried = min(self.carried, left)
+        return left
+
+    def drain(self) -> BlockBatch:
+        """The section in work ends where the program stands."""
+        if lib.nc_smooth_drain(self._state) < 0:
+            raise MemoryError("smoothing")
+        return self._taken()
+
+    def resync(self, position: FloatArray) -> None:
+        lib.nc_smooth_resync(self._state, _full(position))
+
+    def _follow(self, rows: npt.NDArray[Any]) -> None:
+        moving = np.flatnonzero(rows["type"] <= POLYNOMIAL)
+        if len(moving):
+            self.resync(rows["end"][moving[-1]])
+
+    @property
+    def report(self) -> SmoothingReport:
+        """Counts and certified deviations."""
+        out = ffi.new("nc_smooth_stats *")
+        lib.nc_smooth_get_stats(self._state, out)
+        return SmoothingReport(
+            **{
+                name: getattr(out, name)
+                for name in SmoothingReport.__dataclass_fields__
+            }
+        )
+
+    def _taken(self) -> BlockBatch:
+        rows = np.empty(lib.nc_smooth_rows(self._state), NC_BLOCK)
+        pool = np.empty(lib.nc_smooth_coefficients(self._state))
+        lib.nc_smooth_take(
+            self._state,
+            ffi.cast("nc_block *", rows.ctypes.data),
+            ffi.cast("double *", pool.ctypes.data),
+        )
+        return BlockBatch(rows, pool)
+
+
+def _full(position: FloatArray) -> Any:
+    full = ffi.new("double[]", lib.NC_AXES)
+    full[0 : len(position)] = [float(v) for v in position]
+    return full

@@ -1,0 +1,210 @@
+"""Stage 5 and 6 of the Path Optimizer: sections of a path joined, at edges by a
+piece that rounds the corner.
+
+HSM specification 11: neighbours without a transition are one curve already; at
+G63 both curves are cut and a quintic leads from one to the other, C2, within
+the tolerances; at G66 and G67 the curves meet in their corner.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..blocks.profile_columns import BLEND, SMOOTH, STOP
+from ..geometry.profiles.blend import (
+    evaluated,
+    gentle_handle,
+    gentle_reach,
+    joining,
+    shifted,
+)
+from .types import Fit, FitReport, FloatArray, Tolerances
+
+USED = 0.97  # share of the tolerance that a piece uses
+SHARP = np.radians(0.5)
+JOIN_TRIES = 24
+JUMP = 1e-7
+MOST = 0.45  # of a section that a piece may take
+SAMPLES = 65
+
+
+def join_sections(
+    parts: list[Fit],
+    linear: list[int],
+    versor: list[int],
+    tolerances: Tolerances,
+    report: FitReport,
+) -> Fit:
+    """One row of polynomials; where a section ends in 63 a joining piece rounds
+    its corner.
+    """
+    out: list[Fit] = []
+    for part in parts:
+        if out and out[-1].after[-1] == BLEND:
+            _round(out, part, linear, versor, tolerances, report)
+        out.append(part)
+    coef, span = (
+        np.concatenate([p.coef for p in out]),
+        np.concatenate([p.span for p in out]),
+    )
+    return Fit(
+        coef,
+        span,
+        np.concatenate([p.first for p in out]),
+        np.concatenate([p.after for p in out]),
+    )
+
+
+def _round(
+    out: list[Fit],
+    behind: Fit,
+    linear: list[int],
+    versor: list[int],
+    tolerances: Tolerances,
+    report: FitReport,
+) -> None:
+    """Cut both curves at Racc |sin| of the turn, or nearer so that no point is
+    left by more than the tolerances.
+    """
+    ahead = out[-1]
+    end = float(ahead.span.sum())
+    before, after = (
+        evaluated(ahead.coef[-1], float(ahead.span[-1])),
+        evaluated(behind.coef[0], 0.0),
+    )
+    turn = _angle(before[1][linear], after[1][linear])
+    ahead.after[-1] = SMOOTH
+    if turn > np.radians(179.0):
+        ahead.after[-1] = STOP
+        return
+    if turn < SHARP and np.abs(before[1] - after[1]).max() < SHARP:
+        return
+    reach = _reach(
+        before[1], after[1], turn, ahead.kind, versor, linear, tolerances
+    )
+    reach = min(reach, gentle_reach(max(turn, SHARP), USED * tolerances.linear))
+    reach = min(reach, MOST * end, MOST * float(behind.span.sum()))
+    limits = np.full(ahead.coef.shape[1], tolerances.other)
+    limits[versor], limits[linear] = tolerances.versor, tolerances.linear
+    limits[np.abs(before[0] - after[0]) > JUMP] = (
+        np.inf
+    )  # an axis that jumps there
+    for _ in range(JOIN_TRIES):
+        left, right = (
+            _polynomial(ahead, end - reach),
+            _polynomial(behind, reach),
+        )
+        states = (
+            evaluated(ahead.coef[left[0]], left[1]),
+            evaluated(behind.coef[right[0]], right[1]),
+        )
+        coef = joining(*states, linear, gentle_handle(turn) * reach)
+        points = np.vstack(
+            [
+                ahead.points[ahead.at > end - reach],
+                behind.points[behind.at < reach],
+            ]
+        )
+        deviation, others = _miss(coef, points, linear, limits)
+        if deviation <= tolerances.linear and others <= 1.0:
+            break
+        reach *= 0.8
+    size = float(np.linalg.norm((coef.sum(axis=1) - coef[:, 0])[linear]))
+    _cut_end(ahead, *left)
+    _cut_begin(behind, *right)
+    scaled = coef / size ** np.arange(6)
+    report.deviation = max(report.deviation, deviation)
+    report.joints += 1
+    out.append(
+        Fit(
+            scaled[None], np.array([size]), behind.first[:1], np.array([SMOOTH])
+        )
+    )
+
+
+def _reach(
+    a: FloatArray,
+    b: FloatArray,
+    turn: float,
+    kind: str,
+    versor: list[int],
+    linear: list[int],
+    tolerances: Tolerances,
+) -> float:
+    """How far from the edge the piece may begin: Racc, and RaccX, RaccV where
+    what they are of has an edge as well.
+
+    At an edge of directions alone their turn is not that of the path: all of
+    RaccV may be used.
+    """
+    if kind == "versor":
+        return tolerances.reach_versor
+    found, jumps = [tolerances.reach], np.abs(a - b) > SHARP
+    others = [i for i in range(len(a)) if i not in linear and i not in versor]
+    found += [tolerances.reach_other] if jumps[others].any() else []
+    found += [tolerances.reach_versor] if jumps[versor].any() else []
+    return min(found) * float(np.sin(turn))
+
+
+def _polynomial(fit: Fit, at: float) -> tuple[int, float]:
+    """Number of the polynomial at a parameter of the whole row, and the
+    parameter in it.
+    """
+    begins = np.concatenate([[0.0], np.cumsum(fit.span)[:-1]])
+    k = int(
+        np.clip(
+            np.searchsorted(begins, at, side="right") - 1, 0, len(begins) - 1
+        )
+    )
+    return k, float(np.clip(at - begins[k], 0.0, fit.span[k]))
+
+
+def _cut_end(fit: Fit, k: int, u: float) -> None:
+    """The row ends in polynomial ``k`` at ``u``."""
+    last = fit.after[-1]
+    fit.coef, fit.span = fit.coef[: k + 1], fit.span[: k + 1]
+    fit.first, fit.after = fit.first[: k + 1], fit.after[: k + 1]
+    fit.span[-1], fit.after[-1] = u, last
+
+
+def _cut_begin(fit: Fit, k: int, u: float) -> None:
+    """The row begins in polynomial ``k`` at ``u``."""
+    gone = float(fit.span[:k].sum()) + u
+    fit.coef, fit.span, fit.first, fit.after = (
+        fit.coef[k:],
+        fit.span[k:],
+        fit.first[k:],
+        fit.after[k:],
+    )
+    fit.coef[0], fit.span[0] = shifted(fit.coef[0], u), fit.span[0] - u
+    fit.at = fit.at - gone
+
+
+def _angle(x: FloatArray, y: FloatArray) -> float:
+    return float(np.arctan2(np.linalg.norm(np.cross(x, y)), x @ y))
+
+
+def _miss(
+    coef: FloatArray, points: FloatArray, linear: list[int], limits: FloatArray
+) -> tuple[float, float]:
+    """How far the piece passes the points that it replaces: mm, and other
+    columns in their limits.
+    """
+    made = np.einsum(
+        "ck,kg->gc",
+        coef,
+        np.linspace(0.0, 1.0, SAMPLES) ** np.arange(6)[:, None],
+    )
+    chord = np.diff(made[:, linear], axis=0)
+    away = points[:, None, linear] - made[None, :-1, linear]
+    along = (away * chord).sum(axis=2) / np.maximum(
+        (chord * chord).sum(axis=1), 1e-300
+    )
+    far = np.linalg.norm(
+        away - np.clip(along, 0.0, 1.0)[:, :, None] * chord, axis=2
+    ).min(axis=1)
+    others = [i for i in range(points.shape[1]) if i not in linear]
+    share = np.abs(points[:, None, others] - made[None, :, others]).min(
+        axis=1
+    ) / np.maximum(limits[others], 1e-12)
+    return float(far.max(initial=0.0)), float(share.max(initial=0.0))

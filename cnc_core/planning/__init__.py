@@ -1,0 +1,221 @@
+"""``plan``: drive a whole program through the engine, without a PLC, and
+measure what comes out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..blocks import BlockBatch, number_pushed
+from ..config import CellConfig
+from ..engine import Engine, Event, Samples
+from ..errors import ERRORS, CncError
+from ..program import Program
+from .measure import TrajectoryCheck
+
+RECORD_ROWS = 16384
+
+
+@dataclass
+class PlanResult:
+    """Figures of one planned program (the contract's plan object), and the
+    samples if they were asked for.
+    """
+
+    blocks: int = 0
+    motion_time_s: float = 0.0
+    plan_cpu_s: float = 0.0
+    cycle_s: float = 0.001
+    max_ratio: dict[str, float | None] = field(default_factory=dict)
+    path_deviation_mm: float = 0.0
+    lookahead: int = 0
+    infeasible: int = 0
+    filters: list[dict[str, Any]] = field(default_factory=list)
+    filtered: dict[str, float] = field(default_factory=dict)
+    jerk_limited: bool = False
+    samples: dict[str, Any] | None = None
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "blocks": self.blocks,
+            "motion_time_s": self.motion_time_s,
+            "plan_cpu_s": self.plan_cpu_s,
+            "blocks_per_s": self.blocks / self.plan_cpu_s
+            if self.plan_cpu_s > 0
+            else 0.0,
+            "cycle_s": self.cycle_s,
+            "max_ratio": self.max_ratio,
+            "path_deviation_mm": self.path_deviation_mm,
+            "lookahead": self.lookahead,
+            "planner": "jerk-limited"
+            if self.jerk_limited
+            else "acceleration-limited",
+            "filters": self.filters,
+            "filtered": self.filtered,
+        }
+
+
+class Feeder:
+    """Pushes a program's rows into an engine; what the ring does not take waits
+    for the next call.
+    """
+
+    def __init__(
+        self,
+        program: Program,
+        engine: Engine,
+        seen: Callable[[BlockBatch], None],
+    ) -> None:
+        self.program, self.source, self.engine, self.seen = (
+            program,
+            program.batches(),
+            engine,
+            seen,
+        )
+        self.batch, self.first, self.rows, self.done = (
+            BlockBatch.empty(),
+            0,
+            0,
+            False,
+        )
+
+    def fill(self) -> None:
+        """Push until the ring is full or the program ends."""
+        while not self.done:
+            if self.first >= len(self.batch):
+                batch = next(self.source, None)
+                if batch is None:
+                    self.engine.finish()
+                    self.done = True
+                    return
+                self.batch, self.first = batch, 0
+                self.rows += number_pushed(batch)
+                self.seen(batch)
+                continue
+            taken = self.engine.push(self.batch, self.first)
+            self.first += taken
+            if self.first < len(self.batch):
+                return
+
+
+def plan_program(
+    program: Program,
+    *,
+    window: int | None = None,
+    jerk: bool = True,
+    keep_samples: bool = False,
+    live: tuple[int, Callable[[Engine], None]] | None = None,
+) -> PlanResult:
+    """Plan and interpolate to the end; CncError if the program is wrong.
+
+    ``live``: after so many cycles each the function is called with the engine
+    (override steps, feed holds).
+    """
+    cycles, change = live or (RECORD_ROWS, None)
+    cell = program.cell
+    jerk = jerk and bool(cell.axis_values("j_max_mm_s3").any())
+    engine = Engine(cell, window=window, record_rows=RECORD_ROWS, jerk=jerk)
+    check, kept = TrajectoryCheck(cell), []
+    feeder = Feeder(
+        program, engine, lambda batch: check.table.add(batch.rows, batch.pool)
+    )
+    try:
+        while True:
+            event = engine.run(cycles)
+            if event is Event.NEED_BLOCKS:
+                feeder.fill()
+                continue
+            samples = engine.take_samples()
+            check.add(samples)
+            if keep_samples:
+                kept.append(samples)
+            if event is Event.FAULT:
+                number = abs(int(engine.state.fault))
+                raise CncError(number, ERRORS[number])
+            if event is Event.PROGRAM_END:
+                break
+            if change and event is Event.DONE:
+                change(engine)
+        check.finish()
+        carried = program.frames.deviation
+        # the samples are compared with what is in axis coordinates alone
+        if program.kinematics.used:
+            # of a frame: circles that were not smoothed
+            carried = max(carried, program.smoothing.report.deviation)
+        carried += program.kinematics.deviation
+        out = _result(
+            cell,
+            engine,
+            feeder,
+            check,
+            window or cell.channel.window,
+            jerk,
+            kept if keep_samples else None,
+            carried,
+        )
+        out.filters = [asdict(report) for report in program.filter_reports]
+        out.filtered = {
+            "deviation_mm": program.filtered.deviation_mm,
+            "cut_mm": program.filtered.cut_mm,
+        }
+        return out
+    finally:
+        engine.close()
+
+
+def _result(
+    cell: CellConfig,
+    engine: Engine,
+    feeder: Feeder,
+    check: TrajectoryCheck,
+    window: int,
+    jerk: bool,
+    kept: list[Samples] | None,
+    carried: float,
+) -> PlanResult:
+    state = engine.state
+    ratio: dict[str, float | None] = dict(check.ratio)
+    if not jerk:
+        ratio["jerk"] = None
+    return PlanResult(
+        blocks=feeder.rows,
+        motion_time_s=float(state.motion_time_s),
+        plan_cpu_s=float(state.plan_cpu_s),
+        cycle_s=cell.cycle_s,
+        max_ratio=ratio,
+        path_deviation_mm=max(
+            check.deviation, carried, feeder.program.contouring.report.deviation
+        ),
+        lookahead=window,
+        infeasible=int(state.infeasible),
+        jerk_limited=jerk,
+        samples=_arrays(cell, kept) if kept is not None else None,
+    )
+
+
+def _arrays(cell: CellConfig, kept: list[Samples]) -> dict[str, Any]:
+    """The contract's sample arrays: the first sample is the start at t = 0."""
+    start = cell.axis_values("start_mm")[None, :]
+    pos = np.vstack([start, *[s.pos for s in kept]])
+    zero = np.zeros(1)
+    return {
+        "t": np.arange(len(pos)) * cell.cycle_s,
+        "pos": pos,
+        "axes": np.array(cell.axis_names),
+        "s": np.concatenate([zero, *[s.path for s in kept]]),
+        "v": np.concatenate([zero, *[s.speed for s in kept]]),
+        "block": np.concatenate(
+            [zero, *[s.element.astype(np.float64) for s in kept]]
+        ),
+    }
+
+
+def save_samples(path: str | Path, samples: dict[str, Any]) -> None:
+    """Write the arrays to an .npz file of exactly this name."""
+    with Path(path).open("wb") as file:
+        np.savez(file, **samples)

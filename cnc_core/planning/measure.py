@@ -1,0 +1,450 @@
+"""Measure a sampled trajectory: limits, feed and deviation, without knowing how
+it was planned.
+
+Velocity, acceleration and jerk are finite differences at the cycle, as a drive
+would see them.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._engine import lib
+from ..blocks import (
+    CIRCULAR,
+    DYNAMICS,
+    ELEMENT,
+    PIECE,
+    POLYNOMIAL,
+    RAPID,
+    TANGENTS,
+    motion_planes,
+)
+from ..config import CellConfig
+from ..engine import Samples
+from ..geometry.shapes.polynomial import (
+    ORDER,
+    coefficients,
+    distance,
+    normalised,
+)
+
+FloatArray = npt.NDArray[np.float64]
+
+
+NEIGHBOURS = (
+    6  # elements looked at on either side where a smooth piece covers several,
+)
+# ... and where these seem too far away: elements may be far shorter than the
+# tolerance
+WIDE = 256
+AT_A_TIME = 64
+NEAREST_STEPS = 6  # from the same angle to the nearest place of a helix
+
+
+class ElementTable:
+    """Geometry of the motion rows not yet left behind, by element number."""
+
+    def __init__(self, cell: CellConfig) -> None:
+        self.axes, self.main = len(cell.axes), cell.main_axes
+        linear = [
+            i
+            for i, axis in enumerate(cell.axes.values())
+            if axis.kind == "linear"
+        ]
+        # mm and degrees make no distance
+        self.measured = linear or list(range(self.axes))
+        self.first = 0
+        self.rows: npt.NDArray[Any] | None = None
+        self.starts: FloatArray = np.empty((0, self.axes))
+        # of the polynomials among the rows, over 0..1
+        self.curves: FloatArray = np.empty((0, self.axes, ORDER))
+        # element -> row of ``curves``, -1 if none
+        self.curve_of: npt.NDArray[np.int64] = np.empty(0, np.int64)
+        self.position = cell.axis_values("start_mm")
+        self.driven, self.away = self.position.copy(), False
+        # shares above 1 that the jerk may have; all 1 where empty
+        self.lifted: FloatArray = np.empty((0, self.axes))
+        self._lift = np.ones(
+            (2, self.axes)
+        )  # of feed and rapid motions from here on
+
+    def add(
+        self, rows: npt.NDArray[Any], pool: FloatArray | None = None
+    ) -> None:
+        """Append the motion rows of a batch; ``pool`` holds the coefficients of
+        its polynomials.
+        """
+        seen = (rows["type"] <= POLYNOMIAL) & ((rows["flags"] & PIECE) == 0)
+        motion = rows[seen]
+        starts = self._starts_of(rows, seen)
+        self._add_lifted(rows, seen)
+        if not len(motion):
+            return
+        self.rows = (
+            motion.copy()
+            if self.rows is None
+            else np.concatenate([self.rows, motion])
+        )
+        self.starts = np.vstack([self.starts, starts])
+        self._add_curves(motion, pool)
+
+    def _add_lifted(
+        self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]
+    ) -> None:
+        """The jerk limits that S ramps lift (DYNAMICS rows) of the elements
+        behind them.
+        """
+        set_here = np.flatnonzero(
+            (rows["type"] == DYNAMICS) & (rows["code"] == lib.NC_DYNAMICS_JERK)
+        )
+        if not (
+            len(self.lifted)
+            or (self._lift > 1.0).any()
+            or (rows["end"][set_here] > 1.0).any()
+        ):
+            return
+        known = 0 if self.rows is None else len(self.rows)
+        parts = [self.lifted, np.ones((known - len(self.lifted), self.axes))]
+        first = 0
+        for at in [*set_here, len(rows)]:
+            rapid = (
+                rows["flags"][first:at][seen[first:at]] & RAPID != 0
+            ).astype(np.int64)
+            parts.append(self._lift[rapid])
+            if at < len(rows):
+                self._lift[int(rows["value"][at] > 0)] = np.maximum(
+                    rows["end"][at, : self.axes], 1.0
+                )
+            first = at
+        self.lifted = np.concatenate(parts)
+
+    def jerk_shares(self, element: npt.NDArray[np.int64]) -> FloatArray | None:
+        """(n, axes) by how much the jerk may exceed the axes' own; None: nowhere."""
+        if not (len(self.lifted) and (self.lifted > 1.0).any()):
+            return None
+        return self.lifted[
+            np.clip(element - self.first, 0, len(self.lifted) - 1)
+        ]
+
+    def _starts_of(
+        self, rows: npt.NDArray[Any], seen: npt.NDArray[np.bool_]
+    ) -> FloatArray:
+        """(n, axes) where elements begin: behind the element before, or where
+        the axes stand if that is elsewhere.
+        """
+        driven = np.flatnonzero(
+            (rows["type"] <= POLYNOMIAL) & (rows["flags"] & ELEMENT == 0)
+        )
+        stood = np.vstack([self.driven, rows["end"][driven, : self.axes]])
+        motion = rows[seen]
+        stands = stood[np.searchsorted(driven, np.flatnonzero(seen))]
+        ends = motion["end"][:, : self.axes]
+        away = _elsewhere(motion)
+        behind = np.vstack([self.position, ends[:-1]]) if len(motion) else ends
+        follows = (motion["flags"] & ELEMENT != 0) & ~np.append(
+            [self.away], away[:-1]
+        )[: len(motion)]
+        self.driven = stood[-1].copy()
+        if len(motion):
+            self.position, self.away = ends[-1].copy(), bool(away[-1])
+        return np.where(follows[:, None], behind, stands)
+
+    def _add_curves(
+        self, motion: npt.NDArray[Any], pool: FloatArray | None
+    ) -> None:
+        is_curve = (motion["type"] == POLYNOMIAL) & ~_elsewhere(motion)
+        number = np.where(
+            is_curve, len(self.curves) + np.cumsum(is_curve) - 1, -1
+        )
+        self.curve_of = np.concatenate([self.curve_of, number])
+        if is_curve.any() and pool is not None:
+            new = normalised(
+                coefficients(motion[is_curve], pool, self.axes),
+                motion["angle"][is_curve],
+            )
+            self.curves = np.concatenate([self.curves, new])
+
+    def drop_before(self, element: int) -> None:
+        """Forget elements below this number."""
+        n = element - self.first
+        if n > 0 and self.rows is not None:
+            self.rows, self.starts, self.first = (
+                self.rows[n:],
+                self.starts[n:],
+                element,
+            )
+            self.lifted = self.lifted[n:]
+            gone = int((self.curve_of[:n] >= 0).sum())
+            self.curve_of, self.curves = self.curve_of[n:], self.curves[gone:]
+            self.curve_of[self.curve_of >= 0] -= gone
+
+    def feed(self, element: npt.NDArray[np.int64]) -> FloatArray:
+        """Programmed feed, infinite for rapid, mm/s."""
+        assert self.rows is not None
+        rows = self.rows[element - self.first]
+        return np.asarray(np.where(rows["flags"] & RAPID, np.inf, rows["feed"]))
+
+    def distance(
+        self,
+        element: npt.NDArray[np.int64],
+        pos: FloatArray,
+        known: float = 0.0,
+    ) -> FloatArray:
+        """Distance of each position from the geometry of its element, over the
+        linear axes, mm.
+
+        The largest is exact, and so are those that count: ``known`` is what has
+        been found already.
+        """
+        if self.rows is None:
+            return np.zeros(len(element))
+        index = element - self.first
+        out = self._element_distance(index, pos)
+        elsewhere = _elsewhere(self.rows[index])
+        smoothed = np.flatnonzero(
+            (self.rows["flags"][index] & ELEMENT != 0) & ~elsewhere
+        )
+        # which element is under the tool is known roughly there
+        for k in range(1, NEIGHBOURS + 1):
+            for side in (index[smoothed] + k, index[smoothed] - k):
+                near = np.clip(side, 0, len(self.rows) - 1)
+                out[smoothed] = np.minimum(
+                    out[smoothed], self._element_distance(near, pos[smoothed])
+                )
+        out[elsewhere] = 0.0
+        self._look_wider(index, pos, out, smoothed[out[smoothed] > known])
+        return out
+
+    def _look_wider(
+        self,
+        index: npt.NDArray[np.int64],
+        pos: FloatArray,
+        out: FloatArray,
+        some: npt.NDArray[np.int64],
+    ) -> None:
+        """Correct the largest of ``out`` by looking at more elements, until it
+        stays the largest.
+        """
+        assert self.rows is not None
+        some = some[np.argsort(-out[some])]
+        reach = np.arange(-WIDE, WIDE + 1)
+        for first in range(0, len(some), AT_A_TIME):
+            here, rest = (
+                some[first : first + AT_A_TIME],
+                some[first + AT_A_TIME :],
+            )
+            near = np.clip(index[here, None] + reach, 0, len(self.rows) - 1)
+            found = self._element_distance(
+                near.ravel(), np.repeat(pos[here], len(reach), axis=0)
+            )
+            out[here] = np.minimum(
+                out[here], found.reshape(near.shape).min(axis=1)
+            )
+            if not len(rest) or out[here].max() >= out[rest[0]]:
+                return
+
+    def elsewhere(
+        self, element: npt.NDArray[np.int64]
+    ) -> npt.NDArray[np.bool_]:
+        """Elements in other coordinates than the axes': the stage that made
+        their pieces vouches for the deviation.
+        """
+        assert self.rows is not None
+        return _elsewhere(self.rows[element - self.first])
+
+    def _element_distance(
+        self, index: npt.NDArray[np.int64], pos: FloatArray
+    ) -> FloatArray:
+        assert self.rows is not None
+        rows, starts = self.rows[index], self.starts[index]
+        ends = rows["end"][:, : self.axes]
+        here = self.measured
+        out = _line_distance(starts[:, here], ends[:, here], pos[:, here])
+        for plane in (17, 18, 19):
+            arcs = (rows["type"] == CIRCULAR) & (rows["plane"] == plane)
+            if arcs.any():
+                out[arcs] = self._arc_distance(
+                    rows[arcs], starts[arcs], ends[arcs], pos[arcs], plane
+                )
+        curves = self.curve_of[index] >= 0
+        if curves.any():
+            out[curves] = distance(
+                self.curves[self.curve_of[index[curves]]][:, here],
+                pos[curves][:, here],
+            )
+        return out
+
+    def _arc_distance(
+        self,
+        rows: npt.NDArray[Any],
+        starts: FloatArray,
+        ends: FloatArray,
+        pos: FloatArray,
+        plane: int,
+    ) -> FloatArray:
+        first, second, _ = motion_planes(plane)
+        columns = [self.main[first], self.main[second]]
+        d0, d = (
+            starts[:, columns] - rows["center"],
+            pos[:, columns] - rows["center"],
+        )
+        radius, angle0 = (
+            np.hypot(d0[:, 0], d0[:, 1]),
+            np.arctan2(d0[:, 1], d0[:, 0]),
+        )
+        turned = np.arctan2(d[:, 1], d[:, 0]) - angle0
+        turn_angle = np.mod(turned * np.sign(rows["angle"]), 2 * np.pi)
+        turn_angle = np.where(
+            turn_angle > 2 * np.pi - 1e-6, turn_angle - 2 * np.pi, turn_angle
+        )  # rounding at the start
+        share, whole = turn_angle / np.abs(rows["angle"]), np.abs(rows["angle"])
+        others = [i for i in self.measured if i not in columns]
+        climb = (ends - starts)[:, others]
+
+        def off_and_rate(t: FloatArray) -> tuple[FloatArray, FloatArray]:
+            angle = angle0 + rows["angle"] * t
+            plane_off = d - radius[:, None] * np.column_stack(
+                [np.cos(angle), np.sin(angle)]
+            )
+            plane_rate = (radius * rows["angle"])[:, None] * np.column_stack(
+                [-np.sin(angle), np.cos(angle)]
+            )
+            off = np.hstack(
+                [
+                    plane_off,
+                    pos[:, others] - (starts[:, others] + t[:, None] * climb),
+                ]
+            )
+            return off, np.hstack([plane_rate, climb])
+
+        # a helix of several turns: from the same angle in every turn to the
+        # nearest place, of all the nearest
+        best = np.full(len(pos), np.inf)
+        for turn in range(int(np.ceil(whole.max() / (2 * np.pi))) + 1):
+            t = np.clip(share + turn * 2 * np.pi / whole, 0.0, 1.0)
+            for _ in range(NEAREST_STEPS):
+                off, rate = off_and_rate(t)
+                best = np.minimum(best, np.linalg.norm(off, axis=1))
+                t = np.clip(
+                    t
+                    + (off * rate).sum(axis=1)
+                    / np.maximum((rate**2).sum(axis=1), 1e-300),
+                    0.0,
+                    1.0,
+                )
+        return np.asarray(best)
+
+
+def _line_distance(
+    starts: FloatArray, ends: FloatArray, pos: FloatArray
+) -> FloatArray:
+    along = ends - starts
+    length2 = np.maximum((along**2).sum(axis=1), 1e-300)
+    t = np.clip(((pos - starts) * along).sum(axis=1) / length2, 0.0, 1.0)[
+        :, None
+    ]
+    return np.asarray(np.linalg.norm(pos - (starts + t * along), axis=1))
+
+
+def _elsewhere(rows: npt.NDArray[Any]) -> npt.NDArray[np.bool_]:
+    return np.asarray(
+        (rows["flags"] & ELEMENT != 0) & (rows["degree"] == TANGENTS)
+    )
+
+
+class TrajectoryCheck:
+    """Largest ratios of what was measured to what is allowed, over samples that
+    come in pieces.
+    """
+
+    def __init__(self, cell: CellConfig) -> None:
+        self.cell, self.dt = cell, cell.cycle_s
+        self.table = ElementTable(cell)
+        start = cell.axis_values("start_mm")
+        self.tail: FloatArray = np.vstack([start] * 3)
+        self.last_element = 0
+        self.ratio = {
+            "velocity": 0.0,
+            "acceleration": 0.0,
+            "jerk": 0.0,
+            "feed": 0.0,
+        }
+        self.deviation = 0.0
+
+    def add(self, samples: Samples) -> None:
+        """Take the next samples; the elements they name must be in ``table``."""
+        if not len(samples.cycle):
+            return
+        q = np.vstack([self.tail, samples.pos])
+        before = np.concatenate([[self.last_element] * 3, samples.element])
+        self._limits(q, before)
+        self._feed(q[2:], samples)
+        distance = self.table.distance(
+            samples.element, samples.pos, self.deviation
+        )
+        self.deviation = max(self.deviation, float(distance.max()))
+        self.tail = q[-3:].copy()
+        self.last_element = int(samples.element[-1])
+        self.table.drop_before(self.last_element - WIDE)
+
+    def finish(self) -> None:
+        """The axes stand from the last sample on."""
+        last = np.full(6, self.last_element)
+        self._limits(
+            np.vstack([self.tail, self.tail[-1], self.tail[-1], self.tail[-1]]),
+            last,
+        )
+
+    def _limits(self, q: FloatArray, element: npt.NDArray[np.int64]) -> None:
+        """``element``: of each position (n, axes)."""
+        for order, (name, key) in enumerate(
+            (
+                ("velocity", "v_max_mm_s"),
+                ("acceleration", "a_max_mm_s2"),
+                ("jerk", "j_max_mm_s3"),
+            ),
+            1,
+        ):
+            limit = self.cell.axis_values(key)
+            found = np.abs(np.diff(q, n=order, axis=0))
+            if (
+                order == 3
+                and (shares := self.table.jerk_shares(element)) is not None
+            ):
+                found /= np.maximum.reduce(
+                    [shares[k : len(shares) - 3 + k] for k in range(4)]
+                )
+            d = found.max(axis=0) / self.dt**order
+            ratios = np.divide(d, limit, out=np.zeros_like(d), where=limit > 0)
+            self.ratio[name] = max(self.ratio[name], float(ratios.max()))
+
+    def _feed(self, q: FloatArray, samples: Samples) -> None:
+        table, element = self.table, samples.element
+        if table.rows is None:
+            return
+        before = np.concatenate([[self.last_element], element[:-1]])
+        feeds = np.append(
+            table.feed(np.arange(table.first, table.first + len(table.rows))),
+            0.0,
+        )
+        pairs = np.column_stack([before, element + 1]).ravel() - table.first
+        allowed = np.maximum.reduceat(feeds, np.maximum(pairs, 0))[::2]
+        main = [i for i in table.main if i >= 0] or list(range(table.axes))
+        moved = np.diff(q, axis=0)
+        speed = np.linalg.norm(moved[:, main], axis=1) / self.dt
+        only_others = ~np.asarray(np.abs(moved[:, main]).max(axis=1) > 0)
+        speed = np.where(
+            only_others, np.linalg.norm(moved, axis=1) / self.dt, speed
+        )
+        speed = np.where(table.elsewhere(element), samples.speed, speed)
+        with np.errstate(invalid="ignore"):
+            ratios = np.where(
+                np.isfinite(allowed) & (allowed > 0), speed / allowed, 0.0
+            )
+        self.ratio["feed"] = max(
+            self.ratio["feed"], float(ratios.max(initial=0.0))
+        )

@@ -1,0 +1,192 @@
+"""Pictures: the path coloured by speed, what the PLC saw of the contour to
+come, what it did with it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+FloatArray = npt.NDArray[np.float64]
+MAX_POINTS = 20_000  # samples drawn at the most
+
+
+def _figure(width: float, height: float) -> Any:
+    import matplotlib  # noqa: PLC0415
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt  # noqa: PLC0415
+
+    return plt.figure(figsize=(width, height), constrained_layout=True)
+
+
+def _thin(n: int) -> npt.NDArray[np.int64]:
+    return np.unique(np.linspace(0, n - 1, min(n, MAX_POINTS)).astype(np.int64))
+
+
+def _draw_path(
+    axes: Any, figure: Any, pos: FloatArray, speed: FloatArray
+) -> None:
+    from matplotlib.collections import LineCollection  # noqa: PLC0415
+
+    keep = _thin(len(pos))
+    points = pos[keep][:, None, :2]
+    segments: Any = np.concatenate([points[:-1], points[1:]], axis=1)
+    lines = LineCollection(segments, cmap="viridis", linewidths=1.6)
+    lines.set_array(speed[keep][1:])
+    axes.add_collection(lines)
+    axes.autoscale()
+    axes.set_aspect("equal", adjustable="datalim")
+    figure.colorbar(lines, ax=axes, label="path speed, mm/s", shrink=0.8)
+
+
+def _plane(columns: dict[str, Any]) -> tuple[FloatArray, tuple[str, str]]:
+    """The two axes to draw, (n, 2), and their names; a machine with one axis is
+    drawn over time.
+    """
+    pos, names = np.asarray(columns["pos"]), [str(a) for a in columns["axes"]]
+    if pos.shape[1] == 1:
+        return np.column_stack([columns["t"], pos[:, 0]]), ("t, s", names[0])
+    return pos[:, :2], (f"{names[0]}, mm", f"{names[1]}, mm")
+
+
+def demo_picture(
+    target: Path, columns: dict[str, Any], plc: dict[str, Any]
+) -> None:
+    """``columns``: a recording; ``plc``: report of the demo PLC (``columns``,
+    ``rows``).
+    """
+    table = {
+        name: np.array([row[i] for row in plc["rows"]])
+        for i, name in enumerate(plc["columns"])
+    }
+    figure = _figure(12, 7)
+    grid = figure.add_gridspec(3, 2, width_ratios=[1.25, 1.0])
+    path = figure.add_subplot(grid[:, 0])
+    plane, labels = _plane(columns)
+    _draw_path(path, figure, plane, np.asarray(columns["v"]))
+    _mark_window(path, columns, plane, table)
+    path.set(title="Path coloured by speed", xlabel=labels[0], ylabel=labels[1])
+    _draw_times(figure, grid, columns, table)
+    figure.savefig(target, dpi=110)
+
+
+def _mark_window(
+    axes: Any,
+    columns: dict[str, Any],
+    plane: FloatArray,
+    table: dict[str, FloatArray],
+) -> None:
+    """Where the tool was at one scan, and the contour ahead that the PLC knew
+    at that moment.
+    """
+    counts = table["elements"]
+    if not len(counts) or not counts.any():
+        return
+    k = int(np.argmin(np.where(counts > 0, table["override"], np.inf)))
+    s_tenth_um = np.asarray(columns["s"]) * 10_000.0
+    seen = (s_tenth_um >= table["dist_prog_start"][k]) & (
+        s_tenth_um <= table["window_end"][k]
+    )
+    here = int(np.searchsorted(s_tenth_um, table["dist_prog_start"][k]))
+    axes.plot(
+        *plane[seen].T,
+        color="tab:red",
+        linewidth=5,
+        alpha=0.45,
+        label="contour the PLC saw ahead",
+    )
+    axes.plot(
+        *plane[min(here, len(plane) - 1)],
+        "o",
+        color="tab:red",
+        markersize=8,
+        label="tool at that scan",
+    )
+    axes.legend(loc="upper right")
+
+
+def _draw_times(
+    figure: Any,
+    grid: Any,
+    columns: dict[str, Any],
+    table: dict[str, FloatArray],
+) -> None:
+    speed, override, ahead = (figure.add_subplot(grid[i, 1]) for i in range(3))
+    keep = _thin(len(columns["t"]))
+    t = table["cell_time_s"]
+    speed.plot(
+        np.asarray(columns["t"])[keep],
+        np.asarray(columns["v"])[keep],
+        linewidth=0.9,
+    )
+    speed.set(title="Path speed, mm/s")
+    override.plot(t, table["override"], color="tab:orange", linewidth=0.9)
+    override.set(title="Override set by the PLC from the coming contour, %")
+    ahead.fill_between(
+        t,
+        table["dist_prog_start"] / 1e4,
+        table["window_end"] / 1e4,
+        alpha=0.5,
+        label="window looked at",
+    )
+    ahead.plot(
+        t,
+        table["max_dist_prog_start"] / 1e4,
+        color="tab:green",
+        linewidth=0.9,
+        label="max_dist_prog_start",
+    )
+    ahead.plot(
+        t,
+        table["dist_prog_start"] / 1e4,
+        color="black",
+        linewidth=0.9,
+        label="dist_prog_start",
+    )
+    ahead.set(title="Distance from program start, mm", xlabel="cell time, s")
+    ahead.legend(loc="upper left", fontsize=8)
+
+
+def _largest_difference(pos: FloatArray, order: int, dt: float) -> FloatArray:
+    """(n,) largest derivative of this order among the axes at the cycle; the
+    axes stand ahead of the first sample.
+    """
+    padded = np.vstack([pos[:1]] * order + [pos])
+    return np.asarray(
+        np.abs(np.diff(padded, n=order, axis=0)).max(axis=1) / dt**order
+    )
+
+
+def plan_picture(target: Path, columns: dict[str, Any]) -> None:
+    """Path, speed, and the largest acceleration and jerk of an axis of a
+    planned program.
+    """
+    figure = _figure(11, 8)
+    grid = figure.add_gridspec(3, 2, width_ratios=[1.2, 1.0])
+    path, speed = figure.add_subplot(grid[:, 0]), figure.add_subplot(grid[0, 1])
+    plane, labels = _plane(columns)
+    _draw_path(path, figure, plane, np.asarray(columns["v"]))
+    path.set(title="Path coloured by speed", xlabel=labels[0], ylabel=labels[1])
+    t, pos = np.asarray(columns["t"]), np.asarray(columns["pos"])
+    keep, dt = _thin(len(t)), float(t[1] - t[0]) if len(t) > 1 else 1.0
+    speed.plot(t[keep], np.asarray(columns["v"])[keep], linewidth=0.9)
+    speed.set(title="Path speed, mm/s")
+    curves = (
+        (2, "Largest axis acceleration, mm/s²", "tab:red"),
+        (3, "Largest axis jerk, mm/s³", "tab:purple"),
+    )
+    for row, (order, title, color) in enumerate(curves, 1):
+        axes = figure.add_subplot(grid[row, 1], sharex=speed)
+        axes.plot(
+            t[keep],
+            _largest_difference(pos, order, dt)[keep],
+            color=color,
+            linewidth=0.7,
+        )
+        axes.set(title=title)
+    axes.set(xlabel="t, s")
+    figure.savefig(target, dpi=110)

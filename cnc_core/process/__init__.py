@@ -1,0 +1,1 @@
+"""The CNC process: prepares blocks, runs the engine, talks to the shared memory."""

@@ -1,0 +1,221 @@
+"""Operation modes and their states (hli_reference 5.4): what a mode command
+means for programs.
+
+The engine takes the command, stops and resumes the path alone; the rest is
+carried out here.  Intermediate transitions are made by themselves: SELECTED to
+ACTIVE is one command.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Protocol
+
+from hli import layout
+
+from ..engine import Engine, ModeCommand
+from ..errors import ERRORS, CncError
+
+DESELECTED, SELECTED, READY = (
+    layout.HLI_IMCM_PROCESS_DESELECTED,
+    layout.HLI_IMCM_PROCESS_SELECTED,
+    layout.HLI_IMCM_PROCESS_READY,
+)
+ACTIVE, HOLD, ERROR = (
+    layout.HLI_IMCM_PROCESS_ACTIVE,
+    layout.HLI_IMCM_PROCESS_HOLD,
+    layout.HLI_IMCM_PROCESS_ERROR,
+)
+ABORTING, RESET = (
+    layout.HLI_IMCM_PROCESS_ABORTING,
+    layout.HLI_IMCM_PROCESS_RESETTING,
+)
+AUTOMATIC, MDI, MANUAL, REFERENCE = (
+    layout.HLI_IMCM_AUTOMATIC_MODE,
+    layout.HLI_IMCM_MDI_MODE,
+    layout.HLI_IMCM_MANUAL_MODE,
+    layout.HLI_IMCM_REFERENCE_MODE,
+)
+REFERENCE_PROGRAM = "rpf.nc"
+
+
+class Channel(Protocol):
+    """What the modes move."""
+
+    def start_program(self, path: Path) -> None: ...
+
+    def abort_program(self) -> None: ...
+
+    def hold_program(self) -> bool: ...
+
+    def resume_program(self) -> None: ...
+
+
+class ModeControl:
+    """Mode and state of one channel.
+
+    ``folder``: where programs are looked for.  ``scratch``: file that MDI text
+    is written to.  ``report`` gets errors.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        channel: Channel,
+        folder: Path,
+        scratch: Path,
+        state_after: int,
+        report: Callable[[CncError], None],
+    ) -> None:
+        self._engine, self._channel, self._report = engine, channel, report
+        self._folder, self._scratch, self._state_after = (
+            folder,
+            scratch,
+            state_after,
+        )
+        self.mode, self.program = AUTOMATIC, None  # type: int, Path | None
+        self._then: ModeCommand | None = None
+        self.aborted = False
+        self.running = (
+            False  # a program is active, held, or on its way to its end
+        )
+        self._set(SELECTED)
+
+    def select(self, program: Path) -> None:
+        """The program of the command line stands ready."""
+        self.program = program
+        self._set(READY)
+
+    def start(self) -> None:
+        """Start what is selected."""
+        assert self.program is not None
+        self.aborted, self.running = False, True
+        self._set(ACTIVE)
+        self._channel.start_program(self.program)
+
+    def handle(self, command: ModeCommand) -> None:
+        """Carry out a command; what cannot be done is reported and changes nothing."""
+        if not self.running:
+            self._carry_out(command)
+        elif (
+            command.to_mode == self.mode
+            and command.to_state == ACTIVE
+            and command.state == HOLD
+        ):
+            self._channel.resume_program()
+        elif command.to_mode == self.mode and command.to_state == ACTIVE:
+            self._engine.set_mode(self.mode, command.state)  # it is active
+        elif self._then is not None or (
+            command.to_state == HOLD and not self._hold(command)
+        ):
+            self._refuse(command)
+        elif command.to_state == HOLD:
+            pass
+        else:
+            self._then = command
+            self.abort()
+
+    def _hold(self, command: ModeCommand) -> bool:
+        return (
+            command.to_mode == self.mode
+            and command.state == ACTIVE
+            and self._channel.hold_program()
+        )
+
+    def held(self, stands: bool) -> None:
+        """The channel has come to its pause, or goes on behind it."""
+        self._set(HOLD if stands else ACTIVE)
+
+    def abort(self) -> None:
+        """Brake and end the program."""
+        self.aborted = True
+        self._set(ABORTING)
+        self._channel.abort_program()
+
+    def program_ended(self, error: CncError | None) -> None:
+        """The program's end has been reached: on its own, by an error or by an
+        abort.
+        """
+        self.running = False
+        if self._state_after == SELECTED:
+            self.program = None
+        self._set(
+            ERROR
+            if error
+            else self._state_after
+            if self.program or self._state_after == SELECTED
+            else SELECTED
+        )
+        command, self._then = self._then, None
+        if command is not None:
+            self._carry_out(command)
+
+    def _carry_out(self, command: ModeCommand) -> None:
+        target = command.to_state
+        if target == RESET:
+            self._engine.reset_channel()
+            self._change_mode(command.to_mode)
+            self.program = None
+            self._set(SELECTED)
+        elif target == HOLD or self._state == ERROR:
+            self._refuse(command)
+        elif target in (DESELECTED, SELECTED):
+            self._change_mode(command.to_mode)
+            self.program = None
+            self._set(target)
+        else:
+            self._prepare(command)
+
+    def _prepare(self, command: ModeCommand) -> None:
+        """To READY, and on to ACTIVE if that is asked for."""
+        self._change_mode(command.to_mode)
+        if self.mode not in (AUTOMATIC, MDI, REFERENCE):
+            self._set(command.to_state)
+            return
+        try:
+            self.program = self._program(command.parameter)
+        except CncError as error:
+            self._report(error)
+            self._set(self._state)
+            return
+        self._set(READY)
+        if command.to_state == ACTIVE:
+            self.start()
+
+    def _program(self, parameter: str) -> Path:
+        if self.mode == MDI and parameter:
+            self._scratch.write_text(parameter + "\n", "latin-1")
+            return self._scratch
+        name = parameter or (
+            REFERENCE_PROGRAM if self.mode == REFERENCE else ""
+        )
+        if not name:
+            if self.program is None:
+                raise CncError(905020)
+            return self.program
+        for path in (self._folder / name, Path(name)):
+            # False, where Path.is_file raises: a name too long for the file
+            # system
+            if os.path.isfile(path):
+                return path
+        raise CncError(901001, f"mode command: program {name} not found")
+
+    def _change_mode(self, mode: int) -> None:
+        if mode != self.mode:
+            self.mode, self.program = mode, None
+            self._set(SELECTED)
+
+    def _set(self, state: int) -> None:
+        self._state = state
+        self._engine.set_mode(self.mode, state)
+
+    def _refuse(self, command: ModeCommand) -> None:
+        self._engine.set_mode(self.mode, command.state)
+        self._report(
+            CncError(
+                270061,
+                f"{ERRORS[270061]}: {command.to_state} from {command.state}",
+            )
+        )

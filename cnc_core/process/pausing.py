@@ -1,0 +1,302 @@
+"""Pausing with macros: rows that were pushed and not driven are cut where the
+path stands and pushed again.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from math import comb
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
+from ..geometry.shapes.polynomial import coefficients, joined
+from ..program.restart import SAME_MM, Uncovered, way_to
+
+if TYPE_CHECKING:
+    from ..engine import Engine
+    from ..program import Program
+
+FloatArray = npt.NDArray[np.float64]
+
+
+class PushedRows:
+    """Batches as they were pushed, with the number of their first row, as long
+    as they may not be driven.
+    """
+
+    def __init__(self) -> None:
+        self._batches: deque[tuple[int, BlockBatch]] = deque()
+        self._uncovered = Uncovered()  # by what has been dropped
+
+    def add(self, first: int, batch: BlockBatch, done: int) -> None:
+        """``first``: number of its first row.
+
+        ``done``: rows below it have been executed.
+        """
+        while (
+            self._batches
+            and self._batches[0][0] + len(self._batches[0][1]) <= done
+        ):
+            rows = self._batches.popleft()[1].rows
+            self._uncovered.take(rows[rows["type"] <= POLYNOMIAL])
+        self._batches.append((first, batch))
+
+    def rest(
+        self, row: int, driven: float, whole: float, place: FloatArray
+    ) -> BlockBatch:
+        """Rows from number ``row`` on; of that one ``driven`` mm of ``whole``
+        have been driven, up to ``place``.
+        """
+        parts = []
+        for first, batch in self._batches:
+            cut = max(0, row - first)
+            before = batch.rows[:cut]
+            self._uncovered.take(before[before["type"] <= POLYNOMIAL])
+            rest = BlockBatch(batch.rows[cut:].copy(), batch.pool)
+            if len(rest) and first <= row:
+                rest = self._cut(rest, driven, whole, place)
+            parts.append(rest)
+        self._batches.clear()
+        return joined([part for part in parts if len(part)])
+
+    def _cut(
+        self, batch: BlockBatch, driven: float, whole: float, place: FloatArray
+    ) -> BlockBatch:
+        """The rest of the first row, behind the elements that it and what comes
+        still have to cover.
+        """
+        row = batch.rows[:1]
+        if driven > SAME_MM and row["type"][0] <= POLYNOMIAL:
+            share = max(0.0, 1.0 - driven / whole)
+            if row["flags"][0] & PIECE:
+                self._uncovered.drive(float(row["value"][0]) * (1.0 - share))
+                row["value"] *= share
+            if row["type"][0] == POLYNOMIAL:
+                batch = _polynomial_rest(batch, 1.0 - share, place)
+            elif row["type"][0] == CIRCULAR:
+                row["angle"] *= share
+            for name in ("length", "length_min"):
+                batch.rows[name][0] *= share
+        return BlockBatch(
+            np.concatenate([self._uncovered.rows(), batch.rows]), batch.pool
+        )
+
+
+def _polynomial_rest(
+    batch: BlockBatch, share: float, place: FloatArray
+) -> BlockBatch:
+    """The first row, a polynomial, from near ``share`` of its length on; it
+    begins at ``place`` (axes,).
+    """
+    row, axes = batch.rows[:1], len(place)
+    coef = coefficients(row, batch.pool, axes)[0]
+    whole = float(row["angle"][0])
+    at = _parameter_at(coef, whole, share, place)
+    order = coef.shape[1]
+    shifted = np.zeros_like(coef)
+    for k in range(order):
+        for j in range(k, order):
+            shifted[:, k] += comb(j, k) * at ** (j - k) * coef[:, j]
+    shifted[:, 0] = place
+    rows = batch.rows.copy()
+    rows["pool"][0], rows["degree"][0], rows["angle"][0] = (
+        len(batch.pool),
+        order - 1,
+        whole - at,
+    )
+    return BlockBatch(rows, np.concatenate([batch.pool, shifted.ravel()]))
+
+
+def _parameter_at(
+    coef: FloatArray, whole: float, share: float, place: FloatArray
+) -> float:
+    """Parameter of the point next to ``place``, near ``share`` of the length."""
+    u = np.linspace(0.0, whole, 129)
+    points = np.einsum(
+        "ak,ku->ua", coef, u ** np.arange(coef.shape[1])[:, None]
+    )
+    length = np.concatenate(
+        [[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))]
+    )
+    at = float(np.interp(share * length[-1], length, u))
+    first = coef[:, 1:] * np.arange(1, coef.shape[1])
+    for _ in range(8):
+        miss = coef @ at ** np.arange(coef.shape[1]) - place
+        slope = first @ at ** np.arange(first.shape[1])
+        at = min(
+            max(
+                at - float(miss @ slope) / max(float(slope @ slope), 1e-300),
+                0.0,
+            ),
+            whole * (1.0 - 1e-9),
+        )
+    return at
+
+
+class Host(Protocol):
+    """What pausing needs of the preparation."""
+
+    engine: Engine
+    program: Program | None
+    waiting: bool
+    done: bool
+
+    def take_rows(self) -> tuple[BlockBatch, int]:
+        """Rows that are not pushed yet, and from which on; there are none then."""
+        ...
+
+    def give_rows(self, batch: BlockBatch) -> None:
+        """What is pushed next."""
+        ...
+
+    def macro(self, path: Path, place: npt.NDArray[np.float64]) -> None:
+        """Read this macro in place of the program."""
+        ...
+
+    def position(self) -> npt.NDArray[np.float64]: ...
+
+
+class Pause:
+    """Pausing with macros: halt, M_PAUSE, stand; M_GOPAUSE, the way back at
+    VRIPOSO, then what was left of the path.
+
+    ``held``: the path stands paused.  ``stands``, ``goes_on``: called when it
+    does so, and when the program goes on.
+    """
+
+    def __init__(
+        self,
+        host: Host,
+        stands: Callable[[], None],
+        goes_on: Callable[[], None],
+    ) -> None:
+        self._host, self._stands, self._goes_on = host, stands, goes_on
+        self.rows = PushedRows()
+        self.held = False
+        # what comes when everything pushed has been driven
+        self._step: Callable[[], None] | None = None
+        self._behind_macro: Callable[[], None] | None = (
+            None  # while a macro is read
+        )
+        self._saved: tuple[Program | None, bool, bool] = (None, False, False)
+        self._rest, self._place = BlockBatch.empty(), np.zeros(0)
+
+    @property
+    def active(self) -> bool:
+        """The program of the host is not the one that was started, or the path
+        is being halted.
+        """
+        return (
+            self._step is not None
+            or self._behind_macro is not None
+            or self.held
+        )
+
+    def begin(self, reader: Any) -> bool:
+        """HOLD: True if macros take part, False if the path only stands."""
+        macros = [
+            reader.pause_macro("M_PAUSE"),
+            reader.pause_macro("M_GOPAUSE"),
+        ]
+        first = macros[0] if reader.pause_mode in (0, 1) else None
+        last = macros[1] if reader.pause_mode in (0, 2) else None
+        host = self._host
+        if not (first or last) or self.active:
+            return False
+        self._reader, self._last = reader, last
+        self._saved = host.program, host.waiting, host.done
+        self._unpushed, self._from = host.take_rows()
+        host.waiting, host.done = True, False
+        self._step = lambda: self._halted(first)
+        host.engine.macro_runs(True)
+        host.engine.halt()
+        return True
+
+    def drained(self) -> bool:
+        """Everything pushed has been driven: True if that was awaited here."""
+        step, self._step = self._step, None
+        if step is None:
+            return False
+        step()
+        return True
+
+    def ended(self) -> None:
+        """The macro has been read to its end."""
+        self._step, self._behind_macro = self._behind_macro, None
+        self._host.waiting = True
+        self._host.engine.expect_drain()
+
+    def _halted(self, macro: Path | None) -> None:
+        host, state = self._host, self._host.engine.state
+        host.engine.resync()
+        self._place = host.position()
+        pushed = self.rows.rest(
+            int(state.halt_row),
+            float(state.halt_s),
+            float(state.halt_whole),
+            self._place,
+        )
+        unpushed = BlockBatch(
+            self._unpushed.rows[self._from :], self._unpushed.pool
+        )
+        self._rest = joined([part for part in (pushed, unpushed) if len(part)])
+        self._run(macro, self._hold)
+
+    def _run(self, macro: Path | None, behind: Callable[[], None]) -> None:
+        """A macro, then what comes behind it; at once if there is none."""
+        if macro is None:
+            behind()
+            return
+        self._behind_macro = behind
+        self._host.macro(macro, self._place)
+        self._host.waiting = self._host.done = False
+
+    def _hold(self) -> None:
+        self.held = self._host.waiting = True
+        self._host.engine.macro_runs(False)
+        self._stands()
+
+    def resume(self) -> None:
+        """ACTIVE from HOLD."""
+        self.held = False
+        self._host.engine.resync()
+        self._host.engine.macro_runs(True)
+        self._run(self._last, self._go_on)
+
+    def _go_on(self) -> None:
+        host = self._host
+        host.engine.resync()
+        program, waiting, done = self._saved
+        like = (
+            self._rest.rows[0] if len(self._rest) else np.zeros(1, NC_BLOCK)[0]
+        )
+        back = way_to(
+            self._place, host.position(), self._reader.return_speed(), like
+        )
+        host.program, host.waiting, host.done = program, False, False
+        host.give_rows(
+            joined([part for part in (back, self._rest) if len(part)])
+        )
+        self.behind = "drain" if waiting else "end" if done else ""
+        host.engine.macro_runs(False)
+        self._goes_on()
+
+    behind = ""  # what the program was waiting for when it was paused
+
+    def pushed_all(self) -> bool:
+        """The rows given back are pushed: True if the program then waits or
+        ends, as it did.
+        """
+        behind, self.behind = self.behind, ""
+        if behind == "drain":
+            self._host.waiting = True
+            self._host.engine.expect_drain()
+        elif behind == "end":
+            self._host.done = True
+            self._host.engine.finish()
+        return bool(behind)

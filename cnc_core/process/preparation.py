@@ -1,0 +1,278 @@
+"""The running channel's preparation (SDA): from the front end into the engine,
+as far as back-pressure allows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..blocks import BlockBatch, number_pushed
+from ..config import CellConfig
+from ..engine import Engine
+from ..errors import CncError, Place
+from ..frontend import FrontEnd
+from ..frontend.machine import ProgramMachine
+from ..frontend.port import Wait
+from ..program import Program
+from ..program.restart import Restart
+from .live_port import LivePort
+from .pausing import Pause
+
+
+class Preparation:
+    """Pumps one program into one engine.
+
+    ``error``: why it ended early; the rows ahead of the error are executed.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        cell: CellConfig,
+        dialect: str | None,
+        engine: Engine,
+        port: LivePort | None = None,
+        *,
+        lenient: bool = False,
+        restart: Restart | None = None,
+        held: Callable[[bool], None] = lambda _: None,
+    ) -> None:
+        position = np.array(list(engine.state.position)[: engine.axes])
+        self.port = port or LivePort(position)
+        self.port.latched = position.copy()
+        self.port.live = self._live
+        self._cycle_s = cell.cycle_s
+        self.engine = engine
+        self.error: CncError | None = None
+        self.blocks = 0
+        self.waiting = self.done = self._halted = self._stopping = (
+            self._stopped
+        ) = False
+        self._batch, self._first = BlockBatch.empty(), 0
+        self._wait: Wait | None = None
+        self._cell = cell
+        self.pause = Pause(self, lambda: held(True), lambda: held(False))
+        try:
+            self.program: Program | None = Program(
+                path,
+                cell,
+                dialect,
+                self.port,
+                lenient=lenient,
+                start=position,
+                restart=restart,
+            )
+        except CncError as error:
+            self.program = None
+            self._end(error)
+
+    def pump(self) -> None:
+        """Push rows until the ring is full, the program waits, or it ends."""
+        if self.pause.held:
+            self.engine.expect_cycle()
+            return
+        try:
+            while (
+                not (self.done or self.waiting or self.port.interrupted)
+                and self._step()
+            ):
+                pass
+        except CncError as error:
+            self._end(error)
+
+    def drained(self) -> None:
+        """Everything handed out so far has been executed: go on reading."""
+        self._latch()
+        self.waiting = False
+        if self.pause.drained():
+            return
+        if self._halted:
+            self._halted = False
+            self.engine.resync()
+            assert self.program is not None
+            self.program.resync(self.port.latched)
+        elif self._stopping and not self._stopped:
+            self._stopped = True
+            self.engine.resync()
+            assert self.program is not None
+            self.program.begin_stop(self.port.latched)
+
+    def _latch(self) -> None:
+        self.port.latched, self.port.latched_s = self._live()
+
+    def _live(self) -> tuple[npt.NDArray[np.float64], float]:
+        """Position and time as they are now."""
+        state = self.engine.state
+        return np.array(list(state.position)[: self.engine.axes]), int(
+            state.cycle
+        ) * self._cycle_s
+
+    def _step(self) -> bool:
+        """One piece of work; False when the ring is full."""
+        if self._first < len(self._batch):
+            return self._push()
+        if self.pause.pushed_all():
+            return True
+        assert self.program is not None
+        item = self.program.read()
+        if self._pausable:
+            self.engine.hold_by_cell(self.program.reader.pauses)  # type: ignore[attr-defined]
+        if isinstance(item, BlockBatch):
+            self._batch, self._first = item, 0
+            self.blocks += number_pushed(item)
+        elif item is Wait.DRAINED:
+            self.waiting = True
+            self.engine.expect_drain()
+        elif item is Wait.CYCLE:
+            self.engine.expect_cycle()
+            return False
+        elif item is Wait.STOPPED:
+            self.waiting = self._halted = True
+            self.engine.halt()
+        elif item is None and self.pause.active:
+            self.pause.ended()
+        elif item is None:
+            for text in self.program.filter_texts:
+                self.port.message(text)
+            self._end(None)
+        else:
+            raise CncError(
+                900003,
+                f"the program waits for the {item.value}, which this cell does not answer",
+            )
+        return True
+
+    @property
+    def _pausable(self) -> bool:
+        """The dialect has macros for a pause."""
+        return (
+            self.program is not None
+            and hasattr(self.program.reader, "pauses")
+            and not self.pause.active
+        )
+
+    def _push(self) -> bool:
+        if self._first == 0 and self._pausable:
+            state = self.engine.state
+            self.pause.rows.add(
+                int(state.rows_taken), self._batch, int(state.row_done)
+            )
+        self._first += self.engine.push(self._batch, self._first)
+        return self._first >= len(self._batch)
+
+    # pausing
+
+    def hold(self) -> bool:
+        """HOLD, where the cell has asked for it; False if the program does not
+        allow it (PAUSE_MODE 4).
+        """
+        reader: Any = self.program.reader if self.program else None
+        if reader is None or reader.pause_mode == 4:
+            return False
+        if not self.pause.begin(reader):
+            self.engine.hold(True)
+        return True
+
+    def resume(self) -> None:
+        """ACTIVE from HOLD."""
+        if self.pause.held:
+            self._latch()
+            self.pause.resume()
+        else:
+            self.engine.hold(False)
+
+    def retraced(self) -> None:
+        """The path is driven forward again: what the program has for that is
+        executed beside it and moves nothing.
+        """
+        reader: Any = self.program.reader if self.program else None
+        path = getattr(reader, "retrace_macro", None)
+        if path is None or self.pause.active:
+            return
+        self._latch()
+        start = self.port.latched
+
+        def macro_reader(machine: ProgramMachine) -> FrontEnd:
+            made: FrontEnd = reader.macro_reader(
+                path, machine, start, run_type=reader.RETRACING
+            )
+            return made
+
+        macro = Program(
+            path,
+            self._cell,
+            "isons",
+            self.port,
+            start=start,
+            reader=macro_reader,
+        )
+        try:
+            while (item := macro.read()) is not None:
+                if item is Wait.CYCLE or (
+                    isinstance(item, BlockBatch) and len(item)
+                ):
+                    raise CncError(909174, place=Place(str(path)))
+        except CncError as error:
+            self._end(error)
+
+    def take_rows(self) -> tuple[BlockBatch, int]:
+        out = self._batch, self._first
+        self._batch, self._first = BlockBatch.empty(), 0
+        return out
+
+    def give_rows(self, batch: BlockBatch) -> None:
+        self._batch, self._first = batch, 0
+
+    def macro(self, path: Path, place: npt.NDArray[np.float64]) -> None:
+        main: Any = self.program.reader if self.program else None
+        main = self._main_reader = getattr(self, "_main_reader", None) or main
+        self.program = Program(
+            path, self._cell, "isons", self.port, start=self.port.latched,
+            reader=lambda machine: main.macro_reader(path, machine, place),
+        )  # fmt: skip
+
+    def position(self) -> npt.NDArray[np.float64]:
+        return self.port.latched.copy()
+
+    def take_commands(self) -> None:
+        """Commands that the path has passed become messages."""
+        names = self.program.cell.axis_names if self.program else ()
+        for command in self.engine.take_commands():
+            place = " ".join(
+                f"{name}{value:.4f}"
+                for name, value in zip(names, command.position, strict=False)
+            )
+            self.port.message(
+                f"event {command.value:g} at {place}, {command.cycle * self._cycle_s:.6f} s"
+            )
+
+    def stop(self) -> bool:
+        """Brake, leave out the rest, execute what the program has for a stop;
+        False if it has nothing.
+        """
+        if (
+            self.program is None
+            or self._stopping
+            or not getattr(self.program.reader, "has_stop", False)
+        ):
+            return False
+        self._stopping, self._batch, self._first = True, BlockBatch.empty(), 0
+        self.waiting, self.done = True, False
+        self.engine.halt()
+        return True
+
+    def close(self) -> None:
+        """Nothing more is read; the rows pushed so far are executed or have
+        been left out.
+        """
+        self.done = True
+
+    def _end(self, error: CncError | None) -> None:
+        self.error = error
+        self.done = True
+        self.engine.finish()
