@@ -116,8 +116,8 @@ class StProgram:
 
     def connect(self, hli: Any) -> None:
         """Bind the HLI's pointers to a connection."""
-        base = ctypes.addressof(hli.root)
-        self._attach(base, ctypes.sizeof(hli.root))
+        base, size = hli.root._address, ctypes.sizeof(hli.root._c)
+        self._attach(base, size)
         self._hli = hli
 
     def start(self, now_ns: int = 0) -> None:

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
+from ... import task
 from ..errors import FILE, Log, Origin, Problem, StopHere
 from .text import clean
 from .units import Unit, split
@@ -22,10 +23,7 @@ _NAMES = re.compile(
 
 def is_st(path: str | Path) -> bool:
     """Whether a path names a PLC program in Structured Text."""
-    found = Path(path)
-    if found.is_dir():
-        return True
-    return found.suffix.lower() in (*SUFFIXES, PROJECT)
+    return task.is_st(path)
 
 
 def files_of(path: Path, log: Log) -> list[Path]:
