@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ..errors import ARGUMENT, CLASS, TARGET, Position, StopHere
 from ..model import types
-from ..model.classes import Class, Routine, Variable
+from ..model.classes import STANDARD_NAMES, Class, Routine, Variable
 from ..model.world import unknown
 from ..syntax import tree
 from . import convert, expressions, places, store
@@ -376,6 +376,8 @@ def matched(
     for argument in arguments:
         if argument.name:
             key = argument.name.upper()
+            if key not in names and STANDARD_NAMES.get(key, "") in names:
+                key = STANDARD_NAMES[key]
             _check_named(names, key, argument, label)
         else:
             if place >= len(inputs):

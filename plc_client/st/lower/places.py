@@ -113,6 +113,10 @@ def _of_type(
 ) -> Entity:
     if isinstance(type_, types.EnumType):
         return expressions.enumerator(type_, name, pos)
+    if isinstance(type_, types.ClassType):
+        found = type_.cls.variable(name.upper())
+        if found is not None and found.storage in ("global", "constant"):
+            return names.variable(context, found, "", pos)
     text = f"{type_} is a type; .{name} needs a variable"
     raise StopHere(TYPE, text, pos)
 

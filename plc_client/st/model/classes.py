@@ -10,6 +10,16 @@ from ..syntax import tree
 from .types import POINTER_SIZE, Member, PointerType, StructType, Type
 
 
+STANDARD_NAMES = {
+    "R": "RESET",
+    "LD": "LOAD",
+    "S": "SET",
+    "R1": "RESET1",
+    "S1": "SET1",
+}
+"""The standard's names of inputs -> TwinCAT's, for blocks of the library."""
+
+
 @dataclass(eq=False)
 class Variable:
     """A declared variable; ``cell`` says where it lives.
@@ -110,6 +120,9 @@ class Class:
         for cls in self.ancestors():
             if name in cls.own:
                 return cls.own[name]
+        other = STANDARD_NAMES.get(name)
+        if other and self.origin.file.startswith("<library>"):
+            return self.own.get(other)
         return None
 
     def method(self, name: str) -> Routine | None:
