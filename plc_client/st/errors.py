@@ -38,6 +38,9 @@ ST_ERRORS: dict[int, str] = {
 }
 """Number -> what it means, without the particulars of one place."""
 
+SHOWN = 50
+"""Errors in one message."""
+
 Position = tuple[int, int]
 
 
@@ -91,7 +94,10 @@ class StError(PlcError):
 
     def __init__(self, problems: list[Problem]) -> None:
         self.problems = problems
-        super().__init__("\n".join(map(str, problems)))
+        shown = [str(problem) for problem in problems[:SHOWN]]
+        if len(problems) > SHOWN:
+            shown.append(f"and {len(problems) - SHOWN} more errors")
+        super().__init__("\n".join(shown))
 
 
 class StopHere(Exception):

@@ -16,7 +16,6 @@ from .value import (
     RoutineRef,
     TypeRef,
     Value,
-    at,
     constant,
 )
 
@@ -154,8 +153,22 @@ def _binary(context: Context, node: tree.Binary) -> Value:
     return operators.binary(context, node.operator, left, right, node.pos)
 
 
+def _called(context: Context, node: tree.Node) -> Entity:
+    """What is called; a variable may have the name of a function."""
+    base = entity(context, node)
+    if not isinstance(node, tree.Name) or not isinstance(base, Value):
+        return base
+    if isinstance(base.type, (types.ClassType, types.PointerType)):
+        return base
+    key = node.name.upper()
+    routine = context.world.routine(key)
+    if routine is not None:
+        return RoutineRef(routine)
+    return BuiltinRef(key) if builtins.known(key) else base
+
+
 def _call(context: Context, node: tree.Call) -> Entity:
-    base = entity(context, node.base)
+    base = _called(context, node.base)
     if isinstance(base, TypeRef):
         raise StopHere(TYPE, f"{base.type} is a type; declare a variable of it", node.pos)
     if isinstance(base, BuiltinRef):
@@ -245,4 +258,3 @@ _RULES: dict[type, Callable[..., Entity]] = {
     tree.StructInit: _struct_init,
     tree.ArrayInit: _array_init,
 }
-assert at
