@@ -34,7 +34,7 @@ class Lowering:
     def __init__(self, world: World) -> None:
         self._world = world
         self._texts: dict[str, CText] = {}
-        self._library_texts: dict[str, CText] = {}
+        self._of_library: set[str] = set()
         self.pous = 0
 
     def run(self) -> Program:
@@ -92,6 +92,7 @@ class Lowering:
         self.pous += 1
         text = routines.class_text(self._world, cls)
         self._texts[cls.name.upper()] = text
+        self._note(cls.name.upper(), cls.origin)
 
     def _function(self, function: Routine) -> None:
         self.pous += 1
@@ -100,6 +101,12 @@ class Lowering:
         text = CText()
         routines.routine(self._world, function, text)
         self._texts[function.c] = text
+        self._note(function.c, function.origin)
+
+    def _note(self, key: str, origin: Origin | None) -> None:
+        """The library's objects stay in the cache whatever the program is."""
+        if origin is not None and origin.file.startswith("<library>"):
+            self._of_library.add(key)
 
     def _structures(self) -> None:
         for key, type_ in list(self._world.types.items()):
@@ -111,7 +118,9 @@ class Lowering:
                 origin = definition.origin
                 assert origin is not None
                 text = routines.struct_text(self._world, type_, node, origin)
-                self._texts[initial.struct_name(type_)] = text
+                name = initial.struct_name(type_)
+                self._texts[name] = text
+                self._note(name, origin)
 
     # -- memory
     def _place_lists(self) -> None:
@@ -170,6 +179,8 @@ class Lowering:
         for key in sorted(self._texts):
             digest = hashlib.sha256(key.encode()).digest()
             name = f"g{int.from_bytes(digest[:4], 'big') % count}"
+            if key in self._of_library:
+                name = "library"
             groups.setdefault(name, []).append(self._texts[key])
         return groups
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -62,18 +61,10 @@ _KINDS: dict[int, Callable[[_Trap], str]] = {
 
 def _own_copy(library: Path) -> ctypes.CDLL:
     """Load a private copy: two instances of one program share nothing."""
-    descriptor = os.memfd_create("st_program")
-    try:
-        with open(descriptor, "wb", closefd=False) as target:
-            target.write(library.read_bytes())
-        return ctypes.CDLL(f"/proc/self/fd/{descriptor}")
-    except OSError:
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "program.so"
-            shutil.copyfile(library, path)
-            return ctypes.CDLL(str(path))
-    finally:
-        os.close(descriptor)
+    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
+        path = Path(folder) / library.name
+        shutil.copyfile(library, path)
+        return ctypes.CDLL(str(path))
 
 
 class StProgram:

@@ -89,6 +89,11 @@ class StTask:
     def __dir__(self) -> list[str]:
         return dir(self._st_view)
 
+    def st_views(self) -> dict[str, Any]:
+        """Programs and lists of globals by their names."""
+        program = self._st_shared.program
+        return {name: program[name] for name in program.names() if "HLI_" not in name}
+
     @property
     def st_program(self) -> StProgram:
         """The whole program: ``st_program["GVL"].x``."""
