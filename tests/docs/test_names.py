@@ -29,6 +29,7 @@ PAGES = sorted(
 FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
 SPAN = re.compile(r"`([^`\n]+)`")
 FUNCTION = re.compile(r"^[\w.]*?(\w+)\(\)$")
+PLACE = re.compile(r"`[\w.]*?(\w+)\(\)`,? (?:in|of)\s+`([\w/.-]+\.(?:py|c|h))`")
 FILE = re.compile(r"^[\w./-]+\.(?:py|c|h|pml|toml|md)$")
 FOLDER = re.compile(rf"^(?:{'|'.join(CODE)}|docs|examples)(?:/[\w.-]+)*/?$")
 
@@ -70,16 +71,19 @@ def c_functions(text: str) -> list[str]:
 
 
 @cache
+def defined_in(path: str) -> list[str]:
+    """Functions and classes of Python, functions of C."""
+    text = sources()[path]
+    if path.endswith(".py"):
+        pattern = r"^\s*(?:async )?(?:def|class) (\w+)"
+        return re.findall(pattern, text, re.MULTILINE)
+    return c_functions(text)
+
+
+@cache
 def functions() -> frozenset[str]:
-    """Names that the code defines: functions and classes of Python, functions of C."""
-    python = re.compile(r"^\s*(?:async )?(?:def|class) (\w+)", re.MULTILINE)
-    return frozenset(
-        name
-        for path, text in sources().items()
-        for name in (
-            python.findall(text) if path.endswith(".py") else c_functions(text)
-        )
-    )
+    """All names that the code defines."""
+    return frozenset(name for path in sources() for name in defined_in(path))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
@@ -97,3 +101,20 @@ def test_every_function_on_the_page_exists(page: Path) -> None:
     named = {m[1] for s in spans(page) if (m := FUNCTION.match(s))}
     assert len(named) > 5
     assert not sorted(named - functions())
+
+
+@pytest.mark.parametrize("page", WALKS, ids=lambda p: p.name)
+def test_a_function_stands_in_the_file_that_the_page_names(page: Path) -> None:
+    """``name()`` in ``path``: the file defines the function."""
+    places = PLACE.findall(FENCE.sub("", page.read_text()))
+    assert places
+    wrong = [
+        (name, path)
+        for name, path in places
+        if not any(
+            name in defined_in(source)
+            for source in sources()
+            if f"/{source}".endswith(f"/{path}")
+        )
+    ]
+    assert not wrong
