@@ -88,10 +88,11 @@ def functions() -> frozenset[str]:
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: str(p.relative_to(ROOT)))
 def test_every_path_on_the_page_exists(page: Path) -> None:
-    """Files and folders of the project that stand in backticks."""
+    """Files and folders that stand in backticks, and tests that commands name."""
     named = {s for s in spans(page) if FOLDER.match(s)}
     if page in WALKS or page.parent.name == "explanation":
         named |= {s for s in spans(page) if FILE.match(s)}
+    named |= set(re.findall(r"\btests/[\w/]+\.py", page.read_text()))
     assert not sorted(name for name in named if not exists(name))
 
 
