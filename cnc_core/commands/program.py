@@ -71,8 +71,15 @@ def check(
 
     Example: hli-cosim check part.nc --json
     """
+    from plc_client.task import is_st  # noqa: PLC0415
+
     from ..blocks import number_of_blocks  # noqa: PLC0415
 
+    if is_st(file):
+        from .structured_text import check_st  # noqa: PLC0415
+
+        check_st(file, as_json)
+        return
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
     try:

@@ -7,7 +7,6 @@ it latches them at a stated cycle, so a lockstep run is the same every time.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import Enum
 from typing import Any, Protocol
 
@@ -60,20 +59,11 @@ class ChannelPort(Protocol):
         """What a dialect keeps from program to program, by its name."""
         ...
 
-    @property
-    def operator_waiting(self) -> bool:
-        """A script of an operator holds another answer."""
-        ...
-
     def moved(self, position: FloatArray) -> None:
         """The rows handed out so far end at ``position`` (axes,).
 
         A channel with a machine knows its position itself.
         """
-        ...
-
-    def written_externals(self) -> Mapping[tuple[str, str, int], ExternalValue]:
-        """Values that the program has written where no PLC takes them."""
         ...
 
     def live_position(self) -> FloatArray:
@@ -162,13 +152,6 @@ class OfflinePort:
 
     def live_position(self) -> FloatArray:
         return self._position.copy()
-
-    @property
-    def operator_waiting(self) -> bool:
-        return self.operator.waiting
-
-    def written_externals(self) -> Mapping[tuple[str, str, int], ExternalValue]:
-        return dict(self._external)
 
     def moved(self, position: FloatArray) -> None:
         """The rows handed out so far end at ``position``."""

@@ -59,15 +59,8 @@ class LivePort:
         self.latched = start.copy()
         self.messages: list[str] = []
 
-    @property
-    def operator_waiting(self) -> bool:
-        return self.operator.waiting
-
     def moved(self, position: npt.NDArray[np.float64]) -> None:
         """The machine knows its position itself."""
-
-    def written_externals(self) -> dict[tuple[str, str, int], ExternalValue]:
-        return {}
 
     def position(self) -> npt.NDArray[np.float64]:
         return self.latched.copy()

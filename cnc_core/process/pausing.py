@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.pool import coefficients, joined
+
 from ..blocks import CIRCULAR, NC_BLOCK, PIECE, POLYNOMIAL, BlockBatch
 from ..frontend.front_end import Restartable
-from ..geometry.shapes.polynomial import coefficients, joined
 from ..program.restart import SAME_MM, Uncovered, way_to
 
 if TYPE_CHECKING:

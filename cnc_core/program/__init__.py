@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from cnc_core.blocks.pool import joined
+
 from .. import frontend
 from ..blocks import NC_BLOCK, BlockBatch
 from ..config import SYNCH, CellConfig, synch_value
@@ -26,10 +28,8 @@ from ..geometry.filters.noise import FineNoise, Noise
 from ..geometry.filters.run_filter import FilterReport, RunFilter
 from ..geometry.filters.short_segments import ShortSegments
 from ..geometry.filters.spline_filter import SplineFilter
-from ..geometry.profiles import Profiles
 from ..geometry.profiles.limits import AxisDynamics
 from ..geometry.profiles.time_filter import ProfileFilter
-from ..geometry.shapes.polynomial import joined
 from ..geometry.stages.axis_limits import AxisLimits
 from ..geometry.stages.contouring import (
     AHEAD,
@@ -45,6 +45,7 @@ from ..geometry.stages.kinematics import KinematicsStage, ProgrammedView
 from ..geometry.stages.orbit import Orbit
 from ..geometry.stages.parameter_feed import ParameterFeed
 from ..geometry.stages.path_mode import PathMode
+from ..geometry.stages.profiles import Profiles
 from ..geometry.stages.radius_compensation import RadiusCompensation
 from ..geometry.stages.smoothing import Smoothing, SmoothingMachine
 from ..geometry.stages.spline import Spline
@@ -299,7 +300,13 @@ class Program:
             self._place,
             lambda: smoothing.carried or CARRY_TOLERANCE,
         )
-        self.limits = AxisLimits(cell, self._place)
+        self.limits = AxisLimits(
+            cell.axis_names,
+            cell.main_axes,
+            (cell.axis_values("min_mm"), cell.axis_values("max_mm")),
+            cell.axis_values("start_mm"),
+            self._place,
+        )
         parameter = ParameterFeed(len(machine.axes), machine.main)
         return Pipeline(
             [

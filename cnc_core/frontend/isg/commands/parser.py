@@ -34,12 +34,12 @@ from . import table
 from .base import Items, Run
 from .corner import CornerCommands
 from .cycle import CycleCommands
-from .foresight import ForesightCommands
 from .frame import FrameCommands
 from .kinematic import KinematicCommands
 from .orbit import OrbitCommands
 from .path import PathCommands
 from .position import PositionCommands
+from .prediction import PredictionCommands
 from .spline import SplineCommands
 from .text import TextCommands
 from .time import TimeCommands
@@ -74,7 +74,7 @@ class CommandParser(
     TimeCommands,
     CycleCommands,
     OrbitCommands,
-    ForesightCommands,
+    PredictionCommands,
 ):
     """Compiles one # command; the stream stands behind ``#``."""
 

@@ -16,7 +16,7 @@ from cnc_core._engine import lib
 from cnc_core.blocks import DYNAMICS
 from cnc_core.frontend.base.lexer import Warn, fail
 from cnc_core.frontend.base.scanner import Modal, Row
-from cnc_core.units import FloatArray
+from cnc_core.units import SECONDS_PER_MINUTE, FloatArray
 
 LOWEST = 0.001  # share: smaller weights, 0 too, count as this (R)
 FEED, RAPID = 0, 1
@@ -160,7 +160,7 @@ class Dynamics:
         """#VECTOR LIMIT ON: values in units of minutes, None: as given last."""
         for name, value in limits.items():
             if value is not None:
-                self._path[name] = value / 60.0 ** MINUTES[name]
+                self._path[name] = value / SECONDS_PER_MINUTE ** MINUTES[name]
             self._path_on.add(name)
         self._path_rapid = rapid
 

@@ -9,6 +9,7 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import Modal, Row
 from cnc_core.frontend.machine import ProgramMachine
+from cnc_core.units import SECONDS_PER_MINUTE
 
 TIME, PER_MINUTE, PER_TURN, SHARE = 93, 94, 95, 194
 
@@ -132,7 +133,9 @@ class Feeds:
                 raise fail(
                     900019, "G95: no spindle speed is programmed", offset
                 )
-            feed = value * self._units[self.mode] * turns_min / 60.0
+            feed = (
+                value * self._units[self.mode] * turns_min / SECONDS_PER_MINUTE
+            )
         else:
             feed = value / 100.0 * self._largest(row, start)
         row["feed"] = min(feed * self.factor, self.limit_mm_s or np.inf)

@@ -163,7 +163,10 @@ class Endless:
         )
         store = program.store
         scopes = [
-            (dict(s.values), {k: list(v) for k, v in s.arrays.items()})
+            (
+                dict(s.values),
+                {k: list(v) for k, v in s.arrays.items()},
+            )
             for s in (store.scope, store.common)
         ]
         return program.modal.line, levels, scopes, list(store.list)
@@ -174,8 +177,8 @@ class Endless:
         modal = program.modal._modal
         copy = ffi.new("nc_modal *", modal[0])
         copy.line = copy.count = copy.n = copy.programmed = 0
-        port = program.port
-        external = port.written_externals() if not port.answers else {}
+        shared = program.system.shared
+        written = {} if program.port.answers else dict(shared.written)
         parts = (
             channel.frame,
             channel.transform,
@@ -193,6 +196,6 @@ class Endless:
         )
         return (
             bytes(ffi.buffer(copy)),
-            external,
+            written,
             *(told(part) for part in (*parts, *more)),
         )
