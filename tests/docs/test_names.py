@@ -1,7 +1,7 @@
 """Pages name files and functions that exist.
 
 Architecture and CONTRIBUTING are held whole: every file and every function with
-``()``.  On the other pages of the explanation and in the README every path is held.
+``()``.  On all other pages and in the README every path is held.
 """
 
 from __future__ import annotations
@@ -22,8 +22,7 @@ PAGES = sorted(
     {
         *WALKS,
         ROOT / "README.md",
-        *(ROOT / "docs" / "explanation").glob("*.md"),
-        *(ROOT / "docs" / "measurements").glob("*.md"),
+        *(ROOT / "docs").rglob("*.md"),
     }
 )
 FENCE = re.compile(r"^```.*?^```", re.DOTALL | re.MULTILINE)
