@@ -17,7 +17,6 @@
 #include "engine/state/memory.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "engine/threads.h"
 #include "hli/sync.h"
 
 static uint64_t power_of_two(uint64_t count) {

@@ -30,8 +30,6 @@ bool plc_finished(const struct engine *engine) {
            && load_u32_acquire(&engine->hli.side->plc.finished);
 }
 
-/* What preparation or the cell has to know, in order of urgency; -1 if nothing.
- */
 int pending_event(struct engine *engine) {
     if (engine->fault) {
         return ENGINE_FAULT;

@@ -125,8 +125,6 @@ void geo_cycle(struct engine *engine) {
     }
 }
 
-/* Just ahead of a real-time cycle, no time passes: the position and what the
- * PLC is shown of it once more. */
 void geo_rehearse(struct engine *engine) {
     geo_evaluate(engine);
     if (engine->hli.segment) {

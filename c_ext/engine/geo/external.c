@@ -90,7 +90,6 @@ int engine_show_commands(struct engine *engine,
     return 0;
 }
 
-/* The path has passed a command: its number, then the count. */
 void external_command(struct engine *engine, double value) {
     struct external_vars *external_vars = engine->external;
     if (!external_vars || !engine->hli.segment
@@ -113,7 +112,6 @@ void external_free(struct engine *engine) {
     free(engine->external);
 }
 
-/* Once a cycle: the program's writes go out, then everything is latched. */
 void external_cycle(struct engine *engine) {
     struct external_vars *external_vars = engine->external;
     if (!external_vars || !engine->hli.segment) {

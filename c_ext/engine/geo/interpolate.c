@@ -24,8 +24,6 @@ static void place_on_path(struct geo *geo,
     geo->dist = piece->dist0 + piece->dist_rate * s;
 }
 
-/* Speed along the path, mm/s; of a polynomial that runs with its parameter not
- * the speed of that. */
 double geo_path_speed(const struct engine *engine) {
     const struct geo *geo = &engine->geo;
     if (geo->v <= 0.0 || geo->piece == UINT64_MAX) {
@@ -118,7 +116,6 @@ static void run_loop_end(struct engine *engine, const struct piece *piece) {
     }
 }
 
-/* A program begins: its first element begins the distance. */
 void geo_begin_distance(struct engine *engine) {
     set_epoch(&engine->geo,
               engine->push.epoch,
@@ -228,7 +225,6 @@ static void leave_piece(struct engine *engine) {
     }
 }
 
-/* The present phase is driven for t seconds only; its piece goes on. */
 void end_phase_at(struct geo *geo, double t) {
     geo->now.time = t;
     geo->now.last = false;
@@ -353,7 +349,6 @@ static void add_consumed(struct geo *geo, double t) {
     __atomic_store(&geo->consumed_s, &sum, __ATOMIC_RELEASE);
 }
 
-/* Consume dt of committed motion. */
 void geo_advance(struct engine *engine, double dt) {
     struct geo *geo = &engine->geo;
     geo->waiting_techno = false;
@@ -411,7 +406,6 @@ void geo_evaluate(struct engine *engine) {
     piece_position(engine, piece, geo->s, geo->position);
 }
 
-/* Everything pushed up to now has been executed and the axes stand. */
 bool geo_drained(struct engine *engine) {
     return ATOMIC_GET(engine->store.done) >= ATOMIC_GET(engine->store.head)
            && !engine->geo.has_phase && !engine->geo.waiting_continue;

@@ -5,7 +5,7 @@
  * Where the axes must stand is a flag of the interval ahead of that place, so
  * it can come and go while the path ahead is known: gates that open, single
  * block, held axes. A stand that comes too late to be met is not set, as in
- * profile.c.
+ * accel/profile.c.
  */
 #include <math.h>
 #include <stdlib.h>
