@@ -61,9 +61,14 @@ static bool allocate(struct engine *engine) {
         engine->commit.tails[i].phases =
             calloc(engine->commit.tail_max, sizeof(phase));
     }
-    if (!engine->store.elements || !engine->store.pieces || !engine->run.pieces
-        || !engine->store.curves || !engine->commit.ring
-        || !engine->commit.tails[0].phases || !engine->commit.tails[1].phases) {
+    bool has_store = engine->store.elements && engine->store.pieces
+                     && engine->store.curves,
+         has_tails =
+             engine->commit.tails[0].phases && engine->commit.tails[1].phases;
+    if (!has_store || !has_tails) {
+        return false;
+    }
+    if (!engine->run.pieces || !engine->commit.ring) {
         return false;
     }
     memory_large(engine->store.pieces, stored * sizeof(struct piece));

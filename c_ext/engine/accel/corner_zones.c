@@ -182,10 +182,10 @@ bool corner_zones_known(struct engine *engine,
         return piece->stop_after;
     }
     double known = engine->accel.capped_at - (piece->at + piece->length);
+    bool all =
+        engine->dispatch.final && engine->accel.capped == engine->run.head;
     if (known >= corner_zone(&engine->cfg, next->corner_v, piece)
-        || stands_before(&engine->plan, next)
-        || (engine->dispatch.final
-            && engine->accel.capped == engine->run.head)) {
+        || stands_before(&engine->plan, next) || all) {
         return true;
     }
     double v = lesser(next->corner_v,

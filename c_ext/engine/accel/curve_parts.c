@@ -346,7 +346,8 @@ void refine(struct builder *builder,
                  *fourth = whole ? builder->fourth : parts[1];
     int count = sure ? parts_needed(builder, from, to, third, fourth) : INT_MAX,
         most = halvings < HALVINGS ? OF_PART : AT_ONCE;
-    if (count > most && halvings > 0 && left > 1
+    bool halved = count > most && halvings > 0 && left > 1;
+    if (halved
         && cut_in_halves(builder,
                          from,
                          to,

@@ -53,8 +53,8 @@ bool spans_new(struct engine *engine) {
     room_for(&engine->accel.made,
              first_count(&engine->cfg),
              ROWS_FIRST * (uint32_t)row);
-    if (!engine->accel.spans || !engine->accel.rows || !engine->accel.span_slots
-        || !engine->accel.made.count) {
+    bool shared = engine->accel.spans && engine->accel.rows;
+    if (!shared || !engine->accel.span_slots || !engine->accel.made.count) {
         return false;
     }
     if (!engine->traits.uses_spans) {

@@ -152,6 +152,13 @@ static void tell_command(struct engine *engine, const struct piece *piece) {
     ATOMIC_SET(engine->path_commands.head, head + 1);
 }
 
+/* M00, or M01 while it counts. */
+static bool stops_program(const struct engine *engine,
+                          const struct piece *piece) {
+    return piece->code == 0
+           || (piece->code == 1 && engine->orders.m01 && engine->geo.v <= 0.0);
+}
+
 static void run_event(struct engine *engine, struct piece *piece) {
     struct geo *geo = &engine->geo;
     if (piece->inserted && piece->type == NC_M) {
@@ -193,8 +200,7 @@ static void run_event(struct engine *engine, struct piece *piece) {
         if (!engine->hli.segment) {
             break; /* nobody there who could continue */
         }
-        if (piece->code == 0
-            || (piece->code == 1 && engine->orders.m01 && geo->v <= 0.0)) {
+        if (stops_program(engine, piece)) {
             geo->waiting_continue = true;
         }
         break;
@@ -218,9 +224,9 @@ static void leave_piece(struct engine *engine) {
     }
     geo->dwelling = false;
     ATOMIC_SET(engine->run.done, geo->piece + 1);
-    if (piece->dir > 0 && !piece->inserted
-        && piece->from + piece->length >= piece->whole - 1e-9
-        && piece->origin >= engine->store.done) {
+    bool whole = piece->from + piece->length >= piece->whole - 1e-9;
+    bool of_program = piece->dir > 0 && !piece->inserted;
+    if (of_program && whole && piece->origin >= engine->store.done) {
         ATOMIC_SET(engine->store.done, piece->origin + 1);
     }
 }
@@ -304,8 +310,8 @@ static bool begin_phase(struct engine *engine) {
         bool stood = geo->v <= 0.0;
         enter_piece(engine, geo->now.piece);
         const struct piece *piece = piece_at(&engine->run, geo->piece);
-        if (stood && is_motion(piece) && piece->new_block
-            && engine->orders.single) {
+        bool new_block = is_motion(piece) && piece->new_block;
+        if (stood && new_block && engine->orders.single) {
             geo->waiting_continue = geo->stands_single = true;
         }
     }
@@ -365,8 +371,8 @@ void geo_advance(struct engine *engine, double dt) {
             engine->technology.wait_cycles++;
             return;
         }
-        if (is_motion(piece) && geo->v <= 0.0 && geo->t <= 0.0
-            && (piece->moving & engine->orders.held_axes)) {
+        bool begins = is_motion(piece) && geo->v <= 0.0 && geo->t <= 0.0;
+        if (begins && (piece->moving & engine->orders.held_axes)) {
             return; /* a held axis would begin to move */
         }
         double remainder = geo->now.time - geo->t;

@@ -229,8 +229,8 @@ static bool stop_or_resume(
         || ATOMIC_GET(modes->hold_to_cell)) {
         return false;
     }
-    if (engine_mode_command->to_state == HOLD
-        && (state == ACTIVE || state == HOLD || state == STOPPING)) {
+    bool stops = state == ACTIVE || state == HOLD || state == STOPPING;
+    if (engine_mode_command->to_state == HOLD && stops) {
         ATOMIC_SET(modes->stopped, 1);
         if (state == ACTIVE) {
             ATOMIC_SET(modes->state, STOPPING);

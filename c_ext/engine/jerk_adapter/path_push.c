@@ -150,8 +150,9 @@ void adapter_cut(struct engine *engine, uint64_t head) {
 
 void adapter_shorten(struct engine *engine, uint64_t i, double s) {
     struct jerk_adapter *adapter = &engine->jerk_adapter;
-    if (adapter->restart || adapter->next < i
-        || (adapter->next == i && adapter->at <= s)) {
+    bool not_pushed =
+        adapter->next < i || (adapter->next == i && adapter->at <= s);
+    if (adapter->restart || not_pushed) {
         return;
     }
     forget_tails(&engine->commit);

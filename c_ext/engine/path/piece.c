@@ -80,9 +80,9 @@ static double speed_limit(const struct engine *engine,
 static void note_moving(const engine_config *cfg, struct piece *piece) {
     piece->moving = 0;
     for (int i = 0; i < cfg->axis_count; i++) {
-        if (fabs(piece->slope[i]) > 1e-12
-            || (piece->kind == PIECE_ARC
-                && (i == piece->axis1 || i == piece->axis2))) {
+        bool in_plane = piece->kind == PIECE_ARC
+                        && (i == piece->axis1 || i == piece->axis2);
+        if (fabs(piece->slope[i]) > 1e-12 || in_plane) {
             piece->moving |= (uint16_t)(1u << i);
         }
     }

@@ -254,9 +254,11 @@ static struct forecast *free_buffer(struct prediction *prediction) {
 
 void prediction_plan(struct engine *engine, bool pumped) {
     struct prediction *prediction = engine->prediction;
-    if (!prediction
-        || (!pumped && prediction->latest != NONE
-            && prediction->seen == engine->commit.written)) {
+    if (!prediction) {
+        return;
+    }
+    if (!pumped && prediction->latest != NONE
+        && prediction->seen == engine->commit.written) {
         return;
     }
     if ((ATOMIC_GET(engine->commit.word) & 1)

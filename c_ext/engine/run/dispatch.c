@@ -307,7 +307,10 @@ static bool dispatch_waits(struct engine *engine,
                            uint64_t head) {
     const struct dispatch *dispatch = &engine->dispatch;
     if (!engine->traits.feeds_in_batches || dispatch->in_loop
-        || dispatch->dir < 0 || dispatch->armed
+        || dispatch->dir < 0) {
+        return false;
+    }
+    if (dispatch->armed
         || ATOMIC_GET(engine->orders.insert_requests) != dispatch->inserts) {
         return false;
     }

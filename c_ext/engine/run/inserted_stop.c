@@ -129,8 +129,8 @@ void insert_stop(struct engine *engine, const struct piece *before) {
 }
 
 void insert_stop_at_end(struct engine *engine) {
-    if (!engine->dispatch.final || engine->dispatch.dir < 0
-        || !engine->dispatch.armed || !engine->dispatch.has_motion) {
+    bool at_end = engine->dispatch.final && engine->dispatch.dir >= 0;
+    if (!at_end || !engine->dispatch.armed || !engine->dispatch.has_motion) {
         return;
     }
     if (engine->dispatch.insert.axis
@@ -213,6 +213,11 @@ static bool cut_standstill_piece(struct engine *engine) {
     return true;
 }
 
+/* An inserted stop, or a motion of the program. */
+static bool may_be_fed_again(const struct piece *piece) {
+    return is_inserted_stop(piece) || (is_motion(piece) && !piece->shortcut);
+}
+
 void take_insert(struct engine *engine) {
     uint32_t request = ATOMIC_GET(engine->orders.insert_requests);
     if (request == engine->dispatch.inserts || engine->dispatch.dir < 0
@@ -220,9 +225,8 @@ void take_insert(struct engine *engine) {
         return;
     }
     uint64_t i = run_first_free(engine);
-    while (i < engine->run.head && !is_inserted_stop(piece_at(&engine->run, i))
-           && (!is_motion(piece_at(&engine->run, i))
-               || piece_at(&engine->run, i)->shortcut)) {
+    while (i < engine->run.head
+           && !may_be_fed_again(piece_at(&engine->run, i))) {
         i++;
     }
     if (i < engine->run.head) {

@@ -38,8 +38,8 @@ bool short_motions_row(struct engine *engine, const nc_block *row) {
     struct short_motions *short_motions = &engine->push.short_motions;
     if (!too_short(engine, row)) {
         bool curved = row->type != NC_LINEAR;
-        if (short_motions->rows >= SHORT_ROWS
-            || (curved && row->length < FADE_MM)
+        bool cannot_fade = curved && row->length < FADE_MM;
+        if (short_motions->rows >= SHORT_ROWS || cannot_fade
             || row->flags & (NC_BY_PARAMETER | NC_OF_TIP)) {
             short_motions_flush(engine);
         }
