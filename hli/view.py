@@ -409,11 +409,11 @@ def _aliases(structure: type[ctypes.Structure]) -> list[tuple[str, str]]:
 
 def _holders(structure: type[ctypes.Structure]) -> set[str]:
     return {
-        name
+        field[0]
         for cls in layout.structures()
-        for name, ctype in cls._fields_
-        if ctype is structure
-    }  # type: ignore[misc]
+        for field in cls._fields_
+        if field[1] is structure
+    }
 
 
 def overlay(array: ArrayView, structure: type[ctypes.Structure]) -> Any:

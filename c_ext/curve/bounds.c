@@ -12,11 +12,9 @@
  * leaves its chord over h by at most m h^2/8.
  */
 #include "curve/curve.h"
+#include "curve/tuning.h"
 #include <math.h>
 #include <string.h>
-
-#define SHARE_LEFT 0.3 /* of E in the middle must be left as its lower bound   \
-                        */
 
 enum {
     FIRST = CURVE_ORDER - 1,
@@ -37,7 +35,7 @@ static const double NUMBER[NORMAL] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
 /* Largest magnitudes over -1..1 of a polynomial of n numbers and its first two
  * derivatives. */
 typedef struct sums {
-    double f, d1, d2;
+    double value, d1, d2;
 } sums;
 
 #define INLINE                                                                 \
@@ -47,8 +45,9 @@ INLINE struct sums sums_of(const double *k, int count) {
     struct sums sums = {0};
 #pragma GCC unroll 16
     for (int i = 0; i < count; i++) {
-        double m = fabs(k[i]), slope = m * NUMBER[i];
-        sums.f += m;
+        double magnitude = fabs(k[i]);
+        double slope = magnitude * NUMBER[i];
+        sums.value += magnitude;
         sums.d1 += slope;
         sums.d2 += slope * NUMBER[i];
     }
@@ -70,13 +69,14 @@ static int order_of(const struct curve *curve) {
 }
 
 /* p'(z) for w = middle + half z. */
-INLINE void tangent_about(const double *c,
+INLINE void tangent_about(const double *coef,
                           int order,
                           double middle,
                           double half,
                           double *out) {
-    double about[CURVE_ORDER], scale = half;
-    memcpy(about, c, sizeof about);
+    double about[CURVE_ORDER];
+    double scale = half;
+    memcpy(about, coef, sizeof about);
 #pragma GCC unroll 8
     for (int i = 0; i < order; i++)
 #pragma GCC unroll 8
@@ -89,22 +89,25 @@ INLINE void tangent_about(const double *c,
     }
 }
 
-INLINE void add_square(const double *p, int order, double *e) {
+INLINE void add_square(const double *tangent, int order, double *metric) {
 #pragma GCC unroll 8
     for (int i = 0; i < order; i++)
 #pragma GCC unroll 8
         for (int k = 0; k < order; k++) {
-            e[i + k] += p[i] * p[k];
+            metric[i + k] += tangent[i] * tangent[k];
         }
 }
 
 /* z (p'' E - p' E'/2) */
-INLINE void normal_of(const double *p, int order, const double *e, double *n) {
+INLINE void normal_of(const double *tangent,
+                      int order,
+                      const double *metric,
+                      double *normal) {
 #pragma GCC unroll 8
     for (int i = 0; i < order; i++)
 #pragma GCC unroll 16
         for (int k = 0; k < 2 * order - 1; k++) {
-            n[i + k] += p[i] * e[k] * SHARE[i][k];
+            normal[i + k] += tangent[i] * metric[k] * SHARE[i][k];
         }
 }
 
@@ -115,12 +118,13 @@ static void certify_natural(const struct curve *curve,
                             double half,
                             double *third,
                             double *fourth) {
-    double inv = 1.0 / curve->natural, inv3 = inv * inv * inv,
-           inv4 = inv3 * inv;
+    double inv = 1.0 / curve->natural;
+    double inv3 = inv * inv * inv;
+    double inv4 = inv3 * inv;
     for (int i = 0; i < curve->axes; i++) {
         const double *k = curve->c[i];
-        double slope = fabs(24.0 * k[4] + 120.0 * k[5] * middle),
-               bend = fabs(60.0 * k[5]) * half;
+        double slope = fabs(24.0 * k[4] + 120.0 * k[5] * middle);
+        double bend = fabs(60.0 * k[5]) * half;
         bool moves = curve->moving >> i & 1;
         third[i] = moves
                        ? (fabs(6.0 * k[3]
@@ -139,52 +143,59 @@ INLINE bool certify(const struct curve *curve,
                     double half,
                     double *third,
                     double *fourth) {
-    double p[NC_AXES][FIRST], e[METRIC] = {0};
+    double tangent[NC_AXES][FIRST];
+    double metric[METRIC] = {0};
     for (int i = 0; i < curve->axes; i++) {
         if (!(curve->moving >> i & 1)) {
             continue;
         }
-        tangent_about(curve->c[i], order, middle, half, p[i]);
+        tangent_about(curve->c[i], order, middle, half, tangent[i]);
         if (curve->metric >> i & 1) {
-            add_square(p[i], order, e);
+            add_square(tangent[i], order, metric);
         }
     }
-    struct sums sums = sums_of(e, 2 * order - 1);
-    double least = 2.0 * e[0] - sums.f;
-    if (!(least > SHARE_LEFT * e[0])) {
+    struct sums sums = sums_of(metric, 2 * order - 1);
+    double least = 2.0 * metric[0] - sums.value;
+    if (!(least > SHARE_LEFT * metric[0])) {
         return false;
     }
-    double inv = 1.0 / least, inv3 = inv * inv * inv, root = sqrt(inv),
-           e1 = sums.d1 * inv, e2 = sums.d2 * inv;
+    double inv = 1.0 / least;
+    double inv3 = inv * inv * inv;
+    double root = sqrt(inv);
+    double e1 = sums.d1 * inv;
+    double e2 = sums.d2 * inv;
     for (int i = 0; i < curve->axes; i++) {
-        third[i] = fourth[i] = 0.0;
+        third[i] = 0.0;
+        fourth[i] = 0.0;
         if (!(curve->moving >> i & 1)) {
             continue;
         }
-        double n[NORMAL] = {0};
-        normal_of(p[i], order, e, n);
-        struct sums sums_m = sums_of(n + 1, 3 * order - 3);
-        third[i] = (sums_m.d1 + 2.0 * sums_m.f * e1) * inv * inv * root;
-        fourth[i] = (sums_m.d2 + (4.5 * sums_m.d1 + 7.0 * sums_m.f * e1) * e1
-                     + 2.0 * sums_m.f * e2)
-                    * inv3;
+        double normal[NORMAL] = {0};
+        normal_of(tangent[i], order, metric, normal);
+        struct sums sums_m = sums_of(normal + 1, 3 * order - 3);
+        third[i] = (sums_m.d1 + 2.0 * sums_m.value * e1) * inv * inv * root;
+        fourth[i] =
+            (sums_m.d2 + (4.5 * sums_m.d1 + 7.0 * sums_m.value * e1) * e1
+             + 2.0 * sums_m.value * e2)
+            * inv3;
     }
     return true;
 }
 
 /* Bounds of q''' and q'''' of every axis between the parameters a and b; false
  * where the speed changes too much to tell. */
-bool curve_certify(const struct curve *c,
-                   double a,
-                   double b,
+bool curve_certify(const struct curve *curve,
+                   double from,
+                   double to,
                    double *third,
                    double *fourth) {
-    double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a);
-    if (c->natural > 0.0) {
-        certify_natural(c, middle, half, third, fourth);
+    double middle = 0.5 * (from + to);
+    double half = 0.5 * fabs(to - from);
+    if (curve->natural > 0.0) {
+        certify_natural(curve, middle, half, third, fourth);
         return true;
     }
-    int order = order_of(c);
-    return order == FIRST ? certify(c, FIRST, middle, half, third, fourth)
-                          : certify(c, order, middle, half, third, fourth);
+    int order = order_of(curve);
+    return order == FIRST ? certify(curve, FIRST, middle, half, third, fourth)
+                          : certify(curve, order, middle, half, third, fourth);
 }

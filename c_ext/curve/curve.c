@@ -1,22 +1,8 @@
 /* Polynomial by arc length: cells, quadrature, inversion. */
 #include "curve/curve.h"
+#include "curve/tuning.h"
 #include <math.h>
 #include <string.h>
-
-#define QUADRATURE                                                             \
-    1e-11 /* mm a cell's length may change when it is halved, and relative to  \
-             the length */
-#define SPEED_RATIO                                                            \
-    3.0 /* of largest to smallest speed in a cell, so that the inversion       \
-           converges */
-#define CELL_TURN 0.35 /* rad, and ... */
-#define CELL_BEND                                                              \
-    0.3 /* ... share of its largest curvature that a cell should not exceed:   \
-           limits are constant per cell */
-#define SHORT_CELL                                                             \
-    0.01            /* mm; shorter cells are not cut for the sake of limits */
-#define STANDS 1e-9 /* mm or degrees an axis moves at most that rests */
-#define LIMIT_CELLS 12 /* cells cut for the sake of limits */
 
 /* Nodes and weights of the 8-point Gauss rule on -1..1. */
 static const double NODE[4] = {0.1834346424956498,
@@ -28,22 +14,39 @@ static const double WEIGHT[4] = {0.3626837833783620,
                                  0.2223810344533745,
                                  0.1012285362903763};
 
-static double first_derivative(const double *c, double w) {
-    return c[1]
-           + w
-                 * (2.0 * c[2]
-                    + w * (3.0 * c[3] + w * (4.0 * c[4] + w * 5.0 * c[5])));
+static double first_derivative(const double *coef, double parameter) {
+    return coef[1]
+           + parameter
+                 * (2.0 * coef[2]
+                    + parameter
+                          * (3.0 * coef[3]
+                             + parameter
+                                   * (4.0 * coef[4]
+                                      + parameter * 5.0 * coef[5])));
 }
 
-static double second_derivative(const double *c, double w) {
-    return 2.0 * c[2] + w * (6.0 * c[3] + w * (12.0 * c[4] + w * 20.0 * c[5]));
+static double second_derivative(const double *coef, double parameter) {
+    return 2.0 * coef[2]
+           + parameter
+                 * (6.0 * coef[3]
+                    + parameter
+                          * (12.0 * coef[4] + parameter * 20.0 * coef[5]));
 }
 
-static double value(const double *c, double w) {
-    return c[0] + w * (c[1] + w * (c[2] + w * (c[3] + w * (c[4] + w * c[5]))));
+static double value(const double *coef, double parameter) {
+    return coef[0]
+           + parameter
+                 * (coef[1]
+                    + parameter
+                          * (coef[2]
+                             + parameter
+                                   * (coef[3]
+                                      + parameter
+                                            * (coef[4]
+                                               + parameter * coef[5]))));
 }
 
-static double speed(const struct curve *curve, double w) {
+static double speed(const struct curve *curve, double parameter) {
     if (curve->natural > 0.0) {
         return curve->natural;
     }
@@ -52,8 +55,8 @@ static double speed(const struct curve *curve, double w) {
         if (!(curve->metric >> i & 1)) {
             continue;
         }
-        double d = first_derivative(curve->c[i], w);
-        sum += d * d;
+        double rate = first_derivative(curve->c[i], parameter);
+        sum += rate * rate;
     }
     return sqrt(sum);
 }
@@ -61,7 +64,7 @@ static double speed(const struct curve *curve, double w) {
 /* Two parameters at a time. */
 typedef double pair __attribute__((vector_size(16)));
 
-static pair speeds(const struct curve *curve, pair w) {
+static pair speeds(const struct curve *curve, pair parameter) {
     if (curve->natural > 0.0) {
         return (pair){curve->natural, curve->natural};
     }
@@ -71,23 +74,28 @@ static pair speeds(const struct curve *curve, pair w) {
             continue;
         }
         const double *k = curve->c[i];
-        pair d =
+        pair rate =
             k[1]
-            + w
+            + parameter
                   * (2.0 * k[2]
-                     + w * (3.0 * k[3] + w * (4.0 * k[4] + w * 5.0 * k[5])));
-        sum += d * d;
+                     + parameter
+                           * (3.0 * k[3]
+                              + parameter
+                                    * (4.0 * k[4] + parameter * 5.0 * k[5])));
+        sum += rate * rate;
     }
     return (pair){sqrt(sum[0]), sqrt(sum[1])};
 }
 
 /* Length from a to b; *low and *high are widened to the speeds met. */
 static double integrate(const struct curve *curve,
-                        double a,
-                        double b,
+                        double from,
+                        double to,
                         double *low,
                         double *high) {
-    double middle = 0.5 * (a + b), half = 0.5 * (b - a), sum = 0.0;
+    double middle = 0.5 * (from + to);
+    double half = 0.5 * (to - from);
+    double sum = 0.0;
     for (int k = 0; k < 4; k++) {
         pair v =
             speeds(curve,
@@ -110,23 +118,27 @@ static double integrate(const struct curve *curve,
 }
 
 /* Length from the start to the parameter w. */
-double curve_length_to(const struct curve *curve, double w) {
+double curve_length_to(const struct curve *curve, double parameter) {
     if (curve->natural > 0.0) {
-        return w * curve->natural;
+        return parameter * curve->natural;
     }
     int i = 0;
-    while (i + 1 < curve->cells && w > curve->w[i + 1]) {
+    while (i + 1 < curve->cells && parameter > curve->w[i + 1]) {
         i++;
     }
-    double low = 0.0, high = 0.0;
-    return curve->s[i] + integrate(curve, curve->w[i], w, &low, &high);
+    double low = 0.0;
+    double high = 0.0;
+    double part = integrate(curve, curve->w[i], parameter, &low, &high);
+    return curve->s[i] + part;
 }
 
 /* Length between two parameters where the speed changes little: four points. */
-double curve_length_between(const struct curve *curve, double a, double b) {
-    static const double node[2] = {0.3399810435848563, 0.8611363115940526},
-                        weight[2] = {0.6521451548625461, 0.3478548451374538};
-    double middle = 0.5 * (a + b), half = 0.5 * fabs(b - a), sum = 0.0;
+double curve_length_between(const struct curve *curve, double from, double to) {
+    static const double node[2] = {0.3399810435848563, 0.8611363115940526};
+    static const double weight[2] = {0.6521451548625461, 0.3478548451374538};
+    double middle = 0.5 * (from + to);
+    double half = 0.5 * fabs(to - from);
+    double sum = 0.0;
     for (int k = 0; k < 2; k++) {
         pair v =
             speeds(curve,
@@ -136,29 +148,32 @@ double curve_length_between(const struct curve *curve, double a, double b) {
     return half * sum;
 }
 
-void curve_position(const struct curve *curve, double w, double *q) {
+void curve_position(const struct curve *curve,
+                    double parameter,
+                    double *position) {
     for (int i = 0; i < curve->axes; i++) {
-        q[i] = value(curve->c[i], w);
+        position[i] = value(curve->c[i], parameter);
     }
 }
 
-void curve_tangent(const struct curve *curve, double w, double *d1) {
-    double v = speed(curve, w);
+void curve_tangent(const struct curve *curve, double parameter, double *d1) {
+    double v = speed(curve, parameter);
     for (int i = 0; i < curve->axes; i++) {
-        d1[i] = first_derivative(curve->c[i], w) / v;
+        d1[i] = first_derivative(curve->c[i], parameter) / v;
     }
 }
 
 /* First and second derivative by length. */
 void curve_derivatives(const struct curve *curve,
-                       double w,
+                       double parameter,
                        double *d1,
                        double *d2) {
-    double v2 = 0.0, along = 0.0;
+    double v2 = 0.0;
+    double along = 0.0;
     for (int i = 0; i < curve->axes; i++) {
         const double *k = curve->c[i];
-        d1[i] = w == 0.0 ? k[1] : first_derivative(k, w);
-        d2[i] = w == 0.0 ? 2.0 * k[2] : second_derivative(k, w);
+        d1[i] = parameter == 0.0 ? k[1] : first_derivative(k, parameter);
+        d2[i] = parameter == 0.0 ? 2.0 * k[2] : second_derivative(k, parameter);
         if (!(curve->metric >> i & 1)) {
             continue;
         }
@@ -168,7 +183,9 @@ void curve_derivatives(const struct curve *curve,
     if (curve->natural > 0.0) {
         v2 = curve->natural * curve->natural;
     }
-    double inv2 = 1.0 / v2, inv = sqrt(inv2), share = along * inv2;
+    double inv2 = 1.0 / v2;
+    double inv = sqrt(inv2);
+    double share = along * inv2;
     for (int i = 0; i < curve->axes; i++) {
         d2[i] = (d2[i] - d1[i] * share) * inv2;
         d1[i] *= inv;
@@ -176,22 +193,26 @@ void curve_derivatives(const struct curve *curve,
 }
 
 void curve_at(const struct curve *curve,
-              double w,
+              double parameter,
               struct curve_point *curve_point) {
-    curve_position(curve, w, curve_point->q);
-    curve_derivatives(curve, w, curve_point->d1, curve_point->d2);
+    curve_position(curve, parameter, curve_point->q);
+    curve_derivatives(curve, parameter, curve_point->d1, curve_point->d2);
 }
 
 /* With v = |q'(w)| over the metric axes and dots for derivatives by w: q''' =
  * (q3 - v2 d1 - 3 v v1 d2) / v^3. */
-void curve_third(const struct curve *curve, double w, double *d3) {
-    double first[NC_AXES], second[NC_AXES], third[NC_AXES], vv = 0.0, fs = 0.0,
-                                                            ss = 0.0, ft = 0.0;
+void curve_third(const struct curve *curve, double parameter, double *d3) {
+    double first[NC_AXES], second[NC_AXES], third[NC_AXES];
+    double vv = 0.0;
+    double fs = 0.0;
+    double ss = 0.0;
+    double ft = 0.0;
     for (int i = 0; i < curve->axes; i++) {
         const double *k = curve->c[i];
-        first[i] = first_derivative(k, w);
-        second[i] = second_derivative(k, w);
-        third[i] = 6.0 * k[3] + w * (24.0 * k[4] + w * 60.0 * k[5]);
+        first[i] = first_derivative(k, parameter);
+        second[i] = second_derivative(k, parameter);
+        third[i] =
+            6.0 * k[3] + parameter * (24.0 * k[4] + parameter * 60.0 * k[5]);
         if (!(curve->metric >> i & 1)) {
             continue;
         }
@@ -203,10 +224,14 @@ void curve_third(const struct curve *curve, double w, double *d3) {
     if (curve->natural > 0.0) {
         vv = curve->natural * curve->natural;
     }
-    double v = sqrt(vv), v1 = fs / v, v2 = (ss + ft - v1 * v1) / v;
+    double v = sqrt(vv);
+    double v1 = fs / v;
+    double v2 = (ss + ft - v1 * v1) / v;
     for (int i = 0; i < curve->axes; i++) {
-        double d1 = first[i] / v, d2 = (second[i] - v1 * d1) / vv;
-        d3[i] = (third[i] - v2 * d1 - 3.0 * v * v1 * d2) / (v * vv);
+        double d1 = first[i] / v;
+        double d2 = (second[i] - v1 * d1) / vv;
+        double remainder = third[i] - v2 * d1 - 3.0 * v * v1 * d2;
+        d3[i] = remainder / (v * vv);
     }
 }
 
@@ -220,7 +245,10 @@ static double metric_angle(const struct curve *curve,
                            const struct curve_point *curve_point,
                            const struct curve_point *curve_point_b,
                            double *bend) {
-    double turn = 0.0, change = 0.0, most = 0.0, fast = 0.0;
+    double turn = 0.0;
+    double change = 0.0;
+    double most = 0.0;
+    double fast = 0.0;
     for (int i = 0; i < curve->axes; i++) {
         change = fmax(change, fabs(curve_point->d2[i] - curve_point_b->d2[i]));
         most = fmax(most,
@@ -238,14 +266,18 @@ static double metric_angle(const struct curve *curve,
 }
 
 static void judge(const struct curve *curve, struct cell *cell) {
-    double low = INFINITY, high = 0.0, middle = 0.5 * (cell->from + cell->to);
+    double low = INFINITY;
+    double high = 0.0;
+    double middle = 0.5 * (cell->from + cell->to);
     double whole = integrate(curve, cell->from, cell->to, &low, &high);
     cell->length = integrate(curve, cell->from, middle, &low, &high)
                    + integrate(curve, middle, cell->to, &low, &high);
-    double a = speed(curve, cell->from), b = speed(curve, cell->to);
-    low = fmin(low, fmin(a, b));
-    high = fmax(high, fmax(a, b));
-    cell->wrong = cell->coarse = 0.0;
+    double speed_from = speed(curve, cell->from);
+    double speed_to = speed(curve, cell->to);
+    low = fmin(low, fmin(speed_from, speed_to));
+    high = fmax(high, fmax(speed_from, speed_to));
+    cell->wrong = 0.0;
+    cell->coarse = 0.0;
     if (!(low > 0.0) || !(cell->length > 0.0)) {
         cell->wrong = 1e30;
         return;
@@ -280,19 +312,24 @@ static int worst_cell(const struct cell *cells, int count) {
 }
 
 /* Cut the worst cell until all are good; false if CURVE_CELLS do not do. */
-static bool cut_cells(const struct curve *curve, struct cell *cells, int *n) {
+static bool cut_cells(const struct curve *curve,
+                      struct cell *cells,
+                      int *count) {
     cells[0] = (struct cell){.from = 0.0, .to = 1.0};
     judge(curve, &cells[0]);
-    for (*n = 1;; (*n)++) {
-        int i = worst_cell(cells, *n);
+    for (*count = 1;; (*count)++) {
+        int i = worst_cell(cells, *count);
         if (i < 0) {
             return true;
         }
-        if (*n == CURVE_CELLS) {
+        if (*count == CURVE_CELLS) {
             return false;
         }
-        memmove(&cells[i + 1], &cells[i], sizeof *cells * (size_t)(*n - i));
-        cells[i].to = cells[i + 1].from = 0.5 * (cells[i].from + cells[i].to);
+        size_t behind = (size_t)(*count - i);
+        memmove(&cells[i + 1], &cells[i], sizeof *cells * behind);
+        double middle = 0.5 * (cells[i].from + cells[i].to);
+        cells[i].to = middle;
+        cells[i + 1].from = middle;
         judge(curve, &cells[i]);
         judge(curve, &cells[i + 1]);
     }
@@ -332,7 +369,8 @@ static bool set_cells(struct curve *curve) {
         return false;
     }
     curve->cells = (uint8_t)count;
-    curve->w[0] = curve->s[0] = 0.0;
+    curve->w[0] = 0.0;
+    curve->s[0] = 0.0;
     for (int i = 0; i < count; i++) {
         curve->w[i + 1] = cells[i].to;
         curve->s[i + 1] = curve->s[i] + cells[i].length;
@@ -343,45 +381,47 @@ static bool set_cells(struct curve *curve) {
     return true;
 }
 
-bool curve_build(struct curve *c,
+bool curve_build(struct curve *curve,
                  const double *coefficients,
                  int axes,
                  int degree,
                  double end,
                  uint16_t main) {
-    c->axes = (uint8_t)axes;
-    c->natural = 0.0;
-    set_coefficients(c, coefficients, degree, end);
-    set_metric(c, main);
-    return set_cells(c);
+    curve->axes = (uint8_t)axes;
+    curve->natural = 0.0;
+    set_coefficients(curve, coefficients, degree, end);
+    set_metric(curve, main);
+    return set_cells(curve);
 }
 
-bool curve_build_by_length(struct curve *c,
+bool curve_build_by_length(struct curve *curve,
                            const double *coefficients,
                            int axes,
                            int degree,
                            double end,
                            double length) {
-    c->axes = (uint8_t)axes;
-    c->natural = length;
-    set_coefficients(c, coefficients, degree, end);
-    set_metric(c, 0);
-    c->metric = 0;
-    if (!(length > 0.0) || !set_cells(c)) {
+    curve->axes = (uint8_t)axes;
+    curve->natural = length;
+    set_coefficients(curve, coefficients, degree, end);
+    set_metric(curve, 0);
+    curve->metric = 0;
+    if (!(length > 0.0) || !set_cells(curve)) {
         return false;
     }
-    for (int i = 0; i <= c->cells; i++) {
-        c->s[i] = c->w[i] * length;
+    for (int i = 0; i <= curve->cells; i++) {
+        curve->s[i] = curve->w[i] * length;
     }
     return true;
 }
 
 static double hermite_guess(const struct curve *curve, int i, double s) {
-    double h = curve->s[i + 1] - curve->s[i], t = (s - curve->s[i]) / h,
-           r = 1.0 - t;
-    return curve->w[i] * r * r * (1.0 + 2.0 * t)
-           + curve->w[i + 1] * t * t * (1.0 + 2.0 * r)
-           + h * t * r * (curve->dwds[i] * r - curve->dwds[i + 1] * t);
+    double length = curve->s[i + 1] - curve->s[i];
+    double t = (s - curve->s[i]) / length;
+    double remainder = 1.0 - t;
+    return curve->w[i] * remainder * remainder * (1.0 + 2.0 * t)
+           + curve->w[i + 1] * t * t * (1.0 + 2.0 * remainder)
+           + length * t * remainder
+                 * (curve->dwds[i] * remainder - curve->dwds[i + 1] * t);
 }
 
 /* Normalised parameter 0..1 at arc length s. */
@@ -399,15 +439,18 @@ double curve_parameter(const struct curve *curve, double s) {
     while (s > curve->s[i + 1]) {
         i++;
     }
-    double w = hermite_guess(curve, i, s), low = 0.0, high = 0.0;
+    double parameter = hermite_guess(curve, i, s);
+    double low = 0.0;
+    double high = 0.0;
     for (int k = 0; k < CURVE_NEWTON; k++) {
-        w = fmin(fmax(w, curve->w[i]), curve->w[i + 1]);
-        double miss =
-            curve->s[i] + integrate(curve, curve->w[i], w, &low, &high) - s;
-        w -= miss / speed(curve, w);
+        parameter = fmin(fmax(parameter, curve->w[i]), curve->w[i + 1]);
+        double miss = curve->s[i]
+                      + integrate(curve, curve->w[i], parameter, &low, &high)
+                      - s;
+        parameter -= miss / speed(curve, parameter);
         if (fabs(miss) < 1e-7) {
             break; /* what is left is its square */
         }
     }
-    return fmin(fmax(w, curve->w[i]), curve->w[i + 1]);
+    return fmin(fmax(parameter, curve->w[i]), curve->w[i + 1]);
 }

@@ -41,7 +41,7 @@ typedef struct curve_point {
 /* Fill `c` from axes * (degree + 1) coefficients over 0..end; false if the
  * curve does not move, turns back on itself (speed zero) or is too wild for
  * CURVE_CELLS cells. `main`: bit mask of the main axes. */
-bool curve_build(struct curve *c,
+bool curve_build(struct curve *curve,
                  const double *coefficients,
                  int axes,
                  int degree,
@@ -49,7 +49,7 @@ bool curve_build(struct curve *c,
                  uint16_t main);
 /* The same with the parameter running with the path length, which is given:
  * whatever the axes do, it does not stand. */
-bool curve_build_by_length(struct curve *c,
+bool curve_build_by_length(struct curve *curve,
                            const double *coefficients,
                            int axes,
                            int degree,
@@ -59,24 +59,26 @@ static inline double curve_length(const struct curve *curve) {
     return curve->s[curve->cells];
 }
 double curve_parameter(const struct curve *curve, double s);
-double curve_length_to(const struct curve *curve, double w);
-double curve_length_between(const struct curve *curve, double a, double b);
-void curve_position(const struct curve *curve, double w, double *q);
-void curve_tangent(const struct curve *curve, double w, double *d1);
+double curve_length_to(const struct curve *curve, double parameter);
+double curve_length_between(const struct curve *curve, double from, double to);
+void curve_position(const struct curve *curve,
+                    double parameter,
+                    double *position);
+void curve_tangent(const struct curve *curve, double parameter, double *d1);
 void curve_derivatives(const struct curve *curve,
-                       double w,
+                       double parameter,
                        double *d1,
                        double *d2); /* by arc length */
 void curve_at(const struct curve *curve,
-              double w,
+              double parameter,
               struct curve_point *curve_point);
 void curve_third(const struct curve *curve,
-                 double w,
+                 double parameter,
                  double *d3); /* third derivative by arc length */
 /* bounds.c */
-bool curve_certify(const struct curve *c,
-                   double a,
-                   double b,
+bool curve_certify(const struct curve *curve,
+                   double from,
+                   double to,
                    double *third,
                    double *fourth);
 #endif

@@ -101,7 +101,8 @@ static int64_t client(raw_server *raw_server,
                       int64_t *samples,
                       int64_t *torn) {
     facts copy[HLI_CONTOUR_LOOKAHEAD_BLOCK_MAXIDX + 1];
-    int64_t end = hs_monotonic_ns() + max_ns, k = 0;
+    int64_t end = hs_monotonic_ns() + max_ns;
+    int64_t k = 0;
     for (; k < exchanges && hs_monotonic_ns() < end; k++) {
         uint32_t first = (uint32_t)(k * 7 % span);
         samples[k] = exchange(raw_server, first, copy);

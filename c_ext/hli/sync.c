@@ -19,8 +19,9 @@
 #include "hli/hli_layout.h"
 
 #define NS_PER_S 1000000000LL
-#define PURE_SPIN_NS 10000LL /* before a spin gives its core away in between   \
-                              */
+#define PURE_SPIN_NS                                                           \
+    10000LL /* before a spin gives its core away in between                    \
+             */
 #define TURN_SPIN_NS                                                           \
     1000LL /* the same where a turn lasts as long as a scan: the partner may   \
               need this very core */
@@ -33,23 +34,23 @@
 
 typedef int (*condition)(const void *what, uint32_t target);
 
-uint8_t hs_load_u8(const void *p) {
-    return load_u8_acquire(p);
+uint8_t hs_load_u8(const void *word) {
+    return load_u8_acquire(word);
 }
-void hs_store_u8(void *p, uint8_t v) {
-    store_u8_release(p, v);
+void hs_store_u8(void *word, uint8_t v) {
+    store_u8_release(word, v);
 }
-uint32_t hs_load_u32(const void *p) {
-    return load_u32_acquire(p);
+uint32_t hs_load_u32(const void *word) {
+    return load_u32_acquire(word);
 }
-void hs_store_u32(void *p, uint32_t v) {
-    store_u32_release(p, v);
+void hs_store_u32(void *word, uint32_t v) {
+    store_u32_release(word, v);
 }
-uint64_t hs_load_u64(const void *p) {
-    return load_u64_acquire(p);
+uint64_t hs_load_u64(const void *word) {
+    return load_u64_acquire(word);
 }
-void hs_store_u64(void *p, uint64_t v) {
-    store_u64_release(p, v);
+void hs_store_u64(void *word, uint64_t v) {
+    store_u64_release(word, v);
 }
 void hs_seq_begin(void *gen) {
     seq_begin(gen);
@@ -91,26 +92,26 @@ static int read_stat(int64_t pid, char *state, uint64_t *start) {
     if (fd < 0) {
         return -1;
     }
-    ssize_t n = read(fd, text, sizeof text - 1);
+    ssize_t got = read(fd, text, sizeof text - 1);
     close(fd);
-    if (n <= 0) {
+    if (got <= 0) {
         return -1;
     }
-    text[n] = 0;
-    char *p = strrchr(text, ')');
-    if (p == NULL || p[1] != ' ') {
+    text[got] = 0;
+    char *at = strrchr(text, ')');
+    if (at == NULL || at[1] != ' ') {
         return -1;
     }
-    p += 2;
-    *state = *p;
+    at += 2;
+    *state = *at;
     for (int field = 3; field < 22; field++) {
-        p = strchr(p, ' ');
-        if (p == NULL) {
+        at = strchr(at, ' ');
+        if (at == NULL) {
             return -1;
         }
-        p++;
+        at++;
     }
-    *start = strtoull(p, NULL, 10);
+    *start = strtoull(at, NULL, 10);
     return 0;
 }
 

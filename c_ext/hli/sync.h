@@ -10,91 +10,91 @@
 #include <stdint.h>
 #include <string.h>
 
-static inline uint8_t load_u8_acquire(const volatile void *p) {
-    return __atomic_load_n((const volatile uint8_t *)p, __ATOMIC_ACQUIRE);
+static inline uint8_t load_u8_acquire(const volatile void *word) {
+    return __atomic_load_n((const volatile uint8_t *)word, __ATOMIC_ACQUIRE);
 }
-static inline void store_u8_release(volatile void *p, uint8_t v) {
-    __atomic_store_n((volatile uint8_t *)p, v, __ATOMIC_RELEASE);
+static inline void store_u8_release(volatile void *word, uint8_t v) {
+    __atomic_store_n((volatile uint8_t *)word, v, __ATOMIC_RELEASE);
 }
-static inline uint16_t load_u16_relaxed(const volatile void *p) {
-    return __atomic_load_n((const volatile uint16_t *)p, __ATOMIC_RELAXED);
+static inline uint16_t load_u16_relaxed(const volatile void *word) {
+    return __atomic_load_n((const volatile uint16_t *)word, __ATOMIC_RELAXED);
 }
-static inline void store_u16_relaxed(volatile void *p, uint16_t v) {
-    __atomic_store_n((volatile uint16_t *)p, v, __ATOMIC_RELAXED);
+static inline void store_u16_relaxed(volatile void *word, uint16_t v) {
+    __atomic_store_n((volatile uint16_t *)word, v, __ATOMIC_RELAXED);
 }
-static inline uint32_t load_u32_relaxed(const volatile void *p) {
-    return __atomic_load_n((const volatile uint32_t *)p, __ATOMIC_RELAXED);
+static inline uint32_t load_u32_relaxed(const volatile void *word) {
+    return __atomic_load_n((const volatile uint32_t *)word, __ATOMIC_RELAXED);
 }
-static inline void store_u32_relaxed(volatile void *p, uint32_t v) {
-    __atomic_store_n((volatile uint32_t *)p, v, __ATOMIC_RELAXED);
+static inline void store_u32_relaxed(volatile void *word, uint32_t v) {
+    __atomic_store_n((volatile uint32_t *)word, v, __ATOMIC_RELAXED);
 }
-static inline uint32_t load_u32_acquire(const volatile void *p) {
-    return __atomic_load_n((const volatile uint32_t *)p, __ATOMIC_ACQUIRE);
+static inline uint32_t load_u32_acquire(const volatile void *word) {
+    return __atomic_load_n((const volatile uint32_t *)word, __ATOMIC_ACQUIRE);
 }
-static inline void store_u32_release(volatile void *p, uint32_t v) {
-    __atomic_store_n((volatile uint32_t *)p, v, __ATOMIC_RELEASE);
+static inline void store_u32_release(volatile void *word, uint32_t v) {
+    __atomic_store_n((volatile uint32_t *)word, v, __ATOMIC_RELEASE);
 }
-static inline uint64_t load_u64_acquire(const volatile void *p) {
-    return __atomic_load_n((const volatile uint64_t *)p, __ATOMIC_ACQUIRE);
+static inline uint64_t load_u64_acquire(const volatile void *word) {
+    return __atomic_load_n((const volatile uint64_t *)word, __ATOMIC_ACQUIRE);
 }
-static inline void store_u64_release(volatile void *p, uint64_t v) {
-    __atomic_store_n((volatile uint64_t *)p, v, __ATOMIC_RELEASE);
+static inline void store_u64_release(volatile void *word, uint64_t v) {
+    __atomic_store_n((volatile uint64_t *)word, v, __ATOMIC_RELEASE);
 }
-static inline uint64_t load_u64_relaxed(const volatile void *p) {
-    return __atomic_load_n((const volatile uint64_t *)p, __ATOMIC_RELAXED);
+static inline uint64_t load_u64_relaxed(const volatile void *word) {
+    return __atomic_load_n((const volatile uint64_t *)word, __ATOMIC_RELAXED);
 }
-static inline void store_u64_relaxed(volatile void *p, uint64_t v) {
-    __atomic_store_n((volatile uint64_t *)p, v, __ATOMIC_RELAXED);
+static inline void store_u64_relaxed(volatile void *word, uint64_t v) {
+    __atomic_store_n((volatile uint64_t *)word, v, __ATOMIC_RELAXED);
 }
 /* The bits of a double move as one 64-bit word: a single member is never torn.
  */
-static inline double load_f64_relaxed(const volatile void *p) {
+static inline double load_f64_relaxed(const volatile void *word) {
     uint64_t bits =
-        __atomic_load_n((const volatile uint64_t *)p, __ATOMIC_RELAXED);
+        __atomic_load_n((const volatile uint64_t *)word, __ATOMIC_RELAXED);
     double v;
     memcpy(&v, &bits, sizeof v);
     return v;
 }
-static inline void store_f64_relaxed(volatile void *p, double v) {
+static inline void store_f64_relaxed(volatile void *word, double v) {
     uint64_t bits;
     memcpy(&bits, &v, sizeof bits);
-    __atomic_store_n((volatile uint64_t *)p, bits, __ATOMIC_RELAXED);
+    __atomic_store_n((volatile uint64_t *)word, bits, __ATOMIC_RELAXED);
 }
-static inline double load_f64_acquire(const volatile void *p) {
-    uint64_t bits = load_u64_acquire(p);
+static inline double load_f64_acquire(const volatile void *word) {
+    uint64_t bits = load_u64_acquire(word);
     double v;
     memcpy(&v, &bits, sizeof v);
     return v;
 }
-static inline void store_f64_release(volatile void *p, double v) {
+static inline void store_f64_release(volatile void *word, double v) {
     uint64_t bits;
     memcpy(&bits, &v, sizeof bits);
-    store_u64_release(p, bits);
+    store_u64_release(word, bits);
 }
 /* What is shown every cycle mostly stays as it is: stored only where it
  * differs, so that a cache line that did not change need not travel between the
  * two cores. Behind it the memory holds the value in either case. */
-static inline void show_u8(volatile void *p, uint8_t v) {
-    if (__atomic_load_n((volatile uint8_t *)p, __ATOMIC_RELAXED) != v) {
-        store_u8_release(p, v);
+static inline void show_u8(volatile void *word, uint8_t v) {
+    if (__atomic_load_n((volatile uint8_t *)word, __ATOMIC_RELAXED) != v) {
+        store_u8_release(word, v);
     }
 }
-static inline void show_u16(volatile void *p, uint16_t v) {
-    if (load_u16_relaxed(p) != v) {
-        store_u16_relaxed(p, v);
+static inline void show_u16(volatile void *word, uint16_t v) {
+    if (load_u16_relaxed(word) != v) {
+        store_u16_relaxed(word, v);
     }
 }
-static inline void show_u32(volatile void *p, uint32_t v) {
-    if (load_u32_relaxed(p) != v) {
-        store_u32_release(p, v);
+static inline void show_u32(volatile void *word, uint32_t v) {
+    if (load_u32_relaxed(word) != v) {
+        store_u32_release(word, v);
     }
 }
-static inline void show_f64(volatile void *p, double v) {
+static inline void show_f64(volatile void *word, double v) {
     uint64_t bits;
     memcpy(&bits, &v, sizeof bits); /* bits, not values: 0.0 and -0.0 differ, a
                                        NaN equals itself */
-    if (load_u64_relaxed(p) != bits) {
-        store_u64_relaxed(p, bits);
+    if (load_u64_relaxed(word) != bits) {
+        store_u64_relaxed(word, bits);
     }
 }
 static inline void cpu_pause(void) {
@@ -107,8 +107,8 @@ static inline void cpu_pause(void) {
 
 /* Seqlock: odd while the one writer writes. */
 static inline void seq_begin(volatile void *gen) {
-    uint32_t g = load_u32_relaxed(gen);
-    store_u32_relaxed(gen, g | 1u);
+    uint32_t generation = load_u32_relaxed(gen);
+    store_u32_relaxed(gen, generation | 1u);
     __atomic_thread_fence(__ATOMIC_RELEASE);
 }
 static inline void seq_end(volatile void *gen) {
@@ -129,12 +129,12 @@ static inline void seq_end(volatile void *gen) {
  * without looking at the memory itself, so a side that never wakes is served
  * too. */
 
-uint8_t hs_load_u8(const void *p);
-void hs_store_u8(void *p, uint8_t v);
-uint32_t hs_load_u32(const void *p);
-void hs_store_u32(void *p, uint32_t v);
-uint64_t hs_load_u64(const void *p);
-void hs_store_u64(void *p, uint64_t v);
+uint8_t hs_load_u8(const void *word);
+void hs_store_u8(void *word, uint8_t v);
+uint32_t hs_load_u32(const void *word);
+void hs_store_u32(void *word, uint32_t v);
+uint64_t hs_load_u64(const void *word);
+void hs_store_u64(void *word, uint64_t v);
 
 int64_t hs_monotonic_ns(void);
 /* Sleep until the absolute CLOCK_MONOTONIC time `deadline_ns`; HS_OK, or
@@ -257,7 +257,7 @@ void hs_techno_fetch(void *unit, void *copy);
 void hs_techno_done(void *unit);
 /* Fetched and acknowledged at once: copy, done_w TRUE, please_rw FALSE. A unit
  * nobody waits for (MOS) is free as soon as please_rw is FALSE; a done_w behind
- * that would acknowledge the next function in it (docs/model/techno.pml). */
+ * that would acknowledge the next function in it (docs/explanation/model/techno.pml). */
 void hs_techno_take(void *unit, void *copy);
 /* cdef end */
 #endif

@@ -1,16 +1,10 @@
 /* Changes of a path that has been pushed already: stands that come and go, a
  * path that ends earlier, another path. */
 #include <math.h>
-#include "jerk/state.h"
-
-/* At a standstill: the plan that has not begun, and the laws that could be
- * taken back before it. */
-void forget_plan(jerk_planner *planner) {
-    planner->plan.n = planner->plan.next = 0;
-    planner->plan.edition++;
-    planner->wait = 0;
-    forget_laws(planner);
-}
+#include "jerk/history.h"
+#include "jerk/path/ring.h"
+#include "jerk/state/state.h"
+#include "jerk/stop.h"
 
 int64_t jerk_ahead(const jerk_planner *planner) {
     return (int64_t)(planner->tail - planner->head);
@@ -22,14 +16,15 @@ const jerk_interval *jerk_path(const jerk_planner *planner, int64_t i) {
 
 /* Ring index of the interval at whose end, or inside which, the plan comes to
  * rest. */
-static uint64_t plan_rest(const jerk_planner *planner) {
+static uint64_t plan_standstill(const jerk_planner *planner) {
     const plan *pl = &planner->plan;
-    return pl->next < pl->n && pl->last[pl->n - 1] ? pl->end - 1 : pl->end;
+    return pl->next < pl->count && pl->last[pl->count - 1] ? pl->end - 1
+                                                           : pl->end;
 }
 
 int jerk_passes(const jerk_planner *planner, int64_t i) {
-    return planner->plan.next < planner->plan.n
-           && planner->head + (uint64_t)i < plan_rest(planner);
+    return planner->plan.next < planner->plan.count
+           && planner->head + (uint64_t)i < plan_standstill(planner);
 }
 
 /* A plan that passes a new stand is planned again at once; one that ends at a
@@ -45,10 +40,11 @@ void jerk_stand(jerk_planner *planner, int64_t i, int stand) {
     if (stand && jerk_passes(planner, i)) {
         planner->changed = true;
     }
-    if (stand || pl->next >= pl->n || at + 1 < pl->end) {
+    if (stand || pl->next >= pl->count || at + 1 < pl->end) {
         return;
     }
-    pl->stands = pl->final = false;
+    pl->stands = false;
+    pl->final = false;
     planner->wait = 0;
 }
 
@@ -58,7 +54,7 @@ void jerk_cut(jerk_planner *planner, int64_t i, double length) {
     planner->tail = at;
     planner->finished = false;
     forget_laws(planner); /* they know the path as it was, ... */
-    if (planner->at_rest) {
+    if (planner->at_standstill) {
         forget_plan(planner); /* ... and so does a plan that has not begun;
                                  another one ends ahead of the cut */
     }
@@ -78,7 +74,7 @@ void jerk_cut(jerk_planner *planner, int64_t i, double length) {
 }
 
 void jerk_brake(jerk_planner *planner) {
-    if (planner->at_rest) {
+    if (planner->at_standstill) {
         return;
     }
     plan_stop(planner);
@@ -87,22 +83,13 @@ void jerk_brake(jerk_planner *planner) {
 
 void jerk_reset(jerk_planner *planner) {
     planner->tail = planner->head;
-    planner->finished = planner->changed = false;
-    planner->at_rest = true;
-    planner->x = planner->u = planner->behind_mm = planner->driven = 0.0;
+    planner->finished = false;
+    planner->changed = false;
+    planner->at_standstill = true;
+    planner->x = 0.0;
+    planner->accel = 0.0;
+    planner->behind_mm = 0.0;
+    planner->driven = 0.0;
     planner->turned_count = 0;
     forget_plan(planner);
-}
-
-double jerk_speed(const jerk_planner *planner) {
-    return planner->at_rest ? 0.0 : planner->scale * sqrt(planner->x);
-}
-
-void jerk_command_speed(jerk_planner *planner, double speed) {
-    if (!isfinite(speed) || speed == planner->command_speed
-        || (speed < 0.0 && planner->command_speed < 0.0)) {
-        return;
-    }
-    planner->command_speed = speed;
-    planner->changed = true;
 }

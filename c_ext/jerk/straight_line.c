@@ -1,10 +1,8 @@
 /* From rest to rest on a straight line the time-optimal motion is known: at
  * most seven phases of constant path jerk. */
 #include <math.h>
-#include "jerk/state.h"
-
-#define SAME 1e-12       /* difference of directions */
-#define LEAST_TIME 1e-12 /* s: shorter phases are left out */
+#include "jerk/state/state.h"
+#include "jerk/straight_line.h"
 
 typedef struct line_limits {
     double v, a, j; /* along the line */
@@ -22,8 +20,8 @@ static bool straight(const jerk_planner *planner,
             || interval->jerk_share[i] != first->jerk_share[i]) {
             return false;
         }
-        if (fabs(interval->d1[0][i] - first->d1[0][i]) > SAME
-            || fabs(interval->d1[1][i] - first->d1[0][i]) > SAME) {
+        if (fabs(interval->d1[0][i] - first->d1[0][i]) > SAME_DIRECTION
+            || fabs(interval->d1[1][i] - first->d1[0][i]) > SAME_DIRECTION) {
             return false;
         }
     }
@@ -34,7 +32,8 @@ static bool straight(const jerk_planner *planner,
  * ahead. */
 static double line_ahead(const jerk_planner *planner, uint64_t *end) {
     const jerk_interval *first = ring_at(planner, planner->head);
-    double length = 0.0, speed = asked_speed(planner, first);
+    double length = 0.0;
+    double speed = asked_speed(planner, first);
     int blocks = 0;
     for (uint64_t i = planner->head; i != planner->tail; i++) {
         const jerk_interval *interval = ring_at(planner, i);
@@ -118,25 +117,27 @@ double jerk_line_time(const jerk_planner *planner,
 }
 
 typedef struct pen {
-    jerk_planner *p;
+    jerk_planner *planner;
     uint64_t i; /* ring interval, and */
     double at;  /* where in it */
     double v, a;
     bool fits;
 } pen;
 
-static double time_over(const jerk_law *law, double h) {
-    double low = 0.0, high = law->time,
-           t = fmin(high, 2.0 * h / fmax(1e-9, 2.0 * law->v0 + law->a0 * high));
+static double time_over(const jerk_law *law, double way) {
+    double low = 0.0;
+    double high = law->time;
+    double t =
+        fmin(high, 2.0 * way / fmax(1e-9, 2.0 * law->v0 + law->a0 * high));
     for (int k = 0; k < 80; k++) {
         jerk_state at;
         jerk_at(law, t, &at);
-        if (at.s >= h) {
+        if (at.s >= way) {
             high = t;
         } else {
             low = t;
         }
-        double next = at.v > 0.0 ? t + (h - at.s) / at.v : 0.5 * (low + high);
+        double next = at.v > 0.0 ? t + (way - at.s) / at.v : 0.5 * (low + high);
         if (!(next > low && next < high)) {
             next = 0.5 * (low + high);
         }
@@ -152,51 +153,58 @@ static double time_over(const jerk_law *law, double h) {
 static void put(struct pen *pen,
                 double jerk,
                 double time,
-                double h,
+                double way,
                 bool whole) {
-    jerk_planner *planner = pen->p;
+    jerk_planner *planner = pen->planner;
     plan *pl = &planner->plan;
     const jerk_interval *interval = ring_at(planner, pen->i);
     double f2 = planner->scale * planner->scale;
-    if (pl->n >= planner->capacity) {
+    if (pl->count >= planner->capacity) {
         pen->fits = false;
         return;
     }
-    int k = pl->n++;
-    pl->h[k] = h;
+    int k = pl->count++;
+    pl->lengths[k] = way;
     pl->x[k] = pen->v * pen->v / f2;
-    pl->u[k] = pen->a / f2;
+    pl->accel[k] = pen->a / f2;
     pl->jerk[k] = jerk;
-    pl->snap[k] = pl->crackle[k] = pl->pop[k] = 0.0;
+    pl->snap[k] = 0.0;
+    pl->crackle[k] = 0.0;
+    pl->pop[k] = 0.0;
     pl->time[k] = time;
     pl->tag[k] = interval->tag;
     pl->offset[k] = interval->offset + pen->at;
-    pl->last[k] = (uint8_t)(whole + 2 * (whole && interval->blocks > 0));
+    bool block_ends = whole && interval->blocks > 0;
+    pl->last[k] = (uint8_t)(whole + 2 * block_ends);
 }
 
 /* A phase of the profile, cut where the pushed intervals end. */
 static void phase(struct pen *pen, double jerk, double time, bool ends) {
-    while (time > LEAST_TIME && pen->fits) {
-        const jerk_interval *interval = ring_at(pen->p, pen->i);
-        jerk_law law = {.v0 = pen->v, .a0 = pen->a, .jerk = jerk, .time = time};
+    while (time > LEAST_PHASE && pen->fits) {
+        const jerk_interval *interval = ring_at(pen->planner, pen->i);
+        jerk_law law = {.v0 = pen->v, .a0 = pen->a};
+        law.jerk = jerk;
+        law.time = time;
         jerk_state end;
         jerk_at(&law, time, &end);
-        double left = interval->length - pen->at, part = time, h = end.s;
-        bool final = ends && pen->i + 1 == pen->p->plan.end;
-        bool whole = final || h >= left - 1e-12;
+        double left = interval->length - pen->at;
+        double part = time;
+        double way = end.s;
+        bool final = ends && pen->i + 1 == pen->planner->plan.end;
+        bool whole = final || way >= left - 1e-12;
         if (whole) {
-            h = left;
+            way = left;
         }
-        if (!final && h < end.s) {
-            part = time_over(&law, h);
+        if (!final && way < end.s) {
+            part = time_over(&law, way);
             jerk_at(&law, part, &end);
         }
-        put(pen, jerk, part, h, whole);
+        put(pen, jerk, part, way, whole);
         pen->v = end.v;
         pen->a = end.a;
-        pen->at += h;
+        pen->at += way;
         time = final ? 0.0 : time - part;
-        if (whole && pen->i + 1 < pen->p->plan.end) {
+        if (whole && pen->i + 1 < pen->planner->plan.end) {
             pen->i++;
             pen->at = 0.0;
         }
@@ -204,42 +212,48 @@ static void phase(struct pen *pen, double jerk, double time, bool ends) {
 }
 
 /* Plan from rest to the next stand if a straight line leads there. */
-bool plan_straight(jerk_planner *p) {
-    uint64_t end = p->head;
-    double length =
-        p->at_rest && p->head != p->tail ? line_ahead(p, &end) : 0.0;
+bool plan_straight(jerk_planner *planner) {
+    uint64_t end = planner->head;
+    double length = planner->at_standstill && planner->head != planner->tail
+                        ? line_ahead(planner, &end)
+                        : 0.0;
     if (!(length > 0.0)) {
         return false;
     }
-    line_limits m = limits_along(p, ring_at(p, p->head));
-    if (!(m.v > 0.0)) {
+    line_limits limits = limits_along(planner, ring_at(planner, planner->head));
+    if (!(limits.v > 0.0)) {
         return false;
     }
-    struct profile t = fastest(m, length);
-    plan *pl = &p->plan;
-    pl->n = pl->next = pl->since = 0;
+    struct profile t = fastest(limits, length);
+    plan *pl = &planner->plan;
+    pl->count = 0;
+    pl->next = 0;
+    pl->since = 0;
     pl->edition++;
-    p->was = speeds_now(p);
+    planner->was = speeds_now(planner);
     pl->end = end;
-    pl->rest_start = pl->final = pl->stands = true;
-    pl->length = length;
+    pl->from_standstill = true;
+    pl->final = true;
+    pl->stands = true;
+    pl->remaining = length;
     pl->lasts = 0.0;
-    struct pen w = {.p = p, .i = p->head, .fits = true};
-    phase(&w, m.j, t.ramp, false);
-    w.a = m.j * t.ramp;
-    phase(&w, 0.0, t.hold, false);
-    phase(&w, -m.j, t.ramp, false);
-    w.a = 0.0;
-    phase(&w, 0.0, t.cruise, false);
-    phase(&w, -m.j, t.ramp, false);
-    w.a = -m.j * t.ramp;
-    phase(&w, 0.0, t.hold, false);
-    phase(&w, m.j, t.ramp, true);
-    if (!w.fits || pl->n == 0) {
-        pl->n = 0;
+    struct pen pen = {.planner = planner, .i = planner->head, .fits = true};
+    phase(&pen, limits.j, t.ramp, false);
+    pen.a = limits.j * t.ramp;
+    phase(&pen, 0.0, t.hold, false);
+    phase(&pen, -limits.j, t.ramp, false);
+    pen.a = 0.0;
+    phase(&pen, 0.0, t.cruise, false);
+    phase(&pen, -limits.j, t.ramp, false);
+    pen.a = -limits.j * t.ramp;
+    phase(&pen, 0.0, t.hold, false);
+    phase(&pen, limits.j, t.ramp, true);
+    if (!pen.fits || pl->count == 0) {
+        pl->count = 0;
         return false;
     }
-    pl->x[pl->n] = pl->u[pl->n] = 0.0;
-    p->stats.straight++;
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
+    planner->stats.straight++;
     return true;
 }

@@ -1,66 +1,29 @@
 /* Laws that were handed out and are not driven after all: they become the
  * beginning of the plan again. */
 #include <string.h>
-#include "jerk/state.h"
-
-#define LEAST_TIME 1e-9 /* s */
-
-static struct handed *handed_at(const jerk_planner *planner, uint64_t i) {
-    return &planner->handed[i % HANDED_MAX];
-}
-
-/* Segment k of the plan is about to be handed out, as a whole or its beginning:
- * the law. */
-void remember_law(jerk_planner *planner,
-                  int k,
-                  const jerk_law *law,
-                  bool whole) {
-    const plan *pl = &planner->plan;
-    struct handed *handed = handed_at(planner, planner->handed_count++);
-    handed->interval = *ring_at(planner, planner->head);
-    handed->head = planner->head;
-    handed->x = pl->x[k];
-    handed->u = pl->u[k];
-    handed->at_x = planner->x;
-    handed->at_u = planner->u;
-    handed->behind_mm = planner->behind_mm;
-    handed->behind_share = planner->behind_share;
-    handed->driven = planner->driven;
-    handed->at_rest = planner->at_rest;
-    handed->rest_start = pl->rest_start && k == 0;
-    handed->tag = law->tag;
-    handed->offset = law->s0;
-    handed->length = law->length;
-    handed->time = law->time;
-    handed->jerk = law->jerk;
-    handed->snap = law->snap;
-    handed->crackle = law->crackle;
-    handed->pop = law->pop;
-    for (int i = 0; i < 2; i++) {
-        handed->c[i] = pl->c[i][k];
-    }
-    handed->last = whole ? pl->last[k] : 0;
-}
-
-void forget_laws(jerk_planner *planner) {
-    planner->handed_count = 0;
-}
+#include "jerk/hand_out.h"
+#include "jerk/history.h"
+#include "jerk/path/joints.h"
+#include "jerk/state/state.h"
 
 /* The plan moves `by` places up in its arrays. */
 static void shift_plan(plan *pl, int by) {
-    size_t count = (size_t)(pl->n - pl->next);
-    double *knots[] = {pl->x, pl->u}, *segments[] = {pl->h,
-                                                     pl->time,
-                                                     pl->jerk,
-                                                     pl->snap,
-                                                     pl->crackle,
-                                                     pl->pop,
-                                                     pl->c[0],
-                                                     pl->c[1],
-                                                     pl->offset};
-    int from = pl->next, to = from + by;
+    size_t count = (size_t)(pl->count - pl->next);
+    double *knots[] = {pl->x, pl->accel};
+    double *segments[] = {pl->lengths,
+                          pl->time,
+                          pl->jerk,
+                          pl->snap,
+                          pl->crackle,
+                          pl->pop,
+                          pl->input[0],
+                          pl->input[1],
+                          pl->offset};
+    int from = pl->next;
+    int to = from + by;
     for (size_t i = 0; i < sizeof knots / sizeof *knots; i++) {
-        memmove(knots[i] + to, knots[i] + from, sizeof(double) * (count + 1));
+        size_t bytes = sizeof(double) * (count + 1);
+        memmove(knots[i] + to, knots[i] + from, bytes);
     }
     for (size_t i = 0; i < sizeof segments / sizeof *segments; i++) {
         memmove(segments[i] + to, segments[i] + from, sizeof(double) * count);
@@ -68,15 +31,15 @@ static void shift_plan(plan *pl, int by) {
     memmove(pl->tag + to, pl->tag + from, sizeof *pl->tag * count);
     memmove(pl->last + to, pl->last + from, count);
     pl->next += by;
-    pl->n += by;
+    pl->count += by;
 }
 
 static void put_back(jerk_planner *planner, const struct handed *handed) {
     plan *pl = &planner->plan;
     int k = --pl->next;
     pl->x[k] = handed->x;
-    pl->u[k] = handed->u;
-    pl->h[k] = handed->length;
+    pl->accel[k] = handed->accel;
+    pl->lengths[k] = handed->length;
     pl->offset[k] = handed->offset;
     pl->tag[k] = handed->tag;
     pl->last[k] = handed->last;
@@ -86,10 +49,10 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
     pl->crackle[k] = handed->crackle;
     pl->pop[k] = handed->pop;
     for (int i = 0; i < 2; i++) {
-        pl->c[i][k] = handed->c[i];
+        pl->input[i][k] = handed->input[i];
     }
-    pl->length += handed->length;
-    pl->rest_start = k == 0 && handed->rest_start;
+    pl->remaining += handed->length;
+    pl->from_standstill = k == 0 && handed->from_standstill;
     jerk_interval *interval = &planner->ring[handed->head & planner->mask];
     uint32_t stand =
         handed->head == planner->head
@@ -100,26 +63,24 @@ static void put_back(jerk_planner *planner, const struct handed *handed) {
     interval->flags = (interval->flags & ~JERK_STAND) | stand;
     planner->head = handed->head;
     planner->x = handed->at_x;
-    planner->u = handed->at_u;
+    planner->accel = handed->at_u;
     planner->behind_mm = handed->behind_mm;
     planner->behind_share = handed->behind_share;
     turns_back(planner, handed->driven);
-    planner->at_rest = handed->at_rest;
+    planner->at_standstill = handed->at_standstill;
 }
 
 /* Law h has come to rest, so the plan that it was of ended behind it: it ends
  * there again. */
 static void end_plan(jerk_planner *planner, const struct handed *handed) {
     plan *pl = &planner->plan;
-    pl->n = pl->next;
-    pl->x[pl->n] = pl->u[pl->n] = pl->length = 0.0;
+    pl->count = pl->next;
+    pl->x[pl->count] = 0.0;
+    pl->accel[pl->count] = 0.0;
+    pl->remaining = 0.0;
     pl->end = planner->head;
     pl->stands = pl->final =
         handed->last && (handed->interval.flags & JERK_STAND);
-}
-
-int64_t jerk_laws_kept(void) {
-    return HANDED_MAX;
 }
 
 double jerk_take_back(jerk_planner *planner, double seconds) {
@@ -134,7 +95,7 @@ double jerk_take_back(jerk_planner *planner, double seconds) {
     }
     if ((uint64_t)pl->next < count) {
         int by = (int)count - pl->next;
-        if (pl->n + by > planner->capacity + HANDED_MAX) {
+        if (pl->count + by > planner->capacity + HANDED_MAX) {
             return 0.0;
         }
         shift_plan(pl, by);
@@ -143,7 +104,7 @@ double jerk_take_back(jerk_planner *planner, double seconds) {
     for (uint64_t i = 0; i < count; i++) {
         const struct handed *handed =
             handed_at(planner, --planner->handed_count);
-        if (planner->at_rest) {
+        if (planner->at_standstill) {
             end_plan(planner, handed);
         }
         put_back(planner, handed);

@@ -1,30 +1,22 @@
 /* TOPP2 on a stream: see topp2.h.
  *
- * need[k] is the largest x = v^2 at knot k from which the end of the window can
- * be met at rest.  More path can only raise it, and where a new value equals
- * the old one nothing before it changes: the backward pass stops there, so that
- * a knot is visited a bounded number of times whatever the length of the path.
+ * controllable_v2[k] is the largest x = v^2 at knot k from which the end of the
+ * window can be met at rest.  More path can only raise it, and where a new
+ * value equals the old one nothing before it changes: the backward pass stops
+ * there, so that a knot is visited a bounded number of times whatever the
+ * length of the path.
  */
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
-#include "jerk/state.h"
+#include "jerk/path/ring.h"
 #include "jerk/topp2.h"
-
-#define USABLE                                                                 \
-    0.9995 /* share of the acceleration limits that is planned with */
-#define SPACING_MM 1.0
-#define STOP_PARTS 8 /* planner intervals at least between two stands */
-#define BATCH                                                                  \
-    0.25 /* share of the window that is used up before the backward pass runs  \
-            again */
-#define SAME 1e-12
+#include "jerk/tuning.h"
 
 typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
                               start and, through x + 2 h u, at the end */
-    double h, cap, feed;
+    double length, v2_limit, feed;
     double cu[2 * JERK_AXES], cx[2 * JERK_AXES];
-    double need; /* largest x at the start */
+    double controllable_v2; /* largest x at the start */
     bool last, stand, rapid;
     uint64_t tag;
     double offset;
@@ -34,10 +26,11 @@ typedef struct knot_rows { /* u along the path and x: |cu u + cx x| <= 1, at the
 struct topp2 {
     jerk_config cfg;
     knot_rows *ring;
-    uint64_t head, tail, planned, mask; /* intervals; `planned`: first whose
-                                           need is not of the present window */
-    uint64_t rest_from; /* first interval that does not know of the standstill
-                           before it */
+    uint64_t head, tail, planned,
+        mask;                 /* intervals; `planned`: first whose
+                                 controllable_v2 is not of the present window */
+    uint64_t standstill_from; /* first interval that does not know of the
+                           standstill before it */
     double x, feed_factor, rapid_factor, spacing;
     bool hold, changed;
     uint64_t steps;
@@ -47,12 +40,12 @@ static knot_rows *row_at(const topp2 *topp, uint64_t i) {
     return &topp->ring[i & topp->mask];
 }
 
-static double soft_cap_of(const topp2 *topp, const knot_rows *rows) {
+static double v2_limit_of(const topp2 *topp, const knot_rows *rows) {
     double v = rows->feed > 0 ? rows->feed
                                     * (rows->rapid ? topp->rapid_factor
                                                    : topp->feed_factor)
                               : 1e30;
-    return fmin(rows->cap, v * v);
+    return fmin(rows->v2_limit, v * v);
 }
 
 /* Range of u at x, with the lines (value and slope by x) that bound it. */
@@ -66,16 +59,19 @@ static struct range range_at(const topp2 *topp,
                              double x,
                              double least,
                              double next) {
-    struct range range = {(least - x) / (2.0 * rows->h),
-                          (next - x) / (2.0 * rows->h),
-                          -0.5 / rows->h,
-                          -0.5 / rows->h};
+    struct range range = {(least - x) / (2.0 * rows->length),
+                          (next - x) / (2.0 * rows->length),
+                          -0.5 / rows->length,
+                          -0.5 / rows->length};
     for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
-        double cu = rows->cu[axis], cx = rows->cx[axis];
+        double cu = rows->cu[axis];
+        double cx = rows->cx[axis];
         if (fabs(cu) < 1e-12) {
             continue;
         }
-        double inv = 1.0 / cu, middle = -cx * x * inv, half = fabs(inv);
+        double inv = 1.0 / cu;
+        double middle = -cx * x * inv;
+        double half = fabs(inv);
         if (middle + half < range.high) {
             range.high = middle + half, range.high_slope = -cx * inv;
         }
@@ -91,11 +87,11 @@ static struct range range_at(const topp2 *topp,
 static double controllable(const topp2 *topp,
                            const knot_rows *rows,
                            double next) {
-    double x = soft_cap_of(topp, rows);
+    double x = v2_limit_of(topp, rows);
     for (int i = 0; i < 4 * JERK_AXES; i++) {
         struct range range = range_at(topp, rows, x, 0.0, next);
-        double gap = range.low - range.high,
-               slope = range.low_slope - range.high_slope;
+        double gap = range.low - range.high;
+        double slope = range.low_slope - range.high_slope;
         if (gap <= 1e-13 * (fabs(range.low) + 1.0)) {
             return x;
         }
@@ -123,12 +119,14 @@ static void backward(topp2 *topp) {
         if (rows->stand) {
             next = 0.0;
         }
-        double need = controllable(topp, rows, next);
+        double controllable_v2 = controllable(topp, rows, next);
         topp->steps++;
-        if (i < fresh && fabs(need - rows->need) <= SAME * need) {
+        if (i < fresh
+            && fabs(controllable_v2 - rows->controllable_v2)
+                   <= TOPP2_SAME * controllable_v2) {
             break;
         }
-        rows->need = next = need;
+        rows->controllable_v2 = next = controllable_v2;
     }
     topp->planned = end;
     topp->changed = false;
@@ -137,7 +135,7 @@ static void backward(topp2 *topp) {
 static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
     knot_rows *rows = row_at(topp, topp->tail++);
     double v = interval->v_hard > 0 ? interval->v_hard : 1e15;
-    *rows = (knot_rows){.h = interval->length,
+    *rows = (knot_rows){.length = interval->length,
                         .feed = interval->feed,
                         .rapid = interval->flags & JERK_RAPID,
                         .tag = interval->tag,
@@ -146,34 +144,35 @@ static void add_part(topp2 *topp, const jerk_interval *interval, bool stand) {
                         .last = interval->blocks != 0,
                         .stand = stand};
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double most = fmax(fabs(interval->d1[0][axis]),
-                           fabs(interval->d1[1][axis])),
-               acc = USABLE * topp->cfg.a_max[axis]
+        double first = interval->d1[0][axis];
+        double most = larger(first, interval->d1[1][axis]);
+        double acc = TOPP2_USABLE * topp->cfg.a_max[axis]
                      * (interval->acc_share[axis] > 0.0f
                             ? (double)interval->acc_share[axis]
                             : 1.0);
         if (most * v > topp->cfg.v_max[axis]) {
             v = topp->cfg.v_max[axis] / most;
         }
-        for (int e = 0; e < 2; e++) {
-            int k = 2 * axis + e;
-            rows->cx[k] = interval->d2[e][axis] / acc;
-            rows->cu[k] = interval->d1[e][axis] / acc
-                          + (e ? 2.0 * interval->length * rows->cx[k] : 0.0);
-            double bend = fabs(interval->d2[e][axis]) / acc;
-            if (fabs(interval->d1[e][axis]) < 1e-9 && bend * v * v > 1.0) {
+        for (int end = 0; end < 2; end++) {
+            int k = 2 * axis + end;
+            rows->cx[k] = interval->d2[end][axis] / acc;
+            rows->cu[k] = interval->d1[end][axis] / acc
+                          + (end ? 2.0 * interval->length * rows->cx[k] : 0.0);
+            double bend = fabs(interval->d2[end][axis]) / acc;
+            bool stands = fabs(interval->d1[end][axis]) < 1e-9;
+            if (stands && bend * v * v > 1.0) {
                 v = sqrt(1.0 / bend);
             }
         }
     }
-    rows->cap = v * v;
+    rows->v2_limit = v * v;
 }
 
 static int parts_of(const topp2 *topp, const jerk_interval *interval) {
     bool alone =
-        (topp->tail == topp->rest_from) && (interval->flags & JERK_STAND);
+        (topp->tail == topp->standstill_from) && (interval->flags & JERK_STAND);
     return (int)fmin(4096.0,
-                     fmax(alone ? STOP_PARTS : 1.0,
+                     fmax(alone ? TOPP2_STOP_PARTS : 1.0,
                           ceil(interval->length / topp->spacing - 1e-9)));
 }
 
@@ -184,9 +183,9 @@ int64_t topp2_room(const topp2 *topp) {
 static int64_t refusal(const topp2 *topp, const jerk_interval *interval) {
     double sum =
         interval->length + interval->feed + interval->v_hard + interval->offset;
-    for (int e = 0; e < 2; e++) {
+    for (int end = 0; end < 2; end++) {
         for (int axis = 0; axis < topp->cfg.axes; axis++) {
-            sum += interval->d1[e][axis] + interval->d2[e][axis];
+            sum += interval->d1[end][axis] + interval->d2[end][axis];
         }
     }
     return !isfinite(sum)               ? JERK_NOT_FINITE
@@ -220,25 +219,27 @@ int64_t topp2_push(topp2 *topp, const jerk_interval *intervals, int64_t count) {
             row_at(topp, topp->tail - 1)->last = k + 1 == parts;
         }
         if (interval->flags & JERK_STAND) {
-            topp->rest_from = topp->tail;
+            topp->standstill_from = topp->tail;
         }
     }
     return count;
 }
 
 static void set_law(const knot_rows *rows,
-                    double h,
+                    double length,
                     double x,
-                    double u,
+                    double acc,
                     jerk_law *law,
                     bool last) {
-    double x1 = fmax(0.0, x + 2.0 * h * u), v = sqrt(x), v1 = sqrt(x1);
+    double x1 = fmax(0.0, x + 2.0 * length * acc);
+    double v = sqrt(x);
+    double v1 = sqrt(x1);
     *law = (jerk_law){.tag = rows->tag,
                       .s0 = rows->offset,
                       .v0 = v,
-                      .a0 = u,
-                      .time = 2.0 * h / (v + v1),
-                      .length = h,
+                      .a0 = acc,
+                      .time = 2.0 * length / (v + v1),
+                      .length = length,
                       .last = last};
     law->flags = x1 <= 0.0 ? JERK_STAND : 0;
 }
@@ -247,9 +248,9 @@ static void set_law(const knot_rows *rows,
 static double standing_acc(const topp2 *topp, const knot_rows *rows) {
     double most = 1e-30;
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double end =
-            rows->cu[2 * axis + 1] - 2.0 * rows->h * rows->cx[2 * axis + 1];
-        most = fmax(most, fmax(fabs(rows->cu[2 * axis]), fabs(end)));
+        double end = rows->cu[2 * axis + 1]
+                     - 2.0 * rows->length * rows->cx[2 * axis + 1];
+        most = fmax(most, larger(rows->cu[2 * axis], end));
     }
     return 1.0 / most;
 }
@@ -257,24 +258,25 @@ static double standing_acc(const topp2 *topp, const knot_rows *rows) {
 /* From rest to rest over one interval, accelerating over one half and braking
  * over the other: two laws. */
 static void hop(const topp2 *topp, const knot_rows *rows, jerk_law *laws) {
-    double half = 0.5 * rows->h,
-           u = fmin(0.5 * standing_acc(topp, rows),
-                    soft_cap_of(topp, rows) / (2.0 * half)),
-           bend = 0.0;
+    double half = 0.5 * rows->length;
+    double acc = fmin(0.5 * standing_acc(topp, rows),
+                      v2_limit_of(topp, rows) / (2.0 * half));
+    double bend = 0.0;
     for (int axis = 0; axis < 2 * topp->cfg.axes; axis++) {
         bend = fmax(bend, fabs(rows->cx[axis]));
     }
-    u = fmin(u, 0.5 / fmax(1e-30, 2.0 * half * bend));
-    double v = sqrt(2.0 * half * u), t = v / u;
+    acc = fmin(acc, 0.5 / fmax(1e-30, 2.0 * half * bend));
+    double v = sqrt(2.0 * half * acc);
+    double t = v / acc;
     laws[0] = (jerk_law){.tag = rows->tag,
                          .s0 = rows->offset,
-                         .a0 = u,
+                         .a0 = acc,
                          .time = t,
                          .length = half};
     laws[1] = (jerk_law){.tag = rows->tag,
                          .s0 = rows->offset + half,
                          .v0 = v,
-                         .a0 = -u,
+                         .a0 = -acc,
                          .time = t,
                          .length = half,
                          .last = rows->last,
@@ -284,7 +286,7 @@ static void hop(const topp2 *topp, const knot_rows *rows, jerk_law *laws) {
 /* What a step over interval i does: as fast as `next` allows, or braking with
  * all there is. */
 typedef struct step {
-    double h, u, x1;
+    double length, acc, x1;
     bool whole;
 } step;
 
@@ -292,21 +294,21 @@ static struct step brake_over(const topp2 *topp,
                               const knot_rows *rows,
                               double x,
                               double next) {
-    struct step step = {rows->h, 0.0, 0.0, true};
+    struct step step = {rows->length, 0.0, 0.0, true};
     struct range at = range_at(topp, rows, x, -1e30, next);
-    step.u = fmin(at.low, at.high);
-    if (x + 2.0 * rows->h * step.u
+    step.acc = fmin(at.low, at.high);
+    if (x + 2.0 * rows->length * step.acc
         <= 0.0) { /* the stop lies inside, or at the end */
-        step.u =
-            fmin(fmax(step.u, -standing_acc(topp, rows)), -x / (2.0 * rows->h));
-        step.h = -x / (2.0 * step.u);
-        step.whole = step.h >= rows->h * (1.0 - 1e-9);
+        step.acc = fmin(fmax(step.acc, -standing_acc(topp, rows)),
+                        -x / (2.0 * rows->length));
+        step.length = -x / (2.0 * step.acc);
+        step.whole = step.length >= rows->length * (1.0 - 1e-9);
         if (step.whole) {
-            step.h = rows->h;
+            step.length = rows->length;
         }
         return step;
     }
-    step.x1 = x + 2.0 * rows->h * step.u;
+    step.x1 = x + 2.0 * rows->length * step.acc;
     return step;
 }
 
@@ -320,29 +322,30 @@ static struct step step_over(const topp2 *topp,
         return brake_over(topp, rows, x, next);
     }
     struct range at = range_at(topp, rows, x, 0.0, next);
-    struct step step = {rows->h,
+    struct step step = {rows->length,
                         at.high,
-                        fmin(next, fmax(0.0, x + 2.0 * rows->h * at.high)),
+                        fmin(next, fmax(0.0, x + 2.0 * rows->length * at.high)),
                         true};
     return step;
 }
 
-static double next_need(const topp2 *topp, uint64_t i) {
+static double next_controllable_v2(const topp2 *topp, uint64_t i) {
     return row_at(topp, i)->stand || i + 1 >= topp->planned
                ? 0.0
-               : row_at(topp, i + 1)->need;
+               : row_at(topp, i + 1)->controllable_v2;
 }
 
 /* The step from the head: a hold brakes; so does a speed that a reduced
  * override no longer allows, and then what the caps ask of the next knot cannot
  * be met yet. */
 static struct step next_step(const topp2 *topp) {
-    bool above = topp->x > row_at(topp, topp->head)->need * (1.0 + 1e-9);
+    double controllable_v2 = row_at(topp, topp->head)->controllable_v2;
+    bool above = topp->x > controllable_v2 * (1.0 + 1e-9);
     return step_over(topp,
                      topp->head,
                      topp->x,
                      topp->hold || above,
-                     above ? 1e30 : next_need(topp, topp->head));
+                     above ? 1e30 : next_controllable_v2(topp, topp->head));
 }
 
 static void consume(topp2 *topp, const struct step *step) {
@@ -352,18 +355,21 @@ static void consume(topp2 *topp, const struct step *step) {
         topp->head++;
         return;
     }
-    double share = step->h / rows->h; /* a stop inside: rows of the rest stay
-                                         those of the ends, cut linearly */
+    double share =
+        step->length / rows->length; /* a stop inside: rows of the rest stay
+                              those of the ends, cut linearly */
     for (int axis = 0; axis < topp->cfg.axes; axis++) {
-        double cx = rows->cx[2 * axis], cu = rows->cu[2 * axis],
-               ex = rows->cx[2 * axis + 1],
-               eu = rows->cu[2 * axis + 1] - 2.0 * rows->h * ex;
+        double cx = rows->cx[2 * axis];
+        double cu = rows->cu[2 * axis];
+        double ex = rows->cx[2 * axis + 1];
+        double eu = rows->cu[2 * axis + 1] - 2.0 * rows->length * ex;
         rows->cx[2 * axis] = cx + share * (ex - cx);
         rows->cu[2 * axis] = cu + share * (eu - cu);
-        rows->cu[2 * axis + 1] = eu + 2.0 * (rows->h - step->h) * ex;
+        double left = rows->length - step->length;
+        rows->cu[2 * axis + 1] = eu + 2.0 * left * ex;
     }
-    rows->h -= step->h;
-    rows->offset += step->h;
+    rows->length -= step->length;
+    rows->offset += step->length;
     topp->changed = true;
 }
 
@@ -373,7 +379,7 @@ static bool due(const topp2 *topp) {
     }
     return topp->tail != topp->planned
            && (double)(topp->planned - topp->head)
-                  < (1.0 - BATCH)
+                  < (1.0 - TOPP2_BATCH)
                         * fmin(topp->cfg.window_knots, topp->cfg.window_blocks);
 }
 
@@ -385,12 +391,13 @@ int64_t topp2_take(topp2 *topp, jerk_law *laws, int64_t max, double seconds) {
             backward(topp);
         }
         knot_rows *rows = row_at(topp, topp->head);
-        if (topp->x <= 0.0 && (topp->hold || soft_cap_of(topp, rows) <= 0.0)) {
+        if (topp->x <= 0.0 && (topp->hold || v2_limit_of(topp, rows) <= 0.0)) {
             break;
         }
         struct step step = next_step(topp);
         if (!(topp->x + step.x1 > 0.0)) { /* between two standstills */
-            if (count + 2 > max || !(next_need(topp, topp->head) <= 0.0)) {
+            if (count + 2 > max
+                || !(next_controllable_v2(topp, topp->head) <= 0.0)) {
                 break;
             }
             hop(topp, rows, &laws[count]);
@@ -399,11 +406,11 @@ int64_t topp2_take(topp2 *topp, jerk_law *laws, int64_t max, double seconds) {
             topp->head++;
             continue;
         }
-        step.u = (step.x1 - topp->x) / (2.0 * step.h);
+        step.acc = (step.x1 - topp->x) / (2.0 * step.length);
         set_law(rows,
-                step.h,
+                step.length,
                 topp->x,
-                step.u,
+                step.acc,
                 &laws[count],
                 step.whole && rows->last);
         t += laws[count++].time;
@@ -422,11 +429,11 @@ int64_t topp2_tail(const topp2 *topp, jerk_law *laws, int64_t max) {
         if (row_at(topp, i)->stand) {
             step.x1 = 0.0;
         }
-        step.u = (step.x1 - x) / (2.0 * step.h);
+        step.acc = (step.x1 - x) / (2.0 * step.length);
         set_law(row_at(topp, i),
-                step.h,
+                step.length,
                 x,
-                step.u,
+                step.acc,
                 &laws[count++],
                 step.whole && row_at(topp, i)->last);
         x = step.x1;
@@ -466,8 +473,9 @@ topp2 *topp2_new(const jerk_config *config, int capacity) {
     }
     topp->cfg = this_config;
     topp->spacing =
-        this_config.spacing_mm > 0 ? this_config.spacing_mm : SPACING_MM;
-    topp->feed_factor = topp->rapid_factor = 1.0;
+        this_config.spacing_mm > 0 ? this_config.spacing_mm : TOPP2_SPACING_MM;
+    topp->feed_factor = 1.0;
+    topp->rapid_factor = 1.0;
     topp->mask = 1023;
     while (topp->mask + 1 < (uint64_t)(capacity > 0 ? capacity : 0)) {
         topp->mask = 2 * topp->mask + 1;

@@ -7,15 +7,9 @@
  */
 #include <math.h>
 #include <stddef.h>
-#include "jerk/state.h"
-
-#define JUMP_SLACK 1.01
-#define SMALL_JUMPS 5e-3 /* share of the jerk limit */
-#define TURN_PARTS                                                             \
-    4 /* parts of an interval in each of which the acceleration is taken to    \
-         change its sign once at most */
-#define TURN_STEPS 4
-#define LEAST_DIP 1e-4 /* smallest x inside an interval, over the largest */
+#include "jerk/path/motion_law.h"
+#include "jerk/state/state.h"
+#include "jerk/verify.h"
 
 typedef struct motion {
     double v, a, j; /* along the path */
@@ -30,8 +24,9 @@ static double ratio_at(const jerk_planner *planner,
                        const double *d3,
                        const float *miss,
                        struct motion motion) {
-    const jerk_interval *interval = segment->q;
-    double worst = 0.0, v2 = motion.v * motion.v;
+    const jerk_interval *interval = segment->interval;
+    double worst = 0.0;
+    double v2 = motion.v * motion.v;
     if (!isfinite(motion.v + motion.a + motion.j)) {
         return INFINITY;
     }
@@ -72,29 +67,37 @@ static void derivatives_at(const jerk_interval *interval,
                            double *d1,
                            double *d2,
                            double *d3) {
-    double h = interval->length, r = 1.0 - t, t2 = t * t, r2 = r * r;
-    double s1 = r2 * r * (1.0 + 3.0 * t + 6.0 * t2),
-           s2 = h * r2 * r * t * (1.0 + 3.0 * t),
-           s3 = 0.5 * h * h * r2 * r * t2;
-    double e2 = -h * t2 * t * r * (1.0 + 3.0 * r),
-           e3 = 0.5 * h * h * t2 * t * r2;
-    double first = -30.0 * t2 * r2 / h, b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2),
-           b3 = 0.5 * h * t * r2 * (2.0 - 5.0 * t);
-    double f2 = t2 * (1.0 + 2.0 * r - 15.0 * r2),
-           f3 = -0.5 * h * r * t2 * (2.0 - 5.0 * r);
-    double second = -60.0 * t * r * (1.0 - 2.0 * t) / (h * h),
-           g2 = -12.0 * t * r * (3.0 - 5.0 * t) / h,
-           g3 = r * (1.0 - 8.0 * t + 10.0 * t2);
-    double k2 = 12.0 * t * r * (3.0 - 5.0 * r) / h,
-           k3 = t * (1.0 - 8.0 * r + 10.0 * r2);
+    double length = interval->length;
+    double left = 1.0 - t;
+    double t2 = t * t;
+    double r2 = left * left;
+    double s1 = r2 * left * (1.0 + 3.0 * t + 6.0 * t2);
+    double s2 = length * r2 * left * t * (1.0 + 3.0 * t);
+    double s3 = 0.5 * length * length * r2 * left * t2;
+    double e2 = -length * t2 * t * left * (1.0 + 3.0 * left);
+    double e3 = 0.5 * length * length * t2 * t * r2;
+    double first = -30.0 * t2 * r2 / length;
+    double b2 = r2 * (1.0 + 2.0 * t - 15.0 * t2);
+    double b3 = 0.5 * length * t * r2 * (2.0 - 5.0 * t);
+    double f2 = t2 * (1.0 + 2.0 * left - 15.0 * r2);
+    double f3 = -0.5 * length * left * t2 * (2.0 - 5.0 * left);
+    double second = -60.0 * t * left * (1.0 - 2.0 * t) / (length * length);
+    double g2 = -12.0 * t * left * (3.0 - 5.0 * t) / length;
+    double g3 = left * (1.0 - 8.0 * t + 10.0 * t2);
+    double k2 = 12.0 * t * left * (3.0 - 5.0 * left) / length;
+    double k3 = t * (1.0 - 8.0 * left + 10.0 * r2);
     for (int i = 0; i < axes; i++) {
-        double p0 = interval->d1[0][i], p1 = interval->d1[1][i],
-               v0 = interval->d2[0][i], v1 = interval->d2[1][i],
-               w0 = interval->d3[0][i], w1 = interval->d3[1][i];
+        double p0 = interval->d1[0][i];
+        double p1 = interval->d1[1][i];
+        double v0 = interval->d2[0][i];
+        double v1 = interval->d2[1][i];
+        double w0 = interval->d3[0][i];
+        double w1 = interval->d3[1][i];
         d1[i] =
             s1 * p0 + s2 * v0 + s3 * w0 + (1.0 - s1) * p1 + e2 * v1 + e3 * w1;
-        d2[i] = first * (p0 - p1) + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
-        d3[i] = second * (p0 - p1) + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
+        double turn = p0 - p1;
+        d2[i] = first * turn + b2 * v0 + b3 * w0 + f2 * v1 + f3 * w1;
+        d3[i] = second * turn + g2 * v0 + g3 * w0 + k2 * v1 + k3 * w1;
     }
 }
 
@@ -103,8 +106,14 @@ static double ratio_inside(const jerk_planner *planner,
                            double t,
                            struct motion motion) {
     double d1[JERK_AXES], d2[JERK_AXES], d3[JERK_AXES];
-    derivatives_at(segment->q, t, planner->cfg.axes, d1, d2, d3);
-    return ratio_at(planner, segment, d1, d2, d3, segment->q->miss, motion);
+    derivatives_at(segment->interval, t, planner->cfg.axes, d1, d2, d3);
+    return ratio_at(planner,
+                    segment,
+                    d1,
+                    d2,
+                    d3,
+                    segment->interval->miss,
+                    motion);
 }
 
 static double ratio_at_end(const jerk_planner *planner,
@@ -113,29 +122,32 @@ static double ratio_at_end(const jerk_planner *planner,
                            struct motion motion) {
     return ratio_at(planner,
                     segment,
-                    segment->q->d1[end],
-                    segment->q->d2[end],
-                    segment->q->d3[end],
+                    segment->interval->d1[end],
+                    segment->interval->d2[end],
+                    segment->interval->d3[end],
                     NULL,
                     motion);
 }
 
 /* Constant path jerk over the interval h with the speed v at the moving end;
  * `sign` -1: it ends at rest. */
-static double rest_ratio(const jerk_planner *planner,
-                         const struct segment *segment,
-                         double v,
-                         double sign) {
-    double t = 3.0 * segment->h / v, j = 2.0 * v / (t * t);
-    double tm = t * cbrt(0.5), vm = 0.5 * j * tm * tm;
-    struct motion at = {v, sign * j * t, j}, mid = {vm, sign * j * tm, j};
+static double standstill_ratio(const jerk_planner *planner,
+                               const struct segment *segment,
+                               double v,
+                               double sign) {
+    double t = 3.0 * segment->length / v;
+    double j = 2.0 * v / (t * t);
+    double tm = t * cbrt(0.5);
+    double vm = 0.5 * j * tm * tm;
+    struct motion at = {v, sign * j * t, j};
+    struct motion mid = {vm, sign * j * tm, j};
     double worst = fmax(ratio_at_end(planner, segment, sign > 0, at),
                         ratio_inside(planner, segment, 0.5, mid));
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        worst =
-            fmax(worst,
-                 fabs(segment->q->d1[sign > 0 ? 0 : 1][axis]) * j
-                     / (jerk_max(planner, segment->q, axis) * segment->jump));
+        worst = fmax(
+            worst,
+            fabs(segment->interval->d1[sign > 0 ? 0 : 1][axis]) * j
+                / (jerk_max(planner, segment->interval, axis) * segment->jump));
     }
     return worst;
 }
@@ -145,7 +157,7 @@ static struct motion motion_at(const jerk_law *law, double t, double *s) {
     jerk_state at;
     jerk_at(law, t, &at);
     *s = at.s;
-    return (struct motion){at.v, at.a, law_jerk(law, t)};
+    return (struct motion){at.v, at.a, motion_law_jerk(law, t)};
 }
 
 static double ratio_at_time(const jerk_planner *planner,
@@ -154,7 +166,7 @@ static double ratio_at_time(const jerk_planner *planner,
                             double t) {
     double at;
     const struct motion motion = motion_at(law, t, &at);
-    return ratio_inside(planner, segment, at / segment->h, motion);
+    return ratio_inside(planner, segment, at / segment->length, motion);
 }
 
 static double ends_ratio(const jerk_planner *planner,
@@ -170,13 +182,13 @@ static double ends_ratio(const jerk_planner *planner,
  * derivative changes much over the interval. */
 static int points_inside(const jerk_planner *planner,
                          const jerk_interval *interval) {
-    double change = 0.0, most = 0.0;
+    double change = 0.0;
+    double most = 0.0;
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        change =
-            fmax(change, fabs(interval->d3[1][axis] - interval->d3[0][axis]));
-        most = fmax(
-            most,
-            fmax(fabs(interval->d3[0][axis]), fabs(interval->d3[1][axis])));
+        double first = interval->d3[0][axis];
+        double last = interval->d3[1][axis];
+        change = fmax(change, fabs(last - first));
+        most = fmax(most, larger(first, last));
     }
     return change > 0.2 * most ? 12 : 6;
 }
@@ -187,7 +199,7 @@ static double inside_ratio(const jerk_planner *planner,
                            const struct segment *segment,
                            const jerk_law *law) {
     double worst = 0.0;
-    int count = points_inside(planner, segment->q);
+    int count = points_inside(planner, segment->interval);
     for (int k = 1; k < count; k++) {
         if (2 * k != count) {
             worst = fmax(
@@ -203,13 +215,25 @@ static double inside_ratio(const jerk_planner *planner,
 }
 
 /* The law over an interval h with the inputs c; x, u: at its end. */
-static jerk_law law_of(double h, double *x, double *u, const double c[2]) {
-    double x0 = *x, u0 = *u;
+static jerk_law law_of(double length,
+                       double *x,
+                       double *accel,
+                       const double input[2]) {
+    double x0 = *x;
+    double u0 = *accel;
     jerk_law law = {0};
-    *x = x_behind(h, x0, u0, c[0], c[1]);
-    *u = u_behind(h, u0, c[0], c[1]);
-    double v0 = sqrt(x0), v1 = sqrt(*x);
-    law_between(&law, h, v0, u0, c[0] * v0, v1, *u, c[1] * v1);
+    *x = x_after(length, x0, u0, input[0], input[1]);
+    *accel = accel_after(length, u0, input[0], input[1]);
+    double v0 = sqrt(x0);
+    double v1 = sqrt(*x);
+    motion_law_between(&law,
+                       length,
+                       v0,
+                       u0,
+                       input[0] * v0,
+                       v1,
+                       *accel,
+                       input[1] * v1);
     return law;
 }
 
@@ -224,15 +248,15 @@ static double bulge(double most, double ends) {
 double bend_inside(const jerk_planner *planner,
                    const struct segment *segment,
                    double x,
-                   double u,
-                   const double c[2],
+                   double accel,
+                   const double input[2],
                    double *more) {
-    const jerk_law law = law_of(segment->h, &x, &u, c);
-    double ends = ends_ratio(planner, segment, &law),
-           most =
-               fmax(ends,
-                    fmax(ratio_at_time(planner, segment, &law, 0.5 * law.time),
-                         inside_ratio(planner, segment, &law)));
+    const jerk_law law = law_of(segment->length, &x, &accel, input);
+    double ends = ends_ratio(planner, segment, &law);
+    double most =
+        fmax(ends,
+             fmax(ratio_at_time(planner, segment, &law, 0.5 * law.time),
+                  inside_ratio(planner, segment, &law)));
     *more = bulge(most, ends);
     return most;
 }
@@ -245,9 +269,9 @@ static double feed_ratio(const jerk_planner *planner,
                          double x0,
                          double x1,
                          double top_x) {
-    double f2 = planner->scale * planner->scale,
-           cap = fmin(grid->seg[k].soft / grid->seg[k].slower, grid->seg[k].cap)
-                 * f2;
+    double f2 = planner->scale * planner->scale;
+    double cap =
+        fmin(grid->seg[k].soft / grid->seg[k].slower, grid->seg[k].cap) * f2;
     double most =
         k == 0 ? fmax(x1, fmin(top_x, x1)) : fmax(top_x, fmax(x0, x1));
     return isfinite(most) ? sqrt(most / cap) * CHECK_SLACK / FEED_SLACK
@@ -268,9 +292,10 @@ static int turning_points(const jerk_law *law, double t[TURN_PARTS]) {
     double from = law->a0;
     int count = 0;
     for (int i = 1; i <= TURN_PARTS; i++) {
-        double low = law->time * (i - 1) / TURN_PARTS,
-               high = law->time * i / TURN_PARTS, a0 = from,
-               a1 = acceleration(law, high);
+        double low = law->time * (i - 1) / TURN_PARTS;
+        double high = law->time * i / TURN_PARTS;
+        double a0 = from;
+        double a1 = acceleration(law, high);
         from = a1;
         if (!(a0 * a1 < 0.0)) {
             continue;
@@ -298,19 +323,22 @@ static double free_ratio(const jerk_planner *planner,
                          struct grid *grid,
                          int k,
                          double *x,
-                         double *u,
-                         const double c[2]) {
+                         double *accel,
+                         const double input[2]) {
     struct segment *segment = &grid->seg[k];
-    double x0 = *x, at, turns[TURN_PARTS];
-    const jerk_law law = law_of(segment->h, x, u, c);
-    double x1 = *x, top_x = fmax(x0, x1), low = fmin(x0, x1);
+    double x0 = *x;
+    double at, turns[TURN_PARTS];
+    const jerk_law law = law_of(segment->length, x, accel, input);
+    double x1 = *x;
+    double top_x = fmax(x0, x1);
+    double low = fmin(x0, x1);
     if (!(low > LEAST_DIP * top_x)
         || !isfinite(law.time + law.snap + law.crackle + law.pop)) {
         return INFINITY;
     }
-    double ends = ends_ratio(planner, segment, &law),
-           limits = fmax(ends,
-                         ratio_at_time(planner, segment, &law, 0.5 * law.time));
+    double ends = ends_ratio(planner, segment, &law);
+    double limits =
+        fmax(ends, ratio_at_time(planner, segment, &law, 0.5 * law.time));
     limits = fmax(limits, inside_ratio(planner, segment, &law));
     segment->bulge = bulge(limits, ends);
     for (int i = turning_points(&law, turns) - 1; i >= 0; i--) {
@@ -338,25 +366,24 @@ static double kink_ratio(const jerk_planner *planner,
                          struct grid *grid,
                          int k,
                          double x,
-                         double u) {
-    const jerk_interval *interval = grid->seg[k - 1].q,
-                        *interval_r = grid->seg[k].q;
-    double dt = planner->cfg.cycle_s, most = 0.0,
-           share = fmax(grid->seg[k - 1].share, grid->seg[k].share);
+                         double accel) {
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    double dt = planner->cfg.cycle_s;
+    double most = 0.0;
+    const struct segment *segment = &grid->seg[k];
+    double share = fmax(segment[-1].share, segment->share);
     if (!grid->seg[k - 1].last) {
         return 0.0;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double turn = fabs(interval_r->d1[0][axis] - interval->d1[1][axis]),
-               bend = 0.75
-                      * fabs(interval_r->d2[0][axis] - interval->d2[1][axis])
-                      * x / dt;
-        double kink = 0.75 * turn * fabs(u) / dt;
+        double turn = fabs(turn_of(left, right, axis));
+        double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
+        double kink = 0.75 * turn * fabs(accel) / dt;
         if (kink > 0.0) {
             most = fmax(most,
                         (bend + turn * sqrt(x) / (dt * dt) + kink)
-                            / fmin(jerk_max(planner, interval, axis),
-                                   jerk_max(planner, interval_r, axis)));
+                            / least_jerk(planner, left, right, axis));
         }
     }
     if (most + share <= CHECK_SLACK) {
@@ -374,33 +401,32 @@ static bool jump_fits(const jerk_planner *planner,
                       const struct grid *grid,
                       int k,
                       double x) {
-    const jerk_interval *interval = grid->seg[k - 1].q,
-                        *interval_r = grid->seg[k].q;
-    double dt = planner->cfg.cycle_s,
-           room = 1.0 - fmin(grid->seg[k - 1].jump, grid->seg[k].jump),
-           used = 0.0;
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    double dt = planner->cfg.cycle_s;
+    const struct segment *segment = &grid->seg[k];
+    double room = 1.0 - fmin(segment[-1].jump, segment->jump);
+    double used = 0.0;
     if (!grid->seg[k - 1].last) {
         return true;
     }
     for (int axis = 0; axis < planner->cfg.axes; axis++) {
-        double bend = 0.75
-                      * fabs(interval_r->d2[0][axis] - interval->d2[1][axis])
-                      * x / dt,
-               corner = fabs(interval_r->d1[0][axis] - interval->d1[1][axis])
-                        * sqrt(x) / (dt * dt);
+        double bend = 0.75 * fabs(bend_of(left, right, axis)) * x / dt;
+        double turn = fabs(turn_of(left, right, axis));
+        double corner = turn * sqrt(x) / (dt * dt);
         used = fmax(used,
-                    (bend + corner)
-                        / fmin(jerk_max(planner, interval, axis),
-                               jerk_max(planner, interval_r, axis)));
+                    (bend + corner) / least_jerk(planner, left, right, axis));
     }
     return used <= room * JUMP_SLACK + SMALL_JUMPS;
 }
 
 /* The input that meets the rest interval exactly: what the way there has
  * gathered in rounding ends here. */
-static double last_input(const struct grid *grid, double x, double u) {
-    double h = grid->seg[grid->n - 2].h, t = 1.5 * grid->seg[grid->n - 1].h;
-    return -(x + (2.0 * h + t) * u) / (h * (h + t));
+static double last_input(const struct grid *grid, double x, double accel) {
+    double length = grid->seg[grid->count - 2].length;
+    double t = 1.5 * grid->seg[grid->count - 1].length;
+    double way = 2.0 * length + t;
+    return -(x + way * accel) / (length * (length + t));
 }
 
 /* Largest ratio of anything to its limit over the plan (infinite: no plan at
@@ -409,38 +435,45 @@ static double last_input(const struct grid *grid, double x, double u) {
 double plan_check(const jerk_planner *planner,
                   struct grid *grid,
                   struct problem *problem) {
-    double f2 = planner->scale * planner->scale, worst = 0.0,
-           x = problem->x0 * f2, u = problem->u0 * f2;
-    int last = grid->n - 1, k = 0;
-    if (grid->n < (grid->rest_start ? 3 : 2)) {
+    double f2 = planner->scale * planner->scale;
+    double worst = 0.0;
+    double x = problem->x0 * f2;
+    double accel = problem->u0 * f2;
+    int last = grid->count - 1;
+    int k = 0;
+    if (grid->count < (grid->from_standstill ? 3 : 2)) {
         return INFINITY;
     }
-    if (grid->rest_start) {
-        u = problem->u[1] * f2;
-        x = 1.5 * grid->seg[0].h * u;
+    if (grid->from_standstill) {
+        accel = problem->accel[1] * f2;
+        x = 1.5 * grid->seg[0].length * accel;
         if (!(x > 0.0)) {
             return INFINITY;
         }
-        worst = fmax(rest_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
+        worst = fmax(standstill_ratio(planner, &grid->seg[0], sqrt(x), 1.0),
                      feed_ratio(planner, grid, 0, 0.0, x, x));
-        problem->x[0] = problem->u[0] = problem->c[0][0] = problem->c[1][0] =
-            0.0;
+        problem->x[0] = 0.0;
+        problem->accel[0] = 0.0;
+        problem->input[0][0] = 0.0;
+        problem->input[1][0] = 0.0;
         k = 1;
     }
     for (; k < last; k++) {
         problem->x[k] = x / f2;
-        problem->u[k] = u / f2;
+        problem->accel[k] = accel / f2;
         if (k > 0 && !jump_fits(planner, grid, k, x)) {
             return INFINITY;
         }
         if (k > 0) {
-            worst = fmax(worst, kink_ratio(planner, grid, k, x, u));
+            worst = fmax(worst, kink_ratio(planner, grid, k, x, accel));
         }
         if (k == last - 1) {
-            problem->c[0][k] = problem->c[1][k] = last_input(grid, x, u) / f2;
+            problem->input[0][k] = problem->input[1][k] =
+                last_input(grid, x, accel) / f2;
         }
-        const double c[2] = {problem->c[0][k] * f2, problem->c[1][k] * f2};
-        double ratio = free_ratio(planner, grid, k, &x, &u, c);
+        const double input[2] = {problem->input[0][k] * f2,
+                                 problem->input[1][k] * f2};
+        double ratio = free_ratio(planner, grid, k, &x, &accel, input);
         if (!(ratio <= worst)) {
             worst = ratio;
         }
@@ -448,18 +481,23 @@ double plan_check(const jerk_planner *planner,
             return INFINITY;
         }
     }
-    double meet = 1.5 * grid->seg[last].h * -u;
-    if (!(x > 0.0) || !(fabs(x - meet) <= 1e-6 * x)) {
+    double meet = 1.5 * grid->seg[last].length * -accel;
+    bool meets = fabs(x - meet) <= 1e-6 * x;
+    if (!(x > 0.0) || !meets) {
         return INFINITY;
     }
     if (!jump_fits(planner, grid, last, x)) {
         return INFINITY;
     }
-    worst = fmax(worst, kink_ratio(planner, grid, last, x, u));
+    worst = fmax(worst, kink_ratio(planner, grid, last, x, accel));
     problem->x[last] = x / f2;
-    problem->u[last] = u / f2;
-    problem->x[grid->n] = problem->u[grid->n] = problem->c[0][last] =
-        problem->c[1][last] = 0.0;
+    problem->accel[last] = accel / f2;
+    problem->x[grid->count] = 0.0;
+    problem->accel[grid->count] = 0.0;
+    problem->input[0][last] = 0.0;
+    problem->input[1][last] = 0.0;
     worst = fmax(worst, feed_ratio(planner, grid, last, x, 0.0, x));
-    return fmax(worst, rest_ratio(planner, &grid->seg[last], sqrt(x), -1.0));
+    double standing =
+        standstill_ratio(planner, &grid->seg[last], sqrt(x), -1.0);
+    return fmax(worst, standing);
 }

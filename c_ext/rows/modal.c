@@ -39,10 +39,13 @@ void nc_modal_init(nc_modal *modal) {
         modal->main_axis[i] = -1;
     }
     for (int i = 0; i < NC_AXES; i++) {
-        modal->mirror[i] = modal->share[i] = 1.0;
+        modal->mirror[i] = 1.0;
+        modal->share[i] = 1.0;
     }
-    modal->unit = modal->feed_unit = modal->feed_factor = modal->arc_scale =
-        1.0;
+    modal->unit = 1.0;
+    modal->feed_unit = 1.0;
+    modal->feed_factor = 1.0;
+    modal->arc_scale = 1.0;
     modal->plane = 17;
     modal->absolute = 1;
     modal->centre_limit = 2.0;
@@ -51,8 +54,12 @@ void nc_modal_init(nc_modal *modal) {
 
 void nc_words_init(nc_words *words) {
     memset(words, 0, sizeof *words);
-    words->motion = words->plane = words->absolute = words->inch =
-        words->centre_absolute = words->exact_stop = -1;
+    words->motion = -1;
+    words->plane = -1;
+    words->absolute = -1;
+    words->inch = -1;
+    words->centre_absolute = -1;
+    words->exact_stop = -1;
 }
 
 /* Build offset_next again after a change of plane, tool length or zero offset.
@@ -142,9 +149,9 @@ static double distance2(const nc_modal *modal,
     for (int i = 0; i < modal->axes; i++) {
         int is_main = i == modal->main_axis[0] || i == modal->main_axis[1]
                       || i == modal->main_axis[2];
-        double d = target[i] - modal->pos[i];
+        double difference = target[i] - modal->pos[i];
         if (is_main == over_main) {
-            sum += d * d;
+            sum += difference * difference;
         }
     }
     return sum;
@@ -188,20 +195,22 @@ static void arc_on_bisector(struct arc *arc, double height) {
 }
 
 static int arc_by_radius(const nc_modal *modal, struct arc *arc) {
-    double r = fabs(modal->radius) * modal->arc_scale, half = 0.5 * arc->width,
-           excess = half - r;
-    if (r < ZERO_MM || arc->width < ZERO_MM) {
+    double radius = fabs(modal->radius) * modal->arc_scale;
+    double half = 0.5 * arc->width;
+    double excess = half - radius;
+    if (radius < ZERO_MM || arc->width < ZERO_MM) {
         return NC_ERROR_CIRCLE;
     }
-    if (excess > modal->centre_limit && excess > modal->centre_ratio * r) {
+    if (excess > modal->centre_limit && excess > modal->centre_ratio * radius) {
         return NC_ERROR_CIRCLE;
     }
-    double height = excess >= 0.0 ? 0.0 : sqrt((r - half) * (r + half));
+    double height =
+        excess >= 0.0 ? 0.0 : sqrt((radius - half) * (radius + half));
     arc_on_bisector(arc,
                     modal->radius > 0.0 ? arc->sense * height
                                         : -arc->sense * height);
     if (excess < 0.0) {
-        arc->radius = r;
+        arc->radius = radius;
     }
     return 0;
 }
@@ -224,11 +233,14 @@ static int correct_centre(const nc_modal *modal,
                           struct arc *arc,
                           double r_start) {
     double given[2] = {arc->center[0], arc->center[1]};
-    double ux = arc->chord[0] / arc->width, uy = arc->chord[1] / arc->width;
-    double mx = given[0] - (arc->start[0] + 0.5 * arc->chord[0]);
-    double my = given[1] - (arc->start[1] + 0.5 * arc->chord[1]);
-    double along = mx * ux + my * uy, height = my * ux - mx * uy;
-    double r_end = hypot(mx - 0.5 * arc->chord[0], my - 0.5 * arc->chord[1]);
+    double ux = arc->chord[0] / arc->width;
+    double uy = arc->chord[1] / arc->width;
+    const double *chord = arc->chord;
+    double mx = given[0] - (arc->start[0] + 0.5 * chord[0]);
+    double my = given[1] - (arc->start[1] + 0.5 * chord[1]);
+    double along = mx * ux + my * uy;
+    double height = my * ux - mx * uy;
+    double r_end = hypot(mx - 0.5 * chord[0], my - 0.5 * chord[1]);
     if (modal->rules & NC_RULE_NO_CORRECTION) {
         if (fabs(r_end - r_start) > UNCORRECTED_MM) {
             return NC_ERROR_RADII;

@@ -32,7 +32,8 @@
 #define NC_DYNAMICS 18     /* limits of the motions from here on */
 #define NC_SPLINE                                                              \
     19 /* consumed by the spline stage, cnc_core/geometry/spline.py */
-#define NC_COORDINATES 20 /* consumed by the stages of frames and kinematics   \
+#define NC_COORDINATES                                                         \
+    20                    /* consumed by the stages of frames and kinematics   \
                            */
 #define NC_SOFT_LIMITS 25 /* consumed by the stage of software limits */
 #define NC_CORNER                                                              \
@@ -98,8 +99,9 @@
 #define NC_EVENT_ESA_TIME                                                      \
     8 /* and 9, 10: #CHANNEL SET [ESA_TIME0 = s], 1, 2: time of                \
          FCT_CALC_STATE_AT_T in `value` */
-#define NC_EVENT_EXPL_SYN 2 /* #EXPL SYN: wait for functions of type MVS_SLP   \
-                             */
+#define NC_EVENT_EXPL_SYN                                                      \
+    2 /* #EXPL SYN: wait for functions of type MVS_SLP                         \
+       */
 
 /* code of an NC_MARKER row */
 #define NC_MARKER_ON 1

@@ -20,16 +20,16 @@ typedef struct cursor {
     const char *begin, *at, *end;
 } cursor;
 
-static int is_digit(char c) {
-    return c >= '0' && c <= '9';
+static int is_digit(char letter) {
+    return letter >= '0' && letter <= '9';
 }
 
-static int is_blank(char c) {
-    return c == ' ' || c == '\t';
+static int is_blank(char letter) {
+    return letter == ' ' || letter == '\t';
 }
 
-static char upper(char c) {
-    return c >= 'a' && c <= 'z' ? (char)(c - 'a' + 'A') : c;
+static char upper(char letter) {
+    return letter >= 'a' && letter <= 'z' ? (char)(letter - 'a' + 'A') : letter;
 }
 
 static void skip_blanks(struct cursor *cursor) {
@@ -70,21 +70,22 @@ static int read_digits(struct cursor *cursor,
 static double slow_value(const struct decimal *decimal) {
     char text[NC_BLOCK_CHARACTERS + 16];
     memcpy(text, decimal->digits, decimal->count);
-    char *p = text + decimal->count;
-    *p++ = 'e';
-    *p++ = '-';
+    char *at = text + decimal->count;
+    *at++ = 'e';
+    *at++ = '-';
     size_t divisor = 1000;
     for (; divisor; divisor /= 10) {
-        *p++ = (char)('0' + decimal->fraction / divisor % 10);
+        *at++ = (char)('0' + decimal->fraction / divisor % 10);
     }
-    *p = 0;
+    *at = 0;
     return strtod(text, NULL);
 }
 
 /* [+-]?(digits[.digits*]|.digits), correctly rounded. */
 static int read_number(struct cursor *cursor, double *value) {
     struct decimal decimal;
-    decimal.count = decimal.fraction = 0;
+    decimal.count = 0;
+    decimal.fraction = 0;
     decimal.value = 0;
     int negative = cursor->at < cursor->end && *cursor->at == '-';
     if (cursor->at < cursor->end

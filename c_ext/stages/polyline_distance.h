@@ -7,8 +7,8 @@
  * found are halved.  Boxes around groups of segments leave out what is too far
  * away to be the nearest.
  */
-#ifndef TUBE_H
-#define TUBE_H
+#ifndef POLYLINE_DISTANCE_H
+#define POLYLINE_DISTANCE_H
 #include <stdint.h>
 #include "rows/nc_block.h"
 
@@ -19,7 +19,7 @@
 double nc_farthest(const double *mine,
                    int64_t count,
                    const double *other,
-                   int64_t m,
+                   int64_t others,
                    int32_t dim,
                    double known,
                    double close);
@@ -28,7 +28,7 @@ double nc_farthest(const double *mine,
 int nc_distances(const double *points,
                  int64_t count,
                  const double *other,
-                 int64_t m,
+                 int64_t others,
                  int32_t dim,
                  double *out);
 /* cdef end */

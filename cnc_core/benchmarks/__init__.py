@@ -7,6 +7,7 @@ tests do not time.
 
 from __future__ import annotations
 
+import functools
 import os
 import secrets
 import subprocess
@@ -29,7 +30,7 @@ from hli.view import BLOCK_DTYPE
 from ..config import CellConfig
 from ..engine import Engine, Event, bare_loop
 from ..planning import Feeder, plan_program
-from ..process.__main__ import CncOptions
+from ..process.options import CncOptions, RunOptions
 from ..program import Program
 from .workloads import WORKLOADS, Workload, contour_points, write_program
 
@@ -80,8 +81,7 @@ def _running_cnc(service: str, core: int) -> Iterator[Any]:
         options = CncOptions(
             _marked_program(Path(folder)),
             name,
-            clock="realtime",
-            service=service,
+            RunOptions(clock="realtime", service=service),
             core=core,
         )
         command = [
@@ -344,6 +344,14 @@ def _seconds_of(work: Callable[[], object]) -> float:
     return time.perf_counter() - begin
 
 
+def _count_lines(path: Path) -> int:
+    return sum(1 for _ in path.open())
+
+
+def _count_rows(path: Path) -> int:
+    return sum(map(len, Program(path, CellConfig(), "isg").batches()))
+
+
 def parser(seconds: float = 10.0) -> dict[str, Any]:
     """Lines per second from text to final rows per workload, beside reading the
     same file line by line in Python.
@@ -352,13 +360,9 @@ def parser(seconds: float = 10.0) -> dict[str, Any]:
     with tempfile.TemporaryDirectory(prefix="hli-cosim-bench-") as folder:
         for name, work in ((k, w) for k, w in WORKLOADS.items() if w.plain):
             path = work.write(Path(folder) / f"{name}.nc", n)
-            lines = sum(1 for _ in path.open())
-            reading = _seconds_of(lambda path=path: sum(1 for _ in path.open()))  # type: ignore[misc]
-            parsing = _seconds_of(
-                lambda path=path: sum(
-                    map(len, Program(path, CellConfig(), "isg").batches())
-                )
-            )  # type: ignore[misc]
+            lines = _count_lines(path)
+            reading = _seconds_of(functools.partial(_count_lines, path))
+            parsing = _seconds_of(functools.partial(_count_rows, path))
             out[name] = {
                 "lines": lines,
                 "lines_per_s": lines / parsing,

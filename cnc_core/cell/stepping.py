@@ -1,9 +1,8 @@
 """A CNC process alone, in lockstep, for a PLC that lives in the caller's
 process (tests, notebooks).
 
->>> with start_plc("part.nc", MyPlc) as plc:                                #
-doctest: +SKIP
-...     plc.run_to_distance(100_000.0)
+    with start_plc("part.nc", MyPlc) as plc:
+        plc.run_to_distance(100_000.0)
 """
 
 from __future__ import annotations
@@ -23,8 +22,8 @@ from plc_client.runner import PlcRunner, Tasks
 from plc_client.task import refuse_cell_start
 
 from ..errors import CncError, Place
-from ..process.__main__ import CncOptions
-from . import _Child
+from ..process.options import CncOptions, RunOptions
+from .child import Child
 
 _START_S = 30.0
 _RETRY_S = 0.01
@@ -43,13 +42,19 @@ class _Machine:
     ) -> None:
         self.folder = Path(tempfile.mkdtemp(prefix="hli-cosim-"))
         self.name = f"hli-cosim-{os.getpid()}-{secrets.token_hex(4)}"
-        options = CncOptions(
-            program, self.name, config=config, dialect=dialect, service=service,
-            report=self.folder / "cnc.json", once=True, autostart=autostart,
-        )  # fmt: skip
-        self.child = _Child(
-            "cnc", "cnc_core.process", [options.as_json()], self.folder
+        chosen = RunOptions(
+            dialect=dialect, service=service, autostart=autostart
         )
+        options = CncOptions(
+            program,
+            self.name,
+            chosen.checked(),
+            config=config,
+            report=self.folder / "cnc.json",
+            once=True,
+            terminal=False,
+        )
+        self.child = Child.of_cnc(options, self.folder)
 
     def connect(self) -> Hli:
         """As soon as its segment is there; CncError with what it said if it

@@ -8,12 +8,12 @@ from typing import Annotated, Any
 import typer
 
 from .console import (
-    Json,
     app,
     emit,
     progress,
     say_figures,
 )
+from .options import Json
 
 bench_app = typer.Typer(
     help="Measure this machine beside a raw C reference in the same run.",

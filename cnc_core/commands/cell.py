@@ -11,96 +11,57 @@ import typer
 from rich.table import Table
 
 from ..errors import CncError, Place
+from ..process.options import CncOptions, RunOptions
 from .console import (
-    Answers,
-    Config,
-    Dialect,
-    File,
-    Forced,
-    Json,
-    Lenient,
-    StartLine,
-    StartMarker,
-    StartPass,
-    Watched,
     app,
     emit,
     err,
     one_of,
     out,
     progress,
+    say_dialect,
     say_run_errors,
+)
+from .options import (
+    CncSideOptions,
+    Config,
+    Dialect,
+    File,
+    Forced,
+    Json,
+    SegmentName,
+    Watched,
+    check_choices,
+    expanded,
 )
 
 
 @app.command()
+@expanded
 def run(
     file: File,
+    options: RunOptions,
     plc: Annotated[
         str | None,
         typer.Option(
-            help="PLC program (Python file with @task classes), or none; default: acknowledges everything"
+            help="PLC program (Python file with @task classes), or none;"
+            " default: acknowledges everything"
         ),
     ] = None,
-    clock: Annotated[
-        str, typer.Option(help="lockstep, freerun or realtime")
-    ] = "lockstep",
-    service: Annotated[
-        str | None,
-        typer.Option(
-            help="look-ahead service: cyclic or immediate; default: the cell's"
-        ),
-    ] = None,
-    out_dir: Annotated[
-        Path, typer.Option("--out", help="folder for files the program writes")
-    ] = Path("hli-cosim-out"),
-    record: Annotated[
-        Path | None,
-        typer.Option(help="record every cycle to this .npz, .csv or .parquet"),
-    ] = None,
-    watch: Watched = None,
-    force: Forced = None,
-    autostart: Annotated[
-        bool,
-        typer.Option(
-            "--autostart/--no-autostart",
-            help="start the program, or leave that to the PLC",
-        ),
-    ] = True,
     config: Config = None,
-    dialect: Dialect = None,
-    lenient: Lenient = False,
-    answers: Answers = None,
-    start_line: StartLine = None,
-    start_pass: StartPass = 1,
-    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Co-simulate: a CNC process runs the program beside a PLC process.
 
     Example: hli-cosim run part.nc --plc my_plc.py --record part.npz
     """
-    from plc_client.online import parse_force  # noqa: PLC0415
-
     from ..cell import Cell  # noqa: PLC0415
 
-    one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
-    if service:
-        one_of("--service", service, ("cyclic", "immediate"))
-    with (
-        progress(f"running {file.name}"),
-        Cell(config, clock=clock, service=service) as cell,
-    ):
-        symbols = dict(parse_force(text) for text in force or [])
-        result = cell.run(
-            file, plc, dialect=dialect, out=out_dir, record=record, lenient=lenient, autostart=autostart,
-            watch=watch or (), force=symbols, answers=answers,
-            start_line=start_line, start_pass=start_pass, start_marker=start_marker,
-        )  # fmt: skip
-    if dialect is None and result.dialect:
-        err.print(
-            f"dialect: {result.dialect} (by content and name; --dialect chooses another)"
-        )
+    check_choices(options)
+    with progress(f"running {file.name}"), Cell(config) as cell:
+        result = cell.run_with(options, file, plc)
+    if options.dialect is None and result.dialect:
+        say_dialect(result.dialect)
     say_run_errors(result)
     if as_json:
         emit(result.as_json())
@@ -220,32 +181,10 @@ def lookahead(
     from ..cell import Cell  # noqa: PLC0415
 
     one_of("--at", at, ("start", "end"))
-    if (index is None) == (distance is None):
-        raise typer.BadParameter(
-            "give either --index I or --distance START LENGTH"
-        )
-    if distance is not None and distance[1] == 0:
-        raise typer.BadParameter(
-            "--distance: LENGTH 0 selects mode 1 on the control unit; use --index"
-        )
-    if not all(math.isfinite(x) for x in distance or (index or 0.0,)):
-        raise CncError(
-            900012,
-            f"the request {distance or index} is not made of finite numbers",
-        )
-    query = (
-        {"mode": 1, "start": index, "length": 0.0}
-        if distance is None
-        else {"mode": 2, "start": distance[0], "length": distance[1]}
-    )
+    query = _query(index, distance) | {"at": at}
+    options = RunOptions(dialect=dialect, hold_start=at == "start")
     with progress(f"running {file.name}"), Cell(config) as cell:
-        result = cell.run(
-            file,
-            "builtin:query",
-            plc_args=query | {"at": at},
-            dialect=dialect,
-            hold_start=at == "start",
-        )
+        result = cell.run_with(options, file, "builtin:query", query)
     say_run_errors(result)
     answer = result.plc.get("result")
     if answer is not None and as_json:
@@ -254,6 +193,29 @@ def lookahead(
         _print_answer(answer)
     if answer is None or result.end != "completed":
         raise typer.Exit(1)
+
+
+def _query(
+    index: float | None, distance: tuple[float, float] | None
+) -> dict[str, Any]:
+    """The request as the built-in PLC takes it."""
+    if (index is None) == (distance is None):
+        raise typer.BadParameter(
+            "give either --index I or --distance START LENGTH"
+        )
+    if distance is not None and distance[1] == 0:
+        raise typer.BadParameter(
+            "--distance: LENGTH 0 selects mode 1 on the control unit; use --index"
+        )
+    asked = distance or (index or 0.0,)
+    if not all(map(math.isfinite, asked)):
+        raise CncError(
+            900012,
+            f"the request {distance or index} is not made of finite numbers",
+        )
+    if distance is None:
+        return {"mode": 1, "start": index, "length": 0.0}
+    return {"mode": 2, "start": distance[0], "length": distance[1]}
 
 
 def _print_answer(answer: dict[str, Any]) -> None:
@@ -284,17 +246,11 @@ def _print_answer(answer: dict[str, Any]) -> None:
 
 
 @app.command()
+@expanded
 def cnc(
     file: File,
-    name: Annotated[
-        str, typer.Option(help="name of the shared-memory segment")
-    ] = "hli-cosim",
-    clock: Annotated[
-        str, typer.Option(help="lockstep, freerun or realtime")
-    ] = "realtime",
-    service: Annotated[
-        str | None, typer.Option(help="look-ahead service: cyclic or immediate")
-    ] = None,
+    options: CncSideOptions,
+    name: SegmentName = "hli-cosim",
     wait: Annotated[
         bool,
         typer.Option(
@@ -302,42 +258,25 @@ def cnc(
             help="start the program when a PLC has attached, or at once",
         ),
     ] = True,
-    autostart: Annotated[
-        bool,
-        typer.Option(
-            "--autostart/--no-autostart",
-            help="start the program, or leave that to the PLC",
-        ),
-    ] = True,
     config: Config = None,
-    dialect: Dialect = None,
 ) -> None:
-    """Run the CNC side alone; a PLC attaches from another terminal and may come
-    back after it died.
+    """Run the CNC side alone; a PLC attaches from another terminal.
+
+    The PLC may come back after it died.
 
     Example: hli-cosim cnc part.nc --name my-cell
     """
-    from ..process.__main__ import CncOptions, run_cnc  # noqa: PLC0415
+    from ..process.__main__ import run_cnc  # noqa: PLC0415
 
-    one_of("--clock", clock, ("lockstep", "freerun", "realtime"))
-    if service:
-        one_of("--service", service, ("cyclic", "immediate"))
-    options = CncOptions(
-        file,
-        name,
-        config=config,
-        dialect=dialect,
-        clock=clock,
-        service=service,
-        wait_plc=wait,
-        autostart=autostart,
+    check_choices(options)
+    chosen = CncOptions(
+        file, name, options.run_options(), config=config, wait_plc=wait
     )
+    doing = "waiting for a PLC" if wait else "running"
     err.print(
-        f"CNC on segment {name!r}, {clock}; "
-        + ("waiting for a PLC" if wait else "running")
-        + "; Ctrl-C ends it"
+        f"CNC on segment {name!r}, {options.clock}; {doing}; Ctrl-C ends it"
     )
-    raise typer.Exit(run_cnc(options))
+    raise typer.Exit(run_cnc(chosen))
 
 
 @app.command()
@@ -345,9 +284,7 @@ def plc(
     file: Annotated[
         Path, typer.Argument(help="Python file with @task classes")
     ],
-    name: Annotated[
-        str, typer.Option(help="name of the shared-memory segment")
-    ] = "hli-cosim",
+    name: SegmentName = "hli-cosim",
     report: Annotated[
         Path | None,
         typer.Option(
@@ -364,7 +301,7 @@ def plc(
     """
     from plc_client.__main__ import main as plc_main  # noqa: PLC0415
 
-    if not file.is_file():
+    if not file.exists():
         raise CncError(901001, "file not found", Place(str(file)))
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
     arguments = [

@@ -9,7 +9,7 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import typer
 from rich.console import Console
@@ -26,71 +26,6 @@ app = typer.Typer(
 )
 out = Console(highlight=False, soft_wrap=True, markup=False)
 err = Console(stderr=True, highlight=False, soft_wrap=True, markup=False)
-
-DIALECT_HELP = "isg, iso, isons or osai; default: by content and file extension"
-File = Annotated[Path, typer.Argument(help="NC program")]
-Config = Annotated[
-    Path | None,
-    typer.Option(
-        "--config", help="cell.toml; default: the built-in machine X Y Z"
-    ),
-]
-Dialect = Annotated[str | None, typer.Option("--dialect", help=DIALECT_HELP)]
-Lenient = Annotated[
-    bool,
-    typer.Option(
-        "--lenient",
-        help="isg: unknown # commands and undefined M functions are warnings",
-    ),
-]
-Answers = Annotated[
-    Path | None,
-    typer.Option(
-        "--answers",
-        help="JSON list of answers to the program's dialogs (isons)",
-    ),
-]
-StartLine = Annotated[
-    int | None,
-    typer.Option(
-        "--start-line", help="take the program up at this line (isons)"
-    ),
-]
-StartPass = Annotated[
-    int,
-    typer.Option("--start-pass", min=1, help="which time that line is reached"),
-]
-StartMarker = Annotated[
-    str | None,
-    typer.Option(
-        "--start-marker",
-        metavar="NAME=VALUE",
-        help="take it up where a variable gets a value",
-    ),
-]
-Json = Annotated[
-    bool,
-    typer.Option(
-        "--json", help="print JSON on standard output and nothing else"
-    ),
-]
-Watched = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--watch",
-        metavar="SYMBOL",
-        help="record this symbol at every scan; repeatable",
-    ),
-]
-Forced = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--force",
-        metavar="SYMBOL=VALUE",
-        help="hold this symbol at a value; repeatable",
-    ),
-]
-
 
 emitted: list[bool] = []
 
@@ -133,38 +68,11 @@ def load(config: Path | None) -> Any:
     return cell
 
 
-def open_program(
-    file: Path,
-    config: Path | None,
-    dialect: str | None,
-    *,
-    collect: bool = False,
-    lenient: bool = False,
-    tolerance: float = 0.0,
-    programmed: bool = False,
-    answers: Path | None = None,
-    restart: tuple[int | None, int, str | None] = (None, 1, None),
-) -> Any:
-    """The program, its dialect said on standard error when it was not given."""
-    from ..program import Program  # noqa: PLC0415
-    from ..program.restart import Restart  # noqa: PLC0415
-
-    program = Program(
-        file,
-        load(config),
-        dialect,
-        collect=collect,
-        lenient=lenient,
-        tolerance=tolerance,
-        programmed=programmed,
-        answers=answers,
-        restart=Restart.of(*restart),
+def say_dialect(dialect: str) -> None:
+    """Which dialect was found where none was given."""
+    err.print(
+        f"dialect: {dialect} (by content and name; --dialect chooses another)"
     )
-    if dialect is None:
-        err.print(
-            f"dialect: {program.dialect} (by content and name; --dialect chooses another)"
-        )
-    return program
 
 
 def say_warnings(program: Any) -> None:

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 import typer
 
 from .console import (
-    Json,
     app,
     emit,
     out,
 )
+from .options import Json
 
 PlcName = Annotated[
     str, typer.Option("--name", help="segment of the running PLC")

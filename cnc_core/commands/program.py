@@ -9,57 +9,84 @@ import typer
 
 from ..errors import CncError, Place
 from .console import (
-    Answers,
-    Config,
-    Dialect,
-    File,
-    Json,
-    Lenient,
-    StartLine,
-    StartMarker,
-    StartPass,
     app,
     emit,
     load,
-    open_program,
     out,
     progress,
+    say_dialect,
     say_error,
     say_figures,
     say_warnings,
 )
+from .options import (
+    Config,
+    File,
+    Json,
+    PlaceOptions,
+    ReadOptions,
+    expanded,
+)
+
+NO_PLACE = PlaceOptions().place
+
+
+def open_program(
+    file: Path,
+    options: ReadOptions,
+    *,
+    collect: bool = False,
+    tolerance: float = 0.0,
+    programmed: bool = False,
+) -> Any:
+    """The program, its dialect said on standard error when it was not given."""
+    from ..program import Program  # noqa: PLC0415
+    from ..program.restart import Restart  # noqa: PLC0415
+
+    place = options.place if isinstance(options, PlaceOptions) else NO_PLACE
+    program = Program(
+        file,
+        load(options.config),
+        options.dialect,
+        collect=collect,
+        lenient=options.lenient,
+        tolerance=tolerance,
+        programmed=programmed,
+        answers=options.answers,
+        restart=Restart.of(*place),
+    )
+    if options.dialect is None:
+        say_dialect(program.dialect)
+    return program
 
 
 @app.command()
+@expanded
 def check(
     file: File,
-    config: Config = None,
-    dialect: Dialect = None,
-    lenient: Lenient = False,
-    answers: Answers = None,
+    options: ReadOptions,
     as_json: Json = False,
 ) -> None:
     """Parse and execute a program without motion and report all its errors.
 
     Example: hli-cosim check part.nc --json
     """
+    from plc_client.task import is_st  # noqa: PLC0415
+
     from ..blocks import number_of_blocks  # noqa: PLC0415
 
+    if is_st(file):
+        from .structured_text import check_st  # noqa: PLC0415
+
+        check_st(file, as_json)
+        return
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
-            program = open_program(
-                file,
-                config,
-                dialect,
-                collect=True,
-                lenient=lenient,
-                programmed=True,
-                answers=answers,
-            )
+            program = open_program(file, options, collect=True, programmed=True)
             count = sum(map(number_of_blocks, program.batches()))
-        errors, setups = program.errors, getattr(program.reader, "setups", [])
+        errors, setups = program.errors, program.reader.setups
         say_warnings(program)
     except CncError as error:
         errors = [error]
@@ -82,15 +109,10 @@ def check(
 
 
 @app.command()
+@expanded
 def blocks(
     file: File,
-    config: Config = None,
-    dialect: Dialect = None,
-    lenient: Lenient = False,
-    answers: Answers = None,
-    start_line: StartLine = None,
-    start_pass: StartPass = 1,
-    start_marker: StartMarker = None,
+    options: PlaceOptions,
     as_json: Json = False,
 ) -> None:
     """Print the canonical blocks of a program: after all geometry stages, in
@@ -100,16 +122,7 @@ def blocks(
     """
     from .. import blocks as rows  # noqa: PLC0415
 
-    restart = (start_line, start_pass, start_marker)
-    program = open_program(
-        file,
-        config,
-        dialect,
-        lenient=lenient,
-        programmed=True,
-        answers=answers,
-        restart=restart,
-    )
+    program = open_program(file, options, programmed=True)
     cell = program.cell
     start = cell.axis_values("start_mm")
     for batch in program.batches():
@@ -151,8 +164,10 @@ def _numbers(value: float | list[float]) -> str:
 
 
 @app.command()
+@expanded
 def plan(
     file: File,
+    options: PlaceOptions,
     lookahead: Annotated[
         int | None,
         typer.Option(
@@ -182,13 +197,6 @@ def plan(
             help="draw path, speed, acceleration and jerk to this .png"
         ),
     ] = None,
-    config: Config = None,
-    dialect: Dialect = None,
-    lenient: Lenient = False,
-    answers: Answers = None,
-    start_line: StartLine = None,
-    start_pass: StartPass = 1,
-    start_marker: StartMarker = None,
     as_json: Json = False,
 ) -> None:
     """Plan the whole program without a PLC and measure the emitted trajectory.
@@ -201,10 +209,7 @@ def plan(
     for target in (samples, picture):
         if target:
             check_writable(target)
-    program = open_program(
-        file, config, dialect, lenient=lenient, tolerance=tolerance, answers=answers,
-        restart=(start_line, start_pass, start_marker),
-    )  # fmt: skip
+    program = open_program(file, options, tolerance=tolerance)
     with progress(f"planning {file.name}"):
         result = plan_program(
             program,

@@ -5,7 +5,6 @@ deviations, knots, smoothness.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,10 +20,7 @@ from .least_squares import (
     local_basis,
 )
 from .reference import Reference
-from .types import FloatArray, IntArray, Pace
-
-if TYPE_CHECKING:
-    from .section import SectionFitter
+from .types import Demands, FloatArray, IntArray, Pace
 
 USED = 0.97  # share of the tolerance that the fit uses
 REFINEMENTS = 30
@@ -62,18 +58,14 @@ class Group:
 
     def __init__(
         self,
-        section: SectionFitter,
+        demands: Demands,
         reference: Reference,
         state: FloatArray | None,
         ends: bool,
     ) -> None:
-        self.section, self.reference, self.state, self.ends = (
-            section,
-            reference,
-            state,
-            ends,
-        )
-        self.linear = section.linear
+        self.demands, self.reference = demands, reference
+        self.state, self.ends = state, ends
+        self.linear = demands.linear
 
     # least squares
 
@@ -92,9 +84,9 @@ class Group:
         rows, share = derivative_rows(knots)
         at = np.arange(count - ORDER)
         control = np.zeros((count, self.reference.values.shape[1]))
-        stiff = stiff or [self.softest(breaks)] * len(self.section.kinds)
+        stiff = stiff or [self.softest(breaks)] * len(self.demands.kinds)
         for (kind, columns), weight in zip(
-            self.section.kinds, stiff, strict=True
+            self.demands.kinds, stiff, strict=True
         ):
             values = self.reference.values[:, columns]
             normal = Normal(count)
@@ -107,7 +99,7 @@ class Group:
                     first + i,
                     (self.reference.weight * basis[:, i])[:, None] * values,
                 )
-            condition = int(self.section.condition[kind])
+            condition = int(self.demands.condition[kind])
             given = None if self.state is None else self.state[:, columns]
             begin = _begin(values, u, knots, given, condition, kind == 0)
             back = values[::-1], -u[::-1], -knots[::-1]
@@ -142,7 +134,7 @@ class Group:
         """For each kind of column the (n,) largest deviation of each polynomial
         over its tolerance; (v,) feet.
         """
-        section, reference = self.section, self.reference
+        demands, reference = self.demands, self.reference
         off, feet = band.off_points(
             reference.values, curve.u, curve.coef, curve.breaks, self.linear
         )
@@ -152,17 +144,17 @@ class Group:
             len(curve.coef) - 1,
         )
         out = []
-        for kind, columns in section.kinds:
+        for kind, columns in demands.kinds:
             worst = np.zeros(len(curve.coef))
             if kind == 0:
                 far = np.linalg.norm(off[:, columns], axis=1) / (
-                    USED * section.tolerances.linear
+                    USED * demands.tolerances.linear
                 )
                 bound, piece = self._path(curve)
-                np.maximum.at(worst, piece, bound / (section.tolerances.linear))
+                np.maximum.at(worst, piece, bound / (demands.tolerances.linear))
             else:
                 far = np.abs(off[:, columns]).max(axis=1) / (
-                    USED * max(section.limits[columns[0]], 1e-12)
+                    USED * max(demands.limits[columns[0]], 1e-12)
                 )
             np.maximum.at(worst, k, far)
             # a vertex at a knot: of both
@@ -186,7 +178,12 @@ class Group:
         off, _ = band.off_points(
             points, curve.at, curve.coef, curve.breaks, self.linear
         )
-        return float(np.linalg.norm(off[:, self.linear], axis=1).max())
+        return float(
+            np.linalg.norm(
+                off[:, self.linear],
+                axis=1,
+            ).max()
+        )
 
     def band(self, curve: Curve) -> float:
         """Upper bound of the distance of the curve from the input's path, mm."""
@@ -230,7 +227,7 @@ class Group:
         disturbs their curve then.
         """
         best, cost, idle = None, np.inf, 0
-        kinds = len(self.section.kinds)
+        kinds = len(self.demands.kinds)
         weight = [
             np.full(
                 len(breaks) - 1,
@@ -238,7 +235,11 @@ class Group:
             )
         ] * kinds
         for _ in range(RELAXATIONS):
-            curve = self.curve(breaks, u, [_rows_of(np.exp(w)) for w in weight])
+            curve = self.curve(
+                breaks,
+                u,
+                [_rows_of(np.exp(w)) for w in weight],
+            )
             ratios, feet = self.ratios(curve)
             idle += best is not None
             if np.max(ratios) <= 1.0 and (found := self.cost(curve)) < cost:
@@ -255,7 +256,7 @@ class Group:
 
     def cost(self, curve: Curve) -> float:
         return duration(
-            curve.coef, np.diff(curve.breaks), self.linear, self.section.pace
+            curve.coef, np.diff(curve.breaks), self.linear, self.demands.pace
         )
 
     def _by_length(
@@ -292,7 +293,8 @@ class Group:
         feet = np.maximum.accumulate(feet)
         u = np.interp(feet, grid, length)
         u += np.arange(len(u)) * 1e-12 * length[-1]
-        u[0], breaks = 0.0, np.interp(curve.breaks, grid, length)
+        u[0] = 0.0
+        breaks = np.interp(curve.breaks, grid, length)
         breaks[-1] = u[-1]
         if (np.diff(u) <= 0).any() or (
             np.diff(breaks) <= 1e-9 * breaks[-1]
@@ -323,7 +325,11 @@ def _change(ratio: FloatArray, even: bool) -> FloatArray:
     """(polynomials,) what is added to the logarithms of the weights: changes
     slowly along the curve.
     """
-    step = np.clip(-2.0 * np.log(np.maximum(ratio, 1e-9)), SLOWER, FASTER)
+    step = np.clip(
+        -2.0 * np.log(np.maximum(ratio, 1e-9)),
+        SLOWER,
+        FASTER,
+    )
     if even:
         return np.full(len(step), step.min())
     wide = np.pad(step, 2 * REACH, mode="edge")
@@ -333,7 +339,12 @@ def _change(ratio: FloatArray, even: bool) -> FloatArray:
     )
     return np.asarray(
         np.convolve(
-            low, np.full(2 * REACH + 1, 1.0 / (2 * REACH + 1)), mode="valid"
+            low,
+            np.full(
+                2 * REACH + 1,
+                1.0 / (2 * REACH + 1),
+            ),
+            mode="valid",
         )
     )
 
@@ -375,7 +386,10 @@ def duration(
         (span[:, None] * share).ravel(),
         1,
     )
-    speed = np.maximum(np.linalg.norm(j[:, 0], axis=1), 1e-9)
+    speed = np.maximum(
+        np.linalg.norm(j[:, 0], axis=1),
+        1e-9,
+    )
     along = j[:, 0] / speed[:, None]
     bend = j[:, 1] - (j[:, 1] * along).sum(axis=1)[:, None] * along
     third = j[:, 2] - (j[:, 2] * along).sum(axis=1)[:, None] * along
@@ -437,11 +451,17 @@ def _end_state(values: FloatArray, u: FloatArray) -> FloatArray:
     point that fits the next ones best.
     """
     n = min(END_VERTICES, len(values))
-    t, moved = u[1:n] - u[0], values[1:n] - values[0]
+    t = u[1:n] - u[0]
+    moved = values[1:n] - values[0]
     powers = t[:, None] ** np.arange(1, min(n, 3))
     scale = t[-1] ** np.arange(1, min(n, 3))
     found = (
-        np.linalg.lstsq(powers / scale, moved, rcond=None)[0] / scale[:, None]
+        np.linalg.lstsq(
+            powers / scale,
+            moved,
+            rcond=None,
+        )[0]
+        / scale[:, None]
     )
     bend = 2.0 * found[1] if len(found) > 1 else 0.0 * found[0]
     return np.array([values[0], found[0], bend])

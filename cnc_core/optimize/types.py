@@ -50,6 +50,23 @@ class Pace:
     jerk: float = 50000.0
 
 
+@dataclass(frozen=True)
+class Demands:
+    """What the curve of a section has to hold.
+
+    ``linear``: columns of the linear axes.  ``kinds``: columns by kind (0
+    linear axes, 1 others, 2 versors).  ``limits``: (columns,) tolerance of
+    each.  ``condition``: of the ends, by kind.
+    """
+
+    linear: list[int]
+    kinds: list[tuple[int, IntArray]]
+    limits: FloatArray
+    condition: IntArray
+    tolerances: Tolerances
+    pace: Pace
+
+
 @dataclass
 class Fit:
     """Polynomials (n, columns, 6) over ``span`` and which points (from, to)

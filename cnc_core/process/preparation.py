@@ -6,127 +6,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ..blocks import BlockBatch, number_pushed
 from ..config import CellConfig
-from ..engine import Engine, external
+from ..engine import Engine
 from ..errors import CncError, Place
-from ..frontend.machine import External
-from ..frontend.operator import Answer, Operator, Question
-from ..frontend.port import ExternalValue, Wait
+from ..frontend.front_end import FrontEnd, Restartable
+from ..frontend.machine import ProgramMachine
+from ..frontend.port import Wait
 from ..program import Program
 from ..program.restart import Restart
+from ..units import FloatArray
+from .live_port import LivePort
 from .pausing import Pause
 
-OUT_FOLDER = Path("hli-cosim-out")
-
-
-class LivePort:
-    """The running channel as the front end sees it; positions and time are
-    those at the last drain.
-
-    ``areas``: writable buffers of the external variables, "channel" and
-    "global", as they were latched. ``put_out``: where a write (area, byte,
-    data) goes besides. ``folder``: where files go that the program writes; it
-    is made with the first. ``operator``: who answers dialogs.  ``retained``:
-    what dialects keep from program to program.
-    """
-
-    answers = True
-    manual_data = False
-
-    def __init__(
-        self,
-        start: npt.NDArray[np.float64],
-        areas: dict[str, Any] | None = None,
-        folder: Path = OUT_FOLDER,
-        skip_levels: int = 0,
-        put_out: Callable[[int, int, bytes], None] | None = None,
-        retained: dict[str, Any] | None = None,
-        operator: Operator | None = None,
-    ) -> None:
-        self.operator = operator or Operator()
-        self.operator.interrupted = lambda: self.interrupted
-        self._put_out = put_out
-        self.retained = {} if retained is None else retained
-        self.interrupted = False
-        self.latched_s = 0.0
-        self.live: Callable[[], tuple[npt.NDArray[np.float64], float]] = (
-            self._latched
-        )
-        self.levels = skip_levels
-        self._areas = areas or {
-            "channel": bytearray(external.AREA_BYTES),
-            "global": bytearray(external.AREA_BYTES),
-        }
-        self._folder = folder
-        self.latched = start.copy()
-        self.messages: list[str] = []
-
-    def position(self) -> npt.NDArray[np.float64]:
-        return self.latched.copy()
-
-    def live_position(self) -> npt.NDArray[np.float64]:
-        return self.live()[0]
-
-    def live_now_s(self) -> float:
-        return self.live()[1]
-
-    def _latched(self) -> tuple[npt.NDArray[np.float64], float]:
-        return self.latched.copy(), self.latched_s
-
-    def message(self, text: str) -> None:
-        self.messages.append(text)
-
-    def ask(self, question: Question) -> Answer | None:
-        return self.operator.ask(question)
-
-    def now_s(self) -> float:
-        return self.latched_s
-
-    def skip_levels(self) -> int:
-        return self.levels
-
-    def read_external(self, variable: External, element: int) -> ExternalValue:
-        return external.read(self._areas[variable.scope], variable, element)
-
-    def write_external(
-        self, variable: External, element: int, value: ExternalValue
-    ) -> None:
-        area = self._areas[variable.scope]
-        external.write(area, variable, element, value)
-        if self._put_out:
-            begin = external.place(variable, element)
-            data = bytes(
-                area[
-                    begin : begin
-                    + variable.blocks_per_element * external.BLOCK_BYTES
-                ]
-            )
-            self._put_out(0 if variable.scope == "channel" else 1, begin, data)
-
-    def append_file(self, name: str, text: str) -> None:
-        self._put(name, text, "a")
-
-    def write_file(self, name: str, text: str) -> None:
-        self._put(name, text, "w")
-
-    def read_file(self, name: str) -> str | None:
-        path = self._folder / name
-        return path.read_text(encoding="utf-8") if path.is_file() else None
-
-    def _put(self, name: str, text: str, how: str) -> None:
-        path = self._folder / name
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            with path.open(how, encoding="utf-8") as file:
-                file.write(text)
-        except OSError as error:
-            raise CncError(901004, f"{path}: {error.strerror}") from None
+NO_PAUSE = 4  # pause_mode: the program allows no pause
 
 
 class Preparation:
@@ -160,6 +57,7 @@ class Preparation:
         ) = False
         self._batch, self._first = BlockBatch.empty(), 0
         self._wait: Wait | None = None
+        self._main_reader: Restartable | None = None
         self._cell = cell
         self.pause = Pause(self, lambda: held(True), lambda: held(False))
         try:
@@ -225,8 +123,9 @@ class Preparation:
             return True
         assert self.program is not None
         item = self.program.read()
-        if self._pausable:
-            self.engine.hold_by_cell(self.program.reader.pauses)  # type: ignore[attr-defined]
+        reader = self._restartable
+        if reader is not None and not self.pause.active:
+            self.engine.hold_by_cell(reader.pauses)
         if isinstance(item, BlockBatch):
             self._batch, self._first = item, 0
             self.blocks += number_pushed(item)
@@ -255,11 +154,12 @@ class Preparation:
     @property
     def _pausable(self) -> bool:
         """The dialect has macros for a pause."""
-        return (
-            self.program is not None
-            and hasattr(self.program.reader, "pauses")
-            and not self.pause.active
-        )
+        return self._restartable is not None and not self.pause.active
+
+    @property
+    def _restartable(self) -> Restartable | None:
+        """The program's reader, if its dialect has macros for pauses."""
+        return self.program.reader.restartable if self.program else None
 
     def _push(self) -> bool:
         if self._first == 0 and self._pausable:
@@ -276,8 +176,8 @@ class Preparation:
         """HOLD, where the cell has asked for it; False if the program does not
         allow it (PAUSE_MODE 4).
         """
-        reader: Any = self.program.reader if self.program else None
-        if reader is None or reader.pause_mode == 4:
+        reader = self._restartable
+        if reader is None or reader.pause_mode == NO_PAUSE:
             return False
         if not self.pause.begin(reader):
             self.engine.hold(True)
@@ -295,15 +195,14 @@ class Preparation:
         """The path is driven forward again: what the program has for that is
         executed beside it and moves nothing.
         """
-        reader: Any = self.program.reader if self.program else None
-        path = getattr(reader, "retrace_macro", None)
-        if path is None or self.pause.active:
+        reader = self._restartable
+        path = reader.retrace_macro if reader else None
+        if reader is None or path is None or self.pause.active:
             return
         self._latch()
-        macro = Program(
-            path, self._cell, "isons", self.port, start=self.port.latched,
-            reader=lambda machine: reader.macro_reader(path, machine, self.port.latched, run_type=reader.RETRACING),
-        )  # fmt: skip
+        macro = self._macro_program(
+            reader, path, self.port.latched, reader.RETRACING
+        )
         try:
             while (item := macro.read()) is not None:
                 if item is Wait.CYCLE or (
@@ -322,12 +221,31 @@ class Preparation:
         self._batch, self._first = batch, 0
 
     def macro(self, path: Path, place: npt.NDArray[np.float64]) -> None:
-        main: Any = self.program.reader if self.program else None
-        main = self._main_reader = getattr(self, "_main_reader", None) or main
-        self.program = Program(
-            path, self._cell, "isons", self.port, start=self.port.latched,
-            reader=lambda machine: main.macro_reader(path, machine, place),
-        )  # fmt: skip
+        self._main_reader = self._main_reader or self._restartable
+        assert self._main_reader is not None
+        self.program = self._macro_program(self._main_reader, path, place)
+
+    def _macro_program(
+        self,
+        main: Restartable,
+        path: Path,
+        place: FloatArray,
+        run_type: int = 0,
+    ) -> Program:
+        """A macro of the program, from where the axes stand."""
+        assert self.program is not None
+
+        def macro_reader(machine: ProgramMachine) -> FrontEnd:
+            return main.macro_reader(path, machine, place, run_type=run_type)
+
+        return Program(
+            path,
+            self._cell,
+            self.program.dialect,
+            self.port,
+            start=self.port.latched,
+            reader=macro_reader,
+        )
 
     def position(self) -> npt.NDArray[np.float64]:
         return self.port.latched.copy()
@@ -348,11 +266,8 @@ class Preparation:
         """Brake, leave out the rest, execute what the program has for a stop;
         False if it has nothing.
         """
-        if (
-            self.program is None
-            or self._stopping
-            or not getattr(self.program.reader, "has_stop", False)
-        ):
+        reader = self._restartable
+        if reader is None or self._stopping or not reader.has_stop:
             return False
         self._stopping, self._batch, self._first = True, BlockBatch.empty(), 0
         self.waiting, self.done = True, False

@@ -46,7 +46,7 @@ void push_element(struct engine *engine,
     struct element *el = element_at(&engine->store, engine->store.element_head);
     __atomic_thread_fence(
         __ATOMIC_RELEASE); /* who sees the slot change sees at least the present
-                              head (docs/model/ring.pml) */
+                              head (docs/explanation/model/ring.pml) */
     HLI_CONTOUR_LOOKAHEAD_BLOCK *facts = &el->facts;
     memset(el, 0, sizeof *el);
     facts->block_type = row->type == NC_CIRCULAR     ? HLI_CLAH_CIRCULAR

@@ -11,16 +11,16 @@ double offset_turn(const double from[2], const double to[2]) {
                  from[0] * to[0] + from[1] * to[1]);
 }
 
-void offset_point(const double p[2],
+void offset_point(const double point[2],
                   const double t[2],
-                  double d,
+                  double distance,
                   double out[2]) {
-    out[0] = p[0] - d * t[1];
-    out[1] = p[1] + d * t[0];
+    out[0] = point[0] - distance * t[1];
+    out[1] = point[1] + distance * t[0];
 }
 
 int offset_is_outer(const struct corner *corner) {
-    return corner->d * corner->turn < 0.0
+    return corner->distance * corner->turn < 0.0
            || fabs(corner->turn) > OFFSET_PI - REVERSAL;
 }
 
@@ -35,27 +35,30 @@ int offset_is_outer(const struct corner *corner) {
  * terms stay of one size when the turn vanishes, so tangential joins come out
  * exactly. */
 int offset_meet(const struct corner *corner, double out[2]) {
-    double sine = sin(0.5 * corner->turn), cosine = cos(0.5 * corner->turn);
-    double sum = corner->curvature[0] + corner->curvature[1],
-           difference = corner->curvature[0] - corner->curvature[1];
-    double g =
+    double sine = sin(0.5 * corner->turn);
+    double cosine = cos(0.5 * corner->turn);
+    double sum = corner->curvature[0] + corner->curvature[1];
+    double difference = corner->curvature[0] - corner->curvature[1];
+    double quadratic =
         sum * sum * sine * sine + difference * difference * cosine * cosine;
-    double h = 2.0 * cosine * cosine - corner->d * sum;
-    double root = h * h - corner->d * corner->d * g;
+    double linear = 2.0 * cosine * cosine - corner->distance * sum;
+    double root =
+        linear * linear - corner->distance * corner->distance * quadratic;
     double mean[2] = {corner->t[0][0] + corner->t[1][0],
                       corner->t[0][1] + corner->t[1][1]};
     double width = hypot(mean[0], mean[1]);
-    if (!(root >= 0.0) || !(h > 0.0) || !(width > 0.0)) {
+    if (!(root >= 0.0) || !(linear > 0.0) || !(width > 0.0)) {
         return 0;
     }
-    double y = 4.0 * corner->d * corner->d / (h + sqrt(root));
-    double a = (corner->d + 0.25 * sum * sine * sine * y) / cosine,
-           b = 0.25 * difference * sine * y;
+    double y =
+        4.0 * corner->distance * corner->distance / (linear + sqrt(root));
+    double along = (corner->distance + 0.25 * sum * sine * sine * y) / cosine;
+    double across = 0.25 * difference * sine * y;
     mean[0] /= width;
     mean[1] /= width;
-    offset_point(corner->p, mean, a, out);
-    out[0] += b * mean[0];
-    out[1] += b * mean[1];
+    offset_point(corner->point, mean, along, out);
+    out[0] += across * mean[0];
+    out[1] += across * mean[1];
     return 1;
 }
 
@@ -63,9 +66,9 @@ int offset_meet(const struct corner *corner, double out[2]) {
 static double angle_between(const double centre[2],
                             const double from[2],
                             const double to[2]) {
-    double u[2] = {from[0] - centre[0], from[1] - centre[1]},
-           v[2] = {to[0] - centre[0], to[1] - centre[1]};
-    return offset_turn(u, v);
+    double start[2] = {from[0] - centre[0], from[1] - centre[1]};
+    double end[2] = {to[0] - centre[0], to[1] - centre[1]};
+    return offset_turn(start, end);
 }
 
 /* Swept angle, without sign, of an arc whose offset runs from `start` to `end`;

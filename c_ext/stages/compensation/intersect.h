@@ -15,17 +15,17 @@
 /* Where two neighbours meet. `turn`: from one's tangent to the other's,
  * positive to the left. */
 typedef struct corner {
-    double p[2];
+    double point[2];
     double t[2][2];
     double curvature[2];
     double turn;
-    double d;
+    double distance;
 } corner;
 
 double offset_turn(const double from[2], const double to[2]);
-void offset_point(const double p[2],
+void offset_point(const double point[2],
                   const double t[2],
-                  double d,
+                  double distance,
                   double out[2]);
 int offset_meet(const struct corner *corner, double out[2]);
 int offset_is_outer(const struct corner *corner);

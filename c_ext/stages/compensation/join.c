@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "stages/compensation/state.h"
+#include "stages/square.h"
 
 const int OFFSET_PLANE_AXES[3][3] = {{0, 1, 2}, {2, 0, 1}, {1, 2, 0}};
 
@@ -36,7 +37,7 @@ static double distance(const nc_offset *offset,
         int is_main = i == offset->main_axis[0] || i == offset->main_axis[1]
                       || i == offset->main_axis[2];
         if (is_main == over_main) {
-            sum += (end[i] - offset->pos[i]) * (end[i] - offset->pos[i]);
+            sum += square(end[i] - offset->pos[i]);
         }
     }
     return sqrt(sum);
@@ -77,8 +78,11 @@ static nc_block row_like(const nc_offset *offset,
     set_end(offset, &row, end);
     row.type = NC_LINEAR;
     row.flags &= (uint16_t)~NC_EXACT_STOP;
-    row.radius = row.programmed_radius = row.angle = row.center[0] =
-        row.center[1] = 0.0;
+    row.radius = 0.0;
+    row.programmed_radius = 0.0;
+    row.angle = 0.0;
+    row.center[0] = 0.0;
+    row.center[1] = 0.0;
     row.plane = offset->plane;
     return row;
 }
@@ -100,10 +104,10 @@ static void corner_arc(nc_offset *offset,
                        const double end[2]) {
     nc_block row = row_like(offset, like, end);
     row.type = NC_CIRCULAR;
-    row.center[0] = corner->p[0];
-    row.center[1] = corner->p[1];
-    row.radius = fabs(corner->d);
-    row.angle = -copysign(fabs(corner->turn), corner->d);
+    row.center[0] = corner->point[0];
+    row.center[1] = corner->point[1];
+    row.radius = fabs(corner->distance);
+    row.angle = -copysign(fabs(corner->turn), corner->distance);
     offset_set_length(offset, &row);
     offset_emit(offset, &row);
 }
@@ -135,8 +139,8 @@ static int finish_arc(nc_offset *offset,
                       nc_element *element,
                       nc_block *row,
                       const double end[2]) {
-    double sense = row->angle > 0.0 ? 1.0 : -1.0,
-           radius = row->radius - sense * element->d[1];
+    double sense = row->angle > 0.0 ? 1.0 : -1.0;
+    double radius = row->radius - sense * element->d[1];
     double sweep = offset_sweep(element, element->start, end);
     if (sweep * radius < -OFFSET_DAMAGE_MM) {
         return offset_fail(offset, NC_ERROR_DAMAGE, row);
@@ -149,8 +153,11 @@ static int finish_arc(nc_offset *offset,
     if (sweep * radius < OFFSET_DAMAGE_MM) { /* nothing is left in the plane */
         row->type = NC_LINEAR;
         row->plane = 0;
-        row->radius = row->programmed_radius = row->angle = row->center[0] =
-            row->center[1] = 0.0;
+        row->radius = 0.0;
+        row->programmed_radius = 0.0;
+        row->angle = 0.0;
+        row->center[0] = 0.0;
+        row->center[1] = 0.0;
     }
     return 0;
 }
@@ -226,10 +233,10 @@ static int corner_with_lines(nc_offset *offset,
                              nc_element *element_b,
                              const struct corner *corner) {
     double end[2], start[2], x[2][2];
-    offset_point(corner->p, corner->t[0], corner->d, end);
-    offset_point(corner->p, corner->t[1], corner->d, start);
-    double reach =
-        fabs(corner->d) * tan(0.5 * fmin(fabs(corner->turn), 0.5 * OFFSET_PI));
+    offset_point(corner->point, corner->t[0], corner->distance, end);
+    offset_point(corner->point, corner->t[1], corner->distance, start);
+    double reach = fabs(corner->distance)
+                   * tan(0.5 * fmin(fabs(corner->turn), 0.5 * OFFSET_PI));
     for (int i = 0; i < 2; i++) {
         x[0][i] = end[i] + reach * corner->t[0][i];
         x[1][i] = start[i] - reach * corner->t[1][i];
@@ -259,8 +266,11 @@ static int corner_with_arc(nc_offset *offset,
                            nc_element *element_b,
                            const struct corner *corner) {
     double end[2];
-    offset_point(corner->p, corner->t[0], corner->d, end);
-    offset_point(corner->p, corner->t[1], corner->d, element_b->start);
+    offset_point(corner->point, corner->t[0], corner->distance, end);
+    offset_point(corner->point,
+                 corner->t[1],
+                 corner->distance,
+                 element_b->start);
     int error = offset_finish(offset, element, end);
     if (!error) {
         corner_arc(offset, &element->row, corner, element_b->start);
@@ -271,9 +281,9 @@ static int corner_with_arc(nc_offset *offset,
 static struct corner corner_between(const nc_element *element,
                                     const nc_element *element_b) {
     struct corner corner = {
-        .p = {element_b->p[0][0], element_b->p[0][1]},
+        .point = {element_b->p[0][0], element_b->p[0][1]},
         .curvature = {element->curvature, element_b->curvature},
-        .d = element->d[1]};
+        .distance = element->d[1]};
     memcpy(corner.t[0], element->t[1], sizeof corner.t[0]);
     memcpy(corner.t[1], element_b->t[0], sizeof corner.t[1]);
     corner.turn = offset_turn(corner.t[0], corner.t[1]);
@@ -285,13 +295,13 @@ static int join_corner(nc_offset *offset,
                        nc_element *element_b,
                        const struct corner *corner) {
     if (offset_is_outer(corner)
-        && fabs(corner->d * corner->turn) > OFFSET_JOIN_MM) {
+        && fabs(corner->distance * corner->turn) > OFFSET_JOIN_MM) {
         return (offset->corner == NC_OFFSET_ARCS
                     ? corner_with_arc
                     : corner_with_lines)(offset, element, element_b, corner);
     }
-    if (corner->d == 0.0) {
-        memcpy(element_b->start, corner->p, sizeof element_b->start);
+    if (corner->distance == 0.0) {
+        memcpy(element_b->start, corner->point, sizeof element_b->start);
     } else if (!offset_meet(corner, element_b->start)) {
         return offset_fail(offset,
                            is_straight(element) || is_straight(element_b)
@@ -333,8 +343,8 @@ static int join_direct(nc_offset *offset,
 int offset_join(nc_offset *offset, nc_element *next) {
     nc_element *prev = &offset->prev;
     struct corner corner = corner_between(prev, next);
-    int error,
-        inside = prev->role == OFFSET_CONTOUR && next->role == OFFSET_CONTOUR;
+    int error;
+    int inside = prev->role == OFFSET_CONTOUR && next->role == OFFSET_CONTOUR;
     int mode = prev->role == OFFSET_APPROACH ? prev->mode
                : next->role == OFFSET_LEAVE  ? next->mode
                                              : 0;

@@ -37,19 +37,19 @@ static int is_planar(const nc_offset *offset, const nc_block *row) {
 static void set_arc_tangents(nc_element *element) {
     double sense = element->row.angle > 0.0 ? 1.0 : -1.0;
     for (int i = 0; i < 2; i++) {
-        double r[2] = {element->p[i][0] - element->row.center[0],
-                       element->p[i][1] - element->row.center[1]},
-               length = hypot(r[0], r[1]);
-        element->t[i][0] = -sense * r[1] / length;
-        element->t[i][1] = sense * r[0] / length;
+        double radius[2] = {element->p[i][0] - element->row.center[0],
+                            element->p[i][1] - element->row.center[1]};
+        double length = hypot(radius[0], radius[1]);
+        element->t[i][0] = -sense * radius[1] / length;
+        element->t[i][1] = sense * radius[0] / length;
     }
     element->curvature = sense / element->row.radius;
 }
 
 static void set_line_tangents(nc_element *element) {
     double v[2] = {element->p[1][0] - element->p[0][0],
-                   element->p[1][1] - element->p[0][1]},
-           length = hypot(v[0], v[1]);
+                   element->p[1][1] - element->p[0][1]};
+    double length = hypot(v[0], v[1]);
     for (int i = 0; i < 2; i++) {
         element->t[i][0] = length > 0.0 ? v[0] / length : 1.0;
         element->t[i][1] = length > 0.0 ? v[1] / length : 0.0;
@@ -159,21 +159,24 @@ static int select_with(nc_offset *offset, const nc_block *row) {
 /* From one side to the other: deselection and selection in one line. */
 static int change_side(nc_offset *offset, const nc_block *row) {
     if (offset->mode == NC_OFFSET_PERPENDICULAR) {
-        double p[2] = {offset->last[offset_axis(offset, 0)],
-                       offset->last[offset_axis(offset, 1)]};
+        double point[2] = {offset->last[offset_axis(offset, 0)],
+                           offset->last[offset_axis(offset, 1)]};
         int error = offset_end_perpendicular(offset);
         if (error) {
             return error;
         }
-        perpendicular_line(offset, row, p);
+        perpendicular_line(offset, row, point);
         return begin_perpendicular(offset, row);
     }
     nc_block line = *row;
     if (row->type == NC_CIRCULAR) {
         line.type = NC_LINEAR;
         line.plane = 0;
-        line.radius = line.programmed_radius = line.angle = line.center[0] =
-            line.center[1] = 0.0;
+        line.radius = 0.0;
+        line.programmed_radius = 0.0;
+        line.angle = 0.0;
+        line.center[0] = 0.0;
+        line.center[1] = 0.0;
         offset->warning = NC_WARNING_LINEARIZED;
         offset->place = *row;
     }
@@ -257,7 +260,8 @@ static int motion(nc_offset *offset, const nc_block *row) {
 
 /* Does the tool stand on the programmed path? */
 static int is_home(const nc_offset *offset) {
-    int first = offset_axis(offset, 0), second = offset_axis(offset, 1);
+    int first = offset_axis(offset, 0);
+    int second = offset_axis(offset, 1);
     return offset->pos[first] == offset->last[first]
            && offset->pos[second] == offset->last[second];
 }

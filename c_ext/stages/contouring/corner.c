@@ -6,159 +6,12 @@
  * meet at t = s = 1 with the same position and three derivatives; with an
  * interim point with two.
  */
-#include "stages/contouring/contouring.h"
 #include <math.h>
 #include <string.h>
-#include "stages/contouring/state.h"
-
-#define TANGENTIAL 1e-6 /* rad */
-#define REVERSAL 3.09   /* rad: nearer to a reversal nothing is rounded */
-#define QUARTER 1.5707963267948966
-#define SAMPLES 8 /* per quartic */
-#define STEPS 48
-#define TARGET 0.9999 /* share of the allowed deviation that is aimed at */
-#define KEPT 1e-6     /* mm: corner distances below it are none */
-
-static bool is_main(const nc_contour_config *cfg, int axis) {
-    return axis == cfg->main_axis[0] || axis == cfg->main_axis[1]
-           || axis == cfg->main_axis[2];
-}
-
-/* ---- blocks
- * -----------------------------------------------------------------------------------------------------
- */
-
-void leg_set(const nc_contour_config *cfg,
-             struct leg *leg,
-             const nc_block *row,
-             const double *start) {
-    static const int planes[3][2] = {{0, 1}, {2, 0}, {1, 2}};
-    leg->row = *row;
-    memcpy(leg->start, start, sizeof leg->start);
-    leg->length = leg->whole = row->length;
-    if (row->type != NC_CIRCULAR) {
-        return;
-    }
-    leg->axis1 = cfg->main_axis[planes[row->plane - 17][0]];
-    leg->axis2 = cfg->main_axis[planes[row->plane - 17][1]];
-    memcpy(leg->centre, row->center, sizeof leg->centre);
-    double e1 = start[leg->axis1] - row->center[0],
-           e2 = start[leg->axis2] - row->center[1];
-    leg->radius = hypot(e1, e2);
-    leg->angle0 = atan2(e2, e1);
-}
-
-/* Position and derivatives by path length, s from the block's present start. */
-void leg_at(const nc_contour_config *cfg,
-            const struct leg *leg,
-            double s,
-            double *q,
-            double *d1,
-            double *d2) {
-    double r = s / leg->length;
-    for (int axis = 0; axis < cfg->axes; axis++) {
-        d1[axis] = (leg->row.end[axis] - leg->start[axis]) / leg->length;
-        d2[axis] = 0.0;
-        q[axis] = leg->start[axis] + d1[axis] * s;
-    }
-    if (leg->row.type != NC_CIRCULAR) {
-        return;
-    }
-    double rate = leg->row.angle / leg->length,
-           angle = leg->angle0 + leg->row.angle * r,
-           x = leg->radius * cos(angle), y = leg->radius * sin(angle);
-    q[leg->axis1] = leg->centre[0] + x;
-    q[leg->axis2] = leg->centre[1] + y;
-    d1[leg->axis1] = -rate * y;
-    d1[leg->axis2] = rate * x;
-    d2[leg->axis1] = -rate * rate * x;
-    d2[leg->axis2] = -rate * rate * y;
-}
-
-static void set_length(struct leg *leg, double length) {
-    double share = length / leg->length;
-    leg->row.angle *= share;
-    leg->row.length_min *= share;
-    leg->row.length = leg->length = length;
-}
-
-void leg_cut_end(const nc_contour_config *cfg, struct leg *leg, double d) {
-    double q[NC_AXES], d1[NC_AXES], d2[NC_AXES], length = leg->length - d;
-    leg_at(cfg, leg, length, q, d1, d2);
-    memcpy(leg->row.end, q, sizeof *q * (size_t)cfg->axes);
-    set_length(leg, length);
-}
-
-void leg_cut_start(const nc_contour_config *cfg, struct leg *leg, double d) {
-    double q[NC_AXES], d1[NC_AXES], d2[NC_AXES];
-    leg_at(cfg, leg, d, q, d1, d2);
-    memcpy(leg->start, q, sizeof *q * (size_t)cfg->axes);
-    if (leg->row.type == NC_CIRCULAR) {
-        leg->angle0 += leg->row.angle * (d / leg->length);
-    }
-    set_length(leg, leg->length - d);
-}
-
-/* Largest way of an axis that is no main axis. */
-double leg_track(const nc_contour_config *cfg, const struct leg *leg) {
-    double most = 0.0;
-    for (int axis = 0; axis < cfg->axes; axis++) {
-        if (!is_main(cfg, axis)) {
-            most = fmax(most, fabs(leg->row.end[axis] - leg->start[axis]));
-        }
-    }
-    return most;
-}
-
-static double main_distance(const nc_contour_config *cfg,
-                            const double *p,
-                            const double *q) {
-    double sum = 0.0;
-    for (int i = 0; i < 3; i++) {
-        int axis = cfg->main_axis[i];
-        if (axis >= 0) {
-            sum += (p[axis] - q[axis]) * (p[axis] - q[axis]);
-        }
-    }
-    return sqrt(sum);
-}
-
-/* Distance of q from the block, main axes. */
-static double leg_distance(const nc_contour_config *cfg,
-                           const struct leg *leg,
-                           const double *q) {
-    double at[NC_AXES], d1[NC_AXES], d2[NC_AXES], s;
-    if (leg->row.type == NC_CIRCULAR) {
-        double along = atan2(q[leg->axis2] - leg->centre[1],
-                             q[leg->axis1] - leg->centre[0])
-                       - leg->angle0;
-        double turn = fmod(leg->row.angle > 0 ? along : -along, 4.0 * QUARTER);
-        if (turn < 0) {
-            turn += 4.0 * QUARTER;
-        }
-        double whole = fabs(leg->row.angle);
-        if (turn > whole) {
-            turn = turn - whole < 4.0 * QUARTER - turn ? whole : 0.0;
-        }
-        s = turn / whole * leg->length;
-    } else {
-        double dot = 0.0;
-        for (int i = 0; i < 3; i++) {
-            int axis = cfg->main_axis[i];
-            if (axis >= 0) {
-                dot += (q[axis] - leg->start[axis])
-                       * (leg->row.end[axis] - leg->start[axis]);
-            }
-        }
-        s = fmin(fmax(dot / leg->length, 0.0), leg->length);
-    }
-    leg_at(cfg, leg, s, at, d1, d2);
-    return main_distance(cfg, at, q);
-}
-
-/* ---- curve
- * ------------------------------------------------------------------------------------------------------
- */
+#include "stages/contouring/corner.h"
+#include "stages/contouring/tuning.h"
+#include "curve/curve.h"
+#include "stages/square.h"
 
 typedef struct ends {
     double p0[NC_AXES], v0[NC_AXES], w0[NC_AXES], p1[NC_AXES], v1[NC_AXES],
@@ -169,45 +22,64 @@ typedef struct ends {
  * 0..1. */
 static void write_axis(struct corner *corner,
                        int axis,
-                       const double *f,
-                       const double *g) {
-    memcpy(corner->coef[0][axis], f, 5 * sizeof *f);
-    double *h = corner->coef[1][axis];
-    h[0] = g[0] + g[1] + g[2] + g[3] + g[4];
-    h[1] = -(g[1] + 2.0 * g[2] + 3.0 * g[3] + 4.0 * g[4]);
-    h[2] = g[2] + 3.0 * g[3] + 6.0 * g[4];
-    h[3] = -(g[3] + 4.0 * g[4]);
-    h[4] = g[4];
-    corner->mid[axis] = h[0];
+                       const double *first,
+                       const double *second) {
+    memcpy(corner->coef[0][axis], first, 5 * sizeof *first);
+    double *reversed = corner->coef[1][axis];
+    reversed[0] = second[0] + second[1] + second[2] + second[3] + second[4];
+    reversed[1] =
+        -(second[1] + 2.0 * second[2] + 3.0 * second[3] + 4.0 * second[4]);
+    reversed[2] = second[2] + 3.0 * second[3] + 6.0 * second[4];
+    reversed[3] = -(second[3] + 4.0 * second[4]);
+    reversed[4] = second[4];
+    corner->mid[axis] = reversed[0];
 }
 
 static void curve_axis(struct corner *corner,
                        int axis,
                        const struct ends *ends,
                        const double *interim) {
-    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * ends->w0[axis],
-           f1 = ends->v0[axis] + ends->w0[axis], f2 = ends->w0[axis];
-    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * ends->w1[axis],
-           g1 = -ends->v1[axis] + ends->w1[axis], g2 = ends->w1[axis];
-    double f[5] = {ends->p0[axis], ends->v0[axis], 0.5 * ends->w0[axis], 0, 0},
-           g[5] = {ends->p1[axis], -ends->v1[axis], 0.5 * ends->w1[axis], 0, 0};
+    double w0 = ends->w0[axis];
+    double w1 = ends->w1[axis];
+    double f0 = ends->p0[axis] + ends->v0[axis] + 0.5 * w0;
+    double f1 = ends->v0[axis] + ends->w0[axis];
+    double f2 = ends->w0[axis];
+    double g0 = ends->p1[axis] - ends->v1[axis] + 0.5 * w1;
+    double g1 = -ends->v1[axis] + ends->w1[axis];
+    double g2 = ends->w1[axis];
+    double first[5] = {ends->p0[axis],
+                       ends->v0[axis],
+                       0.5 * ends->w0[axis],
+                       0,
+                       0};
+    double second[5] = {ends->p1[axis],
+                        -ends->v1[axis],
+                        0.5 * ends->w1[axis],
+                        0,
+                        0};
     if (interim) {
-        double x = interim[axis] - f0, y = interim[axis] - g0;
-        double sum = -(f1 + g1) - 3.0 * (x + y),
-               difference = y - x + (g2 - f2) / 6.0;
-        f[4] = 0.5 * (sum + difference);
-        g[4] = 0.5 * (sum - difference);
-        f[3] = x - f[4];
-        g[3] = y - g[4];
+        double x = interim[axis] - f0;
+        double y = interim[axis] - g0;
+        double sum = -(f1 + g1) - 3.0 * (x + y);
+        double difference = y - x + (g2 - f2) / 6.0;
+        first[4] = 0.5 * (sum + difference);
+        second[4] = 0.5 * (sum - difference);
+        first[3] = x - first[4];
+        second[3] = y - second[4];
     } else {
-        double x = g0 - f0, z = (g2 - f2) / 6.0, y = -(f1 + g1);
-        double s3 = 0.5 * y, s4 = -y / 8.0, d3 = 2.0 * x - z, d4 = z - x;
-        f[3] = 0.5 * (s3 + d3);
-        f[4] = 0.5 * (s4 + d4);
-        g[3] = 0.5 * (s3 - d3);
-        g[4] = 0.5 * (s4 - d4);
+        double x = g0 - f0;
+        double z = (g2 - f2) / 6.0;
+        double y = -(f1 + g1);
+        double s3 = 0.5 * y;
+        double s4 = -y / 8.0;
+        double d3 = 2.0 * x - z;
+        double d4 = z - x;
+        first[3] = 0.5 * (s3 + d3);
+        first[4] = 0.5 * (s4 + d4);
+        second[3] = 0.5 * (s3 - d3);
+        second[4] = 0.5 * (s4 - d4);
     }
-    write_axis(corner, axis, f, g);
+    write_axis(corner, axis, first, second);
 }
 
 /* How long the tangents at both ends are, as a share of the corner distances:
@@ -219,8 +91,8 @@ static double tangent_share(double turn) {
 
 typedef struct request {
     const nc_contour_config *cfg;
-    const struct contour_mode *m;
-    const struct leg *a, *b, *skipped;
+    const struct contour_mode *mode;
+    const struct leg *before, *behind, *skipped;
     int n_skipped;
     double turn, gap;
 } request;
@@ -230,24 +102,24 @@ static void make_curve(const struct request *request,
                        double post,
                        struct corner *corner) {
     struct ends ends;
-    double share = tangent_share(request->turn),
-           l0 = share * (pre + 0.5 * request->gap),
-           l1 = share * (post + 0.5 * request->gap);
+    double share = tangent_share(request->turn);
+    double l0 = share * (pre + 0.5 * request->gap);
+    double l1 = share * (post + 0.5 * request->gap);
     leg_at(request->cfg,
-           request->a,
-           request->a->length - pre,
+           request->before,
+           request->before->length - pre,
            ends.p0,
            ends.v0,
            ends.w0);
-    leg_at(request->cfg, request->b, post, ends.p1, ends.v1, ends.w1);
+    leg_at(request->cfg, request->behind, post, ends.p1, ends.v1, ends.w1);
     const double *interim =
-        request->m->mode == NC_CONTOUR_POS ? request->m->interim : NULL;
+        request->mode->mode == NC_CONTOUR_POS ? request->mode->interim : NULL;
     double middle[NC_AXES];
     if (interim) {
         for (int axis = 0; axis < request->cfg->axes; axis++) {
             double given =
                 isnan(interim[axis])
-                    ? request->a->row.end[axis]
+                    ? request->before->row.end[axis]
                     : interim[axis]; /* not programmed: the corner's */
             middle[axis] = is_main(request->cfg, axis)
                                ? given
@@ -272,14 +144,18 @@ static void value_at(const nc_contour_config *cfg,
                      const struct corner *corner,
                      int half,
                      double t,
-                     double *q,
+                     double *position,
                      double *d1,
                      double *d2) {
     for (int axis = 0; axis < cfg->axes; axis++) {
         const double *k = corner->coef[half][axis];
-        q[axis] = k[0] + t * (k[1] + t * (k[2] + t * (k[3] + t * k[4])));
-        d1[axis] = k[1] + t * (2.0 * k[2] + t * (3.0 * k[3] + t * 4.0 * k[4]));
-        d2[axis] = 2.0 * k[2] + t * (6.0 * k[3] + t * 12.0 * k[4]);
+        double third = k[3] + t * k[4];
+        double rise = t * (k[1] + t * (k[2] + t * third));
+        position[axis] = k[0] + rise;
+        double slope3 = 3.0 * k[3] + t * 4.0 * k[4];
+        d1[axis] = k[1] + t * (2.0 * k[2] + t * slope3);
+        double bend3 = 6.0 * k[3] + t * 12.0 * k[4];
+        d2[axis] = 2.0 * k[2] + t * bend3;
     }
 }
 
@@ -288,28 +164,30 @@ static void value_at(const nc_contour_config *cfg,
 static double deviation(const struct request *request,
                         const struct corner *corner) {
     double most =
-        fmin(main_distance(request->cfg, corner->mid, request->a->row.end),
-             main_distance(request->cfg, corner->mid, request->b->start));
-    if (request->a->row.type == NC_LINEAR && request->b->row.type == NC_LINEAR
-        && !request->n_skipped && request->m->mode != NC_CONTOUR_POS) {
+        fmin(main_distance(request->cfg, corner->mid, request->before->row.end),
+             main_distance(request->cfg, corner->mid, request->behind->start));
+    if (request->before->row.type == NC_LINEAR
+        && request->behind->row.type == NC_LINEAR && !request->n_skipped
+        && request->mode->mode != NC_CONTOUR_POS) {
         return most;
     }
     for (int half = 0; half < 2; half++) {
         for (int k = 1; k <= SAMPLES; k++) {
-            double q[NC_AXES], d1[NC_AXES], d2[NC_AXES];
+            double position[NC_AXES], d1[NC_AXES], d2[NC_AXES];
             value_at(request->cfg,
                      corner,
                      half,
                      (double)k / SAMPLES,
-                     q,
+                     position,
                      d1,
                      d2);
-            double away = fmin(leg_distance(request->cfg, request->a, q),
-                               leg_distance(request->cfg, request->b, q));
+            double away =
+                fmin(leg_distance(request->cfg, request->before, position),
+                     leg_distance(request->cfg, request->behind, position));
             for (int i = 0; i < request->n_skipped; i++) {
-                away =
-                    fmin(away,
-                         leg_distance(request->cfg, &request->skipped[i], q));
+                away = fmin(
+                    away,
+                    leg_distance(request->cfg, &request->skipped[i], position));
             }
             most = fmax(most, away);
         }
@@ -323,7 +201,8 @@ static double track_deviation(const struct request *request,
     for (int axis = 0; axis < request->cfg->axes; axis++) {
         if (!is_main(request->cfg, axis)) {
             most =
-                fmax(most, fabs(corner->mid[axis] - request->a->row.end[axis]));
+                fmax(most,
+                     fabs(corner->mid[axis] - request->before->row.end[axis]));
         }
     }
     return most;
@@ -334,13 +213,15 @@ static double peak_curvature(const struct request *request,
     double most = 0.0;
     for (int half = 0; half < 2; half++) {
         for (int k = 0; k <= SAMPLES; k++) {
-            double q[NC_AXES], d1[NC_AXES], d2[NC_AXES], v2 = 0.0, w2 = 0.0,
-                                                         vw = 0.0;
+            double position[NC_AXES], d1[NC_AXES], d2[NC_AXES];
+            double v2 = 0.0;
+            double w2 = 0.0;
+            double vw = 0.0;
             value_at(request->cfg,
                      corner,
                      half,
                      (double)k / SAMPLES,
-                     q,
+                     position,
                      d1,
                      d2);
             for (int i = 0; i < 3; i++) {
@@ -361,10 +242,6 @@ static double peak_curvature(const struct request *request,
     return most;
 }
 
-/* ---- corner distances
- * -------------------------------------------------------------------------------------------
- */
-
 static double most_of(const struct contour_mode *contour_mode,
                       const struct leg *leg) {
     double most = 0.5 * (1.0 - contour_mode->remain) * leg->whole;
@@ -380,12 +257,12 @@ static double speed_of(const struct request *request, const struct leg *leg) {
 
 static bool allowed(const struct request *request,
                     const struct corner *corner) {
-    if (request->m->path_dev > 0.0
-        && deviation(request, corner) > request->m->path_dev) {
+    if (request->mode->path_dev > 0.0
+        && deviation(request, corner) > request->mode->path_dev) {
         return false;
     }
-    return !(request->m->track_dev > 0.0)
-           || track_deviation(request, corner) <= request->m->track_dev;
+    return !(request->mode->track_dev > 0.0)
+           || track_deviation(request, corner) <= request->mode->track_dev;
 }
 
 /* Largest share of both distances whose deviations are allowed. */
@@ -397,7 +274,8 @@ static void shrink_to_allowed(const struct request *request,
     if (allowed(request, corner)) {
         return;
     }
-    double low = 0.0, high = 1.0;
+    double low = 0.0;
+    double high = 1.0;
     for (int k = 0; k < STEPS; k++) {
         double middle = 0.5 * (low + high);
         make_curve(request, middle * *pre, middle * *post, corner);
@@ -426,7 +304,8 @@ static void shrink_to_speed(const struct request *request,
     if (peak_curvature(request, corner) >= most) {
         return;
     }
-    double low = 0.0, high = 1.0;
+    double low = 0.0;
+    double high = 1.0;
     for (int k = 0; k < STEPS; k++) {
         double middle = 0.5 * (low + high);
         make_curve(request, middle * *pre, middle * *post, corner);
@@ -447,11 +326,11 @@ static void symmetrical(double *pre, double *post) {
 
 /* Corner distances by mode, limited by the blocks; the curve they give. */
 static void choose(const struct request *request, struct corner *corner) {
-    const struct contour_mode *contour_mode = request->m;
-    double pre = most_of(contour_mode, request->a),
-           post = most_of(contour_mode, request->b);
-    double slower =
-        fmin(speed_of(request, request->a), speed_of(request, request->b));
+    const struct contour_mode *contour_mode = request->mode;
+    double pre = most_of(contour_mode, request->before);
+    double post = most_of(contour_mode, request->behind);
+    double slower = fmin(speed_of(request, request->before),
+                         speed_of(request, request->behind));
     bool given = contour_mode->mode == NC_CONTOUR_DIST
                  || contour_mode->mode == NC_CONTOUR_POS;
     bool equal = !given || contour_mode->pre == contour_mode->post;
@@ -477,7 +356,8 @@ static void choose(const struct request *request, struct corner *corner) {
     }
     if (contour_mode->mode == NC_CONTOUR_AUTO_VEL) {
         shrink_to_speed(request,
-                        speed_of(request, request->a) * contour_mode->share,
+                        speed_of(request, request->before)
+                            * contour_mode->share,
                         1.0,
                         &pre,
                         &post,
@@ -491,25 +371,27 @@ static void choose(const struct request *request, struct corner *corner) {
 }
 
 static double turn_between(const nc_contour_config *cfg,
-                           const double *u,
-                           const double *v) {
-    double minus = 0.0, plus = 0.0;
+                           const double *before,
+                           const double *behind) {
+    double minus = 0.0;
+    double plus = 0.0;
     for (int i = 0; i < 3; i++) {
         int axis = cfg->main_axis[i];
         if (axis < 0) {
             continue;
         }
-        minus += (u[axis] - v[axis]) * (u[axis] - v[axis]);
-        plus += (u[axis] + v[axis]) * (u[axis] + v[axis]);
+        minus += square(before[axis] - behind[axis]);
+        plus += square(before[axis] + behind[axis]);
     }
     return 2.0 * atan2(sqrt(minus), sqrt(plus));
 }
 
 static bool tracks_bend(const nc_contour_config *cfg,
-                        const double *u,
-                        const double *v) {
+                        const double *before,
+                        const double *behind) {
     for (int axis = 0; axis < cfg->axes; axis++) {
-        if (!is_main(cfg, axis) && fabs(u[axis] - v[axis]) > TANGENTIAL) {
+        if (!is_main(cfg, axis)
+            && fabs(before[axis] - behind[axis]) > TANGENTIAL) {
             return true;
         }
     }
@@ -543,42 +425,45 @@ static bool measure(const nc_contour_config *cfg, struct corner *corner) {
 }
 
 bool corner_make(const nc_contour_config *cfg,
-                 const struct contour_mode *m,
-                 const struct leg *a,
-                 const struct leg *b,
+                 const struct contour_mode *mode,
+                 const struct leg *before,
+                 const struct leg *behind,
                  const struct leg *skipped,
-                 int n,
+                 int skipped_count,
                  struct corner *out,
                  bool *irregular) {
-    double q[NC_AXES], u[NC_AXES], v[NC_AXES], k[NC_AXES];
-    leg_at(cfg, a, a->length, q, u, k);
-    leg_at(cfg, b, 0.0, q, v, k);
-    struct request r = {cfg,
-                        m,
-                        a,
-                        b,
-                        skipped,
-                        n,
-                        turn_between(cfg, u, v),
-                        main_distance(cfg, a->row.end, b->start)};
+    double position[NC_AXES], before_tangent[NC_AXES], behind_tangent[NC_AXES],
+        second[NC_AXES];
+    leg_at(cfg, before, before->length, position, before_tangent, second);
+    leg_at(cfg, behind, 0.0, position, behind_tangent, second);
+    struct request request = {
+        cfg,
+        mode,
+        before,
+        behind,
+        skipped,
+        skipped_count,
+        turn_between(cfg, before_tangent, behind_tangent),
+        main_distance(cfg, before->row.end, behind->start)};
     *irregular = false;
-    if (m->mode != NC_CONTOUR_POS) {
-        if (r.turn < TANGENTIAL && !n
-            && !(m->track_dev > 0.0 && tracks_bend(cfg, u, v))) {
+    if (mode->mode != NC_CONTOUR_POS) {
+        if (request.turn < TANGENTIAL && !skipped_count
+            && !(mode->track_dev > 0.0
+                 && tracks_bend(cfg, before_tangent, behind_tangent))) {
             return false;
         }
-        if (r.turn > REVERSAL) {
+        if (request.turn > REVERSAL) {
             return false;
         }
     }
-    if (m->max_angle > 0.0 && r.turn > m->max_angle) {
+    if (mode->max_angle > 0.0 && request.turn > mode->max_angle) {
         return false;
     }
-    choose(&r, out);
-    if (m->mode != NC_CONTOUR_POS && (out->pre < KEPT || out->post < KEPT)) {
+    choose(&request, out);
+    if (mode->mode != NC_CONTOUR_POS && (out->pre < KEPT || out->post < KEPT)) {
         return false;
     }
-    out->deviation = deviation(&r, out);
+    out->deviation = deviation(&request, out);
     *irregular = !measure(cfg, out);
     return !*irregular;
 }

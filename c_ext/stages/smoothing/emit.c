@@ -1,9 +1,8 @@
 /* The output: pieces, and the programmed rows among them in program order. */
 #include <stdlib.h>
+#include "curve/curve.h"
+#include "stages/smoothing/emit.h"
 #include "stages/smoothing/state.h"
-
-#define SAME 1e-9
-#define NOTHING 1e-9 /* mm: what rounding leaves between two pieces is none */
 
 static bool grow(void **data, size_t *room, size_t count, size_t size) {
     if (count <= *room) {
@@ -81,7 +80,7 @@ static void rows_before(nc_smooth *smooth, double t0, double t1) {
 }
 
 static void place(nc_block *row, const struct node *at) {
-    row->n = at->n;
+    row->n = at->number;
     row->line = at->line;
     row->count = at->count;
     row->file = at->file;
@@ -93,8 +92,8 @@ static void place(nc_block *row, const struct node *at) {
 /* A line that is driven as it was programmed stays one row, element and piece.
  */
 static bool whole_row(nc_smooth *smooth, double t1) {
-    const struct held_row *held_row = smooth->held + smooth->held_first,
-                          *next = held_row + 1;
+    const struct held_row *held_row = smooth->held + smooth->held_first;
+    const struct held_row *next = held_row + 1;
     if (smooth->held_first >= smooth->held_n || !held_row->motion
         || held_row->t != smooth->line_t || held_row->row.type != NC_LINEAR) {
         return false;
@@ -124,12 +123,13 @@ static void put_line(nc_smooth *smooth, double t1) {
            && smooth->held[smooth->held_first].t <= smooth->line_t) {
         emit_row(smooth, &smooth->held[smooth->held_first++].row);
     }
-    double main = 0.0, all = 0.0;
+    double main = 0.0;
+    double all = 0.0;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
-        double d = smooth->line.end[axis] - smooth->out_at[axis];
-        all += d * d;
+        double difference = smooth->line.end[axis] - smooth->out_at[axis];
+        all += difference * difference;
         if (in_main(smooth, axis)) {
-            main += d * d;
+            main += difference * difference;
         }
     }
     smooth->line.length = smooth->line.length_min =
@@ -164,18 +164,21 @@ void emit_line(nc_smooth *smooth,
         smooth->line_t = t0;
         smooth->has_line = true;
     }
-    double rest = to->t - from->t,
-           r = t1 == to->t ? 1.0 : (t1 - from->t) / rest;
+    double length = to->t - from->t;
+    double share = t1 == to->t ? 1.0 : (t1 - from->t) / length;
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         smooth->line.end[axis] =
-            (r == 1.0 ? to->q[axis]
-                      : from->q[axis] + r * (to->q[axis] - from->q[axis]))
+            (share == 1.0
+                 ? to->position[axis]
+                 : from->position[axis]
+                       + share * (to->position[axis] - from->position[axis]))
             / smooth->scale[axis];
     }
     place(&smooth->line, to);
     smooth->line.end_speed = t1 == to->t ? to->end_speed : 0.0f;
     note_deviation(smooth, to->slack);
-    smooth->line.value += (t1 - t0) / rest * (to->d - from->d);
+    smooth->line.value +=
+        (t1 - t0) / length * (to->programmed - from->programmed);
     smooth->out_t = t1;
 }
 
@@ -196,7 +199,7 @@ uint32_t emit_pool(nc_smooth *smooth, const double *values, size_t count) {
 /* A smooth piece, scaled coefficients over x = 0..1, in the feed and place of
  * the chord that ends at `at`. */
 static void put_curve(nc_smooth *smooth,
-                      double c[][ORDER],
+                      double coef[][ORDER],
                       double t0,
                       double t1,
                       const struct node *at,
@@ -205,7 +208,7 @@ static void put_curve(nc_smooth *smooth,
     double flat[NC_AXES * ORDER];
     for (int axis = 0; axis < smooth->cfg.axes; axis++) {
         for (int k = 0; k < ORDER; k++) {
-            flat[axis * ORDER + k] = c[axis][k] / smooth->scale[axis];
+            flat[axis * ORDER + k] = coef[axis][k] / smooth->scale[axis];
         }
     }
     rows_before(smooth, t0, t1);
@@ -230,7 +233,7 @@ static void put_curve(nc_smooth *smooth,
     for (int axis = 0;
          axis < smooth->cfg.axes && at->kind == NODE_BREAK && t1 == at->t;
          axis++) {
-        row.end[axis] = at->q[axis] / smooth->scale[axis];
+        row.end[axis] = at->position[axis] / smooth->scale[axis];
     }
     if (fabs(t1 - at->t) < SAME) {
         row.end_speed = at->end_speed;
@@ -243,13 +246,13 @@ static void put_curve(nc_smooth *smooth,
 }
 
 /* Part x0..x1 of a polynomial over 0..1. */
-static void cut(double c[][ORDER],
+static void cut(double coef[][ORDER],
                 double out[][ORDER],
                 int axes,
                 double x0,
                 double x1) {
     for (int axis = 0; axis < axes; axis++) {
-        memcpy(out[axis], c[axis], sizeof out[axis]);
+        memcpy(out[axis], coef[axis], sizeof out[axis]);
         for (int i = 0; i < 5; i++) {
             for (int k = 4; k >= i; k--) {
                 out[axis][k] += x0 * out[axis][k + 1];
@@ -263,38 +266,40 @@ static void cut(double c[][ORDER],
 }
 
 static double programmed_at(const struct node *node,
-                            const struct node *node_b,
+                            const struct node *behind,
                             double t) {
-    return node->d
-           + (t - node->t) / (node_b->t - node->t) * (node_b->d - node->d);
+    return node->programmed
+           + (t - node->t) / (behind->t - node->t)
+                 * (behind->programmed - node->programmed);
 }
 
 /* A smooth piece over t0..t1, cut where rows or feeds change. `at`: first node
  * behind t0. */
 void emit_curve(nc_smooth *smooth,
-                double c[][ORDER],
+                double coef[][ORDER],
                 double t0,
                 double t1,
                 const struct node *at) {
     put_line(smooth, t0);
-    double from = t0, d = programmed_at(at - 1, at, t0);
+    double from = t0;
+    double programmed = programmed_at(at - 1, at, t0);
     for (; from < t1; at++) {
         bool last = at->t >= t1 || at->kind == NODE_BREAK;
         if (!last && !at->mark) {
             continue;
         }
-        double to = last ? t1 : at->t,
-               done = last ? programmed_at(at - 1, at, t1) : at->d,
-               part[NC_AXES][ORDER];
+        double to = last ? t1 : at->t;
+        double done = last ? programmed_at(at - 1, at, t1) : at->programmed;
+        double part[NC_AXES][ORDER];
         if (to - from > SAME * (t1 - t0)) {
-            cut(c,
+            cut(coef,
                 part,
                 smooth->cfg.axes,
                 (from - t0) / (t1 - t0),
                 (to - t0) / (t1 - t0));
-            put_curve(smooth, part, from, to, at, done - d);
+            put_curve(smooth, part, from, to, at, done - programmed);
             from = to;
-            d = done;
+            programmed = done;
         }
         if (last) {
             break;
@@ -306,7 +311,8 @@ void emit_curve(nc_smooth *smooth,
 void emit_flush(nc_smooth *smooth) {
     put_line(smooth, smooth->t);
     rows_before(smooth, INFINITY, INFINITY);
-    smooth->held_n = smooth->held_first = 0;
+    smooth->held_n = 0;
+    smooth->held_first = 0;
 }
 
 int64_t nc_smooth_rows(const nc_smooth *smooth) {
@@ -323,5 +329,6 @@ void nc_smooth_take(nc_smooth *smooth, nc_block *rows, double *pool) {
     if (smooth->pool_n) {
         memcpy(pool, smooth->pool, smooth->pool_n * sizeof *pool);
     }
-    smooth->rows_n = smooth->pool_n = 0;
+    smooth->rows_n = 0;
+    smooth->pool_n = 0;
 }

@@ -3,47 +3,63 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("O3") /* loops of fixed length are written out */
 #endif
+#include "stages/smoothing/spline_fit.h"
 #include "stages/smoothing/state.h"
 
 /* Product of polynomial p (degree n) and a + b x. */
-static void times_linear(const double *p,
+static void times_linear(const double *coef,
                          int count,
-                         double a,
-                         double b,
+                         double constant,
+                         double slope,
                          double *out) {
-    out[0] = a * p[0];
+    out[0] = constant * coef[0];
     for (int k = 1; k <= count; k++) {
-        out[k] = a * p[k] + b * p[k - 1];
+        out[k] = constant * coef[k] + slope * coef[k - 1];
     }
-    out[count + 1] = b * p[count];
+    out[count + 1] = slope * coef[count];
 }
 
 /* m[j][k]: coefficient of x^k of the basis function of control point span + j,
  * on the knot span tau[span + 5], tau[span + 6] (de Boor's recursion on
  * polynomials). */
-static void span_basis(const double *tau, int span, double m[ORDER][ORDER]) {
-    const double *k = tau + span + 5; /* the span is k[0]..k[1] */
-    double h = k[1] - k[0], now[ORDER][ORDER] = {{1.0}}, next[ORDER][ORDER];
-    for (int p = 1; p < ORDER; p++) { /* now[i]: function of degree p - 1 that
-                                         begins at k[i - p + 1] */
+static void span_basis(const double *tau,
+                       int span,
+                       double basis[ORDER][ORDER]) {
+    const double *knot = tau + span + 5; /* the span is k[0]..k[1] */
+    double length = knot[1] - knot[0];
+    double now[ORDER][ORDER] = {{1.0}};
+    double next[ORDER][ORDER];
+    for (int degree = 1; degree < ORDER;
+         degree++) { /* now[i]: function of degree p - 1 that
+         begins at k[i - p + 1] */
         memset(next, 0, sizeof next);
-        for (int i = 0; i < p; i++) {
-            double from = k[i - p + 1], to = k[i + 1], width = to - from,
-                   up[ORDER + 1], down[ORDER + 1];
-            times_linear(now[i], p - 1, (k[0] - from) / width, h / width, up);
-            times_linear(now[i], p - 1, (to - k[0]) / width, -h / width, down);
-            for (int d = 0; d <= p; d++) {
-                next[i + 1][d] += up[d];
-                next[i][d] += down[d];
+        for (int i = 0; i < degree; i++) {
+            double from = knot[i - degree + 1];
+            double to = knot[i + 1];
+            double width = to - from;
+            double up[ORDER + 1], down[ORDER + 1];
+            times_linear(now[i],
+                         degree - 1,
+                         (knot[0] - from) / width,
+                         length / width,
+                         up);
+            times_linear(now[i],
+                         degree - 1,
+                         (to - knot[0]) / width,
+                         -length / width,
+                         down);
+            for (int off = 0; off <= degree; off++) {
+                next[i + 1][off] += up[off];
+                next[i][off] += down[off];
             }
         }
         memcpy(now, next, sizeof now);
     }
-    memcpy(m, now, sizeof now);
+    memcpy(basis, now, sizeof now);
 }
 
 /* Bernstein coefficients from those of powers. */
-static void to_bernstein(const double *p, double *out) {
+static void to_bernstein(const double *coef, double *out) {
     static const double up[ORDER][ORDER] = {{1},
                                             {1, 0.2},
                                             {1, 0.4, 0.1},
@@ -53,7 +69,7 @@ static void to_bernstein(const double *p, double *out) {
     for (int j = 0; j < ORDER; j++) {
         out[j] = 0.0;
         for (int i = 0; i <= j; i++) {
-            out[j] += up[j][i] * p[i];
+            out[j] += up[j][i] * coef[i];
         }
     }
 }
@@ -61,72 +77,81 @@ static void to_bernstein(const double *p, double *out) {
 /* Integrals of the products of third derivatives over a span. What is behind
  * the triangle stays zero. */
 static void fairness(struct window *window, int span) {
-    double h = window->tau[span + 6] - window->tau[span + 5], h2 = h * h,
-           f = 1.0 / (h2 * h2 * h), d[ORDER][3];
+    double length = window->tau[span + 6] - window->tau[span + 5];
+    double h2 = length * length;
+    double scale = 1.0 / (h2 * h2 * length);
+    double third[ORDER][3];
     for (int j = 0; j < ORDER; j++) {
-        d[j][0] = 6.0 * window->m[span][j][3];
-        d[j][1] = 24.0 * window->m[span][j][4];
-        d[j][2] = 60.0 * window->m[span][j][5];
+        third[j][0] = 6.0 * window->basis[span][j][3];
+        third[j][1] = 24.0 * window->basis[span][j][4];
+        third[j][2] = 60.0 * window->basis[span][j][5];
     }
     for (int i = 0; i < ORDER; i++) {
         for (int j = i; j < ORDER; j++) {
             window->fair[span][i][j - i] =
-                f
-                * (d[i][0] * d[j][0]
-                   + (d[i][0] * d[j][1] + d[i][1] * d[j][0]) / 2.0
-                   + (d[i][0] * d[j][2] + d[i][1] * d[j][1] + d[i][2] * d[j][0])
+                scale
+                * (third[i][0] * third[j][0]
+                   + (third[i][0] * third[j][1] + third[i][1] * third[j][0])
+                         / 2.0
+                   + (third[i][0] * third[j][2] + third[i][1] * third[j][1]
+                      + third[i][2] * third[j][0])
                          / 3.0
-                   + (d[i][1] * d[j][2] + d[i][2] * d[j][1]) / 4.0
-                   + d[i][2] * d[j][2] / 5.0);
+                   + (third[i][1] * third[j][2] + third[i][2] * third[j][1])
+                         / 4.0
+                   + third[i][2] * third[j][2] / 5.0);
         }
     }
 }
 
 /* Everything about a span that its knots say. */
 void spline_span(struct window *window, int span) {
-    span_basis(window->tau, span, window->m[span]);
+    span_basis(window->tau, span, window->basis[span]);
     fairness(window, span);
     for (int j = 0; j < ORDER; j++) {
-        const double *m = window->m[span][j];
-        to_bernstein(m, window->hull[span][j]);
-        window->middle[span][0][j] =
-            m[1] + m[2] + 0.75 * m[3] + 0.5 * m[4] + 0.3125 * m[5];
+        const double *basis = window->basis[span][j];
+        to_bernstein(basis, window->hull[span][j]);
+        window->middle[span][0][j] = basis[1] + basis[2] + 0.75 * basis[3]
+                                     + 0.5 * basis[4] + 0.3125 * basis[5];
         window->middle[span][1][j] =
-            2.0 * m[2] + 3.0 * m[3] + 3.0 * m[4] + 2.5 * m[5];
+            2.0 * basis[2] + 3.0 * basis[3] + 3.0 * basis[4] + 2.5 * basis[5];
     }
 }
 
-void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]) {
+void spline_basis_at(const double basis[ORDER][ORDER],
+                     double x,
+                     double out[ORDER]) {
     for (int j = 0; j < ORDER; j++) {
-        b[j] =
-            m[j][0]
+        out[j] =
+            basis[j][0]
             + x
-                  * (m[j][1]
+                  * (basis[j][1]
                      + x
-                           * (m[j][2]
-                              + x * (m[j][3] + x * (m[j][4] + x * m[j][5]))));
+                           * (basis[j][2]
+                              + x
+                                    * (basis[j][3]
+                                       + x * (basis[j][4] + x * basis[j][5]))));
     }
 }
 
 static pair both(double v) {
     return (pair){v, v};
 }
-static pair at(const double *p) {
-    return *(const pair *)p;
+static pair at(const double *from) {
+    return *(const pair *)from;
 }
-static void put(double *p, pair v) {
-    *(pair *)p = v;
+static void put(double *to, pair v) {
+    *(pair *)to = v;
 }
 
-static void combine(const double m[ORDER][ORDER],
-                    const double c[][AXES_EVEN],
+static void combine(const double basis[ORDER][ORDER],
+                    const double control[][AXES_EVEN],
                     int axes,
                     double out[][ORDER]) {
     for (int axis = 0; axis < axes; axis++) {
         pair sum[PAIRS] = {both(0.0), both(0.0), both(0.0)};
         for (int j = 0; j < ORDER; j++) {
             for (int k = 0; k < PAIRS; k++) {
-                sum[k] += at(m[j] + 2 * k) * both(c[j][axis]);
+                sum[k] += at(basis[j] + 2 * k) * both(control[j][axis]);
             }
         }
         for (int k = 0; k < PAIRS; k++) {
@@ -140,7 +165,7 @@ void spline_piece(const struct window *window,
                   int span,
                   int axes,
                   double out[][ORDER]) {
-    combine(window->m[span], window->c + span, axes, out);
+    combine(window->basis[span], window->control + span, axes, out);
 }
 
 /* Its Bernstein coefficients. */
@@ -148,7 +173,7 @@ void spline_hull(const struct window *window,
                  int span,
                  int axes,
                  double out[][ORDER]) {
-    combine(window->hull[span], window->c + span, axes, out);
+    combine(window->hull[span], window->control + span, axes, out);
 }
 
 /* The system: rows of the band and right-hand sides, from control point 0 on.
@@ -156,7 +181,7 @@ void spline_hull(const struct window *window,
 typedef struct equations {
     double (*band)[ORDER];
     pair *right;
-    int n;
+    int count;
 } equations;
 
 static void add_fairness(const struct equations *equations,
@@ -175,14 +200,15 @@ static inline void add_site(const struct equations *equations,
                             const struct site *site,
                             int pairs) {
     for (int i = 0; i < ORDER; i++) {
-        pair f = both(site->weight * site->basis[i]),
-             *to = equations->right + (site->span + i) * pairs;
+        pair factor = both(site->weight * site->basis[i]);
+        pair *to = equations->right + (site->span + i) * pairs;
         double *row = equations->band[site->span + i];
         for (int k = 0; 2 * k < ORDER - i; k++) {
-            put(row + 2 * k, at(row + 2 * k) + f * at(site->basis + i + 2 * k));
+            put(row + 2 * k,
+                at(row + 2 * k) + factor * at(site->basis + i + 2 * k));
         }
         for (int axis = 0; axis < pairs; axis++) {
-            to[axis] += f * at(site->q + 2 * axis);
+            to[axis] += factor * at(site->position + 2 * axis);
         }
     }
 }
@@ -190,39 +216,47 @@ static inline void add_site(const struct equations *equations,
 /* Fixed control points go to the right-hand side; their own equations become
  * trivial. */
 static void fix(const struct equations *equations,
-                const double *c,
+                const double *control,
                 int k,
                 int pairs) {
     pair *x = equations->right + k * pairs;
-    for (int d = 1; d < ORDER; d++) {
-        pair behind = both(k + d < equations->n ? equations->band[k][d] : 0.0),
-             before = both(k - d >= 0 ? equations->band[k - d][d] : 0.0);
+    for (int off = 1; off < ORDER; off++) {
+        pair behind =
+            both(k + off < equations->count ? equations->band[k][off] : 0.0);
+        const double *row = equations->band[k - off];
+        pair before = both(k - off >= 0 ? row[off] : 0.0);
         for (int axis = 0; axis < pairs; axis++) {
-            x[d * pairs + axis] -= behind * at(c + 2 * axis);
-            x[axis - d * pairs] -= before * at(c + 2 * axis);
+            x[off * pairs + axis] -= behind * at(control + 2 * axis);
+            x[axis - off * pairs] -= before * at(control + 2 * axis);
         }
-        if (k - d >= 0) {
-            equations->band[k - d][d] = 0.0;
+        if (k - off >= 0) {
+            equations->band[k - off][off] = 0.0;
         }
-        equations->band[k][d] = 0.0;
+        equations->band[k][off] = 0.0;
     }
     equations->band[k][0] = 1.0;
     for (int axis = 0; axis < pairs; axis++) {
-        x[axis] = at(c + 2 * axis);
+        x[axis] = at(control + 2 * axis);
     }
 }
 
 /* LDL^T of the band, in place: row i becomes 1 / D and the factors L(i + 1..,
  * i). */
 static void factor(const struct equations *equations) {
-    for (int i = 0; i < equations->n; i++) {
+    for (int i = 0; i < equations->count; i++) {
         double *row = equations->band[i];
-        pair c01 = at(row), c23 = at(row + 2), c45 = at(row + 4),
-             c12 = {c01[1], c23[0]}, c34 = {c23[1], c45[0]}, c5 = {c45[1], 0.0};
+        pair c01 = at(row);
+        pair c23 = at(row + 2);
+        pair c45 = at(row + 4);
+        pair c12 = {c01[1], c23[0]};
+        pair c34 = {c23[1], c45[0]};
+        pair c5 = {c45[1], 0.0};
         double inverse = 1.0 / row[0];
-        const pair l1 = both(c01[1] * inverse), l2 = both(c23[0] * inverse),
-                   l3 = both(c23[1] * inverse);
-        const pair l4 = both(c45[0] * inverse), l5 = both(c45[1] * inverse);
+        const pair l1 = both(c01[1] * inverse);
+        const pair l2 = both(c23[0] * inverse);
+        const pair l3 = both(c23[1] * inverse);
+        const pair l4 = both(c45[0] * inverse);
+        const pair l5 = both(c45[1] * inverse);
         put(row, (pair){inverse, l1[0]});
         put(row + 2, (pair){l2[0], l3[0]});
         put(row + 4, (pair){l4[0], l5[0]});
@@ -244,21 +278,22 @@ static void factor(const struct equations *equations) {
 }
 
 static inline void substitute(const struct equations *equations, int pairs) {
-    for (int i = 1; i < equations->n; i++) {
+    for (int i = 1; i < equations->count; i++) {
         for (int axis = 0; axis < pairs; axis++) {
-            pair *x = equations->right + i * pairs + axis, sum = *x;
-            for (int d = ORDER - 1; d > 0; d--) {
-                sum -= both(equations->band[i - d][d]) * x[-d * pairs];
+            pair *x = equations->right + i * pairs + axis;
+            pair sum = *x;
+            for (int off = ORDER - 1; off > 0; off--) {
+                sum -= both(equations->band[i - off][off]) * x[-off * pairs];
             }
             *x = sum;
         }
     }
-    for (int i = equations->n; i-- > 0;) {
+    for (int i = equations->count; i-- > 0;) {
         for (int axis = 0; axis < pairs; axis++) {
-            pair *x = equations->right + i * pairs + axis,
-                 sum = *x * both(equations->band[i][0]);
-            for (int d = ORDER - 1; d > 0; d--) {
-                sum -= both(equations->band[i][d]) * x[d * pairs];
+            pair *x = equations->right + i * pairs + axis;
+            pair sum = *x * both(equations->band[i][0]);
+            for (int off = ORDER - 1; off > 0; off--) {
+                sum -= both(equations->band[i][off]) * x[off * pairs];
             }
             *x = sum;
         }
@@ -270,10 +305,12 @@ static inline void solve(struct window *window, int pairs) {
     struct equations equations = {window->band + ORDER,
                                   room + ORDER * pairs,
                                   window->spans + 5};
-    memset(room, 0, sizeof *room * (size_t)((equations.n + 2 * ORDER) * pairs));
+    memset(room,
+           0,
+           sizeof *room * (size_t)((equations.count + 2 * ORDER) * pairs));
     memset(window->band,
            0,
-           sizeof window->band[0] * (size_t)(equations.n + 2 * ORDER));
+           sizeof window->band[0] * (size_t)(equations.count + 2 * ORDER));
     for (int k = 0; k < window->spans; k++) {
         add_fairness(&equations, window, k);
     }
@@ -281,16 +318,17 @@ static inline void solve(struct window *window, int pairs) {
         add_site(&equations, &window->sites[k], pairs);
     }
     for (int k = 0; k < window->fixed_head; k++) {
-        fix(&equations, window->c[k], k, pairs);
+        fix(&equations, window->control[k], k, pairs);
     }
-    for (int k = equations.n - window->fixed_tail; k < equations.n; k++) {
-        fix(&equations, window->c[k], k, pairs);
+    for (int k = equations.count - window->fixed_tail; k < equations.count;
+         k++) {
+        fix(&equations, window->control[k], k, pairs);
     }
     factor(&equations);
     substitute(&equations, pairs);
-    for (int k = window->fixed_head; k < equations.n - window->fixed_tail;
+    for (int k = window->fixed_head; k < equations.count - window->fixed_tail;
          k++) {
-        memcpy(window->c[k],
+        memcpy(window->control[k],
                equations.right + k * pairs,
                sizeof *equations.right * (size_t)pairs);
     }
@@ -314,17 +352,18 @@ void spline_invert(struct window *window) {
     double (*z)[ORDER] = window->inverse;
     memset(z[count], 0, sizeof *z * ORDER);
     for (int i = count; i-- > 0;) {
-        const double *l = window->band[ORDER + i];
-        double give = l[0];
+        const double *factors = window->band[ORDER + i];
+        double give = factors[0];
         for (int j = 1; j < ORDER; j++) {
             double sum = 0.0;
             for (int k = 1; k < ORDER; k++) {
-                sum -= l[k] * (k <= j ? z[i + k][j - k] : z[i + j][k - j]);
+                sum -=
+                    factors[k] * (k <= j ? z[i + k][j - k] : z[i + j][k - j]);
             }
             z[i][j] = sum;
         }
         for (int k = 1; k < ORDER; k++) {
-            give -= l[k] * z[i][k];
+            give -= factors[k] * z[i][k];
         }
         z[i][0] = give;
     }
@@ -340,14 +379,14 @@ void spline_invert(struct window *window) {
  * a weight w more there, the residual is divided by 1 + give * w. */
 double spline_give(const struct window *window, const struct site *site) {
     double sum = 0.0;
-    for (int axis = 0; axis < ORDER; axis++) {
-        double part =
-            0.5 * window->inverse[site->span + axis][0] * site->basis[axis];
-        for (int b = axis + 1; b < ORDER; b++) {
+    for (int i = 0; i < ORDER; i++) {
+        double give = window->inverse[site->span + i][0];
+        double part = 0.5 * give * site->basis[i];
+        for (int other = i + 1; other < ORDER; other++) {
             part +=
-                window->inverse[site->span + axis][b - axis] * site->basis[b];
+                window->inverse[site->span + i][other - i] * site->basis[other];
         }
-        sum += part * site->basis[axis];
+        sum += part * site->basis[i];
     }
     return fmax(2.0 * sum, 1e-300);
 }

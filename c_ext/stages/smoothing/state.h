@@ -1,11 +1,12 @@
-/* Inside of the smoothing stage. */
-#ifndef SMOOTH_INTERNAL_H
-#define SMOOTH_INTERNAL_H
+/* State of the smoothing stage: the section in work, its window, and what waits
+ * to be written. One thread uses it. */
+#ifndef SMOOTH_STATE_H
+#define SMOOTH_STATE_H
 #include <math.h>
 #include <stdbool.h>
 #include <string.h>
-#include "curve/curve.h"
 #include "stages/smoothing/smoothing.h"
+#include "stages/smoothing/tuning.h"
 
 #define ORDER 6
 #define PAIRS (ORDER / 2)
@@ -13,13 +14,6 @@
     (NC_AXES                                                                   \
      + NC_AXES                                                                 \
            % 2) /* axes are gone through in pairs; what is too much is zero */
-#define SIZE_GROWTH 0.7 /* of the wanted span length per distance from a kink  \
-                         */
-#define SPANS_FULL 60   /* spans that make a window worth solving */
-#define SPANS_LEAST 50  /* fewer are not: nodes are waited for */
-#define SPANS_ROOM 160  /* spans a window can hold at the most */
-#define COMMIT_SPANS 40 /* committed of a full window */
-#define NODES 2048      /* nodes of the section in work */
 #define NODES_FULL (NODES - 8)
 #define SITES (NODES + SPANS_ROOM)
 #define CONTROLS (SPANS_ROOM + 5)
@@ -35,11 +29,11 @@ typedef enum node_kind {
 /* A point of the programmed contour; coordinates scaled so that every group of
  * axes has the tolerance of the linear ones. */
 typedef struct node {
-    double q[NC_AXES];
-    double t;     /* scaled chord length since the last resync */
-    double d;     /* programmed distance, mm */
-    double turn;  /* rad, between the chords at it */
-    double size;  /* wanted length of a knot span around it */
+    double position[NC_AXES];
+    double t;          /* scaled chord length since the last resync */
+    double programmed; /* programmed distance, mm */
+    double turn;       /* rad, between the chords at it */
+    double size;       /* wanted length of a knot span around it */
     double slack; /* deviation used up by the chord that ends here (points left
                      out, arcs) */
     double feed;  /* of the chord that ends here; 0 rapid */
@@ -49,7 +43,7 @@ typedef struct node {
     uint16_t flags; /* of the row: NC_NO_OVERRIDE */
     bool mark;      /* a piece must end here: feed changes, or a row that is not
                        motion takes effect */
-    uint32_t n, line, count;
+    uint32_t number, line, count;
     uint16_t file;
 } node;
 
@@ -65,7 +59,7 @@ typedef struct held_row {
 typedef double pair __attribute__((vector_size(16), aligned(8), may_alias));
 
 typedef struct site {
-    double q[AXES_EVEN], t, basis[ORDER + PAIRS], weight,
+    double position[AXES_EVEN], t, basis[ORDER + PAIRS], weight,
         target; /* the basis ends in zeros */
     int span;
     double miss; /* residual over target */
@@ -74,9 +68,9 @@ typedef struct site {
 } site;
 
 typedef struct window {
-    double tau[KNOTS];                  /* knots */
-    double c[CONTROLS][AXES_EVEN];      /* control points */
-    double m[SPANS_ROOM][ORDER][ORDER]; /* basis functions of each span as
+    double tau[KNOTS];                      /* knots */
+    double control[CONTROLS][AXES_EVEN];    /* control points */
+    double basis[SPANS_ROOM][ORDER][ORDER]; /* basis functions of each span as
                                            polynomials of x = 0..1 */
     double hull[SPANS_ROOM][ORDER]
                [ORDER]; /* the same by their Bernstein coefficients */
@@ -99,14 +93,14 @@ typedef struct window {
 /* What is kept of the last accepted window. */
 typedef struct carry {
     bool valid;
-    double tau[KNOTS], c[CONTROLS][AXES_EVEN];
+    double tau[KNOTS], control[CONTROLS][AXES_EVEN];
     int spans; /* certified spans not committed yet */
 } carry;
 
 #define LEFT_OUT 64
 
 typedef struct left_out {
-    double q[NC_AXES], d; /* as in a node */
+    double position[NC_AXES], programmed; /* as in a node */
 } left_out;
 
 struct nc_smooth {
@@ -120,7 +114,7 @@ struct nc_smooth {
                        are none */
     /* intake */
     double last[NC_AXES]; /* programmed position, scaled */
-    double t, d;
+    double t, programmed;
     bool has_function; /* rows that are not motion came with this block_count
                           last */
     uint32_t function_count;
@@ -140,7 +134,7 @@ struct nc_smooth {
     struct held_row *held;
     size_t held_n, held_first, held_room;
     /* section in work */
-    struct window w;
+    struct window window;
     carry keep;
     /* output */
     nc_block *rows;
@@ -160,29 +154,13 @@ struct nc_smooth {
 static inline bool in_main(const nc_smooth *smooth, int axis) {
     return smooth->main_mask >> axis & 1;
 }
-static inline double dot(const double *a, const double *b, int count) {
+static inline double dot(const double *from, const double *to, int count) {
     double sum = 0.0;
     for (int i = 0; i < count; i++) {
-        sum += a[i] * b[i];
+        sum += from[i] * to[i];
     }
     return sum;
 }
-
-/* spline_fit.c: the basis of a span in all its forms, and the system of
- * equations */
-void spline_span(struct window *window, int span);
-void spline_basis_at(const double m[ORDER][ORDER], double x, double b[ORDER]);
-void spline_solve(struct window *window, int axes);
-void spline_invert(struct window *window);
-double spline_give(const struct window *window, const struct site *site);
-void spline_piece(const struct window *window,
-                  int span,
-                  int axes,
-                  double out[][ORDER]);
-void spline_hull(const struct window *window,
-                 int span,
-                 int axes,
-                 double out[][ORDER]);
 
 /* `most`: of a piece that is written, scaled. */
 static inline void note_deviation(nc_smooth *smooth, double most) {
@@ -190,50 +168,4 @@ static inline void note_deviation(nc_smooth *smooth, double most) {
     smooth->stats.rotary_deviation =
         fmax(smooth->stats.rotary_deviation, most * smooth->degrees);
 }
-
-/* certify.c */
-typedef struct contour {
-    const struct node *nodes; /* chords from nodes[0] on, of the section */
-    int n;
-} contour;
-typedef struct verdict {
-    double worst;    /* largest deviation over what is allowed */
-    double t;        /* where */
-    double distance; /* scaled: at the most, to what was programmed and left out
-                        too */
-} verdict;
-struct verdict certify_piece(nc_smooth *smooth,
-                             double b[][ORDER],
-                             double t0,
-                             double t1,
-                             const contour *path,
-                             int *chord);
-
-/* window.c: the section from what is written up to nodes[end]; not final: more
- * of it will come */
-void window_advance(nc_smooth *smooth, int end, bool final);
-/* smoothing.c */
-void drop_nodes(nc_smooth *smooth, int count);
-
-/* corner.c */
-/* The exact chords from nodes[0] (from contour parameter out_t on) to
- * nodes[end] with blends at the corners between. */
-void corner_path(nc_smooth *smooth, int end);
-double corner_distance(const nc_smooth *smooth, double turn);
-
-/* emit.c */
-void emit_hold(nc_smooth *smooth, const nc_block *row, double t, bool motion);
-void emit_line(nc_smooth *smooth,
-               const struct node *from,
-               const struct node *to,
-               double t0,
-               double t1);
-void emit_curve(nc_smooth *smooth,
-                double c[][ORDER],
-                double t0,
-                double t1,
-                const struct node *at);
-void emit_flush(nc_smooth *smooth);
-void emit_row(nc_smooth *smooth, const nc_block *row);
-uint32_t emit_pool(nc_smooth *smooth, const double *values, size_t count);
 #endif

@@ -8,10 +8,13 @@ letters is one NAME token which the parser may split:
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 
 from cnc_core.errors import CncError, Place
+
+Warn = Callable[[int, str, int], None]  # number, text, offset in the block
 
 
 class Kind(Enum):

@@ -42,10 +42,10 @@ from .language.calls import Finder, LevelData
 from .language.declarations import DeclarationParser
 from .language.formulas import Formulas
 from .language.text import PATTERN, Head, head_of
-from .language.words import WordBlock, WordParser, Words
+from .language.word_block import WordBlock, Words
+from .language.words import WordParser
 from .state.offsets import Offsets
-from .state.rt_loop import RealTimeLoop
-from .state.state import Context
+from .state.state import ProgramState
 from .state.store import Store
 from .state.system import System
 
@@ -74,31 +74,28 @@ class IsgFrontEnd(ProgramLevels):
         modal = Modal(machine)
         super().__init__(path, modal, port, collect=collect, scan=scan)
         store = Store(port, machine.externals, lenient=lenient, static=static)
-        self.context = Context(
+        self.state = ProgramState(
             machine,
             modal,
             port,
             self.flow,
             store,
-            System(),
             Offsets(machine, modal),
             self._warn_at,
+            self._place_now,
+            self._has_file,
             lenient,
         )
-        self.context.system.context = self.context
-        self.context.loop = RealTimeLoop(modal, self._place_now)
-        self.context.executor = self.executor = Executor(self.context)
-        self.context.cycles = CycleRunner(self.context)
-        self.context.place = self._place_now
+        self.system = System(self.state)
+        self.executor = Executor(self.state)
         self._axes = {
             name.upper(): machine.axes.index(name)
             for name in sorted(machine.axes, key=len, reverse=True)
         }
-        self._searcher = Searcher(self.context, lambda: self._skip_mask)
-        self.control = Control(self.context, self._searcher)
+        self._searcher = Searcher(self.state, lambda: self._skip_mask)
+        self.control = Control(self.state, self._searcher)
         self.control.line_behind = lambda: self.modal.line + self._lines_left
-        self._finder = Finder(self.context, path.parent)
-        self.context.cycles.own_file = self._finder.has_file
+        self._finder = Finder(self.state, path.parent, CycleRunner(self.state))
         self._skip_mask = port.skip_levels()
         self._declaring = self._declared_ahead = self._previewed = False
         self._executing = True
@@ -114,15 +111,17 @@ class IsgFrontEnd(ProgramLevels):
     def _plain(self) -> bool:
         if (
             self._declaring
-            or self.context.patterns.opened
-            or self.context.modal_cycle.call
+            or self.state.patterns.opened
+            or self.state.modal_cycle.call
         ):
             return False
-        spaces = self.context.spaces
-        return self.executor.plain and not (spaces.watches_plane or spaces.due)
+        spaces = self.state.spaces
+        return self.state.channel.plain and not (
+            spaces.watches_plane or spaces.due
+        )
 
     def _may_drain(self) -> bool:
-        return not self.executor.compensation.choice.active
+        return not self.state.channel.compensation.choice.active
 
     def _refuse_drain(self) -> Items:
         raise fail(20651, f"{ERRORS[20651]}: deselect it with G40", 0)
@@ -131,8 +130,8 @@ class IsgFrontEnd(ProgramLevels):
         check_length(block)
         self.block_now = block
         text = strip_comments(block.text)
-        if '"' in text and self.context.macros and not _keeps_quotes(text):
-            text, origin = macros.expand(text, self.context.macros)
+        if '"' in text and self.state.macros and not _keeps_quotes(text):
+            text, origin = macros.expand(text, self.state.macros)
             block = macros.ExpandedBlock(
                 block.file, text, block.lines, block.lines_read, tuple(origin)
             )
@@ -149,7 +148,7 @@ class IsgFrontEnd(ProgramLevels):
         """Check a block that is not executed."""
         before = self.block_now, self._declaring
         self._executing, self._declaring = False, self._declared_ahead
-        self.context.visiting = True
+        self.state.visiting = True
         if head.sign == "#" and head.word in ("VAR", "ENDVAR"):
             self._declared_ahead = head.word == "VAR"
         try:
@@ -159,7 +158,7 @@ class IsgFrontEnd(ProgramLevels):
         finally:
             self.block_now, self._declaring = before
             self._executing = True
-            self.context.visiting = False
+            self.state.visiting = False
 
     def _open_frame(self, text: str) -> None:
         """A wrong statement that opens others still needs its end."""
@@ -171,6 +170,9 @@ class IsgFrontEnd(ProgramLevels):
             and "GOTO" not in head.text.upper()
         ):
             self.flow.level.nest.append(Frame(head.word, self.mark, once=True))
+
+    def _has_file(self, name: str) -> bool:
+        return self._finder.has_file(name)
 
     def _place_now(self, offset: int) -> Place:
         """Where in the file an offset of the present block stands."""
@@ -192,17 +194,17 @@ class IsgFrontEnd(ProgramLevels):
             return _nothing, False
         formulas = Formulas(
             stream,
-            self.context.store,
-            self.context.system,
-            self.context.machine,
-            self.context.lenient,
+            self.state.store,
+            self.system,
+            self.state.machine,
+            self.state.lenient,
         )
         if self._declaring and not _is_endvar(stream):
             return self._declarations(stream, formulas), False
         made = macros.definition(text)
         if made:
             return self._macro(*made), False
-        parser = WordParser(stream, self._axes, formulas, self.context)
+        parser = WordParser(stream, self._axes, formulas, self.state)
         if parser.n_number():
             stream.accept(":")
         self._label(stream)
@@ -217,17 +219,17 @@ class IsgFrontEnd(ProgramLevels):
     def _preview(self) -> None:
         """Refuse wrong cycle calls before any axis moves."""
         self._previewed = True
-        context, path = self.context, self._main.file.path
+        state, path = self.state, self._main.file.path
         if not self._port.answers or not calls_cycles(path):
             return
-        port = DryPort(context.machine.start, self._skip_mask)
-        static = copy.deepcopy(context.store.static)
+        port = DryPort(state.machine.start, self._skip_mask)
+        static = copy.deepcopy(state.store.static)
         dry = IsgFrontEnd(
             path,
-            context.machine,
+            state.machine,
             port,
             collect=True,
-            lenient=context.lenient,
+            lenient=state.lenient,
             static=static,
         )
         dry._searcher.visit = None  # what is not executed does not count
@@ -244,7 +246,7 @@ class IsgFrontEnd(ProgramLevels):
             self._preview()
         item = super().read(rows)
         error = (
-            (self.context.loop.at_end() or self.context.patterns.at_end())
+            (self.state.loop.at_end() or self.state.patterns.at_end())
             if item is None
             else None
         )
@@ -286,7 +288,7 @@ class IsgFrontEnd(ProgramLevels):
             if special is not None:
                 return special
             command = CommandParser(
-                stream, formulas, self.context, self._axes
+                stream, formulas, self.state, self._axes
             ).parse()
             commands.append((block.words or command.last, command))
         if not commands:
@@ -372,15 +374,15 @@ class IsgFrontEnd(ProgramLevels):
 
     def _counted(self, run: Run, pattern: bool) -> Run:
         """``pattern``: the block may stand inside a call pattern."""
-        data, patterns = self._data, self.context.patterns
+        data, patterns = self._data, self.state.patterns
 
         def counted() -> Items:
             data.statements += 1
             if patterns.opened is not None and not pattern:
                 patterns.not_open(0, "a block")
-            repeated = self.context.modal_cycle.call is not None
+            repeated = self.state.modal_cycle.call is not None
             items = run()
-            self.context.loop.check(items, self._ended)
+            self.state.loop.check(items, self._ended)
             if repeated:
                 self._repeat_cycle(items)
             return items
@@ -395,7 +397,7 @@ class IsgFrontEnd(ProgramLevels):
             isinstance(item, np.ndarray) and item["type"][0] <= POLYNOMIAL
             for item in items
         )
-        call = self.context.modal_cycle.behind(self.flow.level, motion=motion)
+        call = self.state.modal_cycle.behind(self.flow.level, motion=motion)
         if call is not None:
             self._call(
                 call, [item for item in items if isinstance(item, np.ndarray)]
@@ -455,9 +457,9 @@ class IsgFrontEnd(ProgramLevels):
 
     def _macro(self, name: str, text: str) -> Run:
         def run() -> Items:
-            self.context.patterns.not_open(0, "a macro")
-            if self.context.macros.get(name) != text:
-                self.context.macros[name] = text
+            self.state.patterns.not_open(0, "a macro")
+            if self.state.macros.get(name) != text:
+                self.state.macros[name] = text
                 for file in self.flow.known_files:
                     file.blocks.clear()  # they may mean something else now
             return ()
@@ -465,7 +467,7 @@ class IsgFrontEnd(ProgramLevels):
         return run
 
     def _declarations(self, stream: TokenStream, formulas: Formulas) -> Run:
-        lines = DeclarationParser(stream, formulas, self.context.store).parse()
+        lines = DeclarationParser(stream, formulas, self.state.store).parse()
 
         def run() -> Items:
             for line in lines:

@@ -5,7 +5,7 @@ compiled, kept if it comes again, executed.
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from cnc_core.frontend.base.block_text import (
     read_line,
 )
 from cnc_core.frontend.base.flow import START, Level, Mark
-from cnc_core.frontend.base.lexer import TokenStream, fail
+from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.reader import (
     WAIT_BLOCKS,
     BlockReader,
@@ -45,27 +45,28 @@ from cnc_core.frontend.base.scanner import (
 )
 from cnc_core.frontend.machine import ProgramMachine
 
+from ..front_end import Restartable
 from ..port import ChannelPort, Wait
-from .base import codes
 from .base.machine import IsonsCell
 from .base.parameters import Parameters
 from .base.store import Store, UserScope
-from .base.text import PATTERN, label_of, parts_of, strip_remark
+from .base.text import strip_remark
+from .base.words import WordBlock
 from .devices.canopen import Nodes
 from .devices.clock import Clock
 from .devices.positioners import Positioners
+from .flow.compiler import Compiler
 from .flow.control import Control
 from .flow.endless import Endless
-from .flow.instructions import Instructions
+from .flow.files import RunFiles
 from .flow.levels import MACRO, MAIN, SUBROUTINE, LevelData, call_macro
-from .flow.lookahead import look_ahead_command
 from .flow.retained import take_over
 from .flow.searching import GO_BLOCK, NORMAL, RETRACE, Search
-from .language.formulas import BEHIND_MOTION, TIMED, Formulas
+from .language.formulas import BEHIND_MOTION, TIMED
 from .language.macros import Macros
-from .language.words import WordBlock, WordParser
 from .motion.executor import Executor
 from .motion.output import OFF
+from .motion.state import ChannelState
 from .motion.system import System
 from .operator.forms import Forms
 
@@ -82,14 +83,9 @@ RULE_BITS = (
 RULE_BITS |= FEED_POSITIVE
 LEVELS_MAX = 101
 IDLE_BLOCKS = 1_000_000  # blocks without a row: error 907001
-SHARED_WORDS = (
-    900005,
-    900011,
-    908005,
-)  # words of several functions in one block
+SPEED_GENERIC = 9  # $_K9 shows S (WR_SPD)
 PAUSE_EVENTS = ("M_PAUSE", "M_GOPAUSE")
 Items = Sequence[Row | Wait]
-Run = Callable[[], Items]
 
 
 class IsonsFrontEnd(BlockReader):
@@ -107,16 +103,14 @@ class IsonsFrontEnd(BlockReader):
         scan: bool = True,
         caller: IsonsFrontEnd | None = None,
     ) -> None:
-        cell = machine.isons or IsonsCell()
+        cell = machine.settings(IsonsCell)
         self.parameters = Parameters(cell.parameters)
-        modal = Modal(
-            machine,
-            Rules(
-                RULE_BITS,
-                centre_limit_mm=self.parameters.length("SGLR"),
-                centre_ratio=0.0,
-            ),
+        rules = Rules(
+            RULE_BITS,
+            centre_limit_mm=self.parameters.length("SGLR"),
+            centre_ratio=0.0,
         )
+        modal = Modal(machine, rules)
         super().__init__(path, modal, port, collect=collect, scan=scan)
         self.port = port
         self.clock = Clock(port)
@@ -124,55 +118,68 @@ class IsonsFrontEnd(BlockReader):
         self.forms = Forms(port)
         self.macros = Macros(path, cell)
         self.nodes = Nodes(cell.canopen)
-        positioners = Positioners(cell.positioners, self.parameters, self.clock)
-        self.system = System(port, cell, self.clock, positioners)
-        self.executor = Executor(
-            machine, modal, port, cell, self.parameters, self.clock, self.warn,
-            lambda kind, number: self.macros.find(kind, number) is not None,
-        )  # fmt: skip
-        self.system.executor = self.executor
-        self.system.message_result = lambda: self.forms.result
-        self.executor.positioner_offset = positioners.set_offset
-        self.executor.speed_copied = lambda speed: self.system.shared.write(
-            "K", 9, speed, 0
-        )
+        self._set_up_channel(machine, modal, cell)
         modal.apply(MotionWords(exact_stop=not self.parameters["USE_G60"]))
-        before: Executor | None = (
-            caller.executor if caller else port.retained.get("isons")
-        )
-        if before is not None:
-            take_over(self.executor, before)
-        if caller is None:
-            port.retained["isons"] = self.executor
-        self._queue.extend(self.executor.mode_rows(0))
+        self._take_over(caller)
+        self._queue.extend(self.channel.mode_rows(0))
         self._endless = Endless(self)
         self.control = Control(
             self.flow,
             lambda: self.modal.line,
             self._error if collect else None,
-            self._visit if collect else None,
+            self.visit if collect else None,
             self._endless.jumped_back,
         )
+        self._compiler = Compiler(self, self._words)
         self.idle_blocks_max = IDLE_BLOCKS
         self._ticks = 0  # waits so far: time has passed between them
         # when a block has read the running machine last
         self._read_at: dict[tuple[int, int], int] = {}
         self.search = Search(self)
-        self.steps = 0  # blocks executed
+        self.steps = 0
         self._block_mark = START  # of the block that is being executed
-        # of the last T: level, block, open loops
         self.tool_place: tuple[int, Mark, list[Any]] | None = None
-        self.waits: dict[
-            int, float
-        ] = {}  # when a WAIT_INPUT has begun, by its place
-        self._written: set[str] = set()  # files of this program
+        self.waits: dict[int, float] = {}
+        self._files = RunFiles(port, self.flow.files[0].parent)
         self.flow.level.user = LevelData(MAIN, self.store.scope)
         self._closing = False
         self._failed: CncError | None = None
         if caller is None:
-            self._event("M_START")
+            self.call_event("M_START")
         else:
-            self.store.common, self.macros.events = caller.store.common, {}
+            self.store.common = caller.store.common
+            self.macros.events = {}
+
+    def _set_up_channel(
+        self, machine: ProgramMachine, modal: Modal, cell: IsonsCell
+    ) -> None:
+        """Channel, system variables and executor, each with the one below."""
+        parameters, clock = self.parameters, self.clock
+        self.channel = ChannelState(machine, modal, cell, parameters, self.warn)
+        positioners = Positioners(cell.positioners, parameters, clock)
+        self.system = System(self.port, self.channel, clock, positioners)
+        self.system.message_result = lambda: self.forms.result
+        self.channel.positioner_offset = positioners.set_offset
+        self.channel.speed_copied = self._copy_speed
+        self.executor = Executor(
+            self.channel, self.port, clock, self._has_macro
+        )
+
+    def _copy_speed(self, speed: float) -> None:
+        self.system.shared.write("K", SPEED_GENERIC, speed, 0)
+
+    def _has_macro(self, kind: str, number: int) -> bool:
+        return self.macros.find(kind, number) is not None
+
+    def _take_over(self, caller: IsonsFrontEnd | None) -> None:
+        """Go on from the caller's state, or from that of the program before."""
+        before: ChannelState | None = (
+            caller.channel if caller else self.port.retained.get("isons")
+        )
+        if before is not None:
+            take_over(self.channel, before)
+        if caller is None:
+            self.port.retained["isons"] = self.channel
 
     @property
     def answers(self) -> bool:
@@ -185,13 +192,22 @@ class IsonsFrontEnd(BlockReader):
     @property
     def asks(self) -> bool:
         """An operator may change what the program sees."""
-        operator = getattr(self.port, "operator", None)
-        return self.forms.shown or bool(operator and operator.waiting)
+        return self.forms.shown or self.port.operator.waiting
+
+    @property
+    def collecting(self) -> bool:
+        """The program is only checked: its errors are collected."""
+        return self._collect
+
+    @property
+    def place_found(self) -> bool:
+        """No place is searched for, or it has been reached."""
+        return self.search.found
 
     @property
     def compensated(self) -> bool:
         """Tool radius compensation holds rows back that it needs for what follows."""
-        return self.executor.output.side != OFF
+        return self.channel.output.side != OFF
 
     @property
     def _data(self) -> LevelData:
@@ -204,68 +220,16 @@ class IsonsFrontEnd(BlockReader):
         return read_line(self._source, self.modal.line)
 
     def _plain(self) -> bool:
-        return self.executor.plain
+        return self.channel.plain
 
     def _prepare(self, block: BlockText) -> Prepared:
         check_length(block)
         self.block_now = block
         try:
-            run, drain, live = self._compile(strip_remark(block.text))
+            made = self._compiler.compile(strip_remark(block.text))
         except CncError as error:
             raise located(error, block) from None
-        return Prepared(block, run, drain, live=live)
-
-    def _compile(self, text: str) -> tuple[Run, bool, int]:
-        """What the block does, whether everything before has to be executed
-        first, and what it reads live.
-        """
-        if not text.strip():
-            return _nothing, False, 0
-        if label_of(text) is not None:
-            self.control.index()
-            return _nothing, False, 0
-        stream = TokenStream(text, PATTERN)
-        formulas = Formulas(stream, self.store, self.system)
-        parser = WordParser(stream, formulas, self.executor.axes)
-        parser.n_number()
-        command = look_ahead_command(
-            stream, formulas, self.executor, parser.block.n
-        )
-        if command is not None:
-            return command, formulas.drain, formulas.live
-        instructions = Instructions(self, stream, formulas)
-        run = instructions.parse()
-        if run is not None:
-            return (
-                run,
-                formulas.drain or instructions.drain,
-                formulas.live | instructions.live,
-            )
-        try:
-            block = parser.parse()
-        except CncError as error:
-            parts = (
-                parts_of(text, codes.TAKERS, codes.MOTIONS)
-                if error.code in SHARED_WORDS
-                else [text]
-            )
-            if len(parts) < 2:
-                raise
-            return self._parts([self._compile(part) for part in parts])
-        return (lambda: self._words(block)), formulas.drain, formulas.live
-
-    def _parts(
-        self, parts: list[tuple[Run, bool, int]]
-    ) -> tuple[Run, bool, int]:
-        """Functions one behind the other in a block, each with its own words."""
-
-        def run() -> Items:
-            return [item for part, _, _ in parts for item in part()]
-
-        live = 0
-        for _, _, reads in parts:
-            live |= reads
-        return run, any(drain for _, drain, _ in parts), live
+        return Prepared(block, made.run, made.drain, live=made.live)
 
     def _words(self, block: WordBlock) -> Items:
         for target, value in block.assignments:
@@ -284,13 +248,13 @@ class IsonsFrontEnd(BlockReader):
         self._endless.motions += sum(
             int(row["type"][0]) <= POLYNOMIAL for row in rows
         )
-        failure, self.executor.failure = self.executor.failure, None
+        failure, self.channel.failure = self.channel.failure, None
         if failure is not None:
             self._queue.extend(items)
             raise failure
         if self.executor.ended:
             items += self.held_rows()
-            self._finish()
+            self.end_program()
         elif self.executor.calls:
             kind, number, offset, arguments = self.executor.calls[0]
             items += self._before_macro()
@@ -301,15 +265,23 @@ class IsonsFrontEnd(BlockReader):
         """M and HM wait until everything before has been executed; not while
         the tool is compensated.
         """
-        if self.executor.output.side != 40:
+        if self.channel.output.side != 40:
             return []
         return [*self.held_rows(), Wait.DRAINED]
 
+    def put_out(self, items: Items) -> None:
+        """Rows and waits in front of the next block."""
+        self._queue.extend(items)
+
+    def scan_plain_lines(self, on: bool) -> None:
+        """Whether the scanner reads plain lines, or the parser every line."""
+        self._scan = on
+
     def held_rows(self) -> list[Row | Wait]:
         """What the corners still hold."""
-        return [*self.executor.output.flush()]
+        return [*self.channel.output.flush()]
 
-    def _visit(self, begin: Mark, end: Mark) -> None:
+    def visit(self, begin: Mark, end: Mark) -> None:
         """Check the blocks that a branch leaves out."""
         before, mark = self.block_now, self.mark
         source = self._source
@@ -355,7 +327,7 @@ class IsonsFrontEnd(BlockReader):
         if (
             standstill
             and not prepared.drain
-            and self.executor.output.side == OFF
+            and self.channel.output.side == OFF
         ):
             self._queue.extend([*self.held_rows(), Wait.DRAINED])
             self._drained = True
@@ -377,8 +349,10 @@ class IsonsFrontEnd(BlockReader):
 
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
-        output = self.executor.output
-        bounds, file, start = output.bounds, self.flow.file, self.modal.position
+        output = self.channel.output
+        bounds = output.bounds
+        file = self.flow.file
+        start = self.modal.position
         rows = super()._advance(out)
         if not rows:
             return 0
@@ -414,20 +388,16 @@ class IsonsFrontEnd(BlockReader):
                 lines=[PhysicalLine(0, max(1, self.modal.line), "")],
             )
             self._error(fail(909123, "the subroutine has no RETURN", 0), last)
-            self._finish()
+            self.end_program()
         elif len(self.flow.levels) == 1:
             self.control.index() if self._collect else None
-            self._finish()
+            self.end_program()
         else:
             super()._level_ended()
 
-    def end_program(self) -> None:
-        """END_PROGRAM: of a macro or an imported file too it ends the program."""
-        self._finish()
-
     # events and the end
 
-    def _event(self, name: str) -> bool:
+    def call_event(self, name: str) -> bool:
         """Call the macro of an event now; False if there is none."""
         number = self.macros.event(name)
         if number is None:
@@ -454,18 +424,19 @@ class IsonsFrontEnd(BlockReader):
         self.store.scope = self._data.scope
         return True
 
-    def _finish(self) -> None:
-        """The program has ended: rows held back, the END macro, then nothing more."""
+    def end_program(self) -> None:
+        """Nothing follows but the rows held back and the macro M_END.
+
+        The end of a macro or of an imported file ends the program too.
+        """
         self._queue.extend(self.held_rows())
         self.forms.close()
-        self.executor.completed = self._failed is None
+        self.channel.completed = self._failed is None
         if self._closing:
             self._ended = True
             return
         self._closing = True
-        self.flow.forget()
-        del self.flow.levels[1:]
-        self.flow.level = self.flow.levels[0]
+        self._leave_levels()
         if self.macros.event("M_END") is None:
             self._ended = True
             return
@@ -473,22 +444,37 @@ class IsonsFrontEnd(BlockReader):
 
     def _end_here(self) -> None:
         """Nothing of the main file follows behind the END macro."""
+        self._to_end_of_file()
+        if not self.call_event("M_END"):
+            self._ended = True
+
+    def _leave_levels(self) -> None:
+        """Back on the main program."""
+        self.flow.forget()
+        del self.flow.levels[1:]
+        self.flow.level = self.flow.levels[0]
+
+    def _to_end_of_file(self) -> None:
         file = self.flow.file
         file.source.seek(file.path.stat().st_size)
-        if not self._event("M_END"):
-            self._ended = True
+
+    def revive(self) -> None:
+        """The program goes on although its end has begun."""
+        self._closing, self._failed = False, None
 
     # pausing
 
     @property
+    def restartable(self) -> Restartable:
+        return self
+
+    @property
     def pause_mode(self) -> int:
         """PAUSE_MODE."""
-        return self.executor.pause_mode
+        return self.channel.pause_mode
 
     def pause_macro(self, event: str) -> Path | None:
-        """Macro of M_PAUSE, M_GOPAUSE, M_GOBLOCK or M_GORETRACE, None if there
-        is none.
-        """
+        """File of an event's macro, None if there is none."""
         number = self.macros.event(event)
         return None if number is None else self.macros.find("M", number)
 
@@ -520,7 +506,7 @@ class IsonsFrontEnd(BlockReader):
         ``run_type``: $_X7 in the macro.
         """
         reader = IsonsFrontEnd(path, machine, self.port, caller=self)
-        reader.executor.counter = self.executor.tip.programmed(place)
+        reader.channel.counter = self.channel.tip.programmed(place)
         reader.system.run_type = run_type
         return reader
 
@@ -543,16 +529,13 @@ class IsonsFrontEnd(BlockReader):
         then the program ends.
         """
         self._queue.clear()
-        self.executor.output.stopped(position)
-        self.modal.set_position(self.executor.tip.programmed(position))
+        self.channel.output.stopped(position)
+        self.modal.set_position(self.channel.tip.programmed(position))
         self.modal.set_compensated(False)
         self._closing, self._ended, self._drained = True, False, False
-        self.flow.forget()
-        del self.flow.levels[1:]
-        self.flow.level = self.flow.levels[0]
-        file = self.flow.file
-        file.source.seek(file.path.stat().st_size)
-        self._event("M_STOP")
+        self._leave_levels()
+        self._to_end_of_file()
+        self.call_event("M_STOP")
 
     def _error(self, error: CncError, block: BlockText) -> None:
         """Behind an error that ends the program the ERROR macro is executed;
@@ -569,19 +552,16 @@ class IsonsFrontEnd(BlockReader):
         assert isinstance(failed, CncError)
         self._failed = failed
         self._ended = False
-        self.flow.forget()
-        del self.flow.levels[1:]
-        self.flow.level = self.flow.levels[0]
-        file = self.flow.file
-        file.source.seek(file.path.stat().st_size)
-        self._event("M_ERROR")
+        self._leave_levels()
+        self._to_end_of_file()
+        self.call_event("M_ERROR")
 
     def read(self, rows: int) -> BlockBatch | Wait | None:
-        if self.executor.stopping and self._port.answers and not self._queue:
+        if self.channel.stopping and self._port.answers and not self._queue:
             self.modal.set_position(
-                self.executor.tip.programmed(self._port.position())
+                self.channel.tip.programmed(self._port.position())
             )
-        self.executor.stopping = self.executor.stopping and bool(self._queue)
+        self.channel.stopping = self.channel.stopping and bool(self._queue)
         item = super().read(rows)
         if isinstance(item, Wait):
             self._ticks += 1
@@ -592,34 +572,13 @@ class IsonsFrontEnd(BlockReader):
     # files and messages
 
     def text_of(self, name: str) -> str | None:
-        """A file that the program reads: written by itself, beside the program,
-        in the folder of the run.
-        """
-        if name in self._written:
-            return self._port.read_file(name)
-        text = name.replace("\\", "/")
-        path = (
-            Path(text)
-            if Path(text).is_absolute()
-            else self.flow.files[0].parent / text
-        )
-        if path.is_file():
-            return path.read_text(encoding="utf-8", errors="replace")
-        return (
-            None
-            if Path(text).is_absolute() or ".." in Path(text).parts
-            else self._port.read_file(text)
-        )
+        """Text of a file that the program reads, None if there is none."""
+        return self._files.text_of(name)
 
     def write_file(self, name: str, text: str) -> None:
-        self._written.add(name)
-        self._port.write_file(name, text)
+        self._files.write(name, text)
 
     def warn(self, code: int, text: str, offset: int) -> None:
         block = self.block_now
         if block is not None:
             self._warn(code, text, block.place(offset))
-
-
-def _nothing() -> Items:
-    return ()

@@ -11,7 +11,7 @@ from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
 from ..language.formulas import Formulas
-from ..state.state import Context
+from ..state.state import ProgramState
 
 Items = list[Row | Wait]
 Run = Callable[[], Items]
@@ -28,16 +28,16 @@ class CommandBase:
         self,
         stream: TokenStream,
         formulas: Formulas,
-        context: Context,
+        state: ProgramState,
         axes: dict[str, int],
     ) -> None:
-        self._stream, self._formulas, self._context, self._axes = (
+        self._stream, self._formulas, self._state, self._axes = (
             stream,
             formulas,
-            context,
+            state,
             axes,
         )
-        self._modal = context.modal
+        self._modal = state.modal
         self._start = stream.current.offset
         self._drain = self._last = False
         self._behind: Callable[[], None] | None = None
@@ -104,7 +104,7 @@ class CommandBase:
     def _key_value(self, key: str) -> Formula:
         stream, offset = self._stream, self._stream.current.offset
         if not stream.accept("=") and len(key) > 1:  # axis words need none
-            self._context.warn(
+            self._state.warn(
                 907040, f"{key} without = before its value", offset
             )
         if not self._formulas.starts_here():

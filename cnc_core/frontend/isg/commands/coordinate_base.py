@@ -30,7 +30,7 @@ class CoordinateBase(CommandBase):
         """A change of coordinates: not during compensation, nor where #PTP
         (error ``in_ptp``) or #MCS forbid it.
         """
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
 
         def run() -> Items:
             self.not_compensated(name, COMPENSATED)
@@ -44,7 +44,7 @@ class CoordinateBase(CommandBase):
         return run
 
     def not_compensated(self, name: str, number: int) -> None:
-        if self._context.executor.compensation.choice.active:
+        if self._state.channel.compensation.choice.active:
             raise fail(
                 number,
                 ERRORS[number]

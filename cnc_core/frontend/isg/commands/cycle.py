@@ -7,7 +7,7 @@ from collections.abc import Callable
 from cnc_core.frontend.base.formula import Constant, Formula, number_of
 from cnc_core.frontend.base.lexer import fail
 
-from ..cycles.pattern import ID_MAX, SYNTAX
+from ..state.patterns import ID_MAX, SYNTAX
 from .base import CommandBase, Items, Run
 
 
@@ -21,7 +21,7 @@ class CycleCommands(CommandBase):
         stream, start, patterns = (
             self._stream,
             self._start,
-            self._context.patterns,
+            self._state.patterns,
         )
         word = stream.accept_name("BEGIN", "END", "DELETE")
         if not word:
@@ -46,7 +46,7 @@ class CycleCommands(CommandBase):
         def run() -> Items:
             if kind == "BEGIN":
                 assert identity is not None
-                patterns.begin(identity(), self._context.place(start), start)
+                patterns.begin(identity(), self._state.place(start), start)
             elif kind == "END":
                 patterns.end(start)
             else:
@@ -91,7 +91,7 @@ class CycleCommands(CommandBase):
             )
 
         def run() -> Items:
-            self._context.patterns.at(
+            self._state.patterns.at(
                 [value() for value in values], self._modal.unit_mm, start
             )
             return []
@@ -114,7 +114,7 @@ class CycleCommands(CommandBase):
 
     def _disable_modal(self) -> Run:
         def run() -> Items:
-            self._context.modal_cycle.deselect()
+            self._state.modal_cycle.deselect()
             return []
 
         return run

@@ -44,7 +44,7 @@ class FrameCommands(CoordinateBase):
 
     def _frame(self, fields: list[Formula | None]) -> Callable[[], Frame]:
         """Up to three shifts and three angles."""
-        start, modal, spaces = self._start, self._modal, self._context.spaces
+        start, modal, spaces = self._start, self._modal, self._state.spaces
         if len(fields) > 6:
             raise fail(
                 900010,
@@ -118,7 +118,7 @@ class FrameCommands(CoordinateBase):
         frame = self._frame(self._bracket() if two else first)
 
         def run() -> Items:
-            if self._context.spaces.mcs:
+            if self._state.spaces.mcs:
                 raise fail(
                     NOT_IN_MCS,
                     f"#{systems.name} DEF: {ERRORS[NOT_IN_MCS]}",
@@ -131,7 +131,7 @@ class FrameCommands(CoordinateBase):
 
     def _systems_on(self, systems: Systems) -> Run:
         """``ON``, ``ON [id]``, ``ON [values]``, ``ON [id][values]``."""
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
         number, frame = self._definition()
 
         def change() -> None:
@@ -151,7 +151,7 @@ class FrameCommands(CoordinateBase):
                 f"#{systems.name} OFF takes no number: the last one is deselected",
                 self._start,
             )
-        spaces = self._context.spaces
+        spaces = self._state.spaces
 
         def change() -> None:
             spaces.switch_off(systems, every=every)
@@ -161,22 +161,22 @@ class FrameCommands(CoordinateBase):
         return lambda: changing() if systems.stack else []
 
     def _cs_def(self) -> Run:
-        return self._systems_def(self._context.spaces.cs)
+        return self._systems_def(self._state.spaces.cs)
 
     def _cs_on(self) -> Run:
-        return self._systems_on(self._context.spaces.cs)
+        return self._systems_on(self._state.spaces.cs)
 
     def _cs_off(self) -> Run:
-        return self._systems_off(self._context.spaces.cs)
+        return self._systems_off(self._state.spaces.cs)
 
     def _acs_def(self) -> Run:
-        return self._systems_def(self._context.spaces.acs)
+        return self._systems_def(self._state.spaces.acs)
 
     def _acs_on(self) -> Run:
-        return self._systems_on(self._context.spaces.acs)
+        return self._systems_on(self._state.spaces.acs)
 
     def _acs_off(self) -> Run:
-        return self._systems_off(self._context.spaces.acs)
+        return self._systems_off(self._state.spaces.acs)
 
     # the named stack
 
@@ -200,7 +200,7 @@ class FrameCommands(CoordinateBase):
     def _cs_add(self) -> Run:
         """``#CS ADD [NAME][v1,..,f3]``: on top of the stack, not in force yet."""
         spaces, start, name = (
-            self._context.spaces,
+            self._state.spaces,
             self._start,
             self._system_name(),
         )
@@ -217,7 +217,7 @@ class FrameCommands(CoordinateBase):
         are used.
         """
         spaces, start, name = (
-            self._context.spaces,
+            self._state.spaces,
             self._start,
             self._system_name(),
         )
@@ -231,7 +231,7 @@ class FrameCommands(CoordinateBase):
     def _cs_select(self) -> Run:
         """``#CS SELECT [NAME]``: the chain up to NAME; MCS: none."""
         spaces, start, name = (
-            self._context.spaces,
+            self._state.spaces,
             self._start,
             self._system_name(),
         )
@@ -242,7 +242,7 @@ class FrameCommands(CoordinateBase):
     def _cs_del(self) -> Run:
         """``#CS DEL``: the topmost one, ``#CS DEL ALL``."""
         spaces, every = (
-            self._context.spaces,
+            self._state.spaces,
             self._stream.accept_name("ALL") is not None,
         )
         return self._changing(
@@ -265,7 +265,10 @@ class FrameCommands(CoordinateBase):
                 "ROTATION_SEQUENCE", "ROTATION_MODE_FIXED"
             )
             if word is None:
-                text = f"#CS MODE ON: expected ROTATION_SEQUENCE or ROTATION_MODE_FIXED, found {stream.describe()}"
+                text = (
+                    "#CS MODE ON: expected ROTATION_SEQUENCE or "
+                    f"ROTATION_MODE_FIXED, found {stream.describe()}"
+                )
                 raise fail(900010, text, stream.current.offset)
             if word.text.upper() == "ROTATION_MODE_FIXED":
                 fixed = True
@@ -287,7 +290,7 @@ class FrameCommands(CoordinateBase):
         return self._order(Order())
 
     def _order(self, order: Order) -> Run:
-        spaces = self._context.spaces
+        spaces = self._state.spaces
 
         def run() -> Items:
             spaces.order = order
@@ -304,7 +307,7 @@ class FrameCommands(CoordinateBase):
         """
         known = {"ANGLE": True, "CENTER1": True, "CENTER2": True}
         keys = self._keys(known) if self._stream.is_op("[") else {}
-        start, spaces = self._start, self._context.spaces
+        start, spaces = self._start, self._state.spaces
 
         def value(key: str) -> float:
             formula = keys.get(key)
@@ -321,12 +324,12 @@ class FrameCommands(CoordinateBase):
             spaces.set_rotation(
                 Rotation(self._modal.plane, value("ANGLE"), centre)
             )
-            self._context.executor.rotation_in_cycle(start)
+            self._state.rotation_in_cycle(start)
 
         return self._changing("#ROTATION ON", change)
 
     def _rotation_off(self) -> Run:
-        spaces = self._context.spaces
+        spaces = self._state.spaces
         changing = self._changing(
             "#ROTATION OFF", lambda: spaces.set_rotation(None)
         )
@@ -342,7 +345,7 @@ class FrameCommands(CoordinateBase):
             self._stream,
             self._formulas,
             self._start,
-            self._context.offsets,
+            self._state.offsets,
         )
         if not stream.is_op("["):
             raise fail(900010, "#SCALE ON: factors of axes are expected", start)
@@ -350,10 +353,7 @@ class FrameCommands(CoordinateBase):
         while not stream.is_op("]"):
             token = stream.current
             name = self._axis_name()
-            if (
-                name is None
-                or self._axes[name] not in self._context.machine.main
-            ):
+            if name is None or self._axes[name] not in self._state.machine.main:
                 raise fail(
                     900010,
                     f"#SCALE ON: expected a main axis, found {token.text or 'the end'}",
@@ -384,7 +384,7 @@ class FrameCommands(CoordinateBase):
         return run
 
     def _scale_off(self) -> Run:
-        offsets = self._context.offsets
+        offsets = self._state.offsets
 
         def run() -> Items:
             if (offsets.factor != 1.0).any():

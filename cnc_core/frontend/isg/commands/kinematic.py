@@ -53,7 +53,7 @@ class KinematicCommands(CoordinateBase):
                     )
             self._stream.expect("]", 900010)
             ex_tool = True
-        spaces = self._context.spaces
+        spaces = self._state.spaces
         return self._changing(
             "#MCS ON",
             lambda: spaces.set_machine_coordinates(True, ex_tool=ex_tool),
@@ -62,7 +62,7 @@ class KinematicCommands(CoordinateBase):
         )
 
     def _mcs_off(self) -> Run:
-        spaces = self._context.spaces
+        spaces = self._state.spaces
         return self._changing(
             "#MCS OFF",
             lambda: spaces.set_machine_coordinates(False),
@@ -75,7 +75,7 @@ class KinematicCommands(CoordinateBase):
         """``#KIN ID [n]``: the transformation that #TRAFO ON switches on;
         without a number that of the start.
         """
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
         fields = self._bracket() if self._stream.is_op("[") else []
         if not self._stream.at_end and not fields:
             raise fail(
@@ -99,12 +99,12 @@ class KinematicCommands(CoordinateBase):
         return self._trafo(lambda: True)
 
     def _trafo_off(self) -> Run:
-        spaces = self._context.spaces
+        spaces = self._state.spaces
         off = self._trafo(lambda: False)
         return lambda: off() if spaces.active_kin is not None else []
 
     def _trafo(self, on: Callable[[], bool]) -> Run:
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
 
         def change() -> None:
             if not on():
@@ -121,7 +121,7 @@ class KinematicCommands(CoordinateBase):
             spaces.set_trafo(spaces.kin_id, start)
 
         def run() -> Items:
-            if self._context.executor.compensation.choice.active:
+            if self._state.channel.compensation.choice.active:
                 raise fail(906003, f"#TRAFO: {ERRORS[906003]}", start)
             return self._changing("#TRAFO", change, in_ptp=21552)()
 
@@ -141,7 +141,7 @@ class KinematicCommands(CoordinateBase):
                 900010, "#TRAFO: ON, OFF or [id] is expected", self._start
             )
         steps = self._steps()
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
         if len(steps) > 2:
             raise fail(900010, "#TRAFO: at most two steps", start)
         if len(steps) == 2 and steps[1] == "ON":
@@ -191,7 +191,7 @@ class KinematicCommands(CoordinateBase):
         fields = self._bracket_expected("#TLC ON")
         if len(fields) != 1 or fields[0] is None:
             raise fail(900010, "#TLC ON: one length is expected", self._start)
-        value, spaces, start = fields[0], self._context.spaces, self._start
+        value, spaces, start = fields[0], self._state.spaces, self._start
 
         def change() -> None:
             length = value()
@@ -204,7 +204,7 @@ class KinematicCommands(CoordinateBase):
         return self._changing("#TLC ON", change)
 
     def _tlc_off(self) -> Run:
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
         off = self._changing("#TLC OFF", lambda: spaces.set_tlc(None, start))
         return lambda: off() if spaces.tlc_mm is not None else []
 
@@ -215,11 +215,11 @@ class KinematicCommands(CoordinateBase):
         return self._ptp(True)
 
     def _ptp_off(self) -> Run:
-        spaces, off = self._context.spaces, self._ptp(False)
+        spaces, off = self._state.spaces, self._ptp(False)
         return lambda: off() if spaces.ptp else []
 
     def _ptp(self, on: bool) -> Run:
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
 
         def change() -> None:
             if on and spaces.active_kin is None:
@@ -252,7 +252,7 @@ class KinematicCommands(CoordinateBase):
         """The tool into the Z axis of the coordinate system; the nearest
         position of the rotary axes.
         """
-        spaces, start = self._context.spaces, self._start
+        spaces, start = self._state.spaces, self._start
 
         def run() -> Items:
             self.not_compensated("#TOOL ORI CS", 906003)

@@ -52,9 +52,9 @@ class OrbitCommands(CommandBase):
             return value * self._modal.unit_mm
 
         def run() -> Items:
-            if not self._context.machine.equidistant:
+            if not self._state.machine.equidistant:
                 raise fail(NOT_CONFIGURED, ERRORS[NOT_CONFIGURED], start)
-            self._context.executor.not_compensated("#TRACK CHAN", start)
+            self._state.channel.not_compensated("#TRACK CHAN", start)
             channel()
             scale, equid = (
                 radius(keys["MAX_SCALE"], "MAX_SCALE"),

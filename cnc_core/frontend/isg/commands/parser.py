@@ -34,12 +34,12 @@ from . import table
 from .base import Items, Run
 from .corner import CornerCommands
 from .cycle import CycleCommands
-from .foresight import ForesightCommands
 from .frame import FrameCommands
 from .kinematic import KinematicCommands
 from .orbit import OrbitCommands
 from .path import PathCommands
 from .position import PositionCommands
+from .prediction import PredictionCommands
 from .spline import SplineCommands
 from .text import TextCommands
 from .time import TimeCommands
@@ -74,7 +74,7 @@ class CommandParser(
     TimeCommands,
     CycleCommands,
     OrbitCommands,
-    ForesightCommands,
+    PredictionCommands,
 ):
     """Compiles one # command; the stream stands behind ``#``."""
 
@@ -167,11 +167,8 @@ class CommandParser(
                 found[:1] == ["INIT"]
                 and self._stream.following.text.upper() == "V.E"
             )
-        if words in (("WAIT",), ("SIGNAL",)) and self._words(2)[1:] in (
-            ["FOR"],
-            ["INDP"],
-            ["READ"],
-        ):
+        alone = words in (("WAIT",), ("SIGNAL",))
+        if alone and self._words(2)[1:] in (["FOR"], ["INDP"], ["READ"]):
             return False
         return found == list(words)
 
@@ -183,36 +180,34 @@ class CommandParser(
             raise fail(900010, "# without a command", offset)
         words = self._words(table.LONGEST)
         for count in range(len(words), 0, -1):
-            state = table.TABLE.get(" ".join(words[:count]))
-            if state is not None and state != table.REFUSED:
+            effect = table.TABLE.get(" ".join(words[:count]))
+            if effect is not None and effect != table.REFUSED:
                 for _ in range(count):
                     stream.next()
                 self._old_name(" ".join(words[:count]), offset)
                 self._rest()
-                return self._stored(" ".join(words[:count]), state, offset)
-            if state is not None:
+                return self._stored(" ".join(words[:count]), effect, offset)
+            if effect is not None:
                 break
         name = " ".join(self._words(99))
         if words[0] in FIRST_WORDS:
             raise fail(900003, f"#{name} is not supported", offset)
-        if not self._context.lenient:
+        if not self._state.lenient:
             raise fail(900002, f"unknown command #{words[0]}", offset)
         self._rest()
-        self._context.warn(
-            907041, f"unknown command #{name} is skipped", offset
-        )
+        self._state.warn(907041, f"unknown command #{name} is skipped", offset)
         return list
 
     def _old_name(self, name: str, offset: int) -> None:
         if name in table.OLD_NAMES:
-            self._context.warn(907040, f"#{name} is an old name", offset)
+            self._state.warn(907040, f"#{name} is an old name", offset)
 
-    def _stored(self, name: str, state: str, offset: int) -> Run:
+    def _stored(self, name: str, effect: str, offset: int) -> Run:
         def run() -> Items:
             if name.endswith("CORNER PARAM"):
-                self._context.executor.corner_param = True
-            if state == table.STORED:
-                self._context.executor.stored_without_effect(f"#{name}", offset)
+                self._state.channel.corner_param = True
+            if effect == table.STORED:
+                self._state.channel.stored_without_effect(f"#{name}", offset)
             return []
 
         return run
@@ -344,7 +339,7 @@ class CommandParser(
 
     def _rt_while(self) -> Run:
         """``#RT WHILE [[MODULO]]``."""
-        stream, start, loop = self._stream, self._start, self._context.loop
+        stream, start, loop = self._stream, self._start, self._state.loop
         bracket = stream.accept("[")
         modulo = stream.accept_name("MODULO") is not None
         if bracket:
@@ -358,7 +353,7 @@ class CommandParser(
         return lambda: [loop.begin(modulo, start)]
 
     def _rt_endwhile(self) -> Run:
-        start, loop = self._start, self._context.loop
+        start, loop = self._start, self._state.loop
         return lambda: [loop.end(start)]
 
     def _flush(self) -> Run:
@@ -387,7 +382,7 @@ class CommandParser(
 
     def _delete(self) -> Run:
         """``#DELETE V.P.A, V.L.B, P1``."""
-        stream, store, names = self._stream, self._context.store, []
+        stream, store, names = self._stream, self._state.store, []
         while True:
             token = stream.next()
             parts = token.text.upper().split(".")
@@ -396,7 +391,8 @@ class CommandParser(
                 and len(parts) > 2
                 and parts[1] in ("P", "S", "L", "CYC", "I")
             ):
-                names.append((parts[1], ".".join(parts[2:]), token.offset))
+                name = ".".join(parts[2:])
+                names.append((parts[1], name, token.offset))
             elif (
                 token.text.upper() == "P" and stream.current.kind is Kind.NUMBER
             ):
@@ -421,7 +417,7 @@ class CommandParser(
 
     def _init_macros(self) -> Run:
         def run() -> Items:
-            self._context.macros.clear()
+            self._state.macros.clear()
             return []
 
         return run
@@ -432,7 +428,7 @@ class CommandParser(
         self._drain = True
 
         def run() -> Items:
-            self._context.store.init_external()
+            self._state.store.init_external()
             return []
 
         return run

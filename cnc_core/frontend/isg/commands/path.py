@@ -123,12 +123,12 @@ class PathCommands(CommandBase):
             )
 
         def run() -> Items:
-            contouring, n = self._context.executor.contouring, self._modal.n
+            contouring, n = self._state.channel.contouring, self._modal.n
             rows: Items = []
             if made is not None:
                 rows += contouring.set_mode(made(), n, self._start)
             if switch:
-                self._context.executor.check_contouring(
+                self._state.channel.check_contouring(
                     switch == "ON", self._start
                 )
                 rows += contouring.switch(switch == "ON", n)
@@ -138,8 +138,8 @@ class PathCommands(CommandBase):
 
     def _contour_keys(self) -> Callable[[], ContourMode]:
         axes = {
-            self._context.offsets.names[a]: a
-            for a in self._context.machine.main
+            self._state.offsets.names[a]: a
+            for a in self._state.machine.main
             if a >= 0
         }
         known: Mapping[str, bool | None] = dict.fromkeys(
@@ -162,7 +162,7 @@ class PathCommands(CommandBase):
         }
 
         def made() -> ContourMode:
-            old = self._context.executor.contouring.mode
+            old = self._state.channel.contouring.mode
             mode = DEFAULTS[name] if name else old
             if actions:
                 mode = replace(mode, action=ACTIONS[actions[0]])
@@ -199,7 +199,7 @@ class PathCommands(CommandBase):
                 self._start,
             )
         for key in sorted(keys & set(WITHOUT_EFFECT)):
-            self._context.executor.stored_without_effect(
+            self._state.channel.stored_without_effect(
                 f"#CONTOUR MODE [{key}]", self._start
             )
 
@@ -243,15 +243,15 @@ class PathCommands(CommandBase):
             )
 
         def run() -> Items:
-            executor = self._context.executor
+            channel = self._state.channel
             if keys is not None and switch != "OFF":
                 self._set_hsc(keys)
             if not switch:
                 return []
-            executor.not_compensated("#HSC", self._start)
+            channel.not_compensated("#HSC", self._start)
             if switch == "ON":
-                executor.check_hsc(self._start)
-            return [*executor.smooth.switch_hsc(switch == "ON", self._modal.n)]
+                channel.check_hsc(self._start)
+            return [*channel.smooth.switch_hsc(switch == "ON", self._modal.n)]
 
         return run
 
@@ -271,11 +271,11 @@ class PathCommands(CommandBase):
         return keys
 
     def _set_hsc(self, keys: dict[str, Callable[[], float] | None]) -> None:
-        executor = self._context.executor
+        channel = self._state.channel
         values = {
             key: value() for key, value in keys.items() if value is not None
         }
-        old = executor.smooth.hsc_settings
+        old = channel.smooth.hsc_settings
         path = values.get(
             "PATH_DEV", values.get("CONTERROR", old.path if not keys else 0.2)
         )
@@ -295,16 +295,16 @@ class PathCommands(CommandBase):
                 "#HSC: MAX_ANGLE is 0..180 degrees, MAX_PATH_LENGTH not negative",
                 self._start,
             )
-        if executor.smooth.hsc is not None:
+        if channel.smooth.hsc is not None:
             raise fail(
                 120433, "#HSC: the settings change while it is on", self._start
             )
-        executor.smooth.hsc_settings = Tolerances(
+        channel.smooth.hsc_settings = Tolerances(
             path or 1.0, track or 10.0, angle, length
         )
         for key in HSC_STORED:
             if values.get(key):
-                executor.stored_without_effect(f"#HSC [{key}]", self._start)
+                channel.stored_without_effect(f"#HSC [{key}]", self._start)
 
     def _filter(self) -> Run:
         """``ON [AX_DEV=.. ..]``, ``OFF``."""
@@ -320,8 +320,8 @@ class PathCommands(CommandBase):
         keys = self._number_keys(known) if self._stream.is_op("[") else {}
 
         def run() -> Items:
-            executor = self._context.executor
-            executor.not_compensated("#FILTER", self._start)
+            channel = self._state.channel
+            channel.not_compensated("#FILTER", self._start)
             values = {
                 key: value() for key, value in keys.items() if value is not None
             }
@@ -333,9 +333,9 @@ class PathCommands(CommandBase):
                     self._start,
                 )
             for key in sorted(set(values) - {"AX_DEV"}):
-                executor.stored_without_effect(f"#FILTER [{key}]", self._start)
+                channel.stored_without_effect(f"#FILTER [{key}]", self._start)
             return [
-                *executor.smooth.switch_filter(
+                *channel.smooth.switch_filter(
                     deviation if on else None, self._modal.n
                 )
             ]
@@ -348,13 +348,11 @@ class PathCommands(CommandBase):
         """``[TYPE=STEP | TRAPEZ | SIN2 | HSC NO_OPT=0|1]``, ``DEFAULT``."""
         stream, name = self._stream, "HSC"
         if not stream.accept_name("DEFAULT"):
-            name = self._slope_keys() or self._context.executor.dynamics.profile
+            name = self._slope_keys() or self._state.channel.dynamics.profile
 
         def run() -> Items:
             return [
-                *self._context.executor.dynamics.set_profile(
-                    name, self._modal.n
-                )
+                *self._state.channel.dynamics.set_profile(name, self._modal.n)
             ]
 
         return run
@@ -378,7 +376,7 @@ class PathCommands(CommandBase):
                 name = "HSC"
             elif key == "NO_OPT":
                 self._key_value(key)
-                self._context.executor.stored_without_effect(
+                self._state.channel.stored_without_effect(
                     "#SLOPE [NO_OPT]", self._start
                 )
             else:
@@ -402,7 +400,7 @@ class PathCommands(CommandBase):
                     self._start,
                 )
             return [
-                *self._context.executor.dynamics.set_profile(
+                *self._state.channel.dynamics.set_profile(
                     list(PROFILES)[int(value)], self._modal.n
                 )
             ]
@@ -417,7 +415,7 @@ class PathCommands(CommandBase):
         ACC=.. ..]``, ``ON ALL``; VEL in mm/min, accelerations mm/min^2, jerks
         mm/min^3.
         """
-        dynamics = self._context.executor.dynamics
+        dynamics = self._state.channel.dynamics
         if self._stream.accept_name("ALL"):
             return lambda: self._limits_changed(dynamics.limit_path_again)
         known: Mapping[str, bool | None] = dict.fromkeys(
@@ -453,10 +451,10 @@ class PathCommands(CommandBase):
         return run
 
     def _limits_changed(self, change: Callable[[], None]) -> Items:
-        executor = self._context.executor
+        channel = self._state.channel
         change()
-        executor.feeds.set_limit(executor.dynamics.path_velocity)
-        return [*executor.dynamics.rows(self._modal.n)]
+        channel.feeds.set_limit(channel.dynamics.path_velocity)
+        return [*channel.dynamics.rows(self._modal.n)]
 
     def _vector_limit_off(self) -> Run:
         """``OFF``, ``OFF ALL``, ``OFF [VEL ..]``."""
@@ -469,7 +467,7 @@ class PathCommands(CommandBase):
         else:
             self._stream.accept_name("ALL")
         return lambda: self._limits_changed(
-            lambda: self._context.executor.dynamics.free_path(keys)
+            lambda: self._state.channel.dynamics.free_path(keys)
         )
 
     def _old_vector(self, key: str) -> Run:
@@ -484,7 +482,7 @@ class PathCommands(CommandBase):
             )
         if word.text.upper() == "OFF":
             return lambda: self._limits_changed(
-                lambda: self._context.executor.dynamics.free_path({key})
+                lambda: self._state.channel.dynamics.free_path({key})
             )
         if self._stream.is_op("["):
             opened = self._formulas.open()
@@ -498,7 +496,7 @@ class PathCommands(CommandBase):
                     900012, f"#VECTOR{key} must be positive", self._start
                 )
             return self._limits_changed(
-                lambda: self._context.executor.dynamics.limit_path(
+                lambda: self._state.channel.dynamics.limit_path(
                     {key: given}, False
                 )
             )

@@ -23,14 +23,14 @@ class PositionCommands(CommandBase):
             )
 
         def run() -> Items:
-            executor = self._context.executor
-            executor.not_compensated("#PSET", self._start)
+            channel = self._state.channel
+            channel.not_compensated("#PSET", self._start)
             given = {
                 axis: value()
                 for axis, value in words.items()
                 if value is not None
             }
-            self._context.offsets.set_pset(given, self._start)
+            self._state.offsets.set_pset(given, self._start)
             return []
 
         return run
@@ -40,9 +40,9 @@ class PositionCommands(CommandBase):
         words = self._axis_words()
 
         def run() -> Items:
-            self._context.executor.not_compensated("#PRESET", self._start)
-            self._context.offsets.clear_pset(
-                words or range(len(self._context.offsets.names))
+            self._state.channel.not_compensated("#PRESET", self._start)
+            self._state.offsets.clear_pset(
+                words or range(len(self._state.offsets.names))
             )
             return []
 
@@ -55,10 +55,10 @@ class PositionCommands(CommandBase):
             kinds = set(
                 self._keys(dict.fromkeys((*KINDS, *EMPTY_KINDS), False))
             )
-        offsets = self._context.offsets
+        offsets = self._state.offsets
 
         def run() -> Items:
-            self._context.executor.not_compensated(
+            self._state.channel.not_compensated(
                 "#SUPPRESS OFFSETS", self._start
             )
             offsets.suppressed = frozenset(kinds)
@@ -97,7 +97,7 @@ class PositionCommands(CommandBase):
             targets.append((target.store, self._axes[name]))
             stream.accept(",")
         self._formulas.close(opened)
-        offsets = self._context.offsets
+        offsets = self._state.offsets
 
         def run() -> Items:
             position = self._modal.position
@@ -131,14 +131,14 @@ class PositionCommands(CommandBase):
         def run() -> Items:
             feed, rapid = keys.get("FEED_FACT"), keys.get("RAPID_FACT")
             if feed is not None:
-                self._context.executor.feeds.set_factor(
+                self._state.channel.feeds.set_factor(
                     percent(feed, "FEED_FACT") / 100.0
                 )
             if rapid is not None:
-                self._context.executor.dynamics.set_rapid_factor(
+                self._state.channel.dynamics.set_rapid_factor(
                     percent(rapid, "RAPID_FACT") / 100.0
                 )
-            return [*self._context.executor.dynamics.rows(self._modal.n)]
+            return [*self._state.channel.dynamics.rows(self._modal.n)]
 
         return run
 
@@ -163,10 +163,10 @@ class PositionCommands(CommandBase):
         self._formulas.close(opened)
         if not axes:
             raise fail(900010, "#FGROUP: axes are expected", self._start)
-        main = {axis for axis in self._context.machine.main if axis >= 0}
+        main = {axis for axis in self._state.machine.main if axis >= 0}
 
         def run() -> Items:
-            self._context.executor.feeds.group = (
+            self._state.channel.feeds.group = (
                 None if axes == main else frozenset(axes)
             )
             return []
@@ -194,7 +194,7 @@ class PositionCommands(CommandBase):
                     f"#TANGFEED: RMIN {radius} out of range",
                     self._start,
                 )
-            self._context.executor.feeds.tangential_radius_mm = (
+            self._state.channel.feeds.tangential_radius_mm = (
                 radius * self._modal.unit_mm
             )
             return []

@@ -4,44 +4,12 @@ geometry is ``cnc_core.geometry.stages.spline``.
 
 from __future__ import annotations
 
-import numpy as np
-
-from cnc_core.blocks import SPLINE
-from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
-from cnc_core.frontend.base.scanner import Modal, Row
 
+from ..state.splines import ENDS, KINDS
 from .base import CommandBase, Items, Run
 
-KINDS = {"AKIMA": 1, "BSPLINE": 2}
-ENDS = {"AUTO": 0, "TANGENTIAL": 1, "USER": 2}
 OLD_ENDS = {1: "AUTO", 2: "TANGENTIAL", 3: "USER"}  # #SET ASPLINE MODE
-
-
-class Splines:
-    """Modal state of one channel."""
-
-    def __init__(self, modal: Modal) -> None:
-        self._modal = modal
-        self.kind = "AKIMA"
-        self.ends = ["AUTO", "AUTO"]
-        self.vectors: list[dict[int, float]] = [
-            {},
-            {},
-        ]  # start, end: by channel axis
-        self.active = False
-
-    def switch(self, on: bool, n: int) -> list[Row]:
-        """G151, G150."""
-        if on == self.active:
-            return []
-        self.active = on
-        row = self._modal.row(SPLINE, n, code=KINDS[self.kind] if on else 0)
-        row["plane"], row["degree"] = ENDS[self.ends[0]], ENDS[self.ends[1]]
-        row["end"] = np.nan
-        for axis, value in self.vectors[0 if on else 1].items():
-            row["end"][0][axis] = value
-        return [row]
 
 
 class SplineCommands(CommandBase):
@@ -60,7 +28,7 @@ class SplineCommands(CommandBase):
         kind = word.text.upper()
 
         def run() -> Items:
-            splines = self._context.executor.splines
+            splines = self._state.channel.splines
             if splines.active and kind != splines.kind:
                 raise fail(
                     900010,
@@ -74,14 +42,12 @@ class SplineCommands(CommandBase):
 
     def _spline_on(self) -> Run:
         return lambda: [
-            *self._context.executor.switch_spline(
-                True, self._modal.n, self._start
-            )
+            *self._state.channel.switch_spline(True, self._modal.n, self._start)
         ]
 
     def _spline_off(self) -> Run:
         return lambda: [
-            *self._context.executor.switch_spline(
+            *self._state.channel.switch_spline(
                 False, self._modal.n, self._start
             )
         ]
@@ -108,7 +74,7 @@ class SplineCommands(CommandBase):
         self._formulas.close(opened)
 
         def run() -> Items:
-            ends = self._context.executor.splines.ends
+            ends = self._state.channel.splines.ends
             for place, key in enumerate(("START", "END")):
                 ends[place] = chosen.get(key, ends[place])
             return []
@@ -131,7 +97,7 @@ class SplineCommands(CommandBase):
                     "#SET ASPLINE MODE: 1, 2 and 3 are known",
                     self._start,
                 )
-            self._context.executor.splines.ends[:] = [
+            self._state.channel.splines.ends[:] = [
                 OLD_ENDS[int(value)] for value in values
             ]
             return []
@@ -158,12 +124,7 @@ class SplineCommands(CommandBase):
                 raise fail(
                     900012, "#AKIMA: a vector without length", self._start
                 )
-            self._context.executor.splines.vectors[place] = given
+            self._state.channel.splines.vectors[place] = given
             return []
 
         return run
-
-
-def refused_with_compensation(offset: int) -> Exception:
-    """A spline and tool radius compensation at the same time."""
-    return fail(911003, ERRORS[911003], offset)

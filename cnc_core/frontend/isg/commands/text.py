@@ -51,7 +51,7 @@ class TextCommands(CommandBase):
                 )
             if reaction():
                 raise fail(907050, text, self._start)
-            self._context.warn(907050, text, self._start)
+            self._state.warn(907050, text, self._start)
             return []
 
         return run
@@ -95,7 +95,7 @@ class TextCommands(CommandBase):
         self._drain = any(word in ("SYN", "SYN_ACK", "ACK") for word in words)
 
         def run() -> Items:
-            self._context.port.message(text())
+            self._state.port.message(text())
             return []
 
         return run
@@ -114,8 +114,8 @@ class TextCommands(CommandBase):
             if "EXCLUSIVE" not in words:
                 line = f"{datetime.now():%Y-%m-%d %H:%M:%S} {line}"
             port, name = (
-                self._context.port,
-                self._context.programs.get("MSG", MESSAGE_FILE),
+                self._state.port,
+                self._state.programs.get("MSG", MESSAGE_FILE),
             )
             port.append_file(name, line if "CONTINUE" in words else line + "\n")
             port.message(line)
@@ -143,7 +143,7 @@ class TextCommands(CommandBase):
                 name = value()
                 if not isinstance(name, str):
                     raise fail(907012, f"#FILE NAME: {ERRORS[907012]}", offset)
-                self._context.programs[key] = (
+                self._state.programs[key] = (
                     inside(name, offset) if key == "MSG" else name
                 )
             return []

@@ -9,9 +9,9 @@ from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.formula import Formula
 from cnc_core.frontend.base.lexer import fail
 
-from ..executor import DWELL_MAX_S
 from .base import CommandBase, Items, Run
 
+DWELL_MAX_S = 1e6
 SIGNALS_MAX = 12
 
 
@@ -52,14 +52,14 @@ class TimeCommands(CommandBase):
         timer = self._whole(keys.get("ID") or (lambda: 1.0), "ID", 0, 127)
         self._drain = "SYN" in keys
         act = {
-            "START": self._context.system.timers.start,
-            "STOP": self._context.system.timers.stop,
-            "READ": self._context.system.timers.read,
-            "CLEAR": self._context.system.timers.clear,
+            "START": self._state.timers.start,
+            "STOP": self._state.timers.stop,
+            "READ": self._state.timers.read,
+            "CLEAR": self._state.timers.clear,
         }[word.text.upper()]
 
         def run() -> Items:
-            act(timer(), self._context.port.now_s())
+            act(timer(), self._state.port.now_s())
             return []
 
         return run
@@ -99,7 +99,7 @@ class TimeCommands(CommandBase):
         """``#SIGNAL [ID=..]``, ``#SIGNAL REMOVE [ID=..]``."""
         remove = self._stream.accept_name("REMOVE") is not None
         number, _ = self._signal_keys("SIGNAL")
-        signals = self._context.signals
+        signals = self._state.signals
 
         def run() -> Items:
             if remove:
@@ -115,15 +115,15 @@ class TimeCommands(CommandBase):
         could send it.
         """
         number, _ = self._signal_keys("WAIT")
-        signals = self._context.signals
+        signals = self._state.signals
 
         def run() -> Items:
             wanted = number()
             if not signals.get(wanted, 0):
                 text = f"#WAIT: no signal {wanted} has been sent, and no other channel can send it"
-                if not self._context.lenient:
+                if not self._state.lenient:
                     raise fail(907052, text, self._start)
-                self._context.warn(907052, text, self._start)
+                self._state.warn(907052, text, self._start)
                 return []
             signals[wanted] -= 1
             return []

@@ -13,7 +13,7 @@ from cnc_core.frontend.isg.cycles.declaration import (
     Work,
 )
 
-STATES = ("deselect", "rough", "prefinish", "finish")
+from ..state.system import STATES
 
 
 def build(given: Given, around: Surroundings) -> Work:

@@ -5,7 +5,6 @@ its program made a program level.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.flow import ProgramFile
@@ -23,12 +22,11 @@ from cnc_core.frontend.isg.cycles.declaration import (
     Surroundings,
 )
 
+from ..state.call import Call
+from ..state.patterns import At
+from ..state.state import ProgramState
 from ..state.store import VECTOR_NAMES
 from ..state.system import PER_AXIS, SIMPLE
-
-if TYPE_CHECKING:
-    from ..language.calls import Call
-    from ..state.state import Context
 
 WRAPPER = "SysPosPatternWrapper"
 FILES_MAX = (
@@ -43,43 +41,41 @@ class CycleRunner:
     ``owner``: whose local subprograms a made program sees.
     """
 
-    def __init__(self, context: Context) -> None:
-        self._context = context
+    def __init__(self, state: ProgramState) -> None:
+        self._state = state
         self.owner: dict[int, ProgramFile] = {}
-        # there is a file of this name, which wins
-        self.own_file: Callable[[str], bool] = lambda name: False
         self._lines: dict[
             int, int
         ] = {}  # of the calls, by the number of the made file
 
     def surroundings(self) -> Surroundings:
         """The channel as it is now."""
-        context = self._context
-        machine, modal, executor = (
-            context.machine,
-            context.modal,
-            context.executor,
+        state = self._state
+        machine, modal, channel = (
+            state.machine,
+            state.modal,
+            state.channel,
         )
         names = [
             None if axis < 0 else machine.axes[axis].upper()
             for axis in machine.main
         ]
         at = [
-            0.0 if axis < 0 else PER_AXIS["ABS"](context, axis)
+            0.0 if axis < 0 else PER_AXIS["ABS"](state, axis)
             for axis in machine.main
         ]
         return Surroundings(
             axes=(names[0], names[1], names[2]),
             position=(at[0], at[1], at[2]),
             unit_mm=modal.unit_mm,
-            tool_radius=executor.tool_data.radius_mm / modal.unit_mm,
-            feed=executor.feeds.per_minute_mm / modal.unit_mm,
-            trafo=context.spaces.active_kin is not None,
+            tool_radius=channel.tool_data.radius_mm / modal.unit_mm,
+            feed=channel.feeds.per_minute_mm / modal.unit_mm,
+            trafo=state.spaces.active_kin is not None,
             absolute=modal.absolute,
-            compensated=executor.compensation.choice.active,
+            compensated=channel.compensation.choice.active,
             programs={
-                f"hscs.{state}.prog": s.program
-                for state, s in machine.hsc_settings.items()
+                f"hscs.{name}.prog": setting.program
+                for name, setting in machine.hsc_settings.items()
             },
         )
 
@@ -95,7 +91,7 @@ class CycleRunner:
             problems += self._unfit(cycle.name, around)
         for problem in problems:
             if problem.code == UNKNOWN:
-                self._context.warn(
+                self._state.warn(
                     UNKNOWN, problem.text, self._offset(call, problem)
                 )
         errors = [
@@ -106,8 +102,8 @@ class CycleRunner:
         if errors:
             first, *first.also = errors
             raise first
-        if cycle.moves and SIMPLE["ROT_ACTIVE"](self._context):
-            self._context.warn(
+        if cycle.moves and SIMPLE["ROT_ACTIVE"](self._state):
+            self._state.warn(
                 ROTATION_ACTIVE,
                 f"{cycle.name}: {ERRORS[ROTATION_ACTIVE]}",
                 call.offset,
@@ -147,12 +143,12 @@ class CycleRunner:
                 error.code, f"{cycle.name}: {error.text}", call.offset
             ) from None
         for code, text in work.warnings:
-            self._context.warn(code, f"{cycle.name}: {text}", call.offset)
+            self._state.warn(code, f"{cycle.name}: {text}", call.offset)
         self._outputs_fit(work.outputs, call)
         for name, value in work.outputs.items():
             self._put_out(name.upper(), value)
         for name, text in work.files.items():
-            self._context.port.write_file(name, text)
+            self._state.port.write_file(name, text)
         return self.made(cycle.name, work.lines) if work.lines else None
 
     def start_pattern(
@@ -161,16 +157,16 @@ class CycleRunner:
         """The program that executes a cycle at the places of a pattern;
         ``find`` fails if it does not exist.
         """
-        identity, context = call.pattern, self._context
+        identity, state = call.pattern, self._state
         assert identity is not None
         errors: list[CncError] = []
         if call.retract is None:
             text = f"{ERRORS[pattern.NO_RETRACT]}: PATTERN_RETRACT is not given"
             errors.append(fail(pattern.NO_RETRACT, text, call.offset))
-        places: list[pattern.At] = []
+        places: list[At] = []
 
         def look_up() -> None:
-            places.extend(context.patterns.places(identity, call.offset))
+            places.extend(state.patterns.places(identity, call.offset))
 
         for step in (look_up, find):
             try:
@@ -195,9 +191,9 @@ class CycleRunner:
         """A program that stands in no file, beside the calling one; its name
         says where it was called.
         """
-        flow = self._context.flow
+        flow = self._state.flow
         busy = [level.file for level in flow.levels]
-        line = self._lines.get(flow.file.number, self._context.place(0).line)
+        line = self._lines.get(flow.file.number, self._state.place(0).line)
         where = (
             f", called in line {line}" if len(flow.files) < FILES_MAX else ""
         )
@@ -210,7 +206,7 @@ class CycleRunner:
             file = flow.file_of(flow.file.path.parent / title)
             if file not in busy:
                 break
-        if self._context.offsets.diameter:
+        if self._state.offsets.diameter:
             lines = ["G52", *lines, "G51"]
         file.source = TextSource(file.path, "\n".join([*lines, "M17", ""]))
         file.blocks.clear()
@@ -222,7 +218,7 @@ class CycleRunner:
     def _outputs_fit(self, outputs: dict[str, float], call: Call) -> None:
         """Every declared variable can take its value: none is written if one cannot."""
         for name, value in outputs.items():
-            variable = self._context.store.cycle.get(name.upper())
+            variable = self._state.store.cycle.get(name.upper())
             if variable is not None:
                 variable.type.convert(value, variable.name, call.offset)
                 variable.place([], call.offset)
@@ -231,7 +227,7 @@ class CycleRunner:
         """A V.CYC variable, if the program has declared it; vectors also as
         arrays or by their old names.
         """
-        cycle = self._context.store.cycle
+        cycle = self._state.store.cycle
         variable = cycle.get(name)
         if variable is not None:
             _assign(variable, value)

@@ -17,7 +17,7 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.variables import Value
 
 from ..language.text import COMMENTS, head_of
-from ..state.state import Context
+from ..state.state import ProgramState
 from ..state.store import Setter
 from .search import (
     LOOPS,
@@ -36,15 +36,16 @@ from .search import (
 NEST_MAX = 20
 CASE_TOLERANCE = 0.001
 Run = Callable[[], None]
+Test = Callable[[], bool]
 
 
 class Control:
     """Compiles and executes the control statements of one program."""
 
-    def __init__(self, context: Context, searcher: Searcher) -> None:
-        self._context, self._flow, self._search = (
-            context,
-            context.flow,
+    def __init__(self, state: ProgramState, searcher: Searcher) -> None:
+        self._state, self._flow, self._search = (
+            state,
+            state.flow,
             searcher,
         )
 
@@ -290,7 +291,7 @@ class Control:
                 )
                 frame.once = False
                 if frame.step == 0:
-                    self._context.warn(907026, ERRORS[907026], offset)
+                    self._state.warn(907026, ERRORS[907026], offset)
                 store(first)
             else:
                 store(_number(load(), offset) + frame.step)
@@ -302,7 +303,7 @@ class Control:
 
         return run
 
-    def while_(self, test: Callable[[], bool], mark: Mark, offset: int) -> Run:
+    def while_(self, test: Test, mark: Mark, offset: int) -> Run:
         def run() -> None:
             frame = self._again("WHILE", mark)
             if frame is None:
@@ -446,7 +447,7 @@ class Control:
                 907023, f"jump target {name} is not in this program", offset
             )
         if len(found) > 1:
-            self._context.warn(
+            self._state.warn(
                 907025,
                 f"{name}: {ERRORS[907025]}, the first one is taken",
                 offset,

@@ -17,9 +17,10 @@ from cnc_core.frontend.base.reader import BlockReader
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
-from ..language.calls import Call, Finder, LevelData, local_name
+from ..language.calls import Finder, LevelData, local_name
 from ..language.text import PROGRAMS, head_of
-from ..state.state import Context
+from ..state.call import Call
+from ..state.state import ProgramState
 from .control import Control
 from .search import Searcher
 
@@ -31,7 +32,7 @@ Run = Callable[[], Items]
 class ProgramLevels(BlockReader):
     """The part of the front end that knows where programs begin and end."""
 
-    context: Context
+    state: ProgramState
     control: Control
     _finder: Finder
     _searcher: Searcher
@@ -107,7 +108,7 @@ class ProgramLevels(BlockReader):
                     f"%{name}: a command stands before the first program definition",
                     offset,
                 )
-            if self.context.lenient:
+            if self.state.lenient:
                 self._warn_at(
                     907040,
                     f"%{name} inside the program is taken as a comment",
@@ -143,7 +144,7 @@ class ProgramLevels(BlockReader):
     # calls and ends
 
     def _call(self, call: Call, rows: list[Row]) -> None:
-        modal = self.context.modal_cycle
+        modal = self.state.modal_cycle
         try:
             if (
                 call.arguments is not None
@@ -173,7 +174,7 @@ class ProgramLevels(BlockReader):
             (
                 i
                 for i, level in enumerate(levels)
-                if level is self.context.modal_cycle.level
+                if level is self.state.modal_cycle.level
             ),
             0,
         )
@@ -188,17 +189,17 @@ class ProgramLevels(BlockReader):
         if len(self.flow.levels) > depth:
             data = self._data
             data.programmed = self.modal.programmed
-            self.context.store.push(data.arguments)
+            self.state.store.push(data.arguments)
         elif len(self.flow.levels) < depth:
-            self.context.store.pop()
-            if self.context.modal_cycle.level is left:
-                self.context.modal_cycle.deselect()
+            self.state.store.pop()
+            if self.state.modal_cycle.level is left:
+                self.state.modal_cycle.deselect()
             if left.user.saved is not None:
                 mode, modal, contouring = left.user.saved
-                self.context.executor.feeds.choose(mode)
+                self.state.channel.feeds.choose(mode)
                 self.modal.restore(modal)
                 self._queue.extend(
-                    self.context.executor.contouring.switch(
+                    self.state.channel.contouring.switch(
                         contouring, self.modal.n
                     )
                 )
@@ -222,9 +223,7 @@ class ProgramLevels(BlockReader):
 
     def _end(self) -> None:
         """The program is over."""
-        if not self._ended and (
-            why := self.context.executor.contouring.at_end()
-        ):
+        if not self._ended and (why := self.state.channel.contouring.at_end()):
             self._warn_at(120206, why, 0)
         self._ended = True
         if self._collect and len(self.flow.levels) == 1:

@@ -16,7 +16,7 @@ from cnc_core.frontend.base.source import Source
 from cnc_core.frontend.base.variables import Value
 
 from ..language.text import CONTROL, DOUBTFUL, Head, head_of
-from ..state.state import Context
+from ..state.state import ProgramState
 
 OPENERS = {
     "IF": "IF",
@@ -27,8 +27,13 @@ OPENERS = {
     "REPEAT": "REPEAT",
 }
 CLOSERS = {
-    "ENDIF": "IF", "ENDSWITCH": "SWITCH", "ENDFOR": "FOR", "ENDWHILE": "WHILE", "ENDDO": "DO", "UNTIL": "REPEAT"
-}  # fmt: skip
+    "ENDIF": "IF",
+    "ENDSWITCH": "SWITCH",
+    "ENDFOR": "FOR",
+    "ENDWHILE": "WHILE",
+    "ENDDO": "DO",
+    "UNTIL": "REPEAT",
+}
 MIDDLES = {
     "ELSEIF": "IF",
     "IFELSE": "IF",
@@ -76,8 +81,10 @@ class Found:
 class Searcher:
     """Looks through the text of the current program level without executing it."""
 
-    def __init__(self, context: Context, skip_mask: Callable[[], int]) -> None:
-        self._flow, self._skip_mask = context.flow, skip_mask
+    def __init__(
+        self, state: ProgramState, skip_mask: Callable[[], int]
+    ) -> None:
+        self._flow, self._skip_mask = state.flow, skip_mask
         # what is skipped is shown to it (check)
         self.visit: Callable[[BlockText, Head], None] | None = None
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -19,9 +19,10 @@ from cnc_core.frontend.base.variables import Value
 
 from ..cycles import registry
 from ..cycles.checking import glance
-from ..cycles.modal import MODAL_BLOCK, MODAL_MOVE
-from ..cycles.pattern import ID_MAX
-from ..state.state import Context
+from ..cycles.running import CycleRunner
+from ..state.call import MODAL_BLOCK, MODAL_MOVE, Call
+from ..state.patterns import ID_MAX
+from ..state.state import ProgramState
 from ..state.store import ARGUMENTS_MAX
 from .formulas import Formulas
 from .text import PROGRAMS, head_of
@@ -34,26 +35,6 @@ MODAL = {
     "MODAL_BLOCK": MODAL_BLOCK,
     "MODAL": MODAL_MOVE,
 }
-
-
-@dataclass(frozen=True)
-class Call:
-    """``local``: of the same file.
-
-    ``arguments``: @P values of a cycle call, None for plain calls.
-
-    ``offsets``: of each @P in the block.  ``pattern``, ``retract``: PATTERN_ID
-    and PATTERN_RETRACT. ``modal``: MODAL_MOVE, MODAL_BLOCK or empty.
-    """
-
-    name: str
-    local: bool
-    offset: int
-    arguments: dict[int, Value] | None = None
-    offsets: dict[int, int] = field(default_factory=dict)
-    pattern: int | None = None
-    retract: float | None = None
-    modal: str = ""
 
 
 @dataclass
@@ -76,15 +57,15 @@ class CallParser:
     """Compiles one call; the stream stands at ``L``."""
 
     def __init__(
-        self, stream: TokenStream, formulas: Formulas, context: Context
+        self, stream: TokenStream, formulas: Formulas, state: ProgramState
     ) -> None:
-        self._stream, self._formulas, self._context = stream, formulas, context
+        self._stream, self._formulas, self._state = stream, formulas, state
 
     def parse(self, offset: int, letters: str) -> Callable[[], Call]:
         stream, local = self._stream, letters == "LL"
         begin = offset + len(letters)
         if stream.text[begin : begin + 1].isdigit():
-            self._context.warn(
+            self._state.warn(
                 907040, "subprogram call without a blank behind L", offset
             )
         while stream.text[begin : begin + 1].isspace():
@@ -170,7 +151,7 @@ class CallParser:
                 907034, "L CYCLE: PATTERN_RETRACT without PATTERN_ID", offset
             )
 
-        if self._context.visiting:
+        if self._state.visiting:
             self._glance(given, values, offsets, offset)
 
         def made() -> Call:
@@ -204,9 +185,7 @@ class CallParser:
         """
         try:
             cycle = (
-                None
-                if self._context.cycles.own_file(name())
-                else registry.find(name())
+                None if self._state.has_file(name()) else registry.find(name())
             )
         except CncError:
             return  # the name is in a variable
@@ -236,7 +215,7 @@ class CallParser:
         if modal:
             raise fail(907034, f"{key}: the call is modal already", offset)
         if key == "MODAL":
-            self._context.warn(
+            self._state.warn(
                 907040, "MODAL is an old name of MODAL_MOVE", offset
             )
         return MODAL[key]
@@ -277,8 +256,11 @@ class Finder:
     file.
     """
 
-    def __init__(self, context: Context, folder: Path) -> None:
-        self._context, self._folder = context, folder
+    def __init__(
+        self, state: ProgramState, folder: Path, cycles: CycleRunner
+    ) -> None:
+        self._state, self._folder = state, folder
+        self._cycles = cycles
         self.called: set[tuple[int, Mark]] = set()
         self._places: dict[tuple[str, Path], Path | None] = {}
 
@@ -290,9 +272,7 @@ class Finder:
         """
         if call.pattern is not None:
             return self._made(
-                self._context.cycles.start_pattern(
-                    call, lambda: self._check(call)
-                ),
+                self._cycles.start_pattern(call, lambda: self._check(call)),
                 call,
             )
         cycle = (
@@ -302,7 +282,7 @@ class Finder:
         )
         if cycle is None or self._found(call) is not None:
             return self._level(call)
-        file = self._context.cycles.start(cycle, call)
+        file = self._cycles.start(cycle, call)
         return None if file is None else self._made(file, call)
 
     def _made(self, file: ProgramFile, call: Call) -> Level:
@@ -320,16 +300,16 @@ class Finder:
         if cycle is None or self._found(call) is not None:
             self._level(call)
         else:
-            self._context.cycles.checked(cycle, call)
+            self._cycles.checked(cycle, call)
 
     def _data(self, call: Call) -> LevelData:
         data = LevelData(call.local, arguments=call.arguments)
         if call.arguments is not None:
-            executor = self._context.executor
+            channel = self._state.channel
             data.saved = (
-                executor.feeds.mode,
-                self._context.modal.saved(),
-                executor.contouring.active,
+                channel.feeds.mode,
+                self._state.modal.saved(),
+                channel.contouring.active,
             )
         return data
 
@@ -337,8 +317,8 @@ class Finder:
         data = self._data(call)
         if not call.local:
             return Level(self._file(call), START, user=data)
-        file = self._context.cycles.owner.get(
-            self._context.flow.file.number, self._context.flow.file
+        file = self._cycles.owner.get(
+            self._state.flow.file.number, self._state.flow.file
         )
         known = self.locals_of(file)
         mark = known.get(call.name.upper())
@@ -364,18 +344,18 @@ class Finder:
                 f"subprogram file {call.name} not found beside the program",
                 call.offset,
             )
-        return self._context.flow.file_of(found)
+        return self._state.flow.file_of(found)
 
     def _found(self, call: Call) -> Path | None:
         """Where the file stands; looked up once for a name and a calling folder."""
-        key = call.name, self._context.flow.file.path.parent
+        key = call.name, self._state.flow.file.path.parent
         if key not in self._places:
             self._places[key] = self._look_up(call)
         return self._places[key]
 
     def _look_up(self, call: Call) -> Path | None:
         wanted = Path(call.name.replace("\\", "/"))
-        folders = [self._folder, self._context.flow.file.path.parent]
+        folders = [self._folder, self._state.flow.file.path.parent]
         for folder in folders:
             path = folder / wanted
             if path.is_file():

@@ -6,25 +6,25 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from cnc_core.blocks import motion_planes
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.expression import round_half_away
 from cnc_core.frontend.base.formula import Constant, number_of
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
-from cnc_core.frontend.base.scanner import MotionWords
 
-from ..state.state import Context
+from ..state.state import ProgramState
 from . import gcodes
-from .calls import Call, CallParser
+from .calls import CallParser
 from .formulas import Formulas
+from .word_block import Function, Step, WordBlock, Words
 
 FUNCTION_MAX = 65535
 NUMBER_MAX = 2**31 - 1
 N_MAX = 2**32 - 1
 # M functions that carry no value
-WITHOUT_VALUE = frozenset({0, 1, 2, 3, 4, 5, 17, 19, 29, 30, *range(40, 46)})
+WITHOUT_VALUE = frozenset({*range(6), 17, 19, 29, 30, *range(40, 46)})
 AXIS_BRACKETS = frozenset(
     {
         "OSC",
@@ -46,75 +46,6 @@ CALL = re.compile(r"[lL]{1,2}(?=[\s\"]|[vV]\.)|[lL]+(?=[0-9])")
 LONG_NAME = re.compile(r"\s*=(?!=)")
 
 
-@dataclass(frozen=True)
-class Function:
-    """One M or H function; ``offset`` of its letter."""
-
-    number: int
-    value: float | None
-    offset: int
-
-
-@dataclass
-class Words:
-    """Everything one block says.
-
-    ``offsets``: where a word stands, by its letter or ``G`` group.
-    """
-
-    motion: MotionWords = field(default_factory=MotionWords)
-    functions: dict[str, list[Function]] = field(
-        default_factory=lambda: {"M": [], "H": []}
-    )
-    spindle: float | None = None
-    position: float | None = None  # S.POS
-    tool: int | None = None
-    data: int | None = None
-    is_dwell: bool = False
-    dwell: float | None = None
-    values: dict[int, float] = field(default_factory=dict)  # G..=value
-    call: Call | None = None
-    arguments: list[float | None] = field(default_factory=list)  # G80 [a, b]
-    offsets: dict[str, int] = field(default_factory=dict)
-    codes: dict[str, int] = field(default_factory=dict)
-
-
-Step = Callable[[Words], None]
-
-
-@dataclass
-class WordBlock:
-    """The compiled words of one block.
-
-    ``simple``: nothing but a motion in the words that the scanner knows too.
-    """
-
-    steps: list[Step] = field(default_factory=list)
-    template: MotionWords = field(default_factory=MotionWords)
-    offsets: dict[str, int] = field(default_factory=dict)
-    codes: dict[str, int] = field(default_factory=dict)
-    is_dwell: bool = False
-    simple: bool = True
-    words: bool = False  # there is a word that is no assignment
-
-    def evaluate(self) -> Words:
-        """What the block says now."""
-        t = self.template
-        motion = MotionWords(
-            {}, {}, None, None, 0, t.offset, t.motion, t.plane, t.absolute, t.inch, t.centre_absolute, t.exact_stop,
-            t.block_stop,
-        )  # fmt: skip
-        words = Words(
-            motion,
-            offsets=self.offsets,
-            codes=self.codes,
-            is_dwell=self.is_dwell,
-        )
-        for step in self.steps:
-            step(words)
-        return words
-
-
 class WordParser:
     """Compiles the words of one block from a token stream."""
 
@@ -123,7 +54,7 @@ class WordParser:
         stream: TokenStream,
         axes: dict[str, int],
         formulas: Formulas,
-        context: Context,
+        state: ProgramState,
     ) -> None:
         self.block = WordBlock()
         self._stream = stream
@@ -131,7 +62,7 @@ class WordParser:
             axes  # name in capitals -> channel index, longest name first
         )
         self._formulas = formulas
-        self._context = context
+        self._state = state
         self._letter = ""
         self._letters: dict[str, Callable[[int], None]] = {
             "N": self._n,
@@ -176,17 +107,17 @@ class WordParser:
         name, place = f"@{letter}", "XYZIJK".index(letter)
         self._once(name, offset)
         self._motion_word(offset)
-        value, context = self._value(name, offset), self._context
+        value, state = self._value(name, offset), self._state
 
         def step(words: Words) -> None:
-            context.store.needs_cycle(name, offset)
-            main = motion_planes(words.motion.plane or context.modal.plane)[
+            state.store.needs_cycle(name, offset)
+            main = motion_planes(words.motion.plane or state.modal.plane)[
                 place % 3
             ]
             if place > 2:
                 words.motion.centre["IJK"[main]] = value()
                 return
-            axis = context.machine.main[main]
+            axis = state.machine.main[main]
             if axis < 0:
                 raise fail(900016, f"{name}: {ERRORS[900016]}", offset)
             words.motion.axis[axis] = value()
@@ -345,7 +276,7 @@ class WordParser:
                     "E: the feed at the block's end must be positive",
                     offset,
                 )
-            self._context.executor.stored_without_effect("word E", offset)
+            self._state.channel.stored_without_effect("word E", offset)
 
         self._step(step)
 
@@ -482,7 +413,7 @@ class WordParser:
         block.
         """
         self._once("L", offset)
-        made = CallParser(self._stream, self._formulas, self._context).parse(
+        made = CallParser(self._stream, self._formulas, self._state).parse(
             offset, letters
         )
 
@@ -555,7 +486,7 @@ class WordParser:
                 if code not in gcodes.VALUE_OPTIONAL:
                     raise fail(900004, f"G{code} without a value", offset)
                 return
-            self._context.warn(
+            self._state.warn(
                 907040, f"G{code} without = before its value", offset
             )
         value = self._value(f"G{code}", offset)

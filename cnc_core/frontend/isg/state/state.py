@@ -1,38 +1,36 @@
-"""Everything the parts of the front end share: one object per program."""
+"""All that the parts of the front end share: one object per program."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from cnc_core.errors import Place
+from cnc_core.errors import ERRORS, Place
 from cnc_core.frontend.base.flow import Flow
+from cnc_core.frontend.base.lexer import Warn
 from cnc_core.frontend.base.scanner import Modal
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.frontend.port import ChannelPort
 
-from ..cycles.modal import ModalCycle
-from ..cycles.pattern import Patterns
+from .call import ModalCycle
+from .channel import ChannelState
 from .offsets import Offsets
+from .patterns import Patterns
+from .rt_loop import RealTimeLoop
 from .spaces import Spaces
 from .store import Store
-from .system import System
-
-if TYPE_CHECKING:
-    from ..cycles.running import CycleRunner
-    from ..executor import Executor
-    from .rt_loop import RealTimeLoop
-
-Warn = Callable[[int, str, int], None]
+from .timers import Timers
 
 
 @dataclass
-class Context:
-    """``warn``: a warning with its offset in the block.
+class ProgramState:
+    """Data only: the executor and the front end stand above it.
 
-    ``macros``: by name.  ``programs``: #FILE NAME by key.
-
+    ``place``: the place in the file of an offset in the present block.
+    ``has_file``: a program file of this name stands beside the program.
+    ``visiting``: a block is only checked, not executed.
+    ``macros``: text by name.  ``programs``: #FILE NAME by key.
+    ``signals``: how many #SIGNAL of each number wait for their #WAIT.
     ``lenient``: unknown # commands and undefined M functions are warnings.
     """
 
@@ -41,21 +39,32 @@ class Context:
     port: ChannelPort
     flow: Flow
     store: Store
-    system: System
     offsets: Offsets
     warn: Warn
+    place: Callable[[int], Place]
+    has_file: Callable[[str], bool]
     lenient: bool = False
-    visiting: bool = False  # a block is only looked at, not executed
+    visiting: bool = False
     macros: dict[str, str] = field(default_factory=dict)
     programs: dict[str, str] = field(default_factory=dict)
     signals: dict[int, int] = field(default_factory=dict)
     patterns: Patterns = field(default_factory=Patterns)
     modal_cycle: ModalCycle = field(default_factory=ModalCycle)
-    executor: Executor = field(init=False)
-    cycles: CycleRunner = field(init=False)
+    timers: Timers = field(default_factory=Timers)
+    channel: ChannelState = field(init=False)
     spaces: Spaces = field(init=False)
     loop: RealTimeLoop = field(init=False)
-    place: Callable[[int], Place] = field(init=False)
 
     def __post_init__(self) -> None:
+        self.channel = ChannelState(
+            self.machine, self.modal, self.offsets, self.warn
+        )
         self.spaces = Spaces(self.machine, self.modal, self.offsets)
+        self.loop = RealTimeLoop(self.modal, self.place)
+
+    def rotation_in_cycle(self, offset: int) -> None:
+        """Warn: cycles expect coordinate systems that are made with #CS."""
+        levels = self.store.arguments
+        in_cycle = levels[-1] is not levels[0]
+        if self.spaces.rotation is not None and in_cycle:
+            self.warn(910111, ERRORS[910111], offset)

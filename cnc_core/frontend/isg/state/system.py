@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from cnc_core.blocks import motion_planes
 from cnc_core.frontend.base.expression import round_half_away
@@ -15,20 +14,19 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.variables import READ_ONLY, WRONG_INDEX, Value
 from cnc_core.frontend.machine import HscSetting
 
-from ..cycles.hsc_settings import STATES
+from .state import ProgramState
 from .store import Reference, Setter
 
-if TYPE_CHECKING:
-    from .state import Context
-
-Plain = Callable[["Context"], Value]
+Plain = Callable[[ProgramState], Value]
 # how it is read and written; None: there is no such variable
 Access = tuple[Formula, Setter | None] | None
 TIMERS = 128
+# machining states of the high-speed settings (``hscs.*`` of the channel)
+STATES = ("deselect", "rough", "prefinish", "finish")
 
 
-def _level(context: Context) -> float:
-    return float(len(context.flow.levels))
+def _level(state: ProgramState) -> float:
+    return float(len(state.flow.levels))
 
 
 # channel-wide variables without an index, read only
@@ -47,10 +45,10 @@ SIMPLE: dict[str, Plain] = {
     "K": lambda c: c.modal.centre_words[2],
     "R": lambda c: c.modal.radius_word,
     "PROG_ABS": lambda c: float(c.modal.absolute),
-    "FEEDRATE": lambda c: c.executor.feeds.programmed,
-    "FEEDRATE_MODE": lambda c: float(c.executor.feeds.mode),
-    "T_AKT": lambda c: float(c.executor.tool),
-    "D_AKT": lambda c: float(c.executor.data),
+    "FEEDRATE": lambda c: c.channel.feeds.programmed,
+    "FEEDRATE_MODE": lambda c: float(c.channel.feeds.mode),
+    "T_AKT": lambda c: float(c.channel.tool),
+    "D_AKT": lambda c: float(c.channel.data),
     "NP_DEFAULT": lambda c: 0.0,
     "CS_ACTIVE": lambda c: float(
         bool(c.spaces.cs.stack) or c.spaces.selected is not None
@@ -72,12 +70,12 @@ SIMPLE: dict[str, Plain] = {
         if c.spaces.rotation
         else 0.0
     ),
-    "TOOL_COMP": lambda c: float(c.executor.compensation.choice.side),
+    "TOOL_COMP": lambda c: float(c.channel.compensation.choice.side),
     "CNC_CHANNEL": lambda c: 1.0,
 }
 ALIASES = {"SATZ_NR": "BLOCK_NR", "WZR": "WZ_AKT"}
-# per axis, read only: (context, axis) -> value in programmed units
-PER_AXIS: dict[str, Callable[[Context, int], float]] = {
+# per axis, read only: (state, axis) -> value in programmed units
+PER_AXIS: dict[str, Callable[[ProgramState, int], float]] = {
     "ABS": lambda c, a: c.offsets.programmed(a, float(c.modal.position[a])),
     "PROG": lambda c, a: c.offsets.programmed(a, float(c.modal.position[a])),
     "MENT": lambda c, a: (
@@ -99,56 +97,20 @@ AXIS_ALIASES = {"SOFFS": "MANUAL_OFFSETS"}
 
 
 def _limit(
-    context: Context, axis: int, side: int, *, now: bool = False
+    state: ProgramState, axis: int, side: int, *, now: bool = False
 ) -> float:
     limits = (
-        context.executor.soft_limits if now else None
-    ) or context.machine.limits
+        state.channel.soft_limits if now else None
+    ) or state.machine.limits
     value = (-1e9, 1e9)[side] if limits is None else float(limits[side][axis])
-    return value / context.offsets.scale(axis)
-
-
-class Timers:
-    """#TIMER: running since, ms kept, and what was read last, by number."""
-
-    def __init__(self) -> None:
-        self._since: dict[int, float] = {}
-        self._kept_ms: dict[int, float] = {}
-        self.read_ms: dict[int, float] = {}
-
-    def start(self, timer: int, now_s: float) -> None:
-        self._since.setdefault(timer, now_s)
-
-    def stop(self, timer: int, now_s: float) -> None:
-        if timer in self._since:
-            since = self._since.pop(timer)
-            self._kept_ms[timer] = (
-                self._kept_ms.get(timer, 0.0) + (now_s - since) * 1000.0
-            )
-
-    def read(self, timer: int, now_s: float) -> None:
-        running = (
-            (now_s - self._since[timer]) * 1000.0
-            if timer in self._since
-            else 0.0
-        )
-        self.read_ms[timer] = float(
-            round_half_away(self._kept_ms.get(timer, 0.0) + running)
-        )
-
-    def clear(self, timer: int, now_s: float) -> None:
-        self._kept_ms.pop(timer, None)
-        if timer in self._since:
-            self._since[timer] = now_s
+    return value / state.offsets.scale(axis)
 
 
 class System:
-    """V.G and V.A of one channel; ``context`` is filled in when everything is made."""
+    """V.G and V.A of one channel."""
 
-    context: Context
-
-    def __init__(self) -> None:
-        self.timers = Timers()
+    def __init__(self, state: ProgramState) -> None:
+        self.state = state
         # kinematic parameters and the like: kept, without effect
         self.stored: dict[tuple[Value, ...], Value] = {}
         self._random = random.Random(1)
@@ -179,7 +141,7 @@ class System:
     def _axis(
         self, names: list[str], indices: Sequence[Formula], offset: int
     ) -> Access:
-        context = self.context
+        state = self.state
         name = ".".join(names if indices else names[:-1])
         read = PER_AXIS.get(AXIS_ALIASES.get(name, name))
         if read is None:
@@ -189,10 +151,10 @@ class System:
             if indices
             else self._axis_by_name(names[-1], offset)
         )
-        return (lambda: read(context, axis())), None
+        return (lambda: read(state, axis())), None
 
     def _axis_by_name(self, name: str, offset: int) -> Callable[[], int]:
-        names = self.context.offsets.names
+        names = self.state.offsets.names
         if name in ("@X", "@Y", "@Z"):
             return lambda: self._main_axis(name, offset)
         if name not in names:
@@ -202,10 +164,10 @@ class System:
 
     def _main_axis(self, name: str, offset: int) -> int:
         """@X, @Y, @Z: of the plane in force."""
-        context = self.context
-        context.store.needs_cycle(name, offset)
-        axis = context.machine.main[
-            motion_planes(context.modal.plane)["XYZ".index(name[1])]
+        state = self.state
+        state.store.needs_cycle(name, offset)
+        axis = state.machine.main[
+            motion_planes(state.modal.plane)["XYZ".index(name[1])]
         ]
         if axis < 0:
             raise fail(900016, f"{name}: the machine lacks this axis", offset)
@@ -214,7 +176,7 @@ class System:
     def _axis_by_index(
         self, indices: Sequence[Formula], offset: int
     ) -> Callable[[], int]:
-        count = len(self.context.offsets.names)
+        count = len(self.state.offsets.names)
         return lambda: _index(indices, count, "axis", offset)
 
     # V.G
@@ -224,8 +186,8 @@ class System:
     ) -> Access:
         first, rest = ALIASES.get(names[0], names[0]), names[1:]
         if not rest and not indices and first in SIMPLE:
-            context, read = self.context, SIMPLE[first]
-            return (lambda: read(context)), None
+            state, read = self.state, SIMPLE[first]
+            return (lambda: read(state)), None
         special = {
             "RANDOM": self._random_number,
             "TIMER": self._timer,
@@ -252,7 +214,7 @@ class System:
         if rest or len(indices) != 1:
             return None
         return (
-            lambda: self.timers.read_ms.get(
+            lambda: self.state.timers.read_ms.get(
                 _index(indices, TIMERS, "timer", offset), 0.0
             )
         ), None
@@ -263,7 +225,7 @@ class System:
         """V.G.@P[i].VALID"""
         if rest != ["VALID"] or len(indices) != 1:
             return None
-        store = self.context.store
+        store = self.state.store
         return (
             lambda: float(
                 _index(indices, 201, "@P", offset) in store.arguments[-1]
@@ -277,7 +239,7 @@ class System:
         if len(indices) != 1 or len(rest) != 2 or rest[0] != "V":
             return None
         offsets, axis = (
-            self.context.offsets,
+            self.state.offsets,
             self._axis_by_name(rest[1], offset)(),
         )
 
@@ -304,11 +266,11 @@ class System:
         """V.G.NP_AKT.V.X"""
         if indices or len(rest) != 2 or rest[0] != "V":
             return None
-        context, axis = self.context, self._axis_by_name(rest[1], offset)()
-        offsets = context.offsets
+        state, axis = self.state, self._axis_by_name(rest[1], offset)()
+        offsets = state.offsets
 
         def store(value: Value) -> None:
-            context.executor.not_compensated("V.G.NP_AKT", offset)
+            state.channel.not_compensated("V.G.NP_AKT", offset)
             offsets.active[axis] = _number(value, offset) * offsets.scale(axis)
             offsets.update()
 
@@ -320,7 +282,7 @@ class System:
         self, indices: Sequence[Formula], rest: list[str], offset: int
     ) -> Access:
         """V.G.WZ_AKT.R and .L, mm or inch; .P[i] is kept without effect."""
-        executor, modal = self.context.executor, self.context.modal
+        channel, modal = self.state.channel, self.state.modal
         if rest == ["P"]:
             return self._stored("WZ_AKT.P", indices)
         if indices or rest not in (["R"], ["L"], ["OK"], ["ME"]):
@@ -331,10 +293,10 @@ class System:
         radius = rest[0] == "R"
 
         def store(value: Value) -> None:
-            executor.change_tool(radius, _number(value, offset) * modal.unit_mm)
+            channel.change_tool(radius, _number(value, offset) * modal.unit_mm)
 
         def load() -> Value:
-            tool = executor.tool_data
+            tool = channel.tool_data
             return (
                 tool.radius_mm if radius else tool.length_mm
             ) / modal.unit_mm
@@ -347,7 +309,7 @@ class System:
         """V.G.WZ[j].R and .L of the tool table, mm or inch, read only."""
         if len(indices) != 1 or rest not in (["R"], ["L"]):
             return None
-        modal, tools = self.context.modal, self.context.machine.tools
+        modal, tools = self.state.modal, self.state.machine.tools
 
         def load() -> Value:
             number = _index(indices, 2**31, "tool", offset)
@@ -364,7 +326,7 @@ class System:
         self, indices: Sequence[Formula], rest: list[str], offset: int
     ) -> Access:
         """V.G.HSCS.FINISH.TOLERANCE and the like, mm or inch, read only."""
-        context = self.context
+        state = self.state
         if (
             indices
             or len(rest) != 2
@@ -372,10 +334,8 @@ class System:
             or rest[1] != "TOLERANCE"
         ):
             return None
-        setting = context.machine.hsc_settings.get(
-            rest[0].lower(), HscSetting()
-        )
-        return (lambda: setting.tolerance_mm / context.modal.unit_mm), None
+        setting = state.machine.hsc_settings.get(rest[0].lower(), HscSetting())
+        return (lambda: setting.tolerance_mm / state.modal.unit_mm), None
 
     def _kinematic(
         self, indices: Sequence[Formula], rest: list[str], offset: int

@@ -8,7 +8,7 @@ later jump is compared with it.
 from __future__ import annotations
 
 import dataclasses
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.flow import Mark
 from cnc_core.frontend.base.lexer import fail
 
-if TYPE_CHECKING:
-    from ..front_end import IsonsFrontEnd
+from .program import Program
 
 FIRST_KEPT = 2
 # jumps back of GOTO that ``check`` follows, blocks if they are many
@@ -60,8 +59,8 @@ class Endless:
     ``came_back`` tells whether nothing has changed since an earlier one.
     """
 
-    def __init__(self, reader: IsonsFrontEnd) -> None:
-        self._reader = reader
+    def __init__(self, program: Program) -> None:
+        self._program = program
         self._jumps, self._keep_at = 0, FIRST_KEPT
         self._near: tuple[Any, ...] = ()
         self._far: tuple[Any, ...] = ()
@@ -85,37 +84,37 @@ class Endless:
 
     def came_back(self) -> bool:
         self._jumps += 1
-        reader = self._reader
+        program = self._program
         if self._jumps == self._keep_at:
             self._keep_at *= 2
             self._near, self._far = self._state(), self._rest()
-            self._kept = (self.rows, self.motions, reader.waits_passed)
+            self._kept = (self.rows, self.motions, program.waits_passed)
             return False
-        live = reader.answers and (
-            self.rows > self._kept[0] or reader.waits_passed > self._kept[2]
+        live = program.answers and (
+            self.rows > self._kept[0] or program.waits_passed > self._kept[2]
         )
-        if not self._near or live or reader.asks or not reader.system.rests:
+        if not self._near or live or program.asks or not program.system.rests:
             return False
         return self._state() == self._near and self._rest() == self._far
 
     def jumped_back(self, offset: int, jump: bool) -> bool:
         """The program goes back: False if it does not get anywhere so."""
-        reader = self._reader
-        reader.forms.poll(offset)
+        program = self._program
+        program.forms.poll(offset)
         if not jump:
             return True
-        checked = reader._collect
-        again, most = self.came_back(), reader.executor.cell.passes_max
+        checked = program.collecting
+        again, most = self.came_back(), program.channel.cell.passes_max
         many = (
             bool(most)
             and self.passes >= most
-            and reader.search.found
-            and not reader.answers
+            and program.place_found
+            and not program.answers
         )
         if (
             not again
             and not many
-            and not (checked and self.tired(reader.steps))
+            and not (checked and self.tired(program.steps))
         ):
             return True
         what = (
@@ -132,70 +131,71 @@ class Endless:
             raise self._does_not_end(
                 fail(907001, f"the program does not end: it {what}", offset)
             )
-        reader.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
+        program.warn(909173, f"{ERRORS[909173]}: it {what}", offset)
         self._leave_out()
         return False
 
     def _does_not_end(self, error: CncError) -> CncError:
-        reader = self._reader
-        if reader._collect:
+        program = self._program
+        if program.collecting:
             self._leave_out()
         return error
 
     def _leave_out(self) -> None:
         """The rest of the file is compiled, the program ends."""
-        reader = self._reader
-        source = reader.flow.file.source
-        reader._visit(
-            Mark(source.position, reader.modal.line),
-            Mark(reader.flow.file.path.stat().st_size, 0),
+        program = self._program
+        source = program.flow.file.source
+        program.visit(
+            Mark(source.position, program.modal.line),
+            Mark(program.flow.file.path.stat().st_size, 0),
         )
-        reader._finish()
+        program.end_program()
 
     def _state(self) -> tuple[Any, ...]:
         """Place, open loops, variables."""
-        reader = self._reader
+        program = self._program
         levels = tuple(
             (
                 level.file.number,
                 tuple((loop.position, loop.left) for loop in level.nest),
             )
-            for level in reader.flow.levels
+            for level in program.flow.levels
         )
-        store = reader.store
+        store = program.store
         scopes = [
-            (dict(s.values), {k: list(v) for k, v in s.arrays.items()})
+            (
+                dict(s.values),
+                {k: list(v) for k, v in s.arrays.items()},
+            )
             for s in (store.scope, store.common)
         ]
-        return reader.modal.line, levels, scopes, list(store.list)
+        return program.modal.line, levels, scopes, list(store.list)
 
     def _rest(self) -> tuple[Any, ...]:
         """Modal state, frames, modes, what was written."""
-        reader, executor = self._reader, self._reader.executor
-        modal = reader.modal._modal
+        program, channel = self._program, self._program.channel
+        modal = program.modal._modal
         copy = ffi.new("nc_modal *", modal[0])
         copy.line = copy.count = copy.n = copy.programmed = 0
-        port = reader.port
-        external = (
-            dict(getattr(port, "_external", {})) if not port.answers else {}
-        )
+        shared = program.system.shared
+        written = {} if program.port.answers else dict(shared.written)
         parts = (
-            executor.frame,
-            executor.transform,
-            executor.output,
-            executor.modes,
-            executor.rotary_modes,
+            channel.frame,
+            channel.transform,
+            channel.output,
+            channel.modes,
+            channel.rotary_modes,
         )
         more = (
-            executor.tables,
-            executor.tool,
-            executor.diameter,
-            executor.spindle,
-            reader.parameters,
-            reader.system.state,
+            channel.tables,
+            channel.tool,
+            channel.diameter,
+            channel.spindle,
+            program.parameters,
+            program.system.state,
         )
         return (
             bytes(ffi.buffer(copy)),
-            external,
+            written,
             *(told(part) for part in (*parts, *more)),
         )

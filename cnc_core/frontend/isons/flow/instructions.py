@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from pathlib import PurePosixPath
-from typing import TYPE_CHECKING
 
 from cnc_core.blocks import DWELL
 from cnc_core.errors import ERRORS, CncError
@@ -15,18 +14,16 @@ from cnc_core.frontend.port import Wait
 
 from ..base import parameters
 from ..base.text import word_or_text
+from ..base.words import Number
 from ..language.formulas import (
     BEHIND_MOTION,
     LIVE,
     Formulas,
-    Number,
     variable_name,
 )
 from ..operator.dialogs import Dialogs
 from . import levels
-
-if TYPE_CHECKING:
-    from ..front_end import IsonsFrontEnd
+from .program import Program
 
 Items = Sequence[Row | Wait]
 Run = Callable[[], Items]
@@ -40,9 +37,10 @@ class Instructions:
     """
 
     def __init__(
-        self, front_end: IsonsFrontEnd, stream: TokenStream, formulas: Formulas
+        self, program: Program, stream: TokenStream, formulas: Formulas
     ) -> None:
-        self._f, self._stream, self._formulas = front_end, stream, formulas
+        self._program, self._stream = program, stream
+        self._formulas = formulas
         self.drain = False
         self.live = 0
         self._start = 0
@@ -59,7 +57,7 @@ class Instructions:
         self._start = token.offset
         self._stream.next()
         if name in _STRUCTURE:
-            self._f.control.index()
+            self._program.control.index()
         return self._whole(name, make(self))
 
     def _dialog(self, name: str, offset: int) -> Run | None:
@@ -69,7 +67,9 @@ class Instructions:
         self._stream.next()
         # they appear when the machine has come there
         self.drain = name in ("LIB_MESSAGE", "LIB_SHOWFORM")
-        run = Dialogs(self._f, self._stream, self._formulas, offset).parse(name)
+        run = Dialogs(
+            self._program.forms, self._stream, self._formulas, offset
+        ).parse(name)
         if run is None:
             raise fail(900002, f"unknown instruction {name}", offset)
         return self._whole(name, run)
@@ -111,25 +111,25 @@ class Instructions:
     # program flow
 
     def _if(self) -> Run:
-        condition, control, mark = (
-            self._formulas.full("IF"),
-            self._f.control,
-            self._f.mark,
-        )
+        condition = self._formulas.full("IF")
+        control = self._program.control
+        mark = self._program.mark
         self._stream.accept_name("THEN")
         return self._simple(
             lambda: None if condition() else control.skip_branch(mark.position)
         )
 
     def _else(self) -> Run:
-        mark = self._f.mark
-        return self._simple(lambda: self._f.control.skip_branch(mark.position))
+        mark = self._program.mark
+        return self._simple(
+            lambda: self._program.control.skip_branch(mark.position)
+        )
 
     def _end_if(self) -> Run:
         return self._simple(lambda: None)
 
     def _loop(self) -> Run:
-        token, mark = self._stream.current, self._f.mark
+        token, mark = self._stream.current, self._program.mark
         literal = (
             token.kind is Kind.NUMBER
             and "." in token.text
@@ -138,19 +138,21 @@ class Instructions:
         passes = self._formulas.full("LOOP")
         if literal:  # a floating number, even if it is whole
             return self._simple(
-                lambda: self._f.control.begin_loop(
+                lambda: self._program.control.begin_loop(
                     mark.position, math.nan, token.offset
                 )
             )
         return self._simple(
-            lambda: self._f.control.begin_loop(
+            lambda: self._program.control.begin_loop(
                 mark.position, passes(), token.offset
             )
         )
 
     def _end_loop(self) -> Run:
-        mark = self._f.mark
-        return self._simple(lambda: self._f.control.end_loop(mark.position))
+        mark = self._program.mark
+        return self._simple(
+            lambda: self._program.control.end_loop(mark.position)
+        )
 
     def _label(self) -> tuple[str, int]:
         stream, offset = self._stream, self._stream.current.offset
@@ -164,30 +166,32 @@ class Instructions:
 
     def _goto(self) -> Run:
         name, offset = self._label()
-        return self._simple(lambda: self._f.control.jump(name, offset))
+        return self._simple(lambda: self._program.control.jump(name, offset))
 
     def _gosub(self) -> Run:
         name, offset = self._label()
         return self._simple(
-            lambda: levels.call_subroutine(self._f, name, offset)
+            lambda: levels.call_subroutine(self._program, name, offset)
         )
 
     def _return(self) -> Run:
         return self._simple(
-            lambda: levels.return_from_subroutine(self._f, self._start)
+            lambda: levels.return_from_subroutine(self._program, self._start)
         )
 
     def _end_program(self) -> Run:
-        return self._simple(self._f.end_program)
+        return self._simple(self._program.end_program)
 
     def _import(self) -> Run:
         name = self._name("a file name")
         return self._simple(
-            lambda: levels.call_import(self._f, name, self._start)
+            lambda: levels.call_import(self._program, name, self._start)
         )
 
     def _end_import(self) -> Run:
-        return self._simple(lambda: levels.end_import(self._f, self._start))
+        return self._simple(
+            lambda: levels.end_import(self._program, self._start)
+        )
 
     def _error(self) -> Run:
         code = self._formulas.full("ERROR")
@@ -201,7 +205,7 @@ class Instructions:
 
     def _wait_input(self) -> Run:
         arguments = self._arguments(4)
-        mark, waits = self._f.mark, self._f.waits
+        mark, waits = self._program.mark, self._program.waits
         self.live = LIVE | BEHIND_MOTION
 
         def run() -> Items:
@@ -218,11 +222,11 @@ class Instructions:
                     f"WAIT_INPUT: the time {seconds:g} s is negative",
                     self._start,
                 )
-            if not self._f.answers:
+            if not self._program.answers:
                 return ()  # nobody moves the inputs: it is taken as come true
-            now = self._f.clock.now_s()
+            now = self._program.clock.now_s()
             begun = waits.setdefault(mark.position, now)
-            if self._f.system.shared.read("I", int(number)) == state:
+            if self._program.system.shared.read("I", int(number)) == state:
                 waits.pop(mark.position)
                 return ()
             if seconds > 0 and now - begun >= seconds - 1e-9:
@@ -231,8 +235,8 @@ class Instructions:
                     text = f"alarm {alarm:g}: WAIT_INPUT {number:g} {state:g}: not within {seconds:g} s"
                     raise fail(909131, text, self._start)
                 return ()
-            self._f.flow.jump(mark)
-            return (*self._f.held_rows(), Wait.CYCLE)
+            self._program.flow.jump(mark)
+            return (*self._program.held_rows(), Wait.CYCLE)
 
         return run
 
@@ -255,7 +259,7 @@ class Instructions:
 
         def run() -> Items:
             for name, size in made:
-                self._f.store.dimension(name, size(), self._start)
+                self._program.store.dimension(name, size(), self._start)
             return ()
 
         return run
@@ -274,7 +278,7 @@ class Instructions:
 
         def run() -> Items:
             for name in names:
-                self._f.store.share(name)
+                self._program.store.share(name)
             return ()
 
         return run
@@ -284,7 +288,7 @@ class Instructions:
         self._comma()
         if not self._stream.at_end:
             self._name("a description")
-        return self._simple(lambda: self._f.store.declare(name))
+        return self._simple(lambda: self._program.store.declare(name))
 
     def _get(self) -> Run:
         targets = []
@@ -293,7 +297,7 @@ class Instructions:
             self._comma()
 
         def run() -> Items:
-            arguments = levels.macro_arguments(self._f, self._start)
+            arguments = levels.macro_arguments(self._program, self._start)
             for target in targets:
                 if not arguments:
                     raise fail(909121, ERRORS[909121], self._start)
@@ -303,7 +307,9 @@ class Instructions:
         return run
 
     def _angles(self, degrees: bool) -> Run:
-        return self._simple(lambda: setattr(self._f.system, "degrees", degrees))
+        return self._simple(
+            lambda: setattr(self._program.system, "degrees", degrees)
+        )
 
     # the variable list
 
@@ -311,12 +317,12 @@ class Instructions:
         name = self._name("a file name")
 
         def run() -> Items:
-            text = self._f.text_of(name)
+            text = self._program.text_of(name)
             if text is None:
                 raise fail(
                     901001, f"LOAD_VAR: file not found: {name}", self._start
                 )
-            self._f.store.list = _numbers(name, text, self._start)
+            self._program.store.list = _numbers(name, text, self._start)
             return ()
 
         return run
@@ -325,8 +331,10 @@ class Instructions:
         name = self._name("a file name")
 
         def run() -> Items:
-            text = "".join(f"{value!r}{LINE}" for value in self._f.store.list)
-            self._f.write_file(inside(name, self._start), text)
+            text = "".join(
+                f"{value!r}{LINE}" for value in self._program.store.list
+            )
+            self._program.write_file(inside(name, self._start), text)
             return ()
 
         return run
@@ -336,14 +344,14 @@ class Instructions:
         self._comma()
         name = self._name("a file name")
         return self._simple(
-            lambda: target(float(self._f.text_of(name) is not None))
+            lambda: target(float(self._program.text_of(name) is not None))
         )
 
     def _get_var(self) -> Run:
         target = self._formulas.target()
         self._comma()
         index = self._formulas.full("index")
-        store = self._f.store
+        store = self._program.store
         return self._simple(
             lambda: target(store.list[store.list_place(index(), self._start)])
         )
@@ -352,7 +360,7 @@ class Instructions:
         value = self._formulas.argument("value")
         self._comma()
         index = self._formulas.full("index")
-        store = self._f.store
+        store = self._program.store
 
         def run() -> Items:
             store.list[store.list_place(index(), self._start)] = value()
@@ -362,11 +370,11 @@ class Instructions:
 
     def _add_var(self) -> Run:
         value = self._formulas.full("ADD_VAR")
-        return self._simple(lambda: self._f.store.list.append(value()))
+        return self._simple(lambda: self._program.store.list.append(value()))
 
     def _remove_var(self) -> Run:
         index = self._formulas.full("index")
-        store = self._f.store
+        store = self._program.store
 
         def run() -> Items:
             del store.list[store.list_place(index(), self._start)]
@@ -375,17 +383,21 @@ class Instructions:
         return run
 
     def _clear_var(self) -> Run:
-        return self._simple(lambda: self._f.store.resize_list(0.0, self._start))
+        return self._simple(
+            lambda: self._program.store.resize_list(0.0, self._start)
+        )
 
     def _dim_var(self) -> Run:
         size = self._formulas.full("DIM_VAR")
         return self._simple(
-            lambda: self._f.store.resize_list(size(), self._start)
+            lambda: self._program.store.resize_list(size(), self._start)
         )
 
     def _count_var(self) -> Run:
         target = self._formulas.target()
-        return self._simple(lambda: target(float(len(self._f.store.list))))
+        return self._simple(
+            lambda: target(float(len(self._program.store.list)))
+        )
 
     # machine
 
@@ -395,11 +407,11 @@ class Instructions:
         value = self._formulas.argument("OPT")
 
         def run() -> Items:
-            macros, number = self._f.macros, value()
+            macros, number = self._program.macros, value()
             macros.set_event(name, number, self._start)
             if number >= 0 and macros.find("M", int(number)) is None:
                 text = f"OPT {name}: macro M{number:g} not found beside the program or in the macro folder"
-                self._f.warn(909124, text, self._start)
+                self._program.warn(909124, text, self._start)
             return ()
 
         return run
@@ -411,7 +423,7 @@ class Instructions:
 
         def run() -> Items:
             self._parameter(name)
-            target(self._f.executor.parameter_in_force(name))
+            target(self._program.channel.parameter_in_force(name))
             return ()
 
         return run
@@ -425,8 +437,8 @@ class Instructions:
             wrong = parameters.wrong_value(name, self._parameter(name), value())
             if wrong:
                 raise fail(900012, f"WRITE_PARMAC: {wrong}", self._start)
-            self._f.parameters[name] = value()
-            self._f.executor.refresh()
+            self._program.parameters[name] = value()
+            self._program.channel.refresh()
             return ()
 
         return run
@@ -448,7 +460,7 @@ class Instructions:
         target = self._formulas.target()
         return self._simple(
             lambda: target(
-                self._f.nodes.read(
+                self._program.nodes.read(
                     tuple(value() for value in address), self._start
                 )
             )
@@ -458,7 +470,7 @@ class Instructions:
         address = self._sdo_address()
         value = self._formulas.argument("value")
         return self._simple(
-            lambda: self._f.nodes.write(
+            lambda: self._program.nodes.write(
                 tuple(v() for v in address), value(), self._start
             )
         )
@@ -466,15 +478,15 @@ class Instructions:
     def _resume_tool(self) -> Run:
         number = self._formulas.argument("RESUME_T")
         return self._simple(
-            lambda: levels.resume_tool(self._f, number(), self._start)
+            lambda: levels.resume_tool(self._program, number(), self._start)
         )
 
     def _save_tools(self) -> Run:
         def run() -> Items:
-            for number, values in sorted(self._f.executor.tables.items()):
+            for number, values in sorted(self._program.channel.tables.items()):
                 user = ", ".join(f"{value!r}" for value in values[3:])
                 text = f"[isons.tools.{number}]\ndiameter = {values[0]!r}\nlength = {values[1]!r}\n"
-                self._f.port.append_file(
+                self._program.port.append_file(
                     "isons_tools.toml",
                     f"{text}max_rpm = {values[2]!r}\nuser = [{user}]\n",
                 )
@@ -491,16 +503,16 @@ class Instructions:
         self.drain = True
 
         def run() -> Items:
-            system = self._f.system
+            system = self._program.system
             seconds = system.positioners.move(
                 number(), par() if par else 1.0, value(), relative, self._start
             )
             if not seconds:
                 return ()
-            self._f.clock.passes(seconds)
-            if self._f.answers:  # the machine counts in cycles
+            self._program.clock.passes(seconds)
+            if self._program.answers:  # the machine counts in cycles
                 seconds = math.ceil(seconds / POLL_S) * POLL_S
-            return (self._f.modal.row(DWELL, 0, value=seconds),)
+            return (self._program.modal.row(DWELL, 0, value=seconds),)
 
         return run
 
@@ -510,7 +522,7 @@ class Instructions:
         value = self._formulas.full("PF")
         self.drain = True
         return self._simple(
-            lambda: self._f.system.positioners.set_feed(
+            lambda: self._program.system.positioners.set_feed(
                 number(), value(), self._start
             )
         )
@@ -519,7 +531,7 @@ class Instructions:
         number, _ = self._formulas.pair()
         self.drain = True
         return self._simple(
-            lambda: self._f.system.positioners.stop(number(), self._start)
+            lambda: self._program.system.positioners.stop(number(), self._start)
         )
 
 

@@ -7,7 +7,6 @@ from __future__ import annotations
 import copy
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from cnc_core.errors import ERRORS, CncError
 from cnc_core.frontend.base.flow import START, Level, Mark
@@ -15,9 +14,7 @@ from cnc_core.frontend.base.lexer import fail
 
 from ..base.store import UserScope
 from ..motion.selections import check_tool
-
-if TYPE_CHECKING:
-    from ..front_end import IsonsFrontEnd
+from .program import Program
 
 MAIN, SUBROUTINE, MACRO, IMPORTED = "program", "GOSUB", "macro", "IMPORT"
 
@@ -35,87 +32,93 @@ class LevelData:
     degrees: bool = False
 
 
+def data_of(program: Program) -> LevelData:
+    """Of the innermost level."""
+    data: LevelData = program.flow.level.user
+    return data
+
+
 def call(
-    reader: IsonsFrontEnd,
+    program: Program,
     kind: str,
     path: Path | None,
     mark: Mark,
     data: LevelData,
     offset: int,
 ) -> None:
-    file = reader.flow.file if path is None else reader.flow.file_of(path)
+    file = program.flow.file if path is None else program.flow.file_of(path)
     try:
-        reader.flow.call(Level(file, mark, kind, user=data))
+        program.flow.call(Level(file, mark, kind, user=data))
     except CncError as error:
         error.place.column = error.place.column or offset
         raise
 
 
-def call_subroutine(reader: IsonsFrontEnd, name: str, offset: int) -> None:
+def call_subroutine(program: Program, name: str, offset: int) -> None:
     """GOSUB."""
-    mark = reader.control.target(name, offset)
+    mark = program.control.target(name, offset)
     call(
-        reader,
+        program,
         SUBROUTINE,
         None,
         mark,
-        LevelData(SUBROUTINE, reader.store.scope),
+        LevelData(SUBROUTINE, program.store.scope),
         offset,
     )
 
 
-def return_from_subroutine(reader: IsonsFrontEnd, offset: int) -> None:
-    if reader._data.kind != SUBROUTINE:
+def return_from_subroutine(program: Program, offset: int) -> None:
+    if data_of(program).kind != SUBROUTINE:
         raise fail(909123, "RETURN without GOSUB", offset)
-    reader.flow.leave()
+    program.flow.leave()
 
 
-def resume_tool(reader: IsonsFrontEnd, number: float, offset: int) -> None:
+def resume_tool(program: Program, number: float, offset: int) -> None:
     """RESUME_T: back to the block of the last T, which then takes another tool;
     out of macros too.
     """
     if (
-        reader.tool_place is None
-        or len(reader.flow.levels) < reader.tool_place[0]
+        program.tool_place is None
+        or len(program.flow.levels) < program.tool_place[0]
     ):
         raise fail(909172, ERRORS[909172], offset)
-    check_tool(reader.executor, number, offset)
-    levels, mark, nest = reader.tool_place
-    del reader.flow.levels[levels:]
-    reader.flow.level = reader.flow.levels[-1]
-    reader.flow.level.nest[:] = copy.deepcopy(nest)
-    reader.executor.tool_instead = int(number)
-    reader._closing, reader._failed = False, None
-    reader.flow.jump(mark)
+    check_tool(program.channel, number, offset)
+    levels, mark, nest = program.tool_place
+    del program.flow.levels[levels:]
+    program.flow.level = program.flow.levels[-1]
+    program.flow.level.nest[:] = copy.deepcopy(nest)
+    program.channel.tool_instead = int(number)
+    program.revive()
+    program.flow.jump(mark)
 
 
-def call_import(reader: IsonsFrontEnd, name: str, offset: int) -> None:
-    path = reader.macros.imported(name, reader.flow.file.path, offset)
-    reader.port.message(f"StartImport {name}")
+def call_import(program: Program, name: str, offset: int) -> None:
+    path = program.macros.imported(name, program.flow.file.path, offset)
+    program.port.message(f"StartImport {name}")
     call(
-        reader,
+        program,
         IMPORTED,
         path,
         START,
-        LevelData(IMPORTED, reader.store.scope),
+        LevelData(IMPORTED, program.store.scope),
         offset,
     )
 
 
-def end_import(reader: IsonsFrontEnd, offset: int) -> None:
-    if reader._data.kind != IMPORTED:
+def end_import(program: Program, offset: int) -> None:
+    if data_of(program).kind != IMPORTED:
         raise fail(909123, "END_IMPORT outside an imported file", offset)
-    reader.flow.leave()
+    program.flow.leave()
 
 
 def call_macro(
-    reader: IsonsFrontEnd,
+    program: Program,
     kind: str,
     number: int,
     arguments: list[float],
     offset: int,
 ) -> None:
-    path = reader.macros.find(kind, number)
+    path = program.macros.find(kind, number)
     if path is None:
         raise fail(
             909124,
@@ -123,7 +126,7 @@ def call_macro(
             offset,
         )
     call(
-        reader,
+        program,
         MACRO,
         path,
         START,
@@ -132,9 +135,9 @@ def call_macro(
     )
 
 
-def macro_arguments(reader: IsonsFrontEnd, offset: int) -> list[float]:
+def macro_arguments(program: Program, offset: int) -> list[float]:
     """Arguments of the innermost macro that have not been taken."""
-    for level in reversed(reader.flow.levels):
+    for level in reversed(program.flow.levels):
         if level.user.kind == MACRO:
             arguments: list[float] = level.user.arguments
             return arguments

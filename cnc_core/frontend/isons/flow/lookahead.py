@@ -8,7 +8,6 @@ START CLEAR``.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from cnc_core.blocks import (
     DISTANCE_RESET,
@@ -23,16 +22,15 @@ from cnc_core.frontend.base.lexer import TokenStream, fail
 from cnc_core.frontend.base.scanner import Row
 from cnc_core.frontend.port import Wait
 
-if TYPE_CHECKING:
-    from ..language.formulas import Formulas
-    from ..motion.executor import Executor
+from ..language.formulas import Formulas
+from ..motion.state import ChannelState
 
 ACTIONS = {"ON": MARKER_ON, "OFF": MARKER_OFF, "CLEAR": MARKER_CLEAR}
 Items = Sequence[Row | Wait]
 
 
 def look_ahead_command(
-    stream: TokenStream, formulas: Formulas, executor: Executor, n: int
+    stream: TokenStream, formulas: Formulas, channel: ChannelState, n: int
 ) -> Callable[[], Items] | None:
     """What the block does; None if it does not begin with ``#``.  ``n``: its N
     number.
@@ -42,9 +40,9 @@ def look_ahead_command(
     start = stream.next().offset
     if stream.accept_name("DISTANCE"):
         _words(stream, "PROG", "START", "CLEAR")
-        run = _distance(executor, n)
+        run = _distance(channel, n)
     elif stream.accept_name("CONTOUR"):
-        run = _log(stream, formulas, executor, start, n)
+        run = _log(stream, formulas, channel, start, n)
     else:
         raise fail(
             900002,
@@ -64,14 +62,14 @@ def _words(stream: TokenStream, *words: str) -> None:
             raise fail(900010, f"{word} is expected", stream.current.offset)
 
 
-def _distance(executor: Executor, n: int) -> Callable[[], Items]:
-    return lambda: executor.emit(executor.modal.row(DISTANCE_RESET, n))
+def _distance(channel: ChannelState, n: int) -> Callable[[], Items]:
+    return lambda: channel.emit(channel.modal.row(DISTANCE_RESET, n))
 
 
 def _log(
     stream: TokenStream,
     formulas: Formulas,
-    executor: Executor,
+    channel: ChannelState,
     start: int,
     n: int,
 ) -> Callable[[], Items]:
@@ -95,13 +93,13 @@ def _log(
 
     def run() -> Items:
         if action == MARKER_CLEAR:
-            executor.not_compensated("LOG CLEAR", start)
+            channel.not_compensated("LOG CLEAR", start)
         value, flags = (0.0, 0) if param is None else (param(), HAS_PARAM)
-        row = executor.modal.row(
+        row = channel.modal.row(
             MARKER, n, code=action, value=value, flags=flags
         )
         if action == MARKER_CLEAR:
-            return [*executor.output.flush(), Wait.DRAINED, row]
-        return [*executor.emit(row)]
+            return [*channel.output.flush(), Wait.DRAINED, row]
+        return [*channel.emit(row)]
 
     return run

@@ -5,7 +5,6 @@ program is taken up there.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -14,9 +13,7 @@ from cnc_core.blocks import EVENT, EVENT_OVERRIDE, BlockBatch, M, S, T
 from cnc_core.frontend.base.scanner import Row
 
 from ..motion.direct import way
-
-if TYPE_CHECKING:
-    from ..front_end import IsonsFrontEnd
+from .program import Program
 
 NORMAL, GO_BLOCK, RETRACE = 0, 2, 3  # $_X7
 M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
@@ -25,8 +22,8 @@ M_GROUPS = ((3, 4, 5, 19), (7, 8, 9))  # M functions that replace each other
 class Search:
     """``found``: no place is searched for, or it has been reached."""
 
-    def __init__(self, reader: IsonsFrontEnd) -> None:
-        self._reader = reader
+    def __init__(self, program: Program) -> None:
+        self._program = program
         self.found = True
         self._line: tuple[int, int] | None = (
             None  # of the place, and passes left
@@ -41,26 +38,27 @@ class Search:
         """Execute without a machine until the place is reached (``found``);
         every block goes through the parser.
         """
-        reader = self._reader
-        self.found, reader._scan = False, False
-        reader.system.run_type = GO_BLOCK
+        program = self._program
+        self.found = False
+        program.scan_plain_lines(False)
+        program.system.run_type = GO_BLOCK
         if marker:
-            reader.store.watched = (marker, value)
+            program.store.watched = (marker, value)
         else:
             self._line = (line, passes)
 
     def stop_here(self) -> bool:
         """The place is reached in front of the next block."""
-        reader = self._reader
+        program = self._program
         if self.found:
             return False
         if self._line is None:
-            self.found = reader.store.watch_hit
-        elif (reader.flow.file.number, reader.modal.line) == (
+            self.found = program.store.watch_hit
+        elif (program.flow.file.number, program.modal.line) == (
             0,
             self._line[0] - 1,
-        ) and self._passed != reader.steps:
-            self._passed = reader.steps
+        ) and self._passed != program.steps:
+            self._passed = program.steps
             self._line = (self._line[0], self._line[1] - 1)
             self.found = self._line[1] == 0
         return self.found
@@ -72,7 +70,13 @@ class Search:
         override = (rows.rows["type"] == EVENT) & (
             rows.rows["code"] == EVENT_OVERRIDE
         )
-        for row in rows.rows[np.isin(rows.rows["type"], (M, S, T)) | override]:
+        for row in rows.rows[
+            np.isin(
+                rows.rows["type"],
+                (M, S, T),
+            )
+            | override
+        ]:
             group = next(
                 (
                     i
@@ -93,29 +97,24 @@ class Search:
         """What is driven next depends on the blocks before: compensation, RTCP,
         corners, filters, MILD.
         """
-        reader = self._reader
-        executor = reader.executor
-        if reader.compensated or executor.tip.on or executor.output.leaving:
+        program = self._program
+        channel = program.channel
+        if program.compensated or channel.tip.on or channel.output.leaving:
             return True
         return (
-            executor.output.corners.active
-            or executor.modes.filtering
-            or executor.modes.mild_on
+            channel.output.corners.active
+            or channel.modes.filtering
+            or channel.modes.mild_on
         )
 
     @property
     def go_block_macro(self) -> Path | None:
         """The macro M_GOBLOCK, None if there is none."""
-        return self._reader.pause_macro("M_GOBLOCK")
+        return self._program.pause_macro("M_GOBLOCK")
 
     def go_on(self) -> BlockBatch:
         """The place has been found and the path is not left: functions again."""
-        reader = self._reader
-        reader.system.run_type, reader.store.watched, reader._scan = (
-            NORMAL,
-            None,
-            True,
-        )
+        self._end_search()
         kinds = sorted(self._last, key=lambda k: (k != T, k != S, k))
         return (
             BlockBatch(np.array([self._last[kind] for kind in kinds]))
@@ -123,46 +122,50 @@ class Search:
             else BlockBatch.empty()
         )
 
+    def _end_search(self) -> None:
+        program = self._program
+        program.system.run_type, program.store.watched = NORMAL, None
+        program.scan_plain_lines(True)
+
     def take_up(self, start: npt.NDArray[np.float64]) -> None:
         """The place has been found: functions again, the macro M_GOBLOCK, then
         the way from ``start`` to it.
         """
-        reader = self._reader
-        place = reader.modal.position
-        reader.system.run_type, reader.store.watched, reader._scan = (
-            NORMAL,
-            None,
-            True,
-        )
-        for kind in sorted(self._last, key=lambda k: (k != T, k != S, k)):
-            reader._queue.append(np.array([self._last[kind]]))
-        reader.modal.set_position(start)
-        reader.executor.output.moved_to(start)
-        if reader._event("M_GOBLOCK"):
-            self._return_to = (len(reader.flow.levels) - 1, place)
-            reader.executor.counter = place
-            reader.system.run_type = GO_BLOCK
+        program = self._program
+        place = program.modal.position
+        self._end_search()
+        for kind in sorted(
+            self._last,
+            key=lambda k: (k != T, k != S, k),
+        ):
+            program.put_out([np.array([self._last[kind]])])
+        program.modal.set_position(start)
+        program.channel.output.moved_to(start)
+        if program.call_event("M_GOBLOCK"):
+            self._return_to = (len(program.flow.levels) - 1, place)
+            program.channel.counter = place
+            program.system.run_type = GO_BLOCK
         else:
             self.go_to(place)
 
     def go_to(self, place: npt.NDArray[np.float64]) -> None:
         """To where the program goes on, at VRIPOSO."""
-        reader = self._reader
-        reader.executor.counter = None
-        reader.system.run_type = NORMAL
+        program = self._program
+        program.channel.counter = None
+        program.system.run_type = NORMAL
         speed = (
-            reader.parameters.speed("VRIPOSO")
-            or reader.modal.feed * reader.parameters["FEEDRES"]
+            program.parameters.speed("VRIPOSO")
+            or program.modal.feed * program.parameters["FEEDRES"]
         )
-        reader._queue.extend(way(reader.executor, place, speed, 0, 0))
+        program.put_out(way(program.channel, place, speed, 0, 0))
 
     def arrived(self) -> None:
         """Back on the level of the program behind M_GOBLOCK: the rest of the way."""
-        reader = self._reader
+        program = self._program
         if (
             self._return_to is not None
-            and len(reader.flow.levels) == self._return_to[0]
+            and len(program.flow.levels) == self._return_to[0]
         ):
             (_, place), self._return_to = self._return_to, None
-            reader._queue.extend(reader.held_rows())
+            program.put_out(program.held_rows())
             self.go_to(place)

@@ -21,13 +21,13 @@ from cnc_core.frontend.base.formula import (
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 
 from ..base.store import Store
-from ..motion.system import SYSTEM_NAME, System
+from ..base.words import Number
+from .variables import SYSTEM_NAME, SystemVariables
 
 POWER = 9
 # what a block reads: the running machine; what belongs to the end of its motion
 # under G61; what time alone changes
 LIVE, BEHIND_MOTION, TIMED = 1, 2, 4
-Number = Callable[[], float]
 
 
 def bits(value: float) -> int:
@@ -104,7 +104,7 @@ class Formulas(FormulaParser):
     word_operators = ("XOR", "AND", "OR")
 
     def __init__(
-        self, stream: TokenStream, store: Store, system: System
+        self, stream: TokenStream, store: Store, system: SystemVariables
     ) -> None:
         super().__init__(stream)
         self._store, self._system = store, system
@@ -290,7 +290,8 @@ class Formulas(FormulaParser):
             )
         if name in FUNCTIONS:
             return guarded(FUNCTIONS[name], arguments, name, offset)
-        argument, system = number_of(arguments[0], name, offset), self._system
+        argument = number_of(arguments[0], name, offset)
+        system = self._system
         if name in OF_ANGLES:
             function = OF_ANGLES[name]
             later = [
@@ -375,11 +376,9 @@ class Formulas(FormulaParser):
                 stream.current.offset,
             )
         token = stream.next()
-        name, store, system = (
-            variable_name(token.text),
-            self._store,
-            self._system,
-        )
+        name = variable_name(token.text)
+        store = self._store
+        system = self._system
         if name.startswith("_"):
             found = SYSTEM_NAME.fullmatch(name)
             if not found:

@@ -4,79 +4,18 @@ computed when the block is executed.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
-
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 
 from ..base import codes
 from ..base.text import AXIS_LETTERS
-from .formulas import Formulas, Number
+from ..base.words import Number, WordBlock
+from .formulas import Formulas
 
 M_MAX = 65535
 N_MAX = 2**32 - 1
 VALUES = ("USER_ZERO", "USER_OFFSET", "PAUSE_MODE")
 INDEXED = (49, 54, 106)  # G54 [n], G106 [axis], G49 0
 SINGLE_LETTERS = "FSDIJKRTHPL"
-
-
-@dataclass
-class WordBlock:
-    """``g``: (number, offset, index in brackets).
-
-    ``values``: by word.  ``named``: axis letters without a value.
-
-    ``signs``: 1 or -1 by axis letter (``Z+``).  ``m``: (number, offset, an axis
-    word stands before).  ``hm``: macro number, offset and its arguments.
-    """
-
-    n: int = 0
-    g: list[tuple[int, int, Number | None]] = field(default_factory=list)
-    values: dict[str, Number] = field(default_factory=dict)
-    named: dict[str, int] = field(default_factory=dict)
-    signs: dict[str, float] = field(default_factory=dict)
-    offsets: dict[str, int] = field(default_factory=dict)
-    m: list[tuple[int, int, bool]] = field(default_factory=list)
-    hm: tuple[int, int, list[Number]] | None = None
-    assignments: list[tuple[Callable[[float], None], Number]] = field(
-        default_factory=list
-    )
-    indexed: dict[str, tuple[Number, Number, int]] = field(default_factory=dict)
-    ending: bool = False
-
-    @property
-    def empty(self) -> bool:
-        return not (
-            self.g
-            or self.values
-            or self.named
-            or self.signs
-            or self.m
-            or self.hm
-            or self.indexed
-        )
-
-
-@dataclass
-class Words:
-    """A block's words with their values.  ``used``: words that a function has taken."""
-
-    block: WordBlock
-    values: dict[str, float]
-    indices: dict[int, float]
-    used: set[str] = field(default_factory=set)
-
-    @property
-    def codes(self) -> dict[int, int]:
-        """Offset by G function."""
-        return {code: offset for code, offset, _ in self.block.g}
-
-    def offset(self, name: str) -> int:
-        return self.block.offsets.get(name, 0)
-
-    def take(self, name: str) -> float | None:
-        self.used.add(name)
-        return self.values.get(name)
 
 
 class WordParser:
@@ -258,7 +197,10 @@ class WordParser:
             raise fail(
                 900011, f"G{code} and G{other}, both of one group", offset
             )
-        taker = next((c for c, _, _ in self.block.g if c in codes.TAKERS), None)
+        taker = next(
+            (c for c, _, _ in self.block.g if c in codes.TAKERS),
+            None,
+        )
         if code in codes.TAKERS and taker is not None:
             raise fail(
                 908005, f"G{code} and G{taker} use the same words", offset

@@ -4,8 +4,6 @@ probing, G100 commands on the path.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cnc_core.blocks import (
     EVENT,
     EVENT_COMMAND,
@@ -24,98 +22,105 @@ from ..base.homing_modes import ABSOLUTE
 from ..base.machine import HomingSensors
 from ..base.parameters import acceleration
 from ..base.text import AXIS_LETTERS
+from ..base.words import Words
 from ..devices.homing import NoMethodError, NoSensorError, Speeds, search
 from .motions import in_machine_coordinates, place_of, targets
-
-if TYPE_CHECKING:
-    from ..language.words import Words
-    from .executor import Array, Executor
+from .state import Array, ChannelState
 
 PER_MINUTE = 60.0
 COMMAND_MAX = 2**31
 
 
-def command(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
+def command(
+    channel: ChannelState, words: Words, offset: int
+) -> list[Row | Wait]:
     """G100 X: an event on the path, without a stop."""
     number = words.take("X")
     if number is None or not 0 <= number < COMMAND_MAX or number != int(number):
         raise fail(900012, "G100: X with a whole number is expected", offset)
-    row = executor.modal.row(
+    row = channel.modal.row(
         EVENT, words.block.n, code=EVENT_COMMAND, value=number, flags=HAS_VALUE
     )
-    return [*executor.emit(row)]
+    return [*channel.emit(row)]
 
 
-def override(executor: Executor, on: bool, n: int) -> list[Row | Wait]:
+def override(channel: ChannelState, on: bool, n: int) -> list[Row | Wait]:
     """G10, G11."""
     return [
-        *executor.emit(
-            executor.modal.row(
+        *channel.emit(
+            channel.modal.row(
                 EVENT, n, code=EVENT_OVERRIDE, value=float(on), flags=HAS_VALUE
             )
         )
     ]
 
 
-def stop(executor: Executor, offset: int) -> list[Row | Wait]:
+def stop(channel: ChannelState, offset: int) -> list[Row | Wait]:
     """G101: the axes stop where they are; what has been handed out is left out."""
-    executor.not_compensated("G101", offset)
-    executor.stopping = True
-    return [*executor.output.flush(), Wait.STOPPED]
+    channel.not_compensated("G101", offset)
+    channel.stopping = True
+    return [*channel.output.flush(), Wait.STOPPED]
 
 
-def probe(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
+def probe(channel: ChannelState, words: Words, offset: int) -> list[Row | Wait]:
     """G102: at ACQ_VEL to the target, or to where the sensor trips."""
-    executor.not_compensated("G102", offset)
-    given = targets(executor, words)
+    channel.not_compensated("G102", offset)
+    given = targets(channel, words)
     if not given:
         raise fail(900004, "G102: axes with their targets are expected", offset)
-    start = executor.modal.position
-    place = place_of(executor, given)
-    found = trip(start, place, executor.machine.axes, executor.machine.probe)
+    start = channel.modal.position
+    place = place_of(channel, given)
+    found = trip(start, place, channel.machine.axes, channel.machine.probe)
     if found is None:
-        executor.failure = CncError(909160).at(
+        channel.failure = CncError(909160).at(
             fail(909160, ERRORS[909160], offset).place
         )
     else:
         place = found[1]
-    rows = [*executor.output.flush()]
+    rows = [*channel.output.flush()]
     speed = (
-        executor.parameters["ACQ_VEL"]
-        or executor.modal.feed * executor.parameters["FEEDRES"]
+        channel.parameters["ACQ_VEL"]
+        or channel.modal.feed * channel.parameters["FEEDRES"]
     )
-    rows += way(executor, place, speed, words.block.n, offset)
+    rows += way(channel, place, speed, words.block.n, offset)
     return [Wait.DRAINED, *rows, Wait.DRAINED]
 
 
 def way(
-    executor: Executor, place: Array, speed_mm_min: float, n: int, offset: int
+    channel: ChannelState,
+    place: Array,
+    speed_mm_min: float,
+    n: int,
+    offset: int,
 ) -> list[Row]:
     """A straight motion to a machine position, with a stop at its end."""
     words = MotionWords(
         axis={i: float(value) for i, value in enumerate(place)}, n=n, motion=1
     )
-    rows = in_machine_coordinates(executor, words, offset)
+    rows = in_machine_coordinates(channel, words, offset)
     for row in rows:
         row["feed"] = speed_mm_min / PER_MINUTE
         row["flags"] |= EXACT_STOP | PATH_FEED
     return rows
 
 
-def home(executor: Executor, words: Words, offset: int) -> list[Row | Wait]:
+def home(channel: ChannelState, words: Words, offset: int) -> list[Row | Wait]:
     """G71: the axes that are named, one behind the other."""
-    executor.not_compensated("G71", offset)
-    axes = executor.named_axes(words)
+    channel.not_compensated("G71", offset)
+    axes = channel.named_axes(words)
     if not axes:
         raise fail(900004, "G71: an axis is expected", offset)
-    rows: list[Row | Wait] = [*executor.output.flush(), Wait.DRAINED]
+    rows: list[Row | Wait] = [*channel.output.flush(), Wait.DRAINED]
     for axis in axes:
-        rows += _home_axis(executor, axis, words.block.n, offset)
+        rows += _home_axis(channel, axis, words.block.n, offset)
     return [*rows, Wait.DRAINED]
 
 
-def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
-    p, letter = executor.parameters, executor.machine.axes[axis].upper()
+def _home_axis(
+    channel: ChannelState, axis: int, n: int, offset: int
+) -> list[Row]:
+    p = channel.parameters
+    letter = channel.machine.axes[axis].upper()
     if letter not in AXIS_LETTERS:
         raise fail(
             900001, f"G71: axis {letter} has no machine parameters", offset
@@ -125,8 +130,8 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     slow = p[f"RZERO_VELF_{letter}"] or fast / 10.0
     accel = acceleration(p[f"RZERO_ACC_{letter}"], p["TAU"])
     overrun = (fast / PER_MINUTE) ** 2 / (2.0 * accel) if accel > 0.0 else 0.0
-    sensors = executor.cell.homing.get(letter, HomingSensors())
-    here = float(executor.modal.position[axis])
+    sensors = channel.cell.homing.get(letter, HomingSensors())
+    here = float(channel.modal.position[axis])
     try:
         ways = search(mode, here, sensors, Speeds(fast, slow, overrun))
     except NoMethodError as wrong:
@@ -138,12 +143,12 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     reference = ways[-1].target if ways else here
     ends = [(step.target, step.speed) for step in ways]
     ends.append((reference + p[f"RZERO_OFFSET_{letter}"] * unit, fast))
-    rows, seconds, place = [], 0.0, executor.modal.position
+    rows, seconds, place = [], 0.0, channel.modal.position
     for target, speed in ends:
         seconds += abs(target - float(place[axis])) / speed * PER_MINUTE
         place = place.copy()
         place[axis] = target
-        rows += way(executor, place, speed, n, offset)
+        rows += way(channel, place, speed, n, offset)
     if seconds * 1000.0 > p["TIME_OUT_HOME"]:
         raise fail(
             1005, f"G71 {letter}: {ERRORS[1005]} ({seconds:g} s)", offset
@@ -152,9 +157,9 @@ def _home_axis(executor: Executor, axis: int, n: int, offset: int) -> list[Row]:
     # the encoder says where the axis is
     if mode == ABSOLUTE and not p.given(f"RZERO_PRESET_{letter}"):
         preset = _encoder(sensors, letter, offset) + float(place[axis]) - here
-    executor.frame.home[axis] = float(place[axis]) - preset
-    executor.frame.update()
-    executor.homed.add(axis)
+    channel.frame.home[axis] = float(place[axis]) - preset
+    channel.frame.update()
+    channel.homed.add(axis)
     return rows
 
 

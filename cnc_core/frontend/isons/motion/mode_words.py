@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cnc_core.frontend.base.lexer import fail
 
 from ..base.text import AXIS_LETTERS
+from ..base.words import Words
 from .path_modes import DEPTH_OFF
-
-if TYPE_CHECKING:
-    from ..language.words import Words
-    from .executor import Executor
+from .state import ChannelState
 
 DEPTH_MAX = 2**31 - 1
 ORDER_MAX = 7
@@ -20,24 +16,24 @@ FILTER_CODES = (66, 72, 73, 74, 106)
 
 
 def mode_function(
-    executor: Executor, code: int, words: Words, offset: int
+    channel: ChannelState, code: int, words: Words, offset: int
 ) -> None:
     """Take over one function; the rows for it come before the block's motion."""
-    executor.modes_changed = True
+    channel.modes_changed = True
     if code in (63, 64, 65, 67, 75):
-        executor.modes.mode = code
+        channel.modes.mode = code
     elif code == 68:
-        _always_plane(executor, words, offset)
+        _always_plane(channel, words, offset)
     elif code == 69:
-        _depth(executor, words, offset)
+        _depth(channel, words, offset)
     elif code == 49:
-        _mild(executor, words, offset)
+        _mild(channel, words, offset)
     else:
         {66: _feed_control, 72: _nurbs, 73: _noise, 74: _short, 106: _smooth}[
             code
-        ](executor, words, offset)
-        if not executor.modes.filtering:
-            executor.warn(
+        ](channel, words, offset)
+        if not channel.modes.filtering:
+            channel.warn(
                 907042, f"G{code} acts when G69 X is over {DEPTH_OFF}", offset
             )
 
@@ -71,33 +67,33 @@ def _switch(words: Words, offset: int, highest: int, now: int) -> int:
     return (now or 1) if value is None else int(value)
 
 
-def _always_plane(executor: Executor, words: Words, offset: int) -> None:
-    if not executor.modes.filtering:
+def _always_plane(channel: ChannelState, words: Words, offset: int) -> None:
+    if not channel.modes.filtering:
         raise fail(909117, f"G68 needs G69 with X over {DEPTH_OFF}", offset)
     limit = _number(words, "X", offset, -1)
-    executor.modes.mode = 68
-    rate = executor.parameters["FEEDRES"] / 60.0
-    executor.modes.transport_limit = (
+    channel.modes.mode = 68
+    rate = channel.parameters["FEEDRES"] / 60.0
+    channel.modes.transport_limit = (
         -1.0 if limit == -1.0 else (limit or 0.0) * rate
     )
 
 
-def _depth(executor: Executor, words: Words, offset: int) -> None:
+def _depth(channel: ChannelState, words: Words, offset: int) -> None:
     value = _number(words, "X", offset, 0, DEPTH_MAX, whole=True)
     if value is None:
         raise fail(
             900012, "G69: X with the number of blocks is expected", offset
         )
-    axes = executor.named_axes(words)
+    axes = channel.named_axes(words)
     if len(axes) > 1:
         raise fail(900004, "G69: one tangential axis at most", offset)
-    executor.modes.depth = int(value)
-    executor.modes.tangential = axes[0] if axes else None
+    channel.modes.depth = int(value)
+    channel.modes.tangential = axes[0] if axes else None
 
 
-def _mild(executor: Executor, words: Words, offset: int) -> None:
+def _mild(channel: ChannelState, words: Words, offset: int) -> None:
     """G49 XYZ, G49, G49 0, G49 1."""
-    modes, axes = executor.modes, executor.named_axes(words)
+    modes, axes = channel.modes, channel.named_axes(words)
     if 49 in words.indices:
         if axes:
             raise fail(900004, "G49: 0 or 1, or axes, not both", offset)
@@ -108,9 +104,9 @@ def _mild(executor: Executor, words: Words, offset: int) -> None:
     modes.mild, modes.mild_on = set(axes), bool(axes)
 
 
-def _feed_control(executor: Executor, words: Words, offset: int) -> None:
-    filters = executor.modes.filters
-    rate = executor.parameters["FEEDRES"] / 60.0 * executor.modal.unit_mm
+def _feed_control(channel: ChannelState, words: Words, offset: int) -> None:
+    filters = channel.modes.filters
+    rate = channel.parameters["FEEDRES"] / 60.0 * channel.modal.unit_mm
     filters.feed_control = _switch(
         words, offset, SAMPLES_MAX, filters.feed_control
     )
@@ -120,13 +116,11 @@ def _feed_control(executor: Executor, words: Words, offset: int) -> None:
     filters.feed_floor = filters.feed_floor if floor is None else floor * rate
 
 
-def _nurbs(executor: Executor, words: Words, offset: int) -> None:
-    filters, unit = executor.modes.filters, executor.modal.unit_mm
+def _nurbs(channel: ChannelState, words: Words, offset: int) -> None:
+    filters, unit = channel.modes.filters, channel.modal.unit_mm
     filters.nurbs = bool(_switch(words, offset, 1, 0))
-    length, step = (
-        _number(words, "Y", offset, 0),
-        _number(words, "A", offset, 1e-3),
-    )
+    length = _number(words, "Y", offset, 0)
+    step = _number(words, "A", offset, 1e-3)
     order = _number(words, "Z", offset, 1, ORDER_MAX, whole=True)
     filters.nurbs_length = (
         filters.nurbs_length if length is None else length * unit
@@ -135,13 +129,11 @@ def _nurbs(executor: Executor, words: Words, offset: int) -> None:
     filters.nurbs_order = filters.nurbs_order if order is None else int(order)
 
 
-def _noise(executor: Executor, words: Words, offset: int) -> None:
-    filters, unit = executor.modes.filters, executor.modal.unit_mm
+def _noise(channel: ChannelState, words: Words, offset: int) -> None:
+    filters, unit = channel.modes.filters, channel.modal.unit_mm
     filters.noise = _switch(words, offset, 3, filters.noise)
-    angle, length = (
-        _number(words, "Y", offset, 0, 180),
-        _number(words, "Z", offset, 0),
-    )
+    angle = _number(words, "Y", offset, 0, 180)
+    length = _number(words, "Z", offset, 0)
     cusps = _number(words, "A", offset, 0, 1, whole=True)
     filters.noise_angle = filters.noise_angle if angle is None else angle
     filters.noise_length = (
@@ -150,20 +142,20 @@ def _noise(executor: Executor, words: Words, offset: int) -> None:
     filters.cusps = filters.cusps if cusps is None else bool(cusps)
 
 
-def _short(executor: Executor, words: Words, offset: int) -> None:
-    filters = executor.modes.filters
+def _short(channel: ChannelState, words: Words, offset: int) -> None:
+    filters = channel.modes.filters
     filters.short = bool(_switch(words, offset, 1, 0))
     length = _number(words, "Y", offset, 0)
     filters.short_length = (
         filters.short_length
         if length is None
-        else length * executor.modal.unit_mm
+        else length * channel.modal.unit_mm
     )
 
 
-def _smooth(executor: Executor, words: Words, offset: int) -> None:
+def _smooth(channel: ChannelState, words: Words, offset: int) -> None:
     """G106 [axis] X A B."""
-    filters, unit = executor.modes.filters, executor.modal.unit_mm
+    filters, unit = channel.modes.filters, channel.modal.unit_mm
     number = words.indices.get(106)
     if number is None or number not in range(len(AXIS_LETTERS)):
         raise fail(
@@ -171,12 +163,10 @@ def _smooth(executor: Executor, words: Words, offset: int) -> None:
             "G106: the index of an axis in brackets, [0] to [8], is expected",
             offset,
         )
-    axis = executor.axis(AXIS_LETTERS[int(number)], offset)
+    axis = channel.axis(AXIS_LETTERS[int(number)], offset)
     on = _switch(words, offset, 1, 0)
-    level, length = (
-        _number(words, "A", offset, 0, 1),
-        _number(words, "B", offset, 0),
-    )
+    level = _number(words, "A", offset, 0, 1)
+    length = _number(words, "B", offset, 0)
     if length is not None:
         filters.smooth_length = length * unit
     if not on:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import numpy.typing as npt
 
@@ -12,17 +10,15 @@ from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.base.scanner import MotionWords, Row
 
 from ..base.text import AXIS_LETTERS
-from ..language.words import Words
+from ..base.words import Words
 from .rotary import target_of
-
-if TYPE_CHECKING:
-    from .executor import Array, Executor
+from .state import Array, ChannelState
 
 
-def motion(executor: Executor, words: Words) -> list[Row]:
+def motion(channel: ChannelState, words: Words) -> list[Row]:
     """The motion of a block, by the G function in force."""
-    given = targets(executor, words)
-    arc = executor.modal.motion >= 2
+    given = targets(channel, words)
+    arc = channel.modal.motion >= 2
     centre = {}
     if arc:
         centre = {
@@ -46,7 +42,7 @@ def motion(executor: Executor, words: Words) -> list[Row]:
         if name.lstrip("D") in "XYZABCUVWIJ"
     )
     return move(
-        executor,
+        channel,
         given,
         centre,
         radius,
@@ -56,7 +52,9 @@ def motion(executor: Executor, words: Words) -> list[Row]:
     )
 
 
-def targets(executor: Executor, words: Words) -> dict[int, tuple[float, bool]]:
+def targets(
+    channel: ChannelState, words: Words
+) -> dict[int, tuple[float, bool]]:
     """Axis words of a motion: value, and whether it counts from where the axis
     is, by axis.
     """
@@ -65,7 +63,7 @@ def targets(executor: Executor, words: Words) -> dict[int, tuple[float, bool]]:
     for letter in names:
         for name in (letter, "D" + letter):
             if name in words.values and name not in words.used:
-                axis = executor.axis(letter, words.offset(name))
+                axis = channel.axis(letter, words.offset(name))
                 if axis in given:
                     raise fail(
                         900005,
@@ -74,25 +72,27 @@ def targets(executor: Executor, words: Words) -> dict[int, tuple[float, bool]]:
                     )
                 given[axis] = (
                     words.values[name],
-                    name != letter or not executor.modal.absolute,
+                    name != letter or not channel.modal.absolute,
                 )
                 words.used.add(name)
     return given
 
 
-def place_of(executor: Executor, given: dict[int, tuple[float, bool]]) -> Array:
+def place_of(
+    channel: ChannelState, given: dict[int, tuple[float, bool]]
+) -> Array:
     """(axes,) machine position that axis words lead to, through
     transformations, origins and offsets.
     """
-    position, frame = executor.modal.position, executor.frame.total
+    position, frame = channel.modal.position, channel.frame.total
     place, moved = transformed(
-        executor, given, executor.transform.backward(position - frame), frame
+        channel, given, channel.transform.backward(position - frame), frame
     )
     return np.where(moved, place, position)
 
 
 def transformed(
-    executor: Executor,
+    channel: ChannelState,
     given: dict[int, tuple[float, bool]],
     now: Array,
     frame: Array,
@@ -103,18 +103,20 @@ def transformed(
     point = now.copy()
     for axis, (value, relative) in given.items():
         point[axis] = target(
-            executor,
+            channel,
             axis,
-            value * executor.scale(axis),
+            value * channel.scale(axis),
             relative,
             float(now[axis]),
         )
-    moved = np.asarray(executor.transform.matrix[:, list(given)].any(axis=1))
-    return executor.transform.forward(point) + frame, moved
+    moved = np.asarray(
+        channel.transform.matrix[:, list(given)].any(axis=1),
+    )
+    return channel.transform.forward(point) + frame, moved
 
 
 def move(
-    executor: Executor,
+    channel: ChannelState,
     given: dict[int, tuple[float, bool]],
     centre: dict[str, float],
     radius: float | None,
@@ -125,41 +127,43 @@ def move(
     """The words as they are where nothing stands between program and machine,
     else through it.
     """
-    modal = executor.modal
+    modal = channel.modal
     relative = {is_relative for _, is_relative in given.values()}
     simple = (
-        executor.plain_geometry
+        channel.plain_geometry
         and not without_origin
         and relative <= {not modal.absolute}
     )
-    if simple and not any(executor.rotary_modes.get(axis) for axis in given):
+    if simple and not any(channel.rotary_modes.get(axis) for axis in given):
         words = MotionWords(
             axis={axis: value for axis, (value, _) in given.items()},
             centre=centre,
             r=radius,
             n=n,
         )
-        return applied(executor, words, offset)
+        return applied(channel, words, offset)
     return through_transformations(
-        executor, given, centre, radius, without_origin, n, offset
+        channel, given, centre, radius, without_origin, n, offset
     )
 
 
-def applied(executor: Executor, words: MotionWords, offset: int) -> list[Row]:
+def applied(
+    channel: ChannelState, words: MotionWords, offset: int
+) -> list[Row]:
     """Rows of words that the modal state takes."""
-    error, row = executor.modal.apply(words)
+    error, row = channel.modal.apply(words)
     if error:
         text = ERRORS[error]
         if error == 900007:
             text += (
-                f"; allowed is {executor.parameters.length('SGLR'):g} mm (SGLR)"
+                f"; allowed is {channel.parameters.length('SGLR'):g} mm (SGLR)"
             )
         raise fail(error, text, offset)
-    return [] if row is None else executor.emit(row)
+    return [] if row is None else channel.emit(row)
 
 
 def through_transformations(
-    executor: Executor,
+    channel: ChannelState,
     given: dict[int, tuple[float, bool]],
     centre: dict[str, float],
     radius: float | None,
@@ -168,36 +172,36 @@ def through_transformations(
     offset: int,
 ) -> list[Row]:
     """Through the transformations, in machine coordinates."""
-    modal, transform = executor.modal, executor.transform
-    frame = executor.frame.total - (
-        executor.frame.origin.acting if without_origin else 0.0
+    modal, transform = channel.modal, channel.transform
+    frame = channel.frame.total - (
+        channel.frame.origin.acting if without_origin else 0.0
     )
     now = transform.backward(modal.position - frame)
-    place, moved = transformed(executor, given, now, frame)
+    place, moved = transformed(channel, given, now, frame)
     words = MotionWords(
         axis={int(i): float(place[i]) for i in np.flatnonzero(moved)},
         n=n,
         motion=modal.motion,
     )
     if modal.motion >= 2:
-        arc_words(executor, words, centre, radius, now, frame, offset)
-    return in_machine_coordinates(executor, words, offset)
+        arc_words(channel, words, centre, radius, now, frame, offset)
+    return in_machine_coordinates(channel, words, offset)
 
 
 def target(
-    executor: Executor, axis: int, value: float, relative: bool, now: float
+    channel: ChannelState, axis: int, value: float, relative: bool, now: float
 ) -> float:
     """Where an axis goes; rotary axes by their mode."""
     if relative:
         return now + value
-    mode = executor.rotary_modes.get(axis, 0)
+    mode = channel.rotary_modes.get(axis, 0)
     if mode == 4:
-        mode = 1 if executor.modal.motion < 2 else 0
+        mode = 1 if channel.modal.motion < 2 else 0
     return target_of(mode, now, value)
 
 
 def arc_words(
-    executor: Executor,
+    channel: ChannelState,
     words: MotionWords,
     centre: dict[str, float],
     radius: float | None,
@@ -206,27 +210,27 @@ def arc_words(
     offset: int,
 ) -> None:
     """Centre and radius of an arc in machine coordinates."""
-    first, second = executor.plane_pair
-    similar = executor.transform.similarity(first, second)
-    if not executor.plane_code:
+    first, second = channel.plane_pair
+    similar = channel.transform.similarity(first, second)
+    if not channel.plane_code:
         raise fail(909115, ERRORS[909115], offset)
     if similar is None:
         raise fail(909116, ERRORS[909116], offset)
     scale, kept = similar
-    if kept == executor.plane_reversed:
-        words.motion = 5 - executor.modal.motion
+    if kept == channel.plane_reversed:
+        words.motion = 5 - channel.modal.motion
     if radius is not None:
-        words.r = radius * executor.modal.unit_mm * scale
+        words.r = radius * channel.modal.unit_mm * scale
     if not centre:
         return
-    absolute = executor.modal.absolute and not executor.parameters["ARC_REL"]
+    absolute = channel.modal.absolute and not channel.parameters["ARC_REL"]
     point = now.copy()
     for letter, axis in (("I", first), ("J", second)):
-        point[axis] = centre.get(letter, 0.0) * executor.modal.unit_mm + (
+        point[axis] = centre.get(letter, 0.0) * channel.modal.unit_mm + (
             0.0 if absolute else now[axis]
         )
-    place = executor.transform.forward(point) + frame
-    pair = (second, first) if executor.plane_reversed else (first, second)
+    place = channel.transform.forward(point) + frame
+    pair = (second, first) if channel.plane_reversed else (first, second)
     words.centre = {
         letter: float(place[axis])
         for letter, axis in zip("IJ", pair, strict=True)
@@ -234,23 +238,25 @@ def arc_words(
 
 
 def in_machine_coordinates(
-    executor: Executor, words: MotionWords, offset: int
+    channel: ChannelState, words: MotionWords, offset: int
 ) -> list[Row]:
     """Rows of words that count from home, in mm and absolute."""
-    modal = executor.modal
-    absolute, inch, motion = modal.absolute, modal.unit_mm != 1.0, modal.motion
-    modal.set_offset(np.zeros(len(executor.machine.axes)))
+    modal = channel.modal
+    absolute = modal.absolute
+    inch = modal.unit_mm != 1.0
+    motion = modal.motion
+    modal.set_offset(np.zeros(len(channel.machine.axes)))
     modal.set_absolute(True)
     modal.apply(MotionWords(inch=False, centre_absolute=True))
     try:
-        return applied(executor, words, offset)
+        return applied(channel, words, offset)
     finally:
         modal.apply(
             MotionWords(
                 inch=inch,
-                centre_absolute=not executor.parameters["ARC_REL"],
+                centre_absolute=not channel.parameters["ARC_REL"],
                 motion=motion,
             )
         )
         modal.set_absolute(absolute)
-        executor.frame.update()
+        channel.frame.update()

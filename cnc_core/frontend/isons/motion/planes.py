@@ -4,136 +4,103 @@ G50 .. G52, G120, G121, G1050, G1051.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
-from cnc_core.frontend.base.scanner import MotionWords
 
 from ..base.text import AXIS_LETTERS
-from ..language.words import Words
+from ..base.words import Words
+from .state import PLANE_AXES, ChannelState
 from .transform import Rotation, Scaling
-
-if TYPE_CHECKING:
-    from .executor import Executor
-
-PLANE_AXES = {17: ("X", "Y"), 18: ("Z", "X"), 19: ("Y", "Z")}
 
 
 def plane_function(
-    executor: Executor, code: int, offset: int, words: Words
+    channel: ChannelState, code: int, offset: int, words: Words
 ) -> None:
     """G17, G18, G19, G70, G48."""
-    executor.not_compensated(f"G{code}", offset)
+    channel.not_compensated(f"G{code}", offset)
     if code == 48:
-        depth_axis(executor, words, offset)
+        depth_axis(channel, words, offset)
     elif code == 70:
         letters = list(words.block.named)
-        executor.named_axes(words)
+        channel.named_axes(words)
         if len(letters) != 2:
             raise fail(900004, "G70: two axes are expected", offset)
-        set_plane(executor, letters[0], letters[1], offset)
+        channel.set_plane(letters[0], letters[1], offset)
     else:
-        set_plane(executor, *PLANE_AXES[code], offset)
-    executor.transform.plane = executor.plane_pair
-    executor.transform.rebuild()
+        channel.set_plane(*PLANE_AXES[code], offset)
+    channel.transform.plane = channel.plane_pair
+    channel.transform.rebuild()
 
 
-def depth_axis(executor: Executor, words: Words, offset: int) -> None:
+def depth_axis(channel: ChannelState, words: Words, offset: int) -> None:
     """G48."""
-    axes = executor.named_axes(words)
+    axes = channel.named_axes(words)
     if len(axes) != 1:
         raise fail(900004, "G48: one axis is expected", offset)
-    if axes[0] in executor.plane_pair:
+    if axes[0] in channel.plane_pair:
         raise fail(
             909114,
-            f"{ERRORS[909114]} ({executor.machine.axes[axes[0]]})",
+            f"{ERRORS[909114]} ({channel.machine.axes[axes[0]]})",
             offset,
         )
-    executor.depth_axis = axes[0]
-    executor.modes_changed = True
-
-
-def set_plane(executor: Executor, first: str, second: str, offset: int) -> None:
-    """The plane of two axes; ``offset`` 0: nothing is said if the machine has
-    none of them.
-    """
-    if first not in executor.axes or second not in executor.axes:
-        if offset:
-            raise fail(900016, ERRORS[900016], offset)
-        return
-    executor.plane_pair = (executor.axes[first], executor.axes[second])
-    executor.modes_changed = True
-    pairs = {pair: code for code, pair in PLANE_AXES.items()}
-    executor.plane_reversed = (second, first) in pairs
-    executor.plane_code = pairs.get(
-        (first, second), pairs.get((second, first), 0)
-    )
-    if executor.plane_code:
-        executor.modal.apply(MotionWords(plane=executor.plane_code))
-    corners = executor.output.corners
-    corners.plane, corners.code, corners.reversed = (
-        executor.plane_pair,
-        executor.plane_code,
-        executor.plane_reversed,
-    )
+    channel.depth_axis = axes[0]
+    channel.modes_changed = True
 
 
 def transform_function(
-    executor: Executor, code: int, offset: int, words: Words
+    channel: ChannelState, code: int, offset: int, words: Words
 ) -> None:
     """Mirrors, swaps, rotation and scaling of the plane."""
-    executor.not_compensated(f"G{code}", offset)
-    transform = executor.transform
+    channel.not_compensated(f"G{code}", offset)
+    transform = channel.transform
     if code in (120, 121, 24, 25):
-        axis = executor.axis("Y" if code > 100 else "X", offset)
+        axis = channel.axis("Y" if code > 100 else "X", offset)
         (
             transform.mirrored.add
             if code in (120, 24)
             else transform.mirrored.discard
         )(axis)
     elif code in (22, 23):
-        transform.plane_swap = executor.plane_pair if code == 22 else None
+        transform.plane_swap = channel.plane_pair if code == 22 else None
     elif code in (26, 27, 28):
-        swap(executor, code, offset, words)
+        swap(channel, code, offset, words)
     elif code in (50, 51, 52):
-        rotation(executor, code, words)
+        rotation(channel, code, words)
     else:
-        scaling(executor, code, offset, words)
+        scaling(channel, code, offset, words)
     transform.rebuild()
-    similar = transform.similarity(*executor.plane_pair)
-    executor.output.corners.factor = similar[0] if similar else 1.0
+    similar = transform.similarity(*channel.plane_pair)
+    channel.output.corners.factor = similar[0] if similar else 1.0
 
 
-def swap(executor: Executor, code: int, offset: int, words: Words) -> None:
+def swap(channel: ChannelState, code: int, offset: int, words: Words) -> None:
     """G26, G27, G28."""
     if code == 26:
-        axes = executor.named_axes(words)
+        axes = channel.named_axes(words)
         if len(axes) != 2:
             raise fail(900004, "G26: two axes are expected", offset)
-        executor.transform.named_swap = (axes[0], axes[1])
-    executor.transform.named_swap_on = code != 27
+        channel.transform.named_swap = (axes[0], axes[1])
+    channel.transform.named_swap_on = code != 27
 
 
-def rotation(executor: Executor, code: int, words: Words) -> None:
+def rotation(channel: ChannelState, code: int, words: Words) -> None:
     """G50, G51, G52."""
-    rotation = executor.transform.rotation
+    rotation = channel.transform.rotation
     if code == 50:
-        unit = executor.modal.unit_mm
-        here = executor.transform.backward(
-            executor.modal.position - executor.frame.total
+        unit = channel.modal.unit_mm
+        here = channel.transform.backward(
+            channel.modal.position - channel.frame.total
         )
         values = [rotation.first, rotation.second]
         for i, letter in enumerate("XY"):
-            absolute, relative = words.take(letter), words.take("D" + letter)
+            absolute = words.take(letter)
+            relative = words.take("D" + letter)
             if absolute is not None:
                 values[i] = absolute * unit
             elif relative is not None:
-                values[i] = (
-                    float(here[executor.plane_pair[i]]) + relative * unit
-                )
+                values[i] = float(here[channel.plane_pair[i]]) + relative * unit
         angle = words.take("Z")
-        executor.transform.rotation = Rotation(
+        channel.transform.rotation = Rotation(
             values[0],
             values[1],
             rotation.degrees if angle is None else angle,
@@ -143,9 +110,11 @@ def rotation(executor: Executor, code: int, words: Words) -> None:
         rotation.on = code == 52
 
 
-def scaling(executor: Executor, code: int, offset: int, words: Words) -> None:
+def scaling(
+    channel: ChannelState, code: int, offset: int, words: Words
+) -> None:
     """G1050, G1051."""
-    scaling = executor.transform.scaling
+    scaling = channel.transform.scaling
     if code == 1050:
         scaling.on = False
         return
@@ -155,13 +124,13 @@ def scaling(executor: Executor, code: int, offset: int, words: Words) -> None:
         return
     ratio = dict(scaling.ratio)
     centre: dict[int, float] = {}
-    program = executor.transform.backward(
-        executor.modal.position - executor.frame.total
+    program = channel.transform.backward(
+        channel.modal.position - channel.frame.total
     )
-    here = executor.transform.before_scaling() @ program
+    here = channel.transform.before_scaling() @ program
     for letter, word in zip("XYZ", "IJK", strict=True):
         value = given["P"] if given["P"] is not None else given[word]
-        axis = executor.axes.get(letter)
+        axis = channel.axes.get(letter)
         if axis is None:
             continue
         if value is not None:
@@ -170,6 +139,6 @@ def scaling(executor: Executor, code: int, offset: int, words: Words) -> None:
             ratio[axis] = value
         at = given[letter]
         centre[axis] = (
-            float(here[axis]) if at is None else at * executor.scale(axis)
+            float(here[axis]) if at is None else at * channel.scale(axis)
         )
-    executor.transform.scaling = Scaling(ratio, centre, True)
+    channel.transform.scaling = Scaling(ratio, centre, True)

@@ -2,25 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from cnc_core.errors import ERRORS
 from cnc_core.frontend.base.lexer import fail
 from cnc_core.frontend.machine import External
 from cnc_core.frontend.port import ChannelPort
 
-from ..base.machine import GENERICS, INPUTS, M_PARAMETERS, OUTPUTS, IsonsCell
+from ..base.machine import GENERICS, INPUTS, M_PARAMETERS, OUTPUTS
 from ..base.text import AXIS_LETTERS
 from ..devices.clock import Clock
 from ..devices.positioners import Positioners
 from .output import OFF
+from .state import Array, ChannelState
 
-if TYPE_CHECKING:
-    from .executor import Executor
-
-SYSTEM_NAME = re.compile(r"_(PARM_|[A-Z])(\d+)")
 AXES = len(AXIS_LETTERS)
 FROM_HOME = 100
 TIMERS, TOOL_VALUES, HEAD_VALUES, SPECIALS = 10, 20, 20, 14
@@ -62,6 +57,8 @@ class Shared:
 
     def __init__(self, port: ChannelPort, io_block: int) -> None:
         self._port = port
+        # last value by family and index of what the program has written
+        self.written: dict[tuple[str, int], float] = {}
         begin = io_block
         self._places: dict[str, External] = {}
         for family, kind, count in (
@@ -86,28 +83,28 @@ class Shared:
             raise fail(
                 900012, f"$_{family}: {value:g} is no 32-bit integer", offset
             )
+        self.written[family, index] = float(int(value))
         self._port.write_external(
             self._places[family], index, float(int(value))
         )
 
 
 class System:
-    """Reads and writes all families.  ``executor`` is given after construction."""
+    """Reads and writes all families."""
 
-    executor: Executor
     message_result: Callable[[], float]
     run_type = 0  # $_X7: 0 normal, 1 simulation, 2 GO BLOCK, 3 RETRACE
 
     def __init__(
         self,
         port: ChannelPort,
-        cell: IsonsCell,
+        channel: ChannelState,
         clock: Clock,
         positioners: Positioners,
     ) -> None:
-        self._port, self._cell, self._clock = port, cell, clock
+        self._port, self._channel, self._clock = port, channel, clock
         self.positioners = positioners
-        self.shared = Shared(port, cell.io_block)
+        self.shared = Shared(port, channel.cell.io_block)
         self.degrees = False
         self.message_result = lambda: 0.0
         self._timers = [0.0] * TIMERS  # when they stand at 0, s
@@ -150,14 +147,14 @@ class System:
             "Q": self._actual,
             "R": self._actual,
             "T": self._timer,
-            "U": lambda i: self.executor.table[i],
+            "U": lambda i: self._channel.table[i],
             "H": self._head,
             "C": self._counter,
             "N": lambda i: self._limit(i, 1),
             "S": lambda i: self._limit(i, 0),
             "X": self._special,
-            "Y": lambda i: self._of_axis(self.executor.frame.origin.acting, i),
-            "W": lambda i: self._of_axis(self.executor.frame.offset.acting, i),
+            "Y": lambda i: self._of_axis(self._channel.frame.origin.acting, i),
+            "W": lambda i: self._of_axis(self._channel.frame.offset.acting, i),
         }
         value = read[family]
         return lambda: float(value(index))
@@ -171,42 +168,42 @@ class System:
         if family == "T":
             return lambda value: self._start(index, value, offset)
         if family == "U":
-            return lambda value: self.executor.table.__setitem__(index, value)
+            return lambda value: self._channel.table.__setitem__(index, value)
         place = index - 1 if family == "PARM_" else index
         return lambda value: self.shared.write(family, place, value, offset)
 
     # values
 
-    def _of_axis(self, values: object, index: int) -> float:
+    def _of_axis(self, values: Array, index: int) -> float:
         """Of the axis with this letter; 0 where the machine has none."""
-        axis = self.executor.axes.get(AXIS_LETTERS[index])
-        return 0.0 if axis is None else float(values[axis])  # type: ignore[index]
+        axis = self._channel.axes.get(AXIS_LETTERS[index])
+        return 0.0 if axis is None else float(values[axis])
 
-    def _position(self, place: object, index: int) -> float:
-        frame = self.executor.frame
-        from_home = place - frame.home  # type: ignore[operator]
+    def _position(self, place: Array, index: int) -> float:
+        frame = self._channel.frame
+        from_home = place - frame.home
         if index >= FROM_HOME:
             return self._of_axis(from_home, index - FROM_HOME)
-        return self._of_axis(place - frame.total, index)  # type: ignore[operator]
+        return self._of_axis(place - frame.total, index)
 
     def _counter(self, index: int) -> float:
         """The commanded target; behind a restart, where the program goes on."""
-        executor = self.executor
+        channel = self._channel
         return self._position(
-            executor.modal.position
-            if executor.counter is None
-            else executor.counter,
+            channel.modal.position
+            if channel.counter is None
+            else channel.counter,
             index,
         )
 
     def _demand(self, index: int) -> float:
-        return self._position(self.executor.modal.position, index)
+        return self._position(self._channel.modal.position, index)
 
     def _actual(self, index: int) -> float:
-        if not self._port.answers or self.executor.output.side != OFF:
+        if not self._port.answers or self._channel.output.side != OFF:
             return self._demand(index)
         return self._position(
-            self.executor.tip.programmed(self._port.live_position()), index
+            self._channel.tip.programmed(self._port.live_position()), index
         )
 
     @property
@@ -231,7 +228,7 @@ class System:
         self._timers[index] = self._clock.now_s() + value / 1000.0
 
     def _head(self, index: int) -> float:
-        head = self.executor.frame.head
+        head = self._channel.frame.head
         if index < AXES:
             return head.offset.get(AXIS_LETTERS[index], 0.0)
         if index < 2 * AXES:
@@ -240,33 +237,33 @@ class System:
         return head.user[place] if place < len(head.user) else 0.0
 
     def _limit(self, index: int, end: int) -> float:
-        limits = self.executor.output.limits
+        limits = self._channel.output.limits
         return self._of_axis(limits.high if end else limits.low, index)
 
     def _special(self, index: int) -> float:
-        executor = self.executor
-        executor.follow_scanner()
-        frame, modal = executor.frame, executor.modal
+        channel = self._channel
+        channel.follow_scanner()
+        frame, modal = channel.frame, channel.modal
         axis = frame.length_axis
         length = (
             float((frame.length + frame.length_extra)[axis])
             if axis >= 0
             else 0.0
         )
-        letter = executor.machine.axes[axis].upper() if axis >= 0 else "X"
+        letter = channel.machine.axes[axis].upper() if axis >= 0 else "X"
         return float(
             (
-                executor.spindle,
+                channel.spindle,
                 frame.origin.index,
                 frame.offset.index,
                 frame.origin.on,
                 frame.offset.on,
                 max(frame.head_number, 0),
-                executor.tool,
+                channel.tool,
                 self.run_type,
                 modal.feed,
                 not modal.absolute,
-                PLANE_NUMBERS.get(executor.plane_code, 0),
+                PLANE_NUMBERS.get(channel.plane_code, 0),
                 length,
                 AXIS_LETTERS.index(letter) if letter in AXIS_LETTERS else 0,
                 self.message_result(),

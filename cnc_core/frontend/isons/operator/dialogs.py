@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
 
 from cnc_core.frontend.base.lexer import Kind, TokenStream, fail
 from cnc_core.frontend.base.scanner import Row
@@ -12,10 +11,7 @@ from cnc_core.frontend.port import Wait
 
 from ..base.text import word_or_text
 from ..language.formulas import Formulas
-from .forms import BUTTON, FORM, INPUT, LABEL, printed
-
-if TYPE_CHECKING:
-    from ..front_end import IsonsFrontEnd
+from .forms import BUTTON, FORM, INPUT, LABEL, Forms, printed
 
 Run = Callable[[], Sequence[Row | Wait]]
 KINDS = {"FORM": FORM, "LABEL": LABEL, "BUTTON": BUTTON, "INPUT": INPUT}
@@ -26,17 +22,13 @@ class Dialogs:
 
     def __init__(
         self,
-        front_end: IsonsFrontEnd,
+        forms: Forms,
         stream: TokenStream,
         formulas: Formulas,
         start: int,
     ) -> None:
-        self._forms, self._stream, self._formulas, self._start = (
-            front_end.forms,
-            stream,
-            formulas,
-            start,
-        )
+        self._forms, self._stream = forms, stream
+        self._formulas, self._start = formulas, start
 
     def parse(self, name: str) -> Run | None:
         """What it does; None if there is no such instruction."""
@@ -92,10 +84,8 @@ class Dialogs:
         return "" if kind == FORM else self._text_word("a name")
 
     def _message(self) -> Run:
-        text, caption = (
-            self._text_word("a text").replace("\\N", "\n"),
-            self._text_word("a caption"),
-        )
+        text = self._text_word("a text").replace("\\N", "\n")
+        caption = self._text_word("a caption")
         self._comma()
         button = self._formulas.argument("button")
         self._comma()

@@ -1,0 +1,286 @@
+/* What is handed out: laws from the plan, and a new plan when enough of the old
+ * one is used up. */
+#include <math.h>
+#include <time.h>
+#include "jerk/hand_out.h"
+#include "jerk/history.h"
+#include "jerk/path/caps.h"
+#include "jerk/path/motion_law.h"
+#include "jerk/path/ring.h"
+#include "jerk/replan.h"
+#include "jerk/state/state.h"
+#include "jerk/stop.h"
+
+/* The path under the plan's end as far as it could be planned now. */
+static bool more_path(const jerk_planner *planner) {
+    return planner->plan.end != planner->tail
+           || (planner->finished && !planner->plan.stands);
+}
+
+static bool worth_planning(const jerk_planner *planner) {
+    const plan *pl = &planner->plan;
+    if (planner->changed
+        && (planner->at_standstill || !(planner->again_s > 0.0))) {
+        return true;
+    }
+    if (pl->next >= pl->count) {
+        return planner->head != planner->tail;
+    }
+    if (planner->hold || planner->changed || planner->wait > 0) {
+        return false;
+    }
+    if (!pl->final) {
+        return true;
+    }
+    if (pl->stands || !more_path(planner)) {
+        return false;
+    }
+    return pl->since >= pl->refresh * pl->count && pl->remaining < pl->lasts;
+}
+
+static double thread_cpu_s(void) {
+    struct timespec time;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+}
+
+static bool zero_factor(const jerk_planner *planner) {
+    const jerk_interval *interval = ring_at(planner, planner->head);
+    return planner->head != planner->tail
+           && asked_speed(planner, interval) <= 0.0;
+}
+
+static void plan_again(jerk_planner *planner) {
+    double t0 = thread_cpu_s();
+    bool met = true;
+    if (planner->hold || zero_factor(planner)) {
+        if (planner->at_standstill) {
+            forget_plan(planner);
+        } else if (planner->changed) {
+            met = plan_stop(planner);
+        }
+        planner->changed = false;
+    } else {
+        met = plan_window(planner);
+    }
+    if (!met) {
+        planner->changed = true;
+    }
+    planner->waited_s =
+        met ? 0.0
+        : planner->hold
+            ? TRY_AGAIN_S
+            : fmin(TRY_AGAIN_MAX_S, fmax(TRY_AGAIN_S, 2.0 * planner->waited_s));
+    planner->again_s = planner->waited_s;
+    planner->stats.worst_solve_s =
+        fmax(planner->stats.worst_solve_s, thread_cpu_s() - t0);
+}
+
+/* The law of segment k of the plan. */
+static void law_of(const jerk_planner *planner, int k, jerk_law *law) {
+    const plan *pl = &planner->plan;
+    bool end = k + 1 == pl->count;
+    law->tag = pl->tag[k];
+    law->s0 = pl->offset[k];
+    law->flags = end ? JERK_STAND : 0;
+    law->last = pl->last[k];
+    if (pl->time[k] > 0.0) {
+        law->length = pl->lengths[k];
+        law->v0 = planner->scale * sqrt(pl->x[k]);
+        law->a0 = planner->scale * planner->scale * pl->accel[k];
+        law->jerk = pl->jerk[k];
+        law->snap = pl->snap[k];
+        law->crackle = pl->crackle[k];
+        law->pop = pl->pop[k];
+        law->time = pl->time[k];
+        return;
+    }
+    double input[2];
+    input[0] = pl->input[0][k];
+    input[1] = pl->input[1][k];
+    motion_law_from(law,
+                    pl->lengths[k],
+                    pl->x[k],
+                    pl->accel[k],
+                    end ? 0.0 : pl->x[k + 1],
+                    end ? 0.0 : pl->accel[k + 1],
+                    input,
+                    planner->scale);
+    pl->time[k] = law->time; /* tails are asked for again and again */
+    pl->jerk[k] = law->jerk;
+    pl->snap[k] = law->snap;
+    pl->crackle[k] = law->crackle;
+    pl->pop[k] = law->pop;
+}
+
+/* Segment `next` of the plan is the caller's: the path and the state move on.
+ */
+static void hand_out(jerk_planner *planner) {
+    plan *pl = &planner->plan;
+    int k = pl->next++;
+    pl->since++;
+    planner->wait--;
+    pl->remaining -= pl->lengths[k];
+    planner->at_standstill = pl->next == pl->count;
+    planner->x = planner->at_standstill ? 0.0 : pl->x[k + 1];
+    planner->accel = planner->at_standstill ? 0.0 : pl->accel[k + 1];
+    planner->behind_mm = planner->at_standstill
+                             ? 0.0
+                             : fmax(0.0, planner->behind_mm - pl->lengths[k]);
+    planner->driven += pl->lengths[k];
+    if (pl->last[k] && !planner->at_standstill) {
+        jump_passed(planner,
+                    ring_at(planner, planner->head),
+                    ring_at(planner, planner->head + 1));
+    }
+    ring_consume(planner, pl->lengths[k], pl->last[k]);
+    planner->stats.segments++;
+}
+
+int jerk_next(jerk_planner *planner, jerk_law *law) {
+    return jerk_next_within(planner, law, INFINITY);
+}
+
+/* Only the first `seconds` of the law of segment `next` are handed out; what is
+ * left stays in the plan. */
+static void split(jerk_planner *planner, jerk_law *law, double seconds) {
+    plan *pl = &planner->plan;
+    int k = pl->next;
+    jerk_state at;
+    jerk_at(law, seconds, &at);
+    double way = at.s - law->s0;
+    double left = pl->lengths[k] - way;
+    bool parts = way > LEAST_PART && left > LEAST_PART;
+    if (!parts || !(at.v > 0.0)) {
+        remember_law(planner, k, law, true);
+        hand_out(planner);
+        return;
+    }
+    const jerk_law part = {.tag = law->tag,
+                           .s0 = law->s0,
+                           .v0 = law->v0,
+                           .a0 = law->a0,
+                           .jerk = law->jerk,
+                           .snap = law->snap,
+                           .crackle = law->crackle,
+                           .pop = law->pop,
+                           .time = seconds,
+                           .length = way};
+    remember_law(planner, k, &part, false);
+    jerk_law left_over = *law;
+    jerk_begin_at(&left_over, seconds);
+    pl->jerk[k] = left_over.jerk;
+    pl->snap[k] = left_over.snap;
+    pl->crackle[k] = left_over.crackle;
+    pl->pop[k] = left_over.pop;
+    pl->time[k] = k + 1 == pl->count
+                      ? 0.0
+                      : law->time - seconds; /* towards a rest the law follows
+                                                from speed and way */
+    pl->lengths[k] = left;
+    pl->remaining -= way;
+    pl->offset[k] += way;
+    double scale2 = planner->scale * planner->scale;
+    planner->x = at.v * at.v / scale2;
+    pl->x[k] = planner->x;
+    pl->accel[k] = planner->accel = at.a / (planner->scale * planner->scale);
+    pl->from_standstill = false;
+    planner->at_standstill = false;
+    planner->behind_mm = fmax(0.0, planner->behind_mm - way);
+    planner->driven += way;
+    ring_consume(planner, way, false);
+    *law = part;
+}
+
+/* The beginning of what was taken back is handed out all the same; returns its
+ * time. */
+double hand_out_again(jerk_planner *planner, double seconds) {
+    jerk_law law;
+    law_of(planner, planner->plan.next, &law);
+    split(planner, &law, seconds);
+    return law.time;
+}
+
+int jerk_next_within(jerk_planner *planner, jerk_law *law, double seconds) {
+    if (worth_planning(planner)) {
+        plan_again(planner);
+    }
+    if (planner->plan.next >= planner->plan.count) {
+        return 0;
+    }
+    law_of(planner, planner->plan.next, law);
+    if (planner->again_s > 0.0) {
+        seconds = fmin(seconds, planner->again_s);
+    }
+    if (law->time <= seconds * (1.0 + 1e-9)) {
+        remember_law(planner, planner->plan.next, law, true);
+        hand_out(planner);
+    } else {
+        split(planner, law, seconds);
+    }
+    planner->again_s = fmax(0.0, planner->again_s - law->time);
+    planner->stats.laws++;
+    return 1;
+}
+
+double jerk_advance(jerk_planner *planner, double seconds) {
+    double t = 0.0;
+    while (seconds - t > LEAST_TIME
+           && planner->plan.next < planner->plan.count) {
+        jerk_law law;
+        law_of(planner, planner->plan.next, &law);
+        if (law.time > seconds - t) {
+            t += hand_out_again(planner, seconds - t);
+            continue;
+        }
+        remember_law(planner, planner->plan.next, &law, true);
+        hand_out(planner);
+        t += law.time;
+    }
+    return t;
+}
+
+int64_t jerk_take(jerk_planner *planner,
+                  jerk_law *laws,
+                  int64_t max,
+                  double seconds) {
+    int64_t count = 0;
+    for (double t = 0.0;
+         count < max && seconds - t > LEAST_TIME
+         && jerk_next_within(planner, &laws[count], seconds - t);
+         count++) {
+        t += laws[count].time;
+    }
+    return count;
+}
+
+/* The whole look-ahead is known, or all there will ever be. */
+int jerk_ready(const jerk_planner *planner) {
+    double knots = 0.0;
+    int blocks = 0;
+    for (uint64_t i = planner->head; i != planner->tail; i++) {
+        const jerk_interval *interval = ring_at(planner, i);
+        knots += knots_at(planner, i);
+        blocks += (int)interval->blocks;
+        if ((interval->flags & JERK_STAND) || knots >= planner->cfg.window_knots
+            || blocks >= planner->cfg.window_blocks) {
+            return 1;
+        }
+    }
+    return planner->finished || jerk_room(planner) == 0;
+}
+
+int64_t jerk_tail(const jerk_planner *planner, jerk_law *laws, int64_t max) {
+    int64_t count = 0;
+    for (int k = planner->plan.next; k < planner->plan.count && count < max;
+         k++) {
+        law_of(planner, k, &laws[count++]);
+    }
+    return count;
+}
+
+void jerk_tail_driven(jerk_planner *planner) {
+    while (planner->plan.next < planner->plan.count) {
+        hand_out(planner);
+    }
+}

@@ -1,0 +1,21 @@
+/* Laws that were handed out and can be taken back. */
+#ifndef JERK_HISTORY_H
+#define JERK_HISTORY_H
+#include "jerk/state/state.h"
+
+/* The law that was handed out as number i. */
+struct handed *handed_at(const jerk_planner *planner, uint64_t i);
+
+/* Segment k of the plan is about to be handed out, as a whole or its beginning.
+ */
+void remember_law(jerk_planner *planner,
+                  int k,
+                  const jerk_law *law,
+                  bool whole);
+
+/* Nothing that was handed out can be taken back any more. */
+void forget_laws(jerk_planner *planner);
+
+/* At a standstill: a plan that has not begun is none. */
+void forget_plan(jerk_planner *planner);
+#endif

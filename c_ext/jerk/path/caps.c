@@ -1,0 +1,221 @@
+/* Caps of speed on segments and at knots, and the shares of the limits that
+ * jumps of derivatives leave around them. */
+#include <math.h>
+#include "jerk/path/caps.h"
+#include "jerk/path/joints.h"
+#include "jerk/path/ring.h"
+#include "jerk/state/state.h"
+
+/* Largest path jerk (scaled) over the rest interval s: at distance d from the
+ * standstill x ~ d^(4/3), and every axis jerk is jerk * |q' +- 9 d q'' + 4.5
+ * d^2 q'''| (minus where the interval ends at rest). */
+static double standstill_jerk(const jerk_planner *planner,
+                              const struct segment *segment,
+                              int at_end) {
+    jerk_interval half;
+    double most = 0.0;
+    double length = segment->length;
+    double sign = at_end ? -1.0 : 1.0;
+    interval_part(segment->interval,
+                  0.0,
+                  0.5 * length,
+                  planner->cfg.axes,
+                  &half);
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        const jerk_interval *interval = segment->interval;
+        int far = !at_end;
+        double near = interval->d1[at_end][axis];
+        double middle = 0.5 * length;
+        double mid = half.d1[1][axis] + sign * 9.0 * middle * half.d2[1][axis]
+                     + 4.5 * middle * middle * half.d3[1][axis];
+        double end = interval->d1[far][axis]
+                     + sign * 9.0 * length * interval->d2[far][axis]
+                     + 4.5 * length * length * interval->d3[far][axis];
+        double value = fmax(fabs(near), larger(mid, end));
+        most = fmax(most,
+                    value
+                        / (segment->share * JERK_USABLE
+                           * jerk_max(planner, interval, axis)));
+    }
+    return most > 0.0
+               ? 1.0 / (most * planner->scale * planner->scale * planner->scale)
+               : 1e30;
+}
+
+static double velocity_cap(const jerk_planner *planner,
+                           const jerk_interval *interval) {
+    double v = interval->v_hard > 0 ? interval->v_hard : 1e30;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double length = interval->length;
+        double mid =
+            0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
+            + 0.125 * length * (interval->d2[0][axis] - interval->d2[1][axis]);
+        double most =
+            fmax(fabs(mid),
+                 larger(interval->d1[0][axis], interval->d1[1][axis]));
+        if (most * v > planner->cfg.v_max[axis]) {
+            v = planner->cfg.v_max[axis] / most;
+        }
+    }
+    v = fmin(v * VEL_USABLE, 10.0 * planner->scale) / planner->scale;
+    return v * v;
+}
+
+/* Where the path bends so little that no row bounds it, the tangent terms still
+ * do; a cap keeps x bounded. */
+void segment_limits(const jerk_planner *planner, struct segment *segment) {
+    const jerk_interval *interval = segment->interval;
+    double feed =
+        fmin(1e15,
+             asked_speed(planner, interval) * VEL_USABLE / planner->scale);
+    segment->length = interval->length;
+    segment->jump = 1.0;
+    segment->share = 1.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        segment->acc[axis] = 1.0;
+    }
+    segment->excess = 0.0;
+    segment->fast = 0.0;
+    segment->leave = 0.0;
+    segment->cap = velocity_cap(planner, interval);
+    segment->soft = fmin(segment->cap, feed * feed);
+    segment->slower = 1.0;
+}
+
+/* Share of the jerk limit that jumps of q' and q'' take when they are passed
+ * with x. */
+static double jump_used(const jerk_planner *planner,
+                        const jerk_interval *left,
+                        const jerk_interval *right,
+                        double x) {
+    double dt = planner->cfg.cycle_s;
+    double scale = planner->scale;
+    double used = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double bend =
+            STEP_SEEN * scale * scale * fabs(bend_of(left, right, axis));
+        double corner = scale / dt * fabs(turn_of(left, right, axis));
+        used = fmax(used,
+                    (bend * x + corner * sqrt(x))
+                        / (least_jerk(planner, left, right, axis) * dt));
+    }
+    return used;
+}
+
+/* Largest x <= cap at which the jumps take no more than their share. */
+double jump_cap(const jerk_planner *planner,
+                const jerk_interval *left,
+                const jerk_interval *right,
+                double cap) {
+    double dt = planner->cfg.cycle_s;
+    double scale = planner->scale;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double room = JUMP_SHARE * least_jerk(planner, left, right, axis) * dt;
+        double bend =
+            STEP_SEEN * scale * scale * fabs(bend_of(left, right, axis));
+        double corner = scale / dt * fabs(turn_of(left, right, axis));
+        double v =
+            2.0 * room
+            / (corner + sqrt(corner * corner + 4.0 * bend * room) + 1e-300);
+        double acc = ACC_SHARE * least_acc(planner, left, right, axis);
+        if (corner * v > acc) {
+            v = acc / corner;
+        }
+        cap = fmin(cap, v * v); /* bend x + corner sqrt(x) <= room */
+    }
+    return cap;
+}
+
+/* A jump shows in samples up to one and a half cycles away; the speed may rise
+ * from x as fast as the path allows. */
+static double jump_reach(const jerk_planner *planner,
+                         const jerk_interval *left,
+                         const jerk_interval *right,
+                         double x) {
+    double jerk = 1e30;
+    double t = 1.5 * planner->cfg.cycle_s;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double behind = right->d1[0][axis];
+        double along = larger(left->d1[1][axis], behind);
+        jerk = fmin(
+            jerk,
+            fmax(jerk_max(planner, left, axis), jerk_max(planner, right, axis))
+                / fmax(1e-9, along));
+    }
+    double v = sqrt(x) * planner->scale;
+    return t * (v + jerk * t * t / 6.0) + 1e-9;
+}
+
+/* The jump between two intervals that is passed at the head: it still shows in
+ * what comes next. */
+void jump_passed(jerk_planner *planner,
+                 const jerk_interval *left,
+                 const jerk_interval *right) {
+    double used = jump_used(planner, left, right, planner->x);
+    turn_passed(planner, left, right);
+    if (used < SMALL_JUMP) {
+        return;
+    }
+    planner->behind_share = fmax(1.0 - used, LEAST_SHARE);
+    planner->behind_mm = jump_reach(planner, left, right, planner->x);
+}
+
+/* Jumps within reach of each other add up in the samples. */
+static void take_share(struct segment *segment, double used) {
+    segment->jump = fmax(segment->jump - used, LEAST_SHARE);
+}
+
+/* Cap at knot k, and what is left of the jerk limit around it. */
+static void knot_jump(const jerk_planner *planner, struct grid *grid, int k) {
+    const jerk_interval *left = grid->seg[k - 1].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    if (!grid->seg[k - 1].last) {
+        return;
+    }
+    grid->knot_cap[k] = jump_cap(planner, left, right, grid->knot_cap[k]);
+    double used = jump_used(planner, left, right, grid->knot_cap[k]);
+    if (used < SMALL_JUMP) {
+        return;
+    }
+    double reach = jump_reach(planner, left, right, grid->knot_cap[k]);
+    for (int i = k - 1;
+         i >= 0 && grid->from_start[k] - grid->from_start[i + 1] < reach;
+         i--) {
+        take_share(&grid->seg[i], used);
+    }
+    for (int i = k;
+         i < grid->count && grid->from_start[i] - grid->from_start[k] < reach;
+         i++) {
+        take_share(&grid->seg[i], used);
+    }
+}
+
+void knot_caps(const jerk_planner *planner, struct grid *grid) {
+    grid->from_start[0] = 0.0;
+    for (int k = 0; k <= grid->count; k++) {
+        double left = k > 0 ? grid->seg[k - 1].cap : 1e30;
+        double right = k < grid->count ? grid->seg[k].cap : 1e30;
+        grid->knot_cap[k] = fmin(left, right);
+        if (k < grid->count) {
+            grid->from_start[k + 1] = grid->from_start[k] + grid->seg[k].length;
+        }
+    }
+    for (int k = 1; k < grid->count; k++) {
+        knot_jump(planner, grid, k);
+    }
+    turn_caps(planner, grid);
+    for (int k = 0; k < grid->count; k++) {
+        if (grid->from_start[k] < planner->behind_mm) {
+            take_share(&grid->seg[k], 1.0 - planner->behind_share);
+        }
+        struct segment *segment = &grid->seg[k];
+        segment->share = segment->jump * *segment->tight;
+    }
+    for (int k = 0; k < grid->count; k++) {
+        grid->seg[k].jerk_up =
+            k == 0 ? standstill_jerk(planner, &grid->seg[k], 0) : 0.0;
+        grid->seg[k].jerk_down =
+            k == grid->count - 1 ? standstill_jerk(planner, &grid->seg[k], 1)
+                                 : 0.0;
+    }
+}

@@ -1,0 +1,411 @@
+/* The planner's grid: pushed intervals, subdivided where they are long or near
+ * a standstill, with their caps. */
+#include <math.h>
+#include "jerk/path/caps.h"
+#include "jerk/path/grid.h"
+#include "jerk/path/ring.h"
+#include "jerk/state/state.h"
+
+static bool straight(const jerk_planner *planner,
+                     const jerk_interval *interval) {
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double first = interval->d2[0][axis];
+        double last = interval->d2[1][axis];
+        if (first != 0.0 || last != 0.0) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool add_segment(const jerk_planner *planner,
+                        struct grid *grid,
+                        const jerk_interval *interval,
+                        uint64_t i,
+                        bool last) {
+    if (grid->count >= grid->max) {
+        return false;
+    }
+    struct segment *segment = &grid->seg[grid->count++];
+    segment->interval = interval;
+    segment->last = last;
+    segment->at = i;
+    segment->own = 1.0;
+    segment->bulge = 1.0;
+    segment->tight = straight(planner, interval)
+                         ? &segment->own
+                         : &planner->tight[i & planner->mask];
+    segment->before = *segment->tight;
+    segment_limits(planner, segment);
+    return true;
+}
+
+typedef struct extent {
+    uint64_t end; /* ring index behind the window */
+    double length;
+    bool stands; /* ends where the axes must stand, or where the path is known
+                    to end */
+} extent;
+
+/* How far the window reaches: by blocks, by knots, to a stand or to the end of
+ * what was pushed. */
+static struct extent window_extent(const jerk_planner *planner) {
+    struct extent extent = {planner->head, 0.0, false};
+    double knots = 0.0;
+    int blocks = 0;
+    while (extent.end != planner->tail) {
+        const jerk_interval *interval = ring_at(planner, extent.end);
+        if (extent.end != planner->head
+            && asked_speed(planner, interval) <= 0.0) {
+            return extent; /* an override of zero begins here */
+        }
+        extent.end++;
+        extent.length += interval->length;
+        knots += knots_at(planner, extent.end - 1);
+        blocks += (int)interval->blocks;
+        if (interval->flags & JERK_STAND) {
+            extent.stands = true;
+            return extent;
+        }
+        if (knots >= planner->cfg.window_knots
+            || blocks >= planner->cfg.window_blocks) {
+            return extent;
+        }
+    }
+    extent.stands = planner->finished;
+    return extent;
+}
+
+/* Step at a standstill on interval i of the ring. */
+static double finest_at(const jerk_planner *planner,
+                        const struct grid *grid,
+                        uint64_t i) {
+    return fmin(steps_at(planner, i)->finest, grid->finest);
+}
+
+/* Jerk along the path at the start of q that all axes can follow. */
+static double path_jerk(const jerk_planner *planner,
+                        const jerk_interval *interval) {
+    double jerk = 1e30;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        jerk = fmin(jerk,
+                    jerk_max(planner, interval, axis)
+                        / fmax(1e-9, fabs(interval->d1[0][axis])));
+    }
+    return jerk;
+}
+
+/* Length over which the speed v can change much under the path jerk on interval
+ * i: the grid must resolve it, down to a share `least` of the step at a
+ * standstill. */
+static double slow_length(const jerk_planner *planner,
+                          const struct grid *grid,
+                          uint64_t i,
+                          double v,
+                          double least) {
+    return fmin(
+        steps_at(planner, i)->longest,
+        fmax(least * finest_at(planner, grid, i),
+             SLOW * v * sqrt(v / path_jerk(planner, ring_at(planner, i)))));
+}
+
+/* Cap on x (scaled) over an interval by feed and machine. */
+static double feed_cap(const jerk_planner *planner,
+                       const jerk_interval *interval) {
+    struct segment segment = {.interval = interval};
+    segment_limits(planner, &segment);
+    return segment.soft;
+}
+
+/* The part of the way from rest to the feed of q that one interval may take. */
+static double feed_part(const jerk_planner *planner,
+                        const jerk_interval *interval) {
+    double v = planner->scale * sqrt(feed_cap(planner, interval));
+    return STANDSTILL_FEED * v * sqrt(v / path_jerk(planner, interval));
+}
+
+/* How long the interval from or to rest is on the first or last `len` mm of
+ * interval i: constant jerk is exact there on a line. Behind it the speed
+ * multiplies from knot to knot, so the steps are short at first. */
+static double standstill_length(const jerk_planner *planner,
+                                const struct grid *grid,
+                                uint64_t i,
+                                double len) {
+    const jerk_interval *interval = ring_at(planner, i);
+    double finest = finest_at(planner, grid, i);
+    double feed = feed_part(planner, interval);
+    double least = fmin(STANDSTILL_MOST * len,
+                        fmin(finest, fmax(SLOWEST_KNOT * finest, feed)));
+    if (!straight(planner, interval)) {
+        return fmin(least, steps_at(planner, i)->curve_standstill);
+    }
+    return fmax(least,
+                fmin(steps_at(planner, i)->line_standstill,
+                     fmin(STANDSTILL_SHARE * len, feed)));
+}
+
+/* Step at the knot ahead of interval i: fine where it must be passed slowly or
+ * the feed changes. */
+static double knot_step(const jerk_planner *planner,
+                        const struct grid *grid,
+                        uint64_t i) {
+    const jerk_interval *left = ring_at(planner, i - 1);
+    const jerk_interval *right = ring_at(planner, i);
+    double before = feed_cap(planner, left);
+    double after = feed_cap(planner, right);
+    double open = fmin(before, after);
+    double cap = jump_cap(planner, left, right, open);
+    double longest =
+        fmax(steps_at(planner, i - 1)->longest, steps_at(planner, i)->longest);
+    if (cap > 0.8 * open && open > 0.6 * fmax(before, after)) {
+        return longest;
+    }
+    return slow_length(planner,
+                       grid,
+                       i,
+                       planner->scale * sqrt(cap),
+                       SLOWEST_KNOT);
+}
+
+/* Longest interval on interval i of the ring at the speed v: where the
+ * curvature changes so that jerk bounds the speed below v the path jerk is
+ * constant over it, what the axes need to follow the bend is not. */
+static double bend_length(const jerk_planner *planner, uint64_t i, double v) {
+    const struct steps *steps = steps_at(planner, i);
+    double times = steps->bend * v * v * v;
+    double part =
+        times > BEND_DECIDES && steps->little ? BEND_FINER : BEND_STEP;
+    return times < BEND_MATTERS ? steps->turn
+                                : fmin(steps->turn, part * steps->even);
+}
+
+/* Growth of the spacing over interval i, which begins `at` mm from a standstill
+ * on a curve: near it the speed multiplies from knot to knot, and rows hold the
+ * jerk at the faster one. */
+static double grading_at(const jerk_planner *planner, uint64_t i, double at) {
+    return at < RAMP_STEPS * steps_at(planner, i)->longest ? STANDSTILL_GRADING
+                                                           : GRADING;
+}
+
+/* Steps at the knots of the pushed intervals head .. head + n - 1 (n + 1
+ * values). */
+static void knot_steps(const jerk_planner *planner,
+                       struct grid *grid,
+                       int count,
+                       bool stands,
+                       const double *standstill) {
+    double *step = grid->step;
+    uint64_t head = planner->head;
+    uint64_t end = head + (uint64_t)count - 1;
+    step[0] = planner->at_standstill
+                  ? BEHIND_STANDSTILL * standstill[0]
+                  : slow_length(planner,
+                                grid,
+                                head,
+                                planner->scale * sqrt(planner->x),
+                                SLOWEST_KNOT);
+    step[count] =
+        stands
+            ? BEHIND_STANDSTILL * standstill[1]
+            : slow_length(planner,
+                          grid,
+                          end,
+                          planner->scale
+                              * sqrt(feed_cap(planner, ring_at(planner, end)))
+                              * SLOW_TAIL,
+                          SLOWEST_STEP);
+    for (int i = 1; i < count; i++) {
+        step[i] = fmin(knot_step(planner, grid, head + i),
+                       2.0
+                           * fmin(steps_at(planner, head + i - 1)->turn,
+                                  steps_at(planner, head + i)->turn));
+    }
+    double at =
+        planner->at_standstill && !straight(planner, ring_at(planner, head))
+            ? 0.0
+            : INFINITY;
+    double to =
+        stands && !straight(planner, ring_at(planner, end)) ? 0.0 : INFINITY;
+    for (int i = 1; i <= count;
+         at += ring_at(planner, head + i - 1)->length, i++) {
+        grid->grade[i - 1] = grading_at(planner, head + i - 1, at);
+        step[i] = fmin(step[i],
+                       step[i - 1]
+                           + grid->grade[i - 1]
+                                 * ring_at(planner, head + i - 1)->length);
+    }
+    for (int i = count - 1; i >= 0;
+         to += ring_at(planner, head + i)->length, i--) {
+        grid->grade[i] =
+            fmin(grid->grade[i], grading_at(planner, head + i, to));
+        step[i] = fmin(
+            step[i],
+            step[i + 1] + grid->grade[i] * ring_at(planner, head + i)->length);
+    }
+}
+
+/* Length of the next planner interval, `d0` behind a knot with the step s0 and
+ * `d1` ahead of one with s1. */
+static double step_at(double longest,
+                      double grading,
+                      double d0,
+                      double s0,
+                      double d1,
+                      double s1) {
+    double behind = s0 + grading * d0;
+    double ahead = fmax(s1, (s1 + grading * d1) / (1.0 + grading));
+    return fmin(longest, fmin(behind, ahead));
+}
+
+static bool add_part(const jerk_planner *planner,
+                     struct grid *grid,
+                     uint64_t i,
+                     double from,
+                     double to) {
+    const jerk_interval *interval = ring_at(planner, i);
+    if (from <= 0.0 && to >= interval->length) {
+        return add_segment(planner, grid, interval, i, true);
+    }
+    if (grid->count >= grid->max) {
+        return false;
+    }
+    jerk_interval *part = &grid->parts[grid->used++];
+    interval_part(interval, from, to, planner->cfg.axes, part);
+    return add_segment(planner, grid, part, i, to >= interval->length);
+}
+
+/* Lay the grid over one pushed interval, or the first `len` mm of it, with such
+ * intervals from and to rest in it. */
+static bool fill_interval(jerk_planner *planner,
+                          struct grid *grid,
+                          int i,
+                          double len,
+                          double stand_from,
+                          double stand_to) {
+    const uint64_t at = planner->head + (uint64_t)i;
+    const jerk_interval *interval = ring_at(planner, at);
+    double v = planner->scale * sqrt(feed_cap(planner, interval));
+    double slow =
+        fmax(slow_length(planner, grid, at, v * SLOW_FEED, SLOWEST_STEP),
+             fmin(steps_at(planner, at)->least, SLOW_TIME * v));
+    double turn = fmin(bend_length(planner, at, v), slow);
+    double end = len - stand_to;
+    if (stand_from > 0.0 && !add_part(planner, grid, at, 0.0, stand_from)) {
+        return false;
+    }
+    for (double done = stand_from; done < end;) {
+        double left = end - done;
+        double step = grid->finer
+                      * fmin(turn,
+                             step_at(steps_at(planner, at)->longest,
+                                     grid->grade[i],
+                                     done,
+                                     grid->step[i],
+                                     len - done,
+                                     grid->step[i + 1]));
+        double parts = ceil(left / step - 1e-6);
+        double next = parts <= 1.0 ? end : done + left / parts;
+        if (!add_part(planner, grid, at, done, next)) {
+            return false;
+        }
+        done = next;
+    }
+    return !(stand_to > 0.0) || add_part(planner, grid, at, end, len);
+}
+
+/* Lay the grid over the path up to `to` mm ahead; false if it does not fit. */
+static bool grid_fill(jerk_planner *planner,
+                      struct grid *grid,
+                      const struct extent *extent,
+                      double to) {
+    int count = (int)(extent->end - planner->head);
+    grid->count = 0;
+    grid->used = 0;
+    grid->from_standstill = planner->at_standstill;
+    grid->stands = extent->stands;
+    grid->land_from = -1.0;
+    grid->land_to = -1.0;
+    grid->finest = extent->length / 24.0;
+    if (count > grid->max) {
+        return false;
+    }
+    double ahead = to;
+    double standstill[2] = {0.0, 0.0};
+    for (int i = 0; i < count - 1; i++) {
+        ahead -= ring_at(planner, planner->head + (uint64_t)i)->length;
+    }
+    if (count > 0 && planner->at_standstill) {
+        standstill[0] = standstill_length(
+            planner,
+            grid,
+            planner->head,
+            fmin(to, ring_at(planner, planner->head)->length));
+    }
+    if (count > 0 && extent->stands) {
+        standstill[1] = standstill_length(
+            planner,
+            grid,
+            extent->end - 1,
+            fmin(ahead, ring_at(planner, extent->end - 1)->length));
+    }
+    knot_steps(planner, grid, count, extent->stands, standstill);
+    double at = 0.0;
+    for (int i = 0; i < count && to - at > 1e-9; i++) {
+        double whole = ring_at(planner, planner->head + (uint64_t)i)->length;
+        double len = to - at > whole - 1e-9 ? whole : to - at;
+        if (!fill_interval(planner,
+                           grid,
+                           i,
+                           len,
+                           i == 0 ? standstill[0] : 0.0,
+                           i == count - 1 ? standstill[1] : 0.0)) {
+            return false;
+        }
+        at += len;
+    }
+    return true;
+}
+
+/* The path ahead up to a distance. */
+static struct extent extent_to(const jerk_planner *planner, double distance) {
+    struct extent extent = {planner->head, 0.0, true};
+    while (extent.end != planner->tail && extent.length < distance) {
+        extent.length += ring_at(planner, extent.end++)->length;
+    }
+    extent.length = fmin(extent.length, distance);
+    return extent;
+}
+
+/* The window of the next plan, or the first `reach` mm of it. */
+void grid_window(jerk_planner *planner, struct grid *grid, double reach) {
+    struct extent extent = window_extent(planner);
+    bool whole = extent.length <= reach;
+    grid->finer = 1.0;
+    if (!whole) {
+        extent = extent_to(planner, reach);
+    }
+    if (!grid_fill(planner, grid, &extent, whole ? 1e30 : reach)) {
+        grid->stands = false;
+    }
+    if (!whole) {
+        grid->stands =
+            false; /* it ends at rest where the axes need not stand */
+    }
+    knot_caps(planner, grid);
+}
+
+/* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
+bool grid_to(jerk_planner *planner, struct grid *grid, double distance) {
+    struct extent extent = extent_to(planner, distance);
+    if (extent.length < distance - 1e-9) {
+        return false;
+    }
+    grid->finer = 1.0;
+    bool fits = grid_fill(planner, grid, &extent, distance);
+    if (fits && grid->count < STOP_STEPS) {
+        grid->finer = (double)grid->count / STOP_STEPS;
+        fits = grid_fill(planner, grid, &extent, distance);
+    }
+    knot_caps(planner, grid);
+    return fits;
+}

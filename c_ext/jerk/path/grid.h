@@ -1,0 +1,11 @@
+/* The grid over the path ahead, with its caps. */
+#ifndef JERK_GRID_H
+#define JERK_GRID_H
+#include "jerk/state/state.h"
+
+/* The window of the next plan, or the first `reach` mm of it. */
+void grid_window(jerk_planner *planner, struct grid *grid, double reach);
+
+/* A grid that ends at rest `distance` mm ahead; false if it does not fit. */
+bool grid_to(jerk_planner *planner, struct grid *grid, double distance);
+#endif

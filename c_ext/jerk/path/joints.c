@@ -1,0 +1,257 @@
+/* Joints of the path where its direction jumps, several of them in a cycle:
+ * what they add up to in the samples' accelerations.
+ *
+ * A jump dv of an axis' velocity at a time t adds dv/dt * w to the acceleration
+ * measured around a sample, w the triangle of half-width one cycle. Alone it
+ * stays below what needs no room (grid.c); those of a curve that is driven as
+ * many short lines add up to the curve's own acceleration, and only what they
+ * leave is there for everything else. Those that turn to and fro do not.
+ */
+#include <math.h>
+#include "jerk/path/joints.h"
+#include "jerk/state/state.h"
+
+/* The direction behind a joint less that ahead of it; false: it goes straight
+ * on. */
+static bool turn_between(const jerk_planner *planner,
+                         const jerk_interval *left,
+                         const jerk_interval *right,
+                         double *turn) {
+    double most = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        turn[axis] = turn_of(left, right, axis);
+        most = fmax(most, fabs(turn[axis]));
+    }
+    return most > NO_TURN;
+}
+
+void turn_passed(jerk_planner *planner,
+                 const jerk_interval *left,
+                 const jerk_interval *right) {
+    struct turned *turned =
+        &planner->turned[planner->turned_count % TURNED_MAX];
+    if (!turn_between(planner, left, right, turned->by)) {
+        return;
+    }
+    turned->at = planner->driven;
+    turned->v = planner->scale * sqrt(planner->x);
+    planner->turned_count++;
+}
+
+/* Laws were taken back to where so much was driven: what lies ahead again has
+ * not been passed. */
+void turns_back(jerk_planner *planner, double driven) {
+    planner->driven = driven;
+    while (planner->turned_count > 0
+           && planner->turned[(planner->turned_count - 1) % TURNED_MAX].at
+                  > driven) {
+        planner->turned_count--;
+    }
+}
+
+/* Speed (scaled, squared) that is asked for at knot k at the most: it changes
+ * with the override only above 1. */
+static double asked_speed2(const jerk_planner *planner,
+                           const struct grid *grid,
+                           int k) {
+    const struct speeds usual = {planner->command_speed,
+                                 fmax(1.0, planner->feed_factor),
+                                 fmax(1.0, planner->rapid_factor)};
+    double x = grid->knot_cap[k];
+    if (planner->command_speed >= 0.0) {
+        return x;
+    }
+    int first = k > 0 ? k - 1 : k;
+    for (int i = first; i <= k && i < grid->count; i++) {
+        double v = asked_under(&usual, grid->seg[i].interval) / planner->scale;
+        if (v * v < x) {
+            x = v * v;
+        }
+    }
+    return x;
+}
+
+/* How much x can change over a segment. */
+static double rise_over(const jerk_planner *planner,
+                        const struct segment *segment) {
+    double acc = 1e30;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        acc = fmin(acc,
+                   acc_max(planner, segment->interval, axis)
+                       / fmax(1e-9,
+                              larger(segment->interval->d1[0][axis],
+                                     segment->interval->d1[1][axis])));
+    }
+    return 2.0 * segment->length * acc / (planner->scale * planner->scale);
+}
+
+/* The speed at which each knot may be passed, its neighbours being passed no
+ * faster than they may. */
+static void top_speeds(const jerk_planner *planner, struct grid *grid) {
+    double *x = grid->top;
+    for (int k = 0; k <= grid->count; k++) {
+        x[k] = asked_speed2(planner, grid, k);
+    }
+    x[0] = planner->at_standstill ? 0.0 : planner->x;
+    for (int k = 1; k <= grid->count; k++) {
+        double rise = rise_over(planner, &grid->seg[k - 1]);
+        x[k] = fmin(x[k], x[k - 1] + rise);
+    }
+    for (int k = grid->count - 1; k > 0; k--) {
+        double rise = rise_over(planner, &grid->seg[k]);
+        x[k] = fmin(x[k], x[k + 1] + rise);
+    }
+}
+
+/* What a turn passed at v1, `d` mm from a knot that is passed at v, adds to the
+ * velocity's change there; false: it is a cycle away. */
+static bool add_turn(const jerk_planner *planner,
+                     const double *turn,
+                     double distance,
+                     double v,
+                     double v1,
+                     double *sum) {
+    double cycles = distance > 0.0
+                        ? 2.0 * distance / ((v + v1) * planner->cfg.cycle_s)
+                        : 0.0;
+    if (!(cycles < 1.0)) {
+        return false;
+    }
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        sum[axis] += (1.0 - cycles) * v1 * turn[axis];
+    }
+    return true;
+}
+
+/* Change of velocity that shows at knot k, passed at v; how many joints make
+ * it. */
+static int turns_around(const jerk_planner *planner,
+                        const struct grid *grid,
+                        int k,
+                        double v,
+                        double *sum) {
+    double turn[JERK_AXES];
+    double at = grid->from_start[k];
+    double way = 2.0 * v * planner->cfg.cycle_s;
+    int count = 0;
+    for (int side = -1; side <= 1; side += 2) {
+        for (int i = side < 0 ? k : k + 1;
+             i > 0 && i < grid->count && fabs(grid->from_start[i] - at) < way;
+             i += side) {
+            if (grid->seg[i - 1].last
+                && turn_between(planner,
+                                grid->seg[i - 1].interval,
+                                grid->seg[i].interval,
+                                turn)) {
+                count += add_turn(planner,
+                                  turn,
+                                  fabs(grid->from_start[i] - at),
+                                  v,
+                                  planner->scale * sqrt(grid->top[i]),
+                                  sum);
+            }
+        }
+    }
+    for (uint64_t i = planner->turned_count;
+         i-- > 0 && i + TURNED_MAX >= planner->turned_count;) {
+        const struct turned *turned = &planner->turned[i % TURNED_MAX];
+        if (planner->driven - turned->at + at >= way) {
+            break;
+        }
+        count += add_turn(planner,
+                          turned->by,
+                          planner->driven - turned->at + at,
+                          v,
+                          turned->v,
+                          sum);
+    }
+    return count;
+}
+
+/* Share of each axis' acceleration limit that the joints around knot k use; the
+ * largest. */
+static double used_at(const jerk_planner *planner,
+                      const struct grid *grid,
+                      int k,
+                      double v,
+                      double *used) {
+    double sum[JERK_AXES] = {0.0};
+    double most = 0.0;
+    if (turns_around(planner, grid, k, v, sum) < 2) {
+        return 0.0; /* a single one needs no room */
+    }
+    const jerk_interval *left = grid->seg[k > 0 ? k - 1 : 0].interval;
+    const jerk_interval *right = grid->seg[k].interval;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        used[axis] =
+            fabs(sum[axis])
+            / (planner->cfg.cycle_s * least_acc(planner, left, right, axis));
+        most = fmax(most, used[axis]);
+    }
+    return most;
+}
+
+static void leave(const jerk_planner *planner,
+                  struct segment *segment,
+                  const double *used) {
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        segment->acc[axis] =
+            fmin(segment->acc[axis],
+                 fmax(JOINTS_LEAST, 1.0 - fmax(0.0, used[axis] - JOINTS_FREE)));
+    }
+}
+
+/* What the motion around the joint at knot k, or around the head (k 0), is left
+ * with. */
+static void turn_cap(const jerk_planner *planner, struct grid *grid, int k) {
+    double used[JERK_AXES];
+    double v = planner->scale * sqrt(grid->top[k]);
+    double at = grid->from_start[k];
+    double way = v * planner->cfg.cycle_s;
+    double most = used_at(planner, grid, k, v, used);
+    if (most <= JOINTS_FREE) {
+        return;
+    }
+    if (most > JOINTS_MOST && k > 0) {
+        grid->knot_cap[k] =
+            fmin(grid->knot_cap[k], grid->top[k] * JOINTS_MOST / most);
+    }
+    const double *from = grid->from_start;
+    for (int i = k - 1; i >= 0 && at - from[i + 1] < way; i--) {
+        leave(planner, &grid->seg[i], used);
+    }
+    for (int i = k; i < grid->count && from[i] - at < way; i++) {
+        leave(planner, &grid->seg[i], used);
+    }
+}
+
+/* Whether the direction jumps at knot k. */
+static bool is_joint(const jerk_planner *planner,
+                     const struct grid *grid,
+                     int k) {
+    double turn[JERK_AXES];
+    return grid->seg[k - 1].last
+           && turn_between(planner,
+                           grid->seg[k - 1].interval,
+                           grid->seg[k].interval,
+                           turn);
+}
+
+void turn_caps(const jerk_planner *planner, struct grid *grid) {
+    int first = 0;
+    for (int k = grid->count - 1; k > 0; k--) {
+        if (is_joint(planner, grid, k)) {
+            first = k;
+        }
+    }
+    if (first == 0 && planner->turned_count == 0) {
+        return;
+    }
+    top_speeds(planner, grid);
+    turn_cap(planner, grid, 0);
+    for (int k = first; k > 0 && k < grid->count; k++) {
+        if (is_joint(planner, grid, k)) {
+            turn_cap(planner, grid, k);
+        }
+    }
+}

@@ -1,0 +1,170 @@
+/* Time laws: over an interval the speed is a polynomial of degree 5 in time. */
+#include <math.h>
+#include "jerk/path/motion_law.h"
+#include "jerk/tuning.h"
+
+/* Position, speed and acceleration of a law at the time t since its start. */
+void jerk_at(const jerk_law *law, double t, jerk_state *out) {
+    const double j = law->jerk;
+    const double snap = law->snap;
+    const double crackle = law->crackle;
+    const double pop = law->pop;
+    out->s = law->s0
+             + t
+                   * (law->v0
+                      + t
+                            * (law->a0 / 2
+                               + t
+                                     * (j / 6
+                                        + t
+                                              * (snap / 24
+                                                 + t
+                                                       * (crackle / 120
+                                                          + t * pop / 720)))));
+    out->v = law->v0
+             + t
+                   * (law->a0
+                      + t
+                            * (j / 2
+                               + t
+                                     * (snap / 6
+                                        + t * (crackle / 24 + t * pop / 120))));
+    out->a =
+        law->a0 + t * (j + t * (snap / 2 + t * (crackle / 6 + t * pop / 24)));
+}
+
+double motion_law_jerk(const jerk_law *law, double t) {
+    return law->jerk
+           + t * (law->snap + t * (law->crackle / 2 + t * law->pop / 6));
+}
+
+void jerk_begin_at(jerk_law *law, double t) {
+    jerk_state at;
+    jerk_at(law, t, &at);
+    law->s0 = at.s;
+    law->v0 = at.v;
+    law->a0 = at.a;
+    law->jerk = motion_law_jerk(law, t);
+    law->snap += t * (law->crackle + t * law->pop / 2);
+    law->crackle += t * law->pop;
+}
+
+/* Constant jerk from or to rest, with the speed v at the other end: s = jerk
+ * t^3 / 6, v = jerk t^2 / 2, h = v t / 3. */
+static void standstill_law(jerk_law *law,
+                           double length,
+                           double v,
+                           bool to_standstill) {
+    law->time = 3.0 * length / v;
+    law->jerk = 2.0 * v / (law->time * law->time);
+    law->snap = 0.0;
+    law->crackle = 0.0;
+    law->pop = 0.0;
+    law->v0 = to_standstill ? v : 0.0;
+    law->a0 = to_standstill ? -law->jerk * law->time : 0.0;
+}
+
+/* Time over h: the integral of the polynomial through the speeds, accelerations
+ * and jerks at both ends. NAN: there is none near that of a linear jerk (the
+ * speed would all but vanish inside). */
+static double duration(double length,
+                       double v0,
+                       double a0,
+                       double j0,
+                       double v1,
+                       double a1,
+                       double j1) {
+    double mean = 0.5 * (v0 + v1);
+    double turn = (a0 - a1) / 10.0;
+    double twist = (j0 + j1) / 120.0;
+    double t =
+        2.0 * length
+        / (mean + sqrt(fmax(0.0, mean * mean + (a0 - a1) * length / 3.0)));
+    for (int i = 0; i < DURATION_STEPS; i++) {
+        double slope = mean + t * (2.0 * turn + 3.0 * t * twist);
+        double step = (length - t * (mean + t * (turn + t * twist))) / slope;
+        t += step;
+        if (fabs(step) <= DURATION_CLOSE * t) {
+            return slope > LEAST_SLOPE * mean ? t : NAN;
+        }
+    }
+    return NAN;
+}
+
+/* The law over h between two states and the jerks there: Hermite's polynomial
+ * for the speed. */
+void motion_law_between(jerk_law *law,
+                        double length,
+                        double v0,
+                        double a0,
+                        double j0,
+                        double v1,
+                        double a1,
+                        double j1) {
+    double t = duration(length, v0, a0, j0, v1, a1, j1);
+    double t2 = t * t;
+    double v = v1 - v0 - a0 * t - 0.5 * j0 * t2;
+    double a = (a1 - a0 - j0 * t) * t;
+    double j = (j1 - j0) * t2;
+    law->length = length;
+    law->v0 = v0;
+    law->a0 = a0;
+    law->jerk = j0;
+    law->time = t;
+    double t3 = t2 * t;
+    law->snap = 6.0 * (10.0 * v - 4.0 * a + 0.5 * j) / t3;
+    law->crackle = 24.0 * (-15.0 * v + 7.0 * a - j) / (t2 * t2);
+    double t5 = t2 * t2 * t;
+    law->pop = 120.0 * (6.0 * v - 3.0 * a + 0.5 * j) / t5;
+}
+
+/* The law over h from scaled (x, u) to (x1, u1), with c[0] and c[1] there; x =
+ * 0: it starts at rest, x1 = 0: it ends at rest. */
+void motion_law_from(jerk_law *law,
+                     double length,
+                     double x,
+                     double accel,
+                     double x1,
+                     double u1,
+                     const double input[2],
+                     double scale) {
+    double f2 = scale * scale;
+    double v = scale * sqrt(fmax(0.0, x));
+    double v1 = scale * sqrt(fmax(0.0, x1));
+    law->length = length;
+    if (x <= 0.0) {
+        standstill_law(law, length, v1, false);
+    } else if (x1 <= 0.0) {
+        standstill_law(law, length, v, true);
+    } else {
+        motion_law_between(law,
+                           length,
+                           v,
+                           f2 * accel,
+                           f2 * input[0] * v,
+                           v1,
+                           f2 * u1,
+                           f2 * input[1] * v1);
+    }
+}
+
+/* States every `dt` over consecutive laws; `phase` is the time of the first
+ * sample in the first law, and is left as that of the next one behind the last
+ * law.  Returns the number of samples. */
+int64_t jerk_sample(const jerk_law *laws,
+                    int64_t number,
+                    double dt,
+                    double *phase,
+                    jerk_state *out,
+                    int64_t max) {
+    int64_t count = 0;
+    double t = *phase;
+    for (int64_t i = 0; i < number; i++) {
+        for (; t < laws[i].time && count < max; t += dt) {
+            jerk_at(&laws[i], t, &out[count++]);
+        }
+        t -= laws[i].time;
+    }
+    *phase = t;
+    return count;
+}

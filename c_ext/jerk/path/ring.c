@@ -1,0 +1,137 @@
+/* The path as it was pushed: a ring of intervals, its entry checks, and the
+ * part of an interval. */
+#include <math.h>
+#include "jerk/path/ring.h"
+#include "jerk/path/step_size.h"
+#include "jerk/state/state.h"
+
+static bool finite_interval(const jerk_interval *interval, int axes) {
+    for (int end = 0; end < 2; end++) {
+        for (int axis = 0; axis < axes; axis++) {
+            if (!isfinite(interval->d1[end][axis])
+                || !isfinite(interval->d2[end][axis])
+                || !isfinite(interval->d3[end][axis])) {
+                return false;
+            }
+        }
+    }
+    return isfinite(interval->length) && isfinite(interval->feed)
+           && isfinite(interval->v_hard) && isfinite(interval->offset);
+}
+
+/* What was consumed last stays in the ring: it may be taken back. */
+int64_t jerk_room(const jerk_planner *planner) {
+    return (int64_t)(planner->mask + 1 - (planner->tail - planner->head))
+           - HANDED_MAX;
+}
+
+int64_t jerk_push(jerk_planner *planner,
+                  const jerk_interval *intervals,
+                  int64_t count) {
+    for (int64_t i = 0; i < count; i++) {
+        const jerk_interval *interval = &intervals[i];
+        if (jerk_room(planner) <= 0) {
+            return i;
+        }
+        int64_t error = !finite_interval(interval, planner->cfg.axes)
+                            ? JERK_NOT_FINITE
+                        : !(interval->length > 1e-9) ? JERK_BAD_LENGTH
+                                                     : 0;
+        if (error) {
+            return i > 0 ? i : error;
+        }
+        planner->ring[planner->tail & planner->mask] = *interval;
+        planner->tight[planner->tail & planner->mask] = 1.0;
+        planner->steps[planner->tail & planner->mask] =
+            interval_steps(planner, interval);
+        planner->tail++;
+        planner->finished = false;
+    }
+    return count;
+}
+
+void jerk_finish(jerk_planner *planner, int finished) {
+    planner->finished = finished != 0;
+}
+
+/* q', q'', q''' inside an interval: the polynomial of degree 5 for q' that
+ * meets all three at both ends. */
+static void inside(const jerk_interval *in,
+                   double t,
+                   int axis,
+                   double *d1,
+                   double *d2,
+                   double *d3) {
+    double length = in->length;
+    double first = in->d1[0][axis];
+    double slope = length * in->d2[0][axis];
+    double bend = 0.5 * length * length * in->d3[0][axis];
+    double first_left = in->d1[1][axis] - first - slope - bend;
+    double slope_left = length * in->d2[1][axis] - slope - 2.0 * bend;
+    double bend_left = 0.5 * (length * length * in->d3[1][axis] - 2.0 * bend);
+    double c3 = 10.0 * first_left - 4.0 * slope_left + bend_left;
+    double c4 = -15.0 * first_left + 7.0 * slope_left - 2.0 * bend_left;
+    double c5 = 6.0 * first_left - 3.0 * slope_left + bend_left;
+    double third = c3 + t * (c4 + t * c5);
+    *d1 = first + t * (slope + t * (bend + t * third));
+    *d2 = (slope
+           + t * (2.0 * bend + t * (3.0 * c3 + t * (4.0 * c4 + t * 5.0 * c5))))
+          / length;
+    *d3 = (2.0 * bend + t * (6.0 * c3 + t * (12.0 * c4 + t * 20.0 * c5)))
+          / (length * length);
+}
+
+double jerk_third(const jerk_interval *interval, double t, int axis) {
+    double d1, d2, d3;
+    inside(interval, t, axis, &d1, &d2, &d3);
+    return d3;
+}
+
+/* The part of an interval between two lengths of it. */
+void interval_part(const jerk_interval *in,
+                   double from,
+                   double to,
+                   int axes,
+                   jerk_interval *out) {
+    bool whole_start = from <= 0.0, whole_end = to >= in->length;
+    jerk_interval part = *in;
+    for (int axis = 0; axis < axes; axis++) {
+        if (!whole_start) {
+            inside(in,
+                   from / in->length,
+                   axis,
+                   &part.d1[0][axis],
+                   &part.d2[0][axis],
+                   &part.d3[0][axis]);
+        }
+        if (!whole_end) {
+            inside(in,
+                   to / in->length,
+                   axis,
+                   &part.d1[1][axis],
+                   &part.d2[1][axis],
+                   &part.d3[1][axis]);
+        }
+    }
+    part.length = to - from;
+    part.offset = in->offset + from;
+    if (!whole_end) {
+        part.flags &= ~JERK_STAND;
+        part.blocks = 0;
+    }
+    *out = part;
+}
+
+/* A length of the path was handed out. */
+void ring_consume(jerk_planner *planner, double length, bool whole) {
+    jerk_interval *interval = &planner->ring[planner->head & planner->mask];
+    if (whole) {
+        planner->head++;
+        return;
+    }
+    interval_part(interval,
+                  length,
+                  interval->length,
+                  planner->cfg.axes,
+                  interval);
+}

@@ -1,0 +1,153 @@
+/* How fine the planner's grid has to be along an interval: by what the axes
+ * that move there can do, not by the quickest axis of the machine. */
+#include <math.h>
+#include "jerk/path/step_size.h"
+#include "jerk/state/state.h"
+
+typedef struct along {
+    double v, a, j; /* limits of the path */
+} along;
+
+/* Of a limit of speed, what there is a way to reach: numbers are scaled by it,
+ * and so are steps. */
+double reached_speed(double v, double a, double j) {
+    double by_a2 = 2.0 * a * LONGEST_WAY;
+    double by_j3 = 4.5 * j * LONGEST_WAY * LONGEST_WAY;
+    return v * v <= by_a2 && v * v * v <= by_j3
+               ? v
+               : fmin(v, fmin(sqrt(by_a2), cbrt(by_j3)));
+}
+
+/* The longest interval resolves the ramp to full acceleration, or the way to
+ * rest where that ramp is very short. */
+static struct steps steps_for(struct along along) {
+    along.v = reached_speed(along.v, along.a, along.j);
+    double a = fmin(along.a, sqrt(along.v * along.j));
+    double ramp = a * a * a / (6.0 * along.j * along.j);
+    double stop = 0.5 * along.v * (along.v / a + a / along.j);
+    struct steps out = {.longest = fmax(ramp / RAMP_PARTS, stop / STOP_PARTS)};
+    out.line_standstill = ramp / JOINED_PARTS;
+    out.finest = fmax(ramp / STANDSTILL_PARTS,
+                      fmin(0.5 * ramp, out.longest / FINEST_PARTS));
+    return out;
+}
+
+/* How fast an axis comes to bind the path, or ceases to, at q: change per mm of
+ * its rate over its jerk limit, over the largest of all axes. A slow axis that
+ * turns round beside quick ones does so within a small part of the turn. */
+static double lean_rate(const jerk_planner *planner,
+                        const jerk_interval *interval) {
+    double worst = 0.0;
+    for (int end = 0; end < 2; end++) {
+        double most = 0.0;
+        double change = 0.0;
+        for (int axis = 0; axis < planner->cfg.axes; axis++) {
+            double jerk = jerk_max(planner, interval, axis);
+            most = fmax(most, fabs(interval->d1[end][axis]) / jerk);
+            change = fmax(change, fabs(interval->d2[end][axis]) / jerk);
+        }
+        if (most > 0.0) {
+            worst = fmax(worst, change / most);
+        }
+    }
+    return worst;
+}
+
+/* Longest interval at q: beyond a few degrees of turn the rows at both ends no
+ * longer hold the middle. Axes that outrun the path count by the relative
+ * change of their rate. */
+static double turn_length(const jerk_planner *planner,
+                          const jerk_interval *interval) {
+    double start = 0.0;
+    double end = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double rate =
+            fmax(1.0, larger(interval->d1[0][axis], interval->d1[1][axis]));
+        double d0 = interval->d2[0][axis] / rate;
+        double d1 = interval->d2[1][axis] / rate;
+        start += d0 * d0;
+        end += d1 * d1;
+    }
+    return fmin(MAX_TURN / sqrt(fmax(1e-30, fmax(start, end))),
+                LEAN / fmax(1e-15, lean_rate(planner, interval)));
+}
+
+/* Of the third derivatives by the jerk limits: the largest, and the length over
+ * which they change by as much. */
+static void set_bend(const jerk_planner *planner,
+                     const jerk_interval *interval,
+                     struct steps *out) {
+    double change = 0.0;
+    out->bend = 0.0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double jerk = jerk_max(planner, interval, axis);
+        out->bend =
+            fmax(out->bend,
+                 larger(interval->d3[0][axis], interval->d3[1][axis]) / jerk);
+        change =
+            fmax(change,
+                 fabs(interval->d3[1][axis] - interval->d3[0][axis]) / jerk);
+    }
+    out->even = interval->length * out->bend / fmax(1e-30, change);
+    out->little = out->turn > LITTLE_TURN * interval->length;
+}
+
+/* Of an axis, the largest rate over the interval counts; no interval is longer
+ * than along the slowest of the axes that move. */
+struct steps interval_steps(const jerk_planner *planner,
+                            const jerk_interval *interval) {
+    struct along along = {1e30, 1e30, 1e30};
+    struct steps most = {0};
+    double least = 1e30;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        double first = interval->d1[0][axis];
+        double rate = larger(first, interval->d1[1][axis]);
+        if (rate < 1e-9) {
+            continue;
+        }
+        struct along own = {planner->cfg.v_max[axis],
+                            acc_max(planner, interval, axis),
+                            jerk_max(planner, interval, axis)};
+        struct steps alone = steps_for(own);
+        least = fmin(least, fmin(SLOW_STEP, SLOW_TIME * own.v) / rate);
+        most = (struct steps){fmax(most.longest, alone.longest),
+                              fmax(most.finest, alone.finest),
+                              .knots = 0.0};
+        along = (struct along){fmin(along.v, own.v / rate),
+                               fmin(along.a, own.a / rate),
+                               fmin(along.j, own.j / rate)};
+    }
+    struct steps out = steps_for(along);
+    if (!(most.longest > 0.0)) {
+        most = out; /* no axis moves here: a parameter runs on (profiles) */
+    }
+    out.least = fmin(least, interval->length);
+    out.longest = fmax(fmin(out.longest, most.longest), out.least);
+    out.finest = fmin(out.finest, most.finest);
+    if (planner->cfg.spacing_mm > 0.0) {
+        out.longest = planner->cfg.spacing_mm;
+    }
+    out.turn = turn_length(planner, interval);
+    out.curve_standstill = STANDSTILL_TURN * out.turn;
+    out.shortest = fmin(out.turn, interval->length) / LEAST_PARTS;
+    set_bend(planner, interval, &out);
+    out.knots = ceil(interval->length / out.longest);
+    return out;
+}
+
+/* Intervals of the planner's grid from full speed to rest. */
+double jerk_stop_knots(const jerk_config *config) {
+    double most = 0.0;
+    for (int i = 0; i < config->axes; i++) {
+        double v =
+            reached_speed(config->v_max[i], config->a_max[i], config->j_max[i]);
+        double a = fmin(config->a_max[i], sqrt(v * config->j_max[i]));
+        most = fmax(
+            most,
+            0.5 * v * (v / a + a / config->j_max[i])
+                / steps_for(
+                      (struct along){v, config->a_max[i], config->j_max[i]})
+                      .longest);
+    }
+    return most;
+}

@@ -1,0 +1,378 @@
+/* Rows of the window's problem: limits of axes written over (x, u, c) of each
+ * stage. */
+#include <math.h>
+#include <string.h>
+#include "jerk/solver/constraints.h"
+#include "jerk/state/state.h"
+
+/* Index of a row's coefficient for stage k. */
+static inline double *lane(vec *v, int k) {
+    return (double *)v + k % LANES;
+}
+
+static inline void set_coef(two_sided *row, int which, int k, double value) {
+    *lane(&row->coef[which], k) = value;
+}
+
+static two_sided *jerk_row(struct problem *problem, int k, int end, int axis) {
+    return &problem->jerk[(k / LANES) * 2 * problem->axes + end * problem->axes
+                          + axis];
+}
+
+static two_sided *acc_row(struct problem *problem, int k, int set, int axis) {
+    return &problem->acc[(k / LANES) * problem->acc_sets * problem->axes
+                         + set * problem->axes + axis];
+}
+
+static void clear_rows(struct problem *problem) {
+    memset(problem->jerk,
+           0,
+           sizeof *problem->jerk
+               * (size_t)(problem->blocks * 2 * problem->axes));
+    memset(problem->acc,
+           0,
+           sizeof *problem->acc
+               * (size_t)(problem->blocks * problem->acc_sets * problem->axes));
+    memset(problem->mid,
+           0,
+           sizeof *problem->mid * (size_t)(problem->blocks * problem->axes));
+    memset(problem->one,
+           0,
+           sizeof *problem->one * (size_t)(problem->blocks * ONE_SIDED_ROWS));
+    for (int i = 0; i < problem->blocks * ONE_SIDED_ROWS; i++) {
+        problem->one[i].bound = (vec){1.0, 1.0, 1.0, 1.0};
+    }
+    for (int k = 0; k < problem->blocks * LANES; k++) {
+        problem->on[k] = 0.0;
+        problem->weight[k] = 0.0;
+        problem->calm[k] = 0.0;
+        problem->lengths[k] = 1.0;
+        problem->guess[k] = 1.0;
+        problem->x[k] = 1.0;
+        problem->accel[k] = 0.0;
+        problem->input[0][k] = 0.0;
+        problem->input[1][k] = 0.0;
+        problem->dx[k] = 0.0;
+        problem->du[k] = 0.0;
+        problem->dc[0][k] = 0.0;
+        problem->dc[1][k] = 0.0;
+    }
+}
+
+/* The state that a window starts with was checked, not planned, to lie within
+ * the limits: between the knots of that plan it may lie a little above what is
+ * planned with. */
+static double entry_slack(const struct problem *problem, int k) {
+    return problem->from_standstill || k >= ENTRY_STAGES
+               ? 1.0
+               : 1.0 + ENTRY_SLACK * (1.0 - (double)k / ENTRY_STAGES);
+}
+
+static bool moves(const jerk_planner *planner,
+                  const jerk_interval *interval,
+                  int end,
+                  int axis) {
+    double v = 3.0 * planner->scale;
+    return fabs(interval->d1[end][axis]) * v > IDLE * planner->cfg.v_max[axis]
+           || fabs(interval->d2[end][axis]) * v * v
+                  > IDLE * acc_max(planner, interval, axis)
+           || fabs(interval->d3[end][axis]) * v * v * v
+                  > IDLE * jerk_max(planner, interval, axis);
+}
+
+/* Axes that move somewhere in the window; one at the least, whose rows keep the
+ * tangents near the iterate. */
+static void find_axes(const jerk_planner *planner,
+                      const struct grid *grid,
+                      struct problem *problem) {
+    problem->axes = 0;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        bool any = false;
+        for (int k = 0; k < grid->count && !any; k++) {
+            any = moves(planner, grid->seg[k].interval, 0, axis)
+                  || moves(planner, grid->seg[k].interval, 1, axis);
+        }
+        if (any) {
+            problem->axis[problem->axes++] = axis;
+        }
+    }
+    if (problem->axes == 0) {
+        problem->axis[problem->axes++] = 0;
+    }
+}
+
+/* Axis jerk over sqrt(x), at the start and at the end of the stage. */
+static void jerk_rows(const jerk_planner *planner,
+                      struct problem *problem,
+                      const struct segment *segment,
+                      int k) {
+    double f3 = planner->scale * planner->scale * planner->scale;
+    for (int i = 0; i < problem->axes; i++) {
+        int axis = problem->axis[i];
+        double weight = f3
+                        / (segment->share * JERK_USABLE
+                           * jerk_max(planner, segment->interval, axis)
+                           * entry_slack(problem, k));
+        const jerk_interval *interval = segment->interval;
+        for (int end = 0; end < 2; end++) {
+            two_sided *row = jerk_row(problem, k, end, i);
+            set_coef(row, 0, k, weight * interval->d3[end][axis]);
+            set_coef(row, 1, k, weight * 3.0 * interval->d2[end][axis]);
+            set_coef(row, 2, k, weight * interval->d1[end][axis]);
+        }
+    }
+}
+
+/* Stage k has less of the jerk limit from now on. */
+void tighten_rows(struct problem *problem, int k, double by) {
+    for (int end = 0; end < 2; end++) {
+        for (int axis = 0; axis < problem->axes; axis++) {
+            for (int i = 0; i < 3; i++) {
+                *lane(&jerk_row(problem, k, end, axis)->coef[i], k) /= by;
+            }
+        }
+    }
+}
+
+static void acc_rows(const jerk_planner *planner,
+                     struct problem *problem,
+                     const struct segment *segment,
+                     int end,
+                     int set,
+                     int k) {
+    const jerk_interval *interval = segment->interval;
+    for (int i = 0; i < problem->axes; i++) {
+        int axis = problem->axis[i];
+        double weight =
+            planner->scale * planner->scale
+            / (ACC_USABLE * segment->acc[axis]
+               * acc_max(planner, interval, axis) * entry_slack(problem, k));
+        two_sided *row = acc_row(problem, k, set, i);
+        set_coef(row, 0, k, weight * interval->d2[end][axis]);
+        set_coef(row, 1, k, weight * interval->d1[end][axis]);
+    }
+}
+
+/* Between its ends the acceleration may go beyond what it is there: c changes.
+ */
+static void mid_rows(const jerk_planner *planner,
+                     struct problem *problem,
+                     const struct segment *segment,
+                     int k) {
+    const jerk_interval *interval = segment->interval;
+    double length = interval->length;
+    for (int i = 0; i < problem->axes; i++) {
+        int axis = problem->axis[i];
+        double weight =
+            planner->scale * planner->scale
+            / (ACC_USABLE * segment->acc[axis]
+               * acc_max(planner, interval, axis) * entry_slack(problem, k));
+        double d1 =
+            0.5 * (interval->d1[0][axis] + interval->d1[1][axis])
+            + length
+                  * (5.0 / 32.0
+                         * (interval->d2[0][axis] - interval->d2[1][axis])
+                     + length / 64.0
+                           * (interval->d3[0][axis] + interval->d3[1][axis]));
+        double d2 =
+            15.0 / 8.0 * (interval->d1[1][axis] - interval->d1[0][axis])
+                / length
+            - 7.0 / 16.0 * (interval->d2[0][axis] + interval->d2[1][axis])
+            + length / 32.0 * (interval->d3[1][axis] - interval->d3[0][axis]);
+        two_sided *row = &problem->mid[(k / LANES) * problem->axes + i];
+        set_coef(row, 0, k, weight * d2);
+        set_coef(row, 1, k, weight * d1);
+    }
+}
+
+/* What the caps of knot k come to: hard, feed, and the rest intervals beside
+ * it. */
+static double cap_at(const jerk_planner *planner,
+                     const struct grid *grid,
+                     int k) {
+    double cap =
+        fmin(grid->knot_cap[k], fmin(grid->seg[k - 1].soft, grid->seg[k].soft));
+    (void)planner;
+    if (k == 1 && grid->from_standstill) {
+        double length = grid->seg[0].length;
+        double accel =
+            cbrt(6.0 * length * grid->seg[0].jerk_up * grid->seg[0].jerk_up);
+        cap = fmin(cap, 1.5 * length * accel);
+    }
+    if (k == grid->count - 1) {
+        double length = grid->seg[k].length;
+        double accel = cbrt(6.0 * length * grid->seg[k].jerk_down
+                            * grid->seg[k].jerk_down);
+        cap = fmin(cap, 1.5 * length * accel);
+    }
+    return cap;
+}
+
+static void one_row(struct problem *problem,
+                    int row,
+                    int k,
+                    double bx,
+                    double bu,
+                    double c0,
+                    double c1,
+                    double bound) {
+    struct one_sided *one_sided =
+        &problem->one[(k / LANES) * ONE_SIDED_ROWS + row];
+    *lane(&one_sided->coef[0], k) = bx;
+    *lane(&one_sided->coef[1], k) = bu;
+    *lane(&one_sided->coef[2], k) = c0;
+    *lane(&one_sided->coef[3], k) = c1;
+    *lane(&one_sided->bound, k) = bound;
+}
+
+static bool has_kinks(const jerk_planner *planner, const struct grid *grid) {
+    for (int k = 1; k < grid->count; k++) {
+        for (int axis = 0; axis < planner->cfg.axes; axis++) {
+            const jerk_interval *left = grid->seg[k - 1].interval;
+            const jerk_interval *right = grid->seg[k].interval;
+            if (left->acc_share[axis] != right->acc_share[axis]
+                || grid->seg[k - 1].acc[axis] != grid->seg[k].acc[axis]) {
+                return true;
+            }
+            if (fabs(left->d2[1][axis] - right->d2[0][axis])
+                > 1e-9 + 1e-6 * fabs(right->d2[0][axis])) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+/* The share of the least costs of c^2 that does not outweigh the rows: with low
+ * speeds and much jerk c is large. */
+static double convex_share(const jerk_planner *planner) {
+    double least = ORDINARY;
+    for (int axis = 0; axis < planner->cfg.axes; axis++) {
+        least = fmin(least,
+                     planner->scale * planner->scale * planner->scale
+                         / planner->cfg.j_max[axis]);
+    }
+    return least * least / (ORDINARY * ORDINARY);
+}
+
+/* Dimensions and rows of the problem over a grid; caps and floors follow when
+ * the guess is known (`bound_rows`). */
+void problem_from_grid(jerk_planner *planner,
+                       const struct grid *grid,
+                       double x0,
+                       double u0) {
+    struct problem *problem = &planner->prob;
+    problem->count = grid->count;
+    find_axes(planner, grid, problem);
+    problem->from_standstill = grid->from_standstill;
+    problem->paused = false;
+    problem->first = grid->from_standstill ? 1 : 0;
+    problem->blocks = (grid->count + 1 + LANES - 1) / LANES;
+    problem->acc_sets = has_kinks(planner, grid) ? 2 : 1;
+    problem->x0 = x0;
+    problem->u0 = u0;
+    problem->terminal = 1.5 * grid->seg[grid->count - 1].length;
+    problem->convex = convex_share(planner);
+    clear_rows(problem);
+    for (int k = 0; k < grid->count; k++) {
+        problem->lengths[k] = grid->seg[k].length;
+        if (k >= 1) {
+            acc_rows(planner, problem, &grid->seg[k], 0, 0, k);
+        }
+        if (k >= 1 && problem->acc_sets == 2) {
+            acc_rows(planner, problem, &grid->seg[k - 1], 1, 1, k);
+        }
+        if (k < problem->first || k > grid->count - 2) {
+            continue;
+        }
+        jerk_rows(planner, problem, &grid->seg[k], k);
+        mid_rows(planner, problem, &grid->seg[k], k);
+        problem->on[k] = 1.0;
+    }
+}
+
+/* With the jerk at its limit at both ends and c linear between, the path jerk
+ * is larger inside where the speed changes much. */
+static double swell(double x0, double x1) {
+    return x0 > 0.0 && x1 > 0.0
+               ? 0.5 * sqrt(0.5 * (x0 + x1)) * (1.0 / sqrt(x0) + 1.0 / sqrt(x1))
+               : 1.0;
+}
+
+/* Caps, floors and weights, from the guess at the knots.  The time over an
+ * interval h falls with x like h x^(-3/2) / 2: that is the weight of x, taken
+ * at the guess. */
+void bound_rows(jerk_planner *planner, const struct grid *grid) {
+    struct problem *problem = &planner->prob;
+    double sum = 0.0;
+    double top = 0.0;
+    for (int k = 1; k < grid->count; k++) {
+        top = fmax(top, problem->guess[k]);
+    }
+    for (int k = 1; k < grid->count; k++) {
+        problem->weight[k] =
+            0.5 * (grid->seg[k - 1].length + grid->seg[k].length)
+            * pow(fmax(problem->guess[k] / top, SLOWEST), -SLOW_GAINS);
+        sum += problem->weight[k] * problem->guess[k];
+    }
+    for (int k = 1; k < grid->count; k++) {
+        double cap = cap_at(planner, grid, k);
+        double xf = problem->guess[k];
+        problem->weight[k] /= sum;
+        one_row(problem, ROW_CAP, k, 1.0 / cap, 0.0, 0.0, 0.0, 1.0);
+        double floor = GUESS_FLOOR * xf;
+        if (grid->from_start[k] >= grid->land_from
+            && grid->from_start[k] <= grid->land_to && xf > 0.5 * cap) {
+            floor = LANDING * cap;
+        }
+        one_row(problem, ROW_FLOOR, k, -1.0 / floor, 0.0, 0.0, 0.0, -1.0);
+    }
+    for (int k = problem->first; k <= grid->count - 2; k++) {
+        double most = 0.0;
+        for (int axis = 0; axis < problem->axes; axis++) {
+            most =
+                fmax(most,
+                     fabs(*lane(&jerk_row(problem, k, 0, axis)->coef[2], k)));
+        }
+        problem->calm[k] = 0.5 * CALM * problem->lengths[k] / sum * most * most
+                           * problem->guess[k] * problem->guess[k + 1];
+    }
+    for (int k = problem->first; k <= grid->count - 2; k++) {
+        double more = swell(problem->guess[k], problem->guess[k + 1]);
+        if (more > SWELLS) {
+            tighten_rows(problem, k, SWELLS / fmin(more, SWELLS_MOST));
+        }
+        double length = problem->lengths[k];
+        double xf = fmin(problem->guess[k], problem->guess[k + 1]);
+        double c0 = 5.0 / 24.0 * length * length;
+        double c1 =
+            length * length / 24.0; /* x in the middle: x + h u + c0 + c1 */
+        one_row(problem,
+                ROW_MID_FLOOR,
+                k,
+                -1.0 / xf,
+                -length / xf,
+                -c0 / xf,
+                -c1 / xf,
+                -0.5 * GUESS_FLOOR);
+        double cap = fmin(grid->seg[k].soft, grid->seg[k].cap);
+        if (k > 0) {
+            one_row(problem,
+                    ROW_RISE,
+                    k,
+                    1.0 / cap,
+                    2.0 / 3.0 * length / cap,
+                    0.0,
+                    0.0,
+                    1.0);
+        }
+        one_row(problem,
+                ROW_FALL,
+                k,
+                1.0 / cap,
+                4.0 / 3.0 * length / cap,
+                length * length / 3.0 / cap,
+                0.0,
+                1.0);
+    }
+}

@@ -1,0 +1,82 @@
+/* Interior-point solver of the window (Mehrotra's predictor and corrector),
+ * LANES stages at a time: the code, included once per instruction set
+ * (IPM_SOLVE names the function).  Every lane does the same operations in the
+ * same order, so the results do not depend on the instruction set.
+ *
+ * Maximise sum weight x under the rows of constraints.c.  The one nonlinear
+ * term, x^(-1/2) of the jerk rows, is replaced by its tangent at the present
+ * iterate: an inner approximation, since x^(-1/2) is convex.  The iterate meets
+ * the dynamics at all times; only the rows may be missed on the way.
+ */
+#include <math.h>
+#include "jerk/solver/interior_point_start.h"
+#include "jerk/solver/interior_point_step.h"
+#include "jerk/solver/riccati.h"
+#include "jerk/tuning.h"
+
+static double step_length(vec most) {
+    double m = top(most);
+    return m > TO_BOUNDARY ? TO_BOUNDARY / m : 1.0;
+}
+
+/* From the guess in x, u, c to the optimum, or on from where it has paused.
+ * With b->pause it stops once at that gap, so that rows may be changed.  false:
+ * no convergence (or paused); the checker judges what is there all the same. */
+bool IPM_SOLVE(struct problem *problem, int max_iterations) {
+    int rows = problem->blocks * LANES
+               * (2 * (3 + problem->acc_sets) * problem->axes + ONE_SIDED_ROWS);
+    double least = 0.0;
+    if (!problem->paused) {
+        set_scale(problem);
+        start(problem, START_MU / rows);
+        problem->iterations = 0;
+        problem->missed = problem->dual = 1.0;
+    } else {
+        reopen(problem);
+    }
+    problem->paused = false;
+    for (; problem->iterations < max_iterations; problem->iterations++) {
+        gather(problem, set1(least));
+        if (!riccati_factor(problem)) {
+            return false;
+        }
+        riccati_solve(problem, &problem->grad);
+        struct scan scan = predict(problem);
+        double gap = sum(scan.sl);
+        double mu = gap / rows;
+        if (!(gap < HOPELESS)) {
+            return false;
+        }
+        double ap = fmin(1.0, 1.0 / fmax(1e-9, top(scan.ps)));
+        double ad = fmin(1.0, 1.0 / fmax(1e-9, top(scan.pl)));
+        double after = (gap + ap * sum(scan.dsl) + ad * sum(scan.sdl)
+                        + ap * ad * sum(scan.dsdl))
+                       / rows;
+        double ratio = fmax(after, 0.0) / mu;
+        double sigma = ratio * ratio * ratio;
+        combine(problem, sigma * mu);
+        riccati_solve(problem, &problem->grad);
+        scan = correct(problem, sigma * mu);
+        ap = step_length(scan.ps);
+        ad = step_length(scan.pl);
+        if (!isfinite(ap + ad)) {
+            return false;
+        }
+        problem->gap = move(problem, ap, ad);
+        least = CENTRED * sigma * mu;
+        problem->missed *= 1.0 - ap;
+        problem->dual *= 1.0 - ad;
+        if (problem->gap < GAP && problem->missed < ROWS_MET
+            && problem->dual < 1e-2) {
+            problem->iterations++;
+            return true;
+        }
+        if (gap < problem->pause) {
+            problem->pause = 0.0;
+            problem->paused = true;
+            problem->iterations++;
+            return false;
+        }
+    }
+    return false;
+}

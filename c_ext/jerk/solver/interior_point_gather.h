@@ -1,0 +1,323 @@
+/* Hessian and gradient of all rows at the present iterate, stage by stage. */
+#ifndef JERK_IPM_GATHER_H
+#define JERK_IPM_GATHER_H
+#include <math.h>
+#include "jerk/solver/interior_point_stage.h"
+#include "jerk/tuning.h"
+
+/* Rows of block i: of jerk at one end of the stages, of acceleration, of
+ * acceleration in the middle, and caps and floors. */
+static inline two_sided *jerk_rows_of(const struct problem *problem,
+                                      int i,
+                                      int end) {
+    int first = i * 2 * problem->axes;
+    return &problem->jerk[first + end * problem->axes];
+}
+static inline two_sided *acc_rows_of(const struct problem *problem, int i) {
+    return &problem->acc[i * problem->acc_sets * problem->axes];
+}
+static inline two_sided *mid_rows_of(const struct problem *problem, int i) {
+    return &problem->mid[i * problem->axes];
+}
+static inline struct one_sided *one_rows_of(const struct problem *problem,
+                                            int i) {
+    return &problem->one[i * ONE_SIDED_ROWS];
+}
+
+/* Linear forms of the rows. */
+static inline vec acc_value(const two_sided *row, vec x, vec accel) {
+    return row->coef[0] * x + row->coef[1] * accel;
+}
+static inline vec jerk_value(const two_sided *row,
+                             vec x,
+                             vec accel,
+                             vec input) {
+    const vec *coef = row->coef;
+    return coef[0] * x + coef[1] * accel + coef[2] * input;
+}
+static inline vec one_value(const struct one_sided *row,
+                            vec x,
+                            vec accel,
+                            const vec input[2]) {
+    const vec *coef = row->coef;
+    vec by_state = coef[0] * x + coef[1] * accel;
+    return by_state + coef[2] * input[0] + coef[3] * input[1];
+}
+
+static struct block block_at(const struct problem *problem, int i) {
+    int k = i * LANES;
+    struct block block;
+    block.length = load(problem->lengths + k);
+    block.x[0] = load(problem->x + k);
+    block.accel[0] = load(problem->accel + k);
+    block.input[0] = load(problem->input[0] + k);
+    block.input[1] = load(problem->input[1] + k);
+    end_state(block.length,
+              block.x[0],
+              block.accel[0],
+              block.input,
+              &block.x[1],
+              &block.accel[1]);
+    vec on = load(problem->on + k);
+    vec off = 1.0 - on;
+    vec low = LOWEST * load(problem->guess + k);
+    for (int end = 0; end < 2; end++) {
+        vec x = vmax(block.x[end], low) * on + off;
+        vec t = 1.0 / root_of(x);
+        block.root[end] = load(problem->root[end] + k);
+        block.half[end] = 0.5 * on * block.root[end] * t / x;
+        block.bound[end] = 1.5 * block.root[end] * t;
+    }
+    return block;
+}
+
+static inline void add_square(struct sums *sums, vec weight, const vec *coef) {
+    vec wx = weight * coef[0];
+    vec wu = weight * coef[1];
+    vec wc = weight * coef[2];
+    sums->xx += wx * coef[0];
+    sums->xu += wx * coef[1];
+    sums->uu += wu * coef[1];
+    sums->xc += wx * coef[2];
+    sums->uc += wu * coef[2];
+    sums->cc += wc * coef[2];
+}
+
+/* Start of an iteration for one side of a row: residual, 1/slack; returns the
+ * weight, `t` gets the gradient. */
+static inline vec side(vec value,
+                       vec bound,
+                       vec slack,
+                       vec *dual,
+                       vec least,
+                       vec *inverse,
+                       vec *residual,
+                       vec *gradient) {
+    *residual = value - bound + slack;
+    *inverse = 1.0 / slack;
+    *dual = vmax(*dual, least * *inverse);
+    vec weight = *dual * *inverse;
+    *gradient = weight * *residual;
+    return weight;
+}
+
+/* The same for both sides of a row. */
+static inline void sides(two_sided *row,
+                         const vec value[2],
+                         vec bound,
+                         vec least,
+                         vec weight[2],
+                         vec gradient[2]) {
+    for (int k = 0; k < 2; k++) {
+        weight[k] = side(value[k],
+                         bound,
+                         row->slack[k],
+                         &row->dual[k],
+                         least,
+                         &row->inverse[k],
+                         &row->residual[k],
+                         &gradient[k]);
+    }
+}
+
+/* Adds a row's gradient by the state at one end and the input there. */
+static inline void add_gradient(struct sums *sums, vec t, const vec *coef) {
+    sums->x += t * coef[0];
+    sums->accel += t * coef[1];
+    sums->input += t * coef[2];
+}
+
+/* Linear forms of a jerk row pair: q = root * (b . z), m = half * x. */
+static void gather_jerk_end(const struct problem *problem,
+                            int i,
+                            int end,
+                            const struct block *block,
+                            struct sums *sums,
+                            vec least) {
+    two_sided *row = jerk_rows_of(problem, i, end);
+    vec half = block->half[end];
+    vec tangent = half * block->x[end];
+    vec bound = block->bound[end];
+    vec root = block->root[end];
+    vec wm = {0};
+    vec px = {0};
+    vec pu = {0};
+    vec pc = {0};
+    vec tm = {0};
+    for (int axis = 0; axis < problem->axes; axis++, row++) {
+        vec form = root
+                   * jerk_value(row,
+                                block->x[end],
+                                block->accel[end],
+                                block->input[end]);
+        const vec value[2] = {tangent + form, tangent - form};
+        vec weight[2], gradient[2];
+        sides(row, value, bound, least, weight, gradient);
+        vec both = weight[0] + weight[1];
+        vec difference = root * (weight[0] - weight[1]);
+        vec t = root * (gradient[0] - gradient[1]);
+        add_square(sums, root * root * both, row->coef);
+        px += difference * row->coef[0];
+        pu += difference * row->coef[1];
+        pc += difference * row->coef[2];
+        add_gradient(sums, t, row->coef);
+        wm += both;
+        tm += gradient[0] + gradient[1];
+    }
+    sums->xx += half * (half * wm + 2.0 * px);
+    sums->xu += pu * half;
+    sums->xc += pc * half;
+    sums->x += tm * half;
+}
+
+static void gather_jerk(const struct problem *problem,
+                        int i,
+                        const struct block *block,
+                        struct totals *all,
+                        vec least) {
+    struct sums first = {0};
+    gather_jerk_end(problem, i, 0, block, &first, least);
+    add_start(all, &first);
+    add_start_gradient(all, &first);
+    struct sums last = {0};
+    gather_jerk_end(problem, i, 1, block, &last, least);
+    add_end(all, &last, block->length);
+    add_end_gradient(all, &last, block->length);
+}
+
+/* Adds an acceleration row's Hessian and gradient by the state that it reads.
+ */
+static inline void add_acc(struct sums *sums,
+                           two_sided *row,
+                           vec form,
+                           vec least) {
+    const vec value[2] = {form, -form};
+    vec weight[2], gradient[2];
+    sides(row, value, set1(1.0), least, weight, gradient);
+    vec both = weight[0] + weight[1];
+    vec t = gradient[0] - gradient[1];
+    sums->xx += both * row->coef[0] * row->coef[0];
+    sums->xu += both * row->coef[0] * row->coef[1];
+    sums->uu += both * row->coef[1] * row->coef[1];
+    sums->x += t * row->coef[0];
+    sums->accel += t * row->coef[1];
+}
+
+static void gather_mid(const struct problem *problem,
+                       int i,
+                       const struct block *block,
+                       struct totals *all,
+                       vec least) {
+    vec x, accel;
+    struct sums sums = {0};
+    two_sided *row = mid_rows_of(problem, i);
+    middle_of(block->length, block->x, block->accel, block->input, &x, &accel);
+    for (int axis = 0; axis < problem->axes; axis++, row++) {
+        add_acc(&sums, row, acc_value(row, x, accel), least);
+    }
+    add_middle(all, &sums, block->length);
+    add_middle_gradient(all, &sums, block->length);
+}
+
+static void gather_acc(const struct problem *problem,
+                       int i,
+                       const struct block *block,
+                       struct totals *totals,
+                       vec least) {
+    int rows = problem->acc_sets * problem->axes;
+    two_sided *row = acc_rows_of(problem, i);
+    struct sums sums = {.xx = totals->xx,
+                        .xu = totals->xu,
+                        .uu = totals->uu,
+                        .x = totals->x,
+                        .accel = totals->accel};
+    for (int k = 0; k < rows; k++, row++) {
+        vec form = acc_value(row, block->x[0], block->accel[0]);
+        add_acc(&sums, row, form, least);
+    }
+    totals->xx = sums.xx;
+    totals->xu = sums.xu;
+    totals->uu = sums.uu;
+    totals->x = sums.x;
+    totals->accel = sums.accel;
+}
+
+/* Adds what a row has by the inputs; `coef`: of both of them. */
+static inline void add_input_row(struct totals *totals,
+                                 const vec *coef,
+                                 vec wx,
+                                 vec wu,
+                                 vec weight,
+                                 vec t) {
+    for (int k = 0; k < 2; k++) {
+        totals->xc[k] += wx * coef[k];
+        totals->uc[k] += wu * coef[k];
+        totals->input[k] += t * coef[k];
+    }
+    totals->cc[0] += weight * coef[0] * coef[0];
+    totals->cc[1] += weight * coef[0] * coef[1];
+    totals->cc[2] += weight * coef[1] * coef[1];
+}
+
+static void gather_one(const struct problem *problem,
+                       int i,
+                       const struct block *block,
+                       struct totals *totals,
+                       vec least) {
+    struct one_sided *row = one_rows_of(problem, i);
+    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+        vec value = one_value(row, block->x[0], block->accel[0], block->input);
+        vec t;
+        vec weight = side(value,
+                          row->bound,
+                          row->slack,
+                          &row->dual,
+                          least,
+                          &row->inverse,
+                          &row->residual,
+                          &t);
+        vec wx = weight * row->coef[0];
+        vec wu = weight * row->coef[1];
+        totals->xx += wx * row->coef[0];
+        totals->xu += wx * row->coef[1];
+        totals->uu += wu * row->coef[1];
+        totals->x += t * row->coef[0];
+        totals->accel += t * row->coef[1];
+        if (k >= FIRST_C_ROW) {
+            add_input_row(totals, row->coef + 2, wx, wu, weight, t);
+        }
+    }
+}
+
+/* Hessian and the gradient of the predictor (no centring). */
+static void gather(struct problem *problem, vec least) {
+    for (int i = 0; i < problem->blocks; i++) {
+        int k = i * LANES;
+        struct block bl = block_at(problem, i);
+        struct totals totals = {0};
+        problem->block[i] = bl;
+        gather_jerk(problem, i, &bl, &totals, least);
+        gather_acc(problem, i, &bl, &totals, least);
+        gather_mid(problem, i, &bl, &totals, least);
+        gather_one(problem, i, &bl, &totals, least);
+        store(problem->cost.xx + k, totals.xx);
+        store(problem->cost.xu + k, totals.xu);
+        store(problem->cost.uu + k, totals.uu);
+        vec calm = load(problem->calm + k);
+        vec even = EVEN * calm;
+        for (int count = 0; count < 2; count++) {
+            store(problem->cost.xc[count] + k, totals.xc[count]);
+            store(problem->cost.uc[count] + k, totals.uc[count]);
+            store(problem->cost.cc[2 * count] + k,
+                  totals.cc[2 * count] + calm + even
+                      + STAGE_LEAST_COST * problem->convex);
+            store(problem->grad.input[count] + k,
+                  totals.input[count] + calm * bl.input[count]
+                      + even * (bl.input[count] - bl.input[1 - count]));
+        }
+        store(problem->cost.cc[1] + k, totals.cc[1] - even);
+        store(problem->grad.x + k, totals.x - load(problem->weight + k));
+        store(problem->grad.accel + k, totals.accel);
+    }
+}
+#endif

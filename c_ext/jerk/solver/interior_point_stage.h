@@ -1,0 +1,168 @@
+/* Stages of the window's problem, LANES at a time: the states at their ends and
+ * in their middle by the state at the start and the inputs c0 and c1, and
+ * Hessians and gradients by the former written over the latter. */
+#ifndef JERK_IPM_STAGE_H
+#define JERK_IPM_STAGE_H
+#include <math.h>
+#include "jerk/state/problem.h"
+
+static inline vec set1(double v) {
+    return (vec){v, v, v, v};
+}
+static inline vec load(const double *from) {
+    return *(const vec *)from;
+}
+static inline void store(double *to, vec v) {
+    *(vec *)to = v;
+}
+static inline vec vmax(vec a, vec other) {
+    ivec mask = a > other;
+    return (vec)((mask & (ivec)a) | (~mask & (ivec)other));
+}
+static double top(vec v) {
+    double front = fmax(v[0], v[1]);
+    return fmax(front, fmax(v[2], v[3]));
+}
+static double sum(vec v) {
+    return (v[0] + v[1]) + (v[2] + v[3]);
+}
+
+static vec root_of(vec x) {
+    vec out;
+    for (int lane = 0; lane < LANES; lane++) {
+        out[lane] = sqrt(x[lane]);
+    }
+    return out;
+}
+
+/* What the inputs make of the state at the start of the stages. */
+static inline void end_state(vec length,
+                             vec x,
+                             vec accel,
+                             const vec input[2],
+                             vec *x1,
+                             vec *u1) {
+    *x1 = x + 2.0 * length * accel
+          + length * length * (2.0 * input[0] + input[1]) / 3.0;
+    *u1 = accel + 0.5 * length * (input[0] + input[1]);
+}
+
+/* Hessian and gradient by the state at one end of the stages and c there. */
+typedef struct sums {
+    vec xx, xu, uu, xc, uc, cc;
+    vec x, accel, input;
+} sums;
+
+/* The same by the state at the start, c0 and c1. */
+typedef struct totals {
+    vec xx, xu, uu, xc[2], uc[2], cc[3];
+    vec x, accel, input[2];
+} totals;
+
+static inline void add_start(struct totals *totals, const struct sums *sums) {
+    totals->xx += sums->xx;
+    totals->xu += sums->xu;
+    totals->uu += sums->uu;
+    totals->xc[0] += sums->xc;
+    totals->uc[0] += sums->uc;
+    totals->cc[0] += sums->cc;
+}
+
+static inline void add_start_gradient(struct totals *totals,
+                                      const struct sums *sums) {
+    totals->x += sums->x;
+    totals->accel += sums->accel;
+    totals->input[0] += sums->input;
+}
+
+/* x1 = x + 2 h u + third (2 c0 + c1), u1 = u + half (c0 + c1). */
+static inline void add_end(struct totals *totals,
+                           const struct sums *sums,
+                           vec length) {
+    vec third = length * length / 3.0;
+    vec half = 0.5 * length;
+    vec x0 = 2.0 * third * sums->xx + half * sums->xu;
+    vec u0 = 2.0 * third * sums->xu + half * sums->uu;
+    vec x1 = third * sums->xx + half * sums->xu;
+    vec u1 =
+        third * sums->xu
+        + half * sums->uu; /* derivatives of x1, u1 by c0, c1, by Hessian */
+    totals->xx += sums->xx;
+    totals->xu += 2.0 * length * sums->xx + sums->xu;
+    totals->uu += 4.0 * length * (length * sums->xx + sums->xu) + sums->uu;
+    totals->xc[0] += x0;
+    totals->xc[1] += x1 + sums->xc;
+    totals->uc[0] += 2.0 * length * x0 + u0;
+    totals->uc[1] += 2.0 * length * (x1 + sums->xc) + u1 + sums->uc;
+    totals->cc[0] += 2.0 * third * x0 + half * u0;
+    vec c0 = 2.0 * third * sums->xc + half * sums->uc;
+    vec c1 = third * sums->xc + half * sums->uc;
+    totals->cc[1] += third * x0 + half * u0 + c0;
+    totals->cc[2] += third * x1 + half * u1 + 2.0 * c1 + sums->cc;
+}
+
+static inline void add_end_gradient(struct totals *totals,
+                                    const struct sums *sums,
+                                    vec length) {
+    vec third = length * length / 3.0 * sums->x;
+    vec half = 0.5 * length * sums->accel;
+    totals->x += sums->x;
+    totals->accel += 2.0 * length * sums->x + sums->accel;
+    totals->input[0] += 2.0 * third + half;
+    totals->input[1] += third + half + sums->input;
+}
+
+/* In the middle of the stages: x + h u + h^2 (5 c0 + c1) / 24, and the middle
+ * control point of u, u + h c0 / 2: with the limit at both ends and there u
+ * keeps it everywhere between. */
+static inline void middle_state(vec length,
+                                vec x,
+                                vec accel,
+                                const vec input[2],
+                                vec *xm,
+                                vec *um) {
+    *xm = x + length * accel
+          + length * length * (5.0 * input[0] + input[1]) / 24.0;
+    *um = accel + 0.5 * length * input[0];
+}
+
+/* The same of states whose index 0 is the start. */
+static inline void middle_of(vec length,
+                             const vec x[2],
+                             const vec accel[2],
+                             const vec input[2],
+                             vec *xm,
+                             vec *um) {
+    middle_state(length, x[0], accel[0], input, xm, um);
+}
+
+static inline void add_middle(struct totals *totals,
+                              const struct sums *sums,
+                              vec length) {
+    vec ax[2] = {length * length * 5.0 / 24.0, length * length / 24.0};
+    vec au[2] = {0.5 * length, set1(0.0)};
+    vec x[2], accel[2];
+    for (int count = 0; count < 2; count++) {
+        x[count] = ax[count] * sums->xx + au[count] * sums->xu;
+        accel[count] = ax[count] * sums->xu + au[count] * sums->uu;
+        totals->xc[count] += x[count];
+        totals->uc[count] += length * x[count] + accel[count];
+    }
+    totals->xx += sums->xx;
+    totals->xu += length * sums->xx + sums->xu;
+    totals->uu += length * (length * sums->xx + 2.0 * sums->xu) + sums->uu;
+    totals->cc[0] += ax[0] * x[0] + au[0] * accel[0];
+    totals->cc[1] += ax[1] * x[0] + au[1] * accel[0];
+    totals->cc[2] += ax[1] * x[1] + au[1] * accel[1];
+}
+
+static inline void add_middle_gradient(struct totals *totals,
+                                       const struct sums *sums,
+                                       vec length) {
+    totals->x += sums->x;
+    totals->accel += length * sums->x + sums->accel;
+    totals->input[0] +=
+        length * (length * 5.0 / 24.0 * sums->x + 0.5 * sums->accel);
+    totals->input[1] += length * length / 24.0 * sums->x;
+}
+#endif

@@ -1,0 +1,121 @@
+/* Slacks and multipliers that the solver starts with, or goes on with. */
+#ifndef JERK_IPM_START_H
+#define JERK_IPM_START_H
+#include <math.h>
+#include "jerk/solver/interior_point_gather.h"
+
+/* Scale of the jerk rows: sqrt(x) of the guess. */
+static void set_scale(struct problem *problem) {
+    for (int k = 0; k < problem->blocks * LANES; k++) {
+        problem->root[0][k] = problem->root[1][k] = 1.0;
+        if (problem->on[k] == 0.0) {
+            continue;
+        }
+        const double *guess = problem->guess + k;
+        const double *x = problem->x + k;
+        problem->root[0][k] = sqrt(fmax(guess[0], x[0]));
+        problem->root[1][k] = sqrt(fmax(guess[1], x[1]));
+    }
+}
+
+static void start_side(vec value, vec bound, double mu, vec *slack, vec *dual) {
+    *slack = vmax(bound - value, set1(START_SLACK));
+    *dual = mu / *slack;
+}
+
+/* Sides of an axis' jerk row at one end of the stages of a block: both at most
+ * the bound. */
+static inline void jerk_sides(const struct block *block,
+                              int end,
+                              const two_sided *row,
+                              vec side[2]) {
+    vec tangent = block->half[end] * block->x[end];
+    vec value =
+        block->root[end]
+        * jerk_value(row, block->x[end], block->accel[end], block->input[end]);
+    side[0] = tangent + value;
+    side[1] = tangent - value;
+}
+
+static inline void start_sides(two_sided *row,
+                               const vec value[2],
+                               vec bound,
+                               double mu) {
+    for (int k = 0; k < 2; k++) {
+        vec *dual = &row->dual[k];
+        start_side(value[k], bound, mu, &row->slack[k], dual);
+    }
+}
+
+static void start_jerk(const struct problem *problem,
+                       int i,
+                       const struct block *block,
+                       double mu) {
+    for (int end = 0; end < 2; end++) {
+        two_sided *row = jerk_rows_of(problem, i, end);
+        for (int axis = 0; axis < problem->axes; axis++, row++) {
+            vec value[2];
+            jerk_sides(block, end, row, value);
+            start_sides(row, value, block->bound[end], mu);
+        }
+    }
+}
+
+/* So many acceleration rows that read the state (x, accel). */
+static void start_acc(two_sided *row, int count, vec x, vec accel, double mu) {
+    for (int k = 0; k < count; k++, row++) {
+        vec form = acc_value(row, x, accel);
+        const vec value[2] = {form, -form};
+        start_sides(row, value, set1(1.0), mu);
+    }
+}
+
+static void start_one(const struct problem *problem,
+                      int i,
+                      const struct block *block,
+                      double mu) {
+    struct one_sided *row = one_rows_of(problem, i);
+    for (int k = 0; k < ONE_SIDED_ROWS; k++, row++) {
+        vec value = one_value(row, block->x[0], block->accel[0], block->input);
+        start_side(value, row->bound, mu, &row->slack, &row->dual);
+    }
+}
+
+/* Slacks of the guess, kept off the boundary, and multipliers on the central
+ * path. */
+static void start(struct problem *problem, double mu) {
+    int axes = problem->axes;
+    for (int i = 0; i < problem->blocks; i++) {
+        struct block block = block_at(problem, i);
+        start_jerk(problem, i, &block, mu);
+        start_acc(acc_rows_of(problem, i),
+                  problem->acc_sets * axes,
+                  block.x[0],
+                  block.accel[0],
+                  mu);
+        vec x, accel;
+        middle_of(block.length, block.x, block.accel, block.input, &x, &accel);
+        start_acc(mid_rows_of(problem, i), axes, x, accel, mu);
+        start_one(problem, i, &block, mu);
+    }
+}
+
+/* Rows were tightened: where the iterate misses one, its slack is as large as
+ * what is missed. Left as small as they were, they would stop every step. */
+static void reopen(struct problem *problem) {
+    for (int i = 0; i < problem->blocks; i++) {
+        struct block block = block_at(problem, i);
+        for (int end = 0; end < 2; end++) {
+            two_sided *row = jerk_rows_of(problem, i, end);
+            for (int axis = 0; axis < problem->axes; axis++, row++) {
+                vec side[2];
+                jerk_sides(&block, end, row, side);
+                for (int count = 0; count < 2; count++) {
+                    row->slack[count] =
+                        vmax(row->slack[count], side[count] - block.bound[end]);
+                }
+            }
+        }
+    }
+}
+#endif

@@ -1,0 +1,113 @@
+/* The window's optimisation problem: states, inputs and rows of each stage.
+ *
+ * Scaled quantities: x = v^2/F^2, accel = a/F^2 and input = (d a/ds)/F^2, with
+ * F the speed scale of the machine; docs/explanation/planner.md calls them x, u and c.
+ * Lengths stay mm.  Over an interval the input changes linearly from input[0]
+ * to input[1], which are free: the jerk limit can hold at both ends.
+ */
+#ifndef JERK_PROBLEM_H
+#define JERK_PROBLEM_H
+#include <stdbool.h>
+#include "jerk/planner.h"
+
+#define LANES 4
+typedef double vec __attribute__((vector_size(32)));
+typedef long long ivec __attribute__((vector_size(32)));
+
+/* What the rows of LANES stages share.  At either end the jerk rows read root
+ * (b z) + half x_t <= bound, with the tangent of root x^(-1/2) at the present
+ * x_t. */
+typedef struct block {
+    vec length, x[2], accel[2],
+        input[2]; /* at the start and the end of the stages */
+    vec root[2], half[2], bound[2];
+} block;
+
+typedef struct two_sided { /* |b z| <= 1 (accelerations), +-b z + m <= 1.5
+                              (jerks); z: x, u, c at one end */
+    vec coef[3], slack[2], dual[2], inverse[2], residual[2], slack_step[2],
+        dual_step[2];
+} two_sided;
+
+typedef struct one_sided { /* b (x, u, c0, c1) <= bound */
+    vec coef[4], bound, slack, dual, inverse, residual, slack_step, dual_step;
+} one_sided;
+
+/* Caps of x at the start and at the control points behind it and ahead of the
+ * end: x keeps them everywhere between. */
+enum {
+    ROW_CAP,
+    ROW_FLOOR,
+    ROW_RISE,
+    FIRST_C_ROW,
+    ROW_FALL = FIRST_C_ROW,
+    ROW_MID_FLOOR,
+    ONE_SIDED_ROWS
+};
+
+/* Stage cost of the Newton step. */
+typedef struct stage_cost {
+    double *xx, *xu, *uu, *xc[2], *uc[2], *cc[3]; /* cc: c0 c0, c0 c1, c1 c1 */
+} stage_cost;
+
+typedef struct stage_grad {
+    double *x, *accel, *input[2];
+} stage_grad;
+
+/* Feedback of a stage: dc = k (dx, du) + what is free. */
+typedef struct gain {
+    double length, kx[2], ku[2];
+    double xx, xu, ux, uu; /* of the state behind it, by the state */
+    double inverse[3];     /* of the Hessian by dc, as cc */
+} gain;
+
+typedef struct problem {
+    int count, first, blocks, axes,
+        acc_sets; /* intervals; first stage with rows; blocks of LANES stages;
+                     axes that move */
+    int axis[JERK_AXES]; /* which they are */
+    bool from_standstill;
+    double *lengths, *x, *accel, *input[2]; /* stages */
+    double *dx, *du, *dc[2];
+    double *guess;       /* knots: x the floors refer to */
+    double *weight;      /* objective: minus the gradient by x */
+    double *root[2];     /* scale of the jerk rows at both ends */
+    double *calm;        /* quadratic cost of c0 and c1 */
+    double *on;          /* 1 where a stage has jerk rows */
+    struct block *block; /* of the present iterate */
+    two_sided *jerk, *acc,
+        *mid; /* [block][rows]; mid: accelerations in the middle of stages */
+    struct one_sided *one;
+    struct stage_cost cost;
+    struct stage_grad grad, corr,
+        cent; /* affine gradient; corrector and centring parts */
+    struct gain *gain;
+    double *free[2];   /* c without feedback */
+    double start_cost; /* by the end speed of an interval from rest */
+    double x0, u0;
+    double terminal; /* 1.5 h of the last interval */
+    double convex;   /* what keeps a cost of c^2 positive: 1, less where c is
+                        large (very slow machines) */
+    int iterations;
+    double pause;        /* the solver stops once at this gap; 0: it does not */
+    bool paused;         /* it has, and goes on from there */
+    double missed, dual; /* shares of the first residuals that are left */
+    bool solved;
+    double gap;
+} problem;
+
+/* What c0 and c1 make of the state at the start of an interval h. */
+static inline double x_after(double length,
+                             double x,
+                             double accel,
+                             double c0,
+                             double c1) {
+    return x + 2.0 * length * accel + length * length * (2.0 * c0 + c1) / 3.0;
+}
+static inline double accel_after(double length,
+                                 double accel,
+                                 double c0,
+                                 double c1) {
+    return accel + 0.5 * length * (c0 + c1);
+}
+#endif

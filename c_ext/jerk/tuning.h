@@ -1,0 +1,632 @@
+/* Tuning constants of the planners, in one table.
+ *
+ * Each entry says what the constant does, in which unit, and what shows its
+ * effect (a test by its name, or a bench).  A change needs that evidence again.
+ */
+#ifndef JERK_TUNING_H
+#define JERK_TUNING_H
+
+/* ---- What is planned with, and what the checker lets pass ---- */
+
+/* Share of the acceleration limits that is planned with: the rest covers what
+ * rows at knots miss between them. Unit: share. Evidence:
+ * test_jerk_planner_limits, test_unequal_jerk. */
+#define ACC_USABLE 0.998
+
+/* Share of the jerk limits that is planned with: costs 0.07 % of the time.
+ * Unit: share. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define JERK_USABLE 0.998
+
+/* Share of the speed limits that is planned with: caps hold between knots.
+ * Unit: share. Evidence: test_jerk_planner_limits, test_unequal_jerk. */
+#define VEL_USABLE 1.0
+
+/* The checker's bound over the machine's limits: a plan above it is refused.
+ * Unit: share. Evidence: test_jerk_planner_limits, test_unequal_jerk. */
+#define CHECK_SLACK 1.012
+
+/* Speed over the feed that the checker lets pass. Unit: share. Evidence:
+ * test_low_feeds. */
+#define FEED_SLACK 1.0015
+
+/* Jumps over the room that is set aside for them. Unit: share. Evidence:
+ * test_joints_in_a_cycle. */
+#define JUMP_SLACK 1.01
+
+/* Jumps below it need no room. Unit: share of the jerk limit. Evidence:
+ * test_joints_in_a_cycle. */
+#define SMALL_JUMPS 5e-3
+
+/* Parts of an interval in each of which the acceleration changes its sign
+ * once at most. Unit: count. Evidence: test_jerk_planner. */
+#define TURN_PARTS 4
+
+/* Secant steps to such a place. Unit: count. Evidence: test_jerk_planner. */
+#define TURN_STEPS 4
+
+/* Smallest squared speed inside an interval over the largest: below it the
+ * plan is none. Unit: share. Evidence: test_jerk_planner. */
+#define LEAST_DIP 1e-4
+
+/* ---- Life of a plan ---- */
+
+/* Laws that can be taken back. Unit: laws. Evidence: test_rejoin,
+ * test_place_of_rest. */
+#define HANDED_MAX 512
+
+/* Room beyond window_knots for the finer grid near standstills. Unit:
+ * intervals. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define GRADED_EXTRA 96
+
+/* Least size of the ring of pushed intervals. Unit: intervals. Evidence:
+ * `bench planner`. */
+#define RING_MIN (1024 + HANDED_MAX)
+
+/* Share of a window that is used up before it is planned again. Unit: share.
+ * Evidence: `bench planner`, bench/planner_parts.py. */
+#define DEFAULT_REFRESH 0.2
+
+/* In windows below it the rest of the window counts. Unit: blocks. Evidence:
+ * `bench planner`, bench/planner_parts.py. */
+#define SHORT_WINDOW 50
+
+/* DEFAULT_REFRESH of such windows. Unit: share. Evidence: `bench planner`,
+ * bench/planner_parts.py. */
+#define SHORT_REFRESH 0.12
+
+/* Shorter parts of a law are not handed out. Unit: mm. Evidence:
+ * test_jerk_planner. */
+#define LEAST_PART 1e-7
+
+/* Shorter times are none when laws are handed out or taken back. Unit: s.
+ * Evidence: test_rejoin. */
+#define LEAST_TIME 1e-9
+
+/* The old plan is followed so long where no stop or slower plan is found.
+ * Unit: s. Evidence: test_feed_hold_distance. */
+#define TRY_AGAIN_S 0.003
+
+/* That time doubles for other speeds, up to this. Unit: s. Evidence:
+ * test_feed_hold_distance. */
+#define TRY_AGAIN_MAX_S 0.05
+
+/* A plan this much slower than the tail over the tail's way is not taken.
+ * Unit: share. Evidence: `bench planner`, bench/planner_parts.py. */
+#define SLOWER 1.002
+
+/* A plan is not made anew while so many of them are left of it. Unit:
+ * stopping ways. Evidence: `bench planner`, bench/planner_parts.py. */
+#define LASTS 2.5
+
+/* A shorter plan begins to brake for its end soon. Unit: stopping ways.
+ * Evidence: `bench planner`, bench/planner_parts.py. */
+#define JUST_COVERS 2.6
+
+/* Such a plan is made anew after so much of it. Unit: share. Evidence: `bench
+ * planner`, bench/planner_parts.py. */
+#define JUST_REFRESH 0.1
+
+/* A window must be so much longer than what is left of the plan. Unit: share.
+ * Evidence: `bench planner`, bench/planner_parts.py. */
+#define TAIL_MORE 1.15
+
+/* Squared speed over the tail's that is allowed where the feeds before allow
+ * it. Unit: share. Evidence: test_feed_hold_distance. */
+#define TAIL_AND 1.003
+
+/* The same elsewhere: plan upon plan it adds up. Unit: share. Evidence:
+ * test_feed_hold_distance. */
+#define TAIL_ONLY 1.0005
+
+/* Squared speed over the cap before: room for a solver that starts at the
+ * cap. Unit: share. Evidence: test_feed_hold_distance. */
+#define ABOVE_BEFORE 1.001
+
+/* A reach beyond it is no longer shortened by an old failure. Unit: mm.
+ * Evidence: `bench planner`, bench/planner_parts.py. */
+#define REACH_FORGOTTEN 1e4
+
+/* A window that fails is solved again over so much of it. Unit: share.
+ * Evidence: `bench planner`, bench/planner_parts.py. */
+#define SHORTER 0.5
+
+/* So often. Unit: count. Evidence: `bench planner`, bench/planner_parts.py. */
+#define SHORTER_TRIES 4
+
+/* After a success the reach grows by it. Unit: factor. Evidence: `bench
+ * planner`, bench/planner_parts.py. */
+#define LONGER 2.0
+
+/* Of the guess, at the second try from rest. Unit: share. Evidence:
+ * test_extreme_limits. */
+#define SHRINK 0.25
+
+/* A slow move from rest to rest is slowed down by it until it is legal. Unit:
+ * share. Evidence: test_extreme_limits. */
+#define FALLBACK_SCALE 0.7
+
+/* So often. Unit: count. Evidence: test_extreme_limits. */
+#define FALLBACK_TRIES 40
+
+/* Quarters of quarters of the window that such a move is tried over. Unit:
+ * count. Evidence: test_extreme_limits. */
+#define FALLBACK_LENGTHS 6
+
+/* ---- The solver's use, between solver and checker ---- */
+
+/* At the most: a window that fails costs more than that. More than half of
+ * those that fail would end within 60 to 100 and gain no time. Unit:
+ * iterations. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define WINDOW_ITERATIONS 50
+
+/* Of the guess: below it an unfinished solution creeps and is not taken.
+ * Unit: share. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define CREEPS 0.1
+
+/* Gap at which the solver stops once and looks inside the intervals. Unit:
+ * share of the objective. Evidence: `bench planner`. */
+#define PAUSE 0.1
+
+/* The same at the second time. Unit: share of the objective. Evidence: `bench
+ * planner`. */
+#define PAUSE_AGAIN 0.01
+
+/* Ratio of a solution that the solver goes on from. Unit: share. Evidence:
+ * `bench planner`. */
+#define NEARLY 1.05
+
+/* Rows that were lowered meanwhile, over START_SLACK. Unit: share. Evidence:
+ * `bench planner`. */
+#define MISSED_SO 0.03
+
+/* Solutions that are checked before a window has failed. Unit: count.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define TIGHTENINGS 4
+
+/* Beyond this ratio of the checker nothing is lowered. Unit: share. Evidence:
+ * test_jerk_planner_limits, test_unequal_jerk. */
+#define TIGHTEN_UP_TO 1.6
+
+/* Of the jerk limit: it is never lowered below it. Unit: share. Evidence:
+ * test_jerk_planner_limits, test_unequal_jerk. */
+#define TIGHTEST 0.3
+
+/* Ratio that a lowered interval should come to. Unit: share. Evidence:
+ * test_jerk_planner_limits, test_unequal_jerk. */
+#define AIM 1.003
+
+/* Of the cap on the squared speed where the feed was exceeded inside an
+ * interval. Unit: share. Evidence: test_low_feeds. */
+#define SLOWER_BY 0.99
+
+/* Of the limit: jerks below it do not matter inside an interval. Unit: share.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define FORESEEN 0.9
+
+/* From this ratio on the limit is lowered ahead of a check. Unit: share.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define FORESEEN_FROM 1.003
+
+/* Below it a speed is taken as this, to divide by. Unit: squared speed,
+ * scaled. Evidence: rounding. */
+#define LEAST_X 1e-14
+
+/* Ratio inside an interval from which it is made finer. Unit: share.
+ * Evidence: test_jerk_planner_limits, test_unequal_jerk. */
+#define FINER_FROM 1.08
+
+/* It is made finer too where so little of the limit is planned with. Unit:
+ * share. Evidence: test_jerk_planner_limits, test_unequal_jerk. */
+#define FINER_BELOW 0.85
+
+/* Of the length, that a finer interval has. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define FINER_STEPS 0.55
+
+/* Grids that are made finer before a window has failed. Unit: count.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define FINER_TRIES 4
+
+/* The same of shorter windows. Unit: count. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define FINER_SHORTER 2
+
+/* Lowered limits that cost more make intervals finer. Unit: share of the
+ * time. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define FINER_LOSS 2e-3
+
+/* Of the limit: intervals below it are made finer then. Unit: share.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define FINER_TIGHT 0.98
+
+/* They are made finer for so much more inside, of second order in the step.
+ * Unit: share. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define FINER_BULGE 0.02
+
+/* Of the length, at once. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define FINER_LEAST 0.4
+
+/* Of the length: less gains nothing. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define FINER_ENOUGH 0.8
+
+/* ---- Feed hold and ramps down ---- */
+
+/* Solutions that are checked for one stopping distance. Unit: count.
+ * Evidence: test_feed_hold_distance. */
+#define STOP_TRIES 3
+
+/* Of the solver, for one stopping distance. Unit: iterations. Evidence:
+ * test_feed_hold_distance. */
+#define STOP_ITERATIONS 28
+
+/* Of the rows' first residuals: with less left the stop found so far is tried
+ * as guess. Unit: share. Evidence: test_feed_hold_distance. */
+#define NEARLY_MET 0.03
+
+/* Of the distance: halving ends there. Unit: share. Evidence:
+ * test_feed_hold_distance. */
+#define CLOSE_ENOUGH 0.01
+
+/* Distances that are tried at the most. Unit: count. Evidence:
+ * test_feed_hold_distance. */
+#define MAX_HALVINGS 12
+
+/* Distances that a preview tries where none is found. Unit: count. Evidence:
+ * test_place_of_rest. */
+#define PREVIEW_TRIES 4
+
+/* As TRY_AGAIN_S, in a preview. Unit: s. Evidence: test_place_of_rest. */
+#define PREVIEW_STEP_S 0.003
+
+/* It grows by this, so that looking ahead takes a bounded time. Unit: factor.
+ * Evidence: test_place_of_rest. */
+#define PREVIEW_GROWS 1.3
+
+/* A stored tail so much longer than the estimate is a stop already. Unit:
+ * share. Evidence: test_feed_hold_distance. */
+#define NEAR_ENOUGH 1.05
+
+/* ---- Length of planner intervals ---- */
+
+/* Over the ramp from rest to full acceleration. Unit: intervals. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define RAMP_PARTS 6.0
+
+/* Over the way from full speed to rest. Unit: intervals. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define STOP_PARTS 80.0
+
+/* Parts of that ramp next to a standstill. Unit: intervals. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define STANDSTILL_PARTS 60.0
+
+/* Of that ramp on a line: one interval from rest, over which constant jerk is
+ * exact. Unit: parts. Evidence: bench/planner_parts.py, test_planner_optimum.
+ */
+#define JOINED_PARTS 6.0
+
+/* Of the longest interval: no step at a standstill is finer. Unit: parts.
+ * Evidence: test_extreme_limits. */
+#define FINEST_PARTS 2000.0
+
+/* No speed counts that is not reached from rest over it. Unit: mm. Evidence:
+ * test_extreme_limits. */
+#define LONGEST_WAY 1e4
+
+/* No interval need be shorter: it counts on machines below 1 mm/s. Unit: mm.
+ * Evidence: test_extreme_limits. */
+#define SLOW_STEP 2e-4
+
+/* No interval need be shorter than the way in it. Unit: s. Evidence:
+ * test_extreme_limits. */
+#define SLOW_TIME 0.01
+
+/* In one planner interval. With 0.09 more plans are refused. Unit: rad.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define MAX_TURN 0.07
+
+/* Change of an axis rate over its jerk limit in one interval, of the largest
+ * such rate. Unit: share. Evidence: test_jerk_planner_limits,
+ * test_unequal_jerk. */
+#define LEAN 0.14
+
+/* Of either from rest: under constant path jerk the axes see nine times the
+ * change. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define STANDSTILL_TURN 0.08
+
+/* Of that or of the pushed interval: the finest that an interval is made
+ * later on. Unit: parts. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define LEAST_PARTS 16.0
+
+/* A pushed interval so much shorter than what it may turn by turns next to
+ * not at all. Unit: factor. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define LITTLE_TURN 3.0
+
+/* Growth of the spacing with the distance from a standstill. 0.35 or 0.5
+ * saves no iterations or costs 0.5 %, 0.15 halves the blocks a second. Unit:
+ * mm per mm. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define GRADING 0.25
+
+/* The same near a standstill on curves. Unit: mm per mm. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define STANDSTILL_GRADING 0.1
+
+/* Over so many of them STANDSTILL_GRADING holds. Unit: longest steps. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define RAMP_STEPS 6.0
+
+/* Of a line, that one interval from rest may take: half of the way is four
+ * ramps of jerk. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define STANDSTILL_SHARE (1.0 / 20.0)
+
+/* Of the way in which jerk changes the feed, for the same interval. Unit:
+ * share. Evidence: test_low_feeds. */
+#define STANDSTILL_FEED (1.0 / 12.0)
+
+/* Of the pushed interval, that it may take in any case. Unit: share.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define STANDSTILL_MOST (1.0 / 3.0)
+
+/* Of its length: the step behind it. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define BEHIND_STANDSTILL 0.2
+
+/* Of a stop at least. Unit: intervals. Evidence: test_feed_hold_distance. */
+#define STOP_STEPS 60
+
+/* Change of the third derivatives in one interval, of the largest. Unit:
+ * share. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define BEND_STEP 0.5
+
+/* BEND_STEP counts where at full feed the path would take so many times the
+ * jerk limit. Unit: factor. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define BEND_MATTERS 40.0
+
+/* BEND_FINER counts where it would take so many times and the interval turns
+ * next to not at all. Unit: factor. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define BEND_DECIDES 200.0
+
+/* As BEND_STEP, in blends of small angles. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define BEND_FINER 0.2
+
+/* Of the length in which jerk changes a low speed: the grid step there. Unit:
+ * share. Evidence: test_low_feeds. */
+#define SLOW 0.5
+
+/* Of the step at a standstill: the finest where the path goes on slowly.
+ * Unit: share. Evidence: test_low_feeds. */
+#define SLOWEST_STEP 0.1
+
+/* The same at knots that are passed slowly, between which it grows again.
+ * Unit: share. Evidence: test_low_feeds. */
+#define SLOWEST_KNOT 2e-3
+
+/* Of a low feed: the speed that counts for SLOW. Unit: share. Evidence:
+ * test_low_feeds. */
+#define SLOW_FEED 1.0
+
+/* Of the speed at the end of the window, where the plan comes to rest. Unit:
+ * share. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define SLOW_TAIL 0.6
+
+/* ---- Jumps of the derivatives at knots ---- */
+
+/* That jumps of derivatives may use. Unit: share of the jerk limit. Evidence:
+ * test_joints_in_a_cycle. */
+#define JUMP_SHARE 0.5
+
+/* That a jump of the direction may use: nothing is set aside for it. Unit:
+ * share of the acceleration limit. Evidence: test_joints_in_a_cycle. */
+#define ACC_SHARE 0.012
+
+/* An acceleration step over the cycle shows as a jerk of so much in samples.
+ * Unit: share. Evidence: test_joints_in_a_cycle. */
+#define STEP_SEEN 0.75
+
+/* That the continuous motion keeps beside jumps. Unit: share of the jerk
+ * limit. Evidence: test_joints_in_a_cycle. */
+#define LEAST_SHARE 0.25
+
+/* Jumps below it at the present cap need no reserve. Unit: share of the jerk
+ * limit. Evidence: test_joints_in_a_cycle. */
+#define SMALL_JUMP 1e-3
+
+/* For which nothing is set aside. Unit: share of the acceleration limit.
+ * Evidence: test_joints_in_a_cycle. */
+#define JOINTS_FREE 0.012
+
+/* That joints use together: beyond it they are passed more slowly. Unit:
+ * share of the acceleration limit. Evidence: test_joints_in_a_cycle. */
+#define JOINTS_MOST 0.75
+
+/* That the motion between them keeps. Unit: share of the acceleration limit.
+ * Evidence: test_joints_in_a_cycle. */
+#define JOINTS_LEAST 0.25
+
+/* A smaller change of it is none. Unit: of the direction. Evidence: rounding.
+ */
+#define NO_TURN 1e-9
+
+/* That are remembered behind the head. Unit: joints. Evidence:
+ * test_joints_in_a_cycle. */
+#define TURNED_MAX 64u
+
+/* ---- Rows of the window's problem ---- */
+
+/* Path jerk inside an interval over that at its ends that is left to the
+ * checker. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define SWELLS 1.003
+
+/* The most of it that is set aside, by the guess. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define SWELLS_MOST 1.1
+
+/* Cost of the squared jerk: it keeps solutions from chattering. Unit: share
+ * of the objective. Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define CALM 1e-2
+
+/* Behind the start, whose rows have more room. Unit: intervals. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define ENTRY_STAGES 8
+
+/* Room of the first of them: without it every thirtieth window has no
+ * solution. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define ENTRY_SLACK 0.01
+
+/* Of the squared speed, by which a gain of it counts less: that of the time.
+ * Equal weights cost 3.4 % on the raster. Unit: power. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define SLOW_GAINS 1.5
+
+/* Of the largest squared speed: below it a gain counts no more. Unit: share.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define SLOWEST 1e-5
+
+/* Of the cap, that a ramp down must keep. Unit: share. Evidence:
+ * test_low_feeds, test_jerk_planner. */
+#define LANDING 0.96
+
+/* Of its limit, that an axis needs at full speed: below it it has no rows.
+ * Unit: share. Evidence: test_extreme_limits. */
+#define IDLE 1e-7
+
+/* Rows by the input of a machine that does 10 mm/s. Unit: 1, scaled.
+ * Evidence: test_extreme_limits. */
+#define ORDINARY 1e-3
+
+/* Of the guess, below which the squared speed may not fall. 0.04 costs 6 % on
+ * the raster. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define GUESS_FLOOR 0.2
+
+/* ---- The solver's start ---- */
+
+/* Of the acceleration limits, that the guess uses. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define EASY_ACC 0.45
+
+/* Of the jerk limits, that the guess uses. 0.6 takes 5 % fewer iterations and
+ * is slower where limits are unequal. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define EASY_JERK 0.5
+
+/* Of the caps of feed and machine, that the guess uses. Unit: share.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define EASY_SPEED 0.9
+
+/* Of what curvature allows, that the guess uses. Unit: share. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define EASY_BEND 0.6
+
+/* A guess is not below it. Unit: squared speed, scaled. Evidence: rounding. */
+#define TINY 1e-14
+
+/* Keeps the projection's cost positive. Unit: 1, scaled. Evidence:
+ * test_extreme_limits. */
+#define GUESS_LEAST_COST 1e-12
+
+/* Of the squared speed from one knot to the next while it brakes. Unit:
+ * share. Evidence: test_feed_hold_distance. */
+#define LEAST_KEPT 0.05
+
+/* Weight of jerk against the distance from the profile. Unit: share.
+ * Evidence: bench/planner_parts.py, test_planner_optimum. */
+#define STIFFNESS 0.05
+
+/* ---- The interior-point method ---- */
+
+/* Of the guess: tangents are not taken below it. Any lower costs 6 % on the
+ * raster. Unit: share. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define LOWEST 0.6
+
+/* Of the way to the boundary, that a step takes. Unit: share. Evidence:
+ * `bench planner`. */
+#define TO_BOUNDARY 0.995
+
+/* Barrier of the first iterate, over all rows. Unit: share of the objective.
+ * Evidence: `bench planner`. */
+#define START_MU 2.0
+
+/* Least slack of the first iterate. Unit: share of the bound. Evidence:
+ * `bench planner`. */
+#define START_SLACK 0.3
+
+/* Least product of slack and multiplier, over the product that the step aims
+ * at. Unit: share. Evidence: `bench planner`. */
+#define CENTRED 0.1
+
+/* The solver has ended below it. Unit: share of the objective. Evidence:
+ * bench/planner_parts.py, test_planner_optimum. */
+#define GAP 3e-4
+
+/* A gap that has grown by it is given up. Unit: factor. Evidence:
+ * test_extreme_limits. */
+#define HOPELESS 1e6
+
+/* Cost of a change of the jerk within an interval where nothing is gained by
+ * it. Unit: times CALM. Evidence: bench/planner_parts.py,
+ * test_planner_optimum. */
+#define EVEN 10.0
+
+/* Keeps every stage's cost positive. Unit: 1, scaled. Evidence:
+ * test_extreme_limits. */
+#define STAGE_LEAST_COST 1e-14
+
+/* Of the first residuals: rows with less left are met. Unit: share. Evidence:
+ * test_jerk_planner_limits, test_unequal_jerk. */
+#define ROWS_MET 1e-6
+
+/* ---- Laws and lines ---- */
+
+/* Newton steps to the time over an interval. Unit: count. Evidence:
+ * test_jerk_planner. */
+#define DURATION_STEPS 12
+
+/* A step below it ends them. Unit: share. Evidence: rounding. */
+#define DURATION_CLOSE 1e-13
+
+/* Of the way by the time, over the mean speed: it is one root, and stays it
+ * with other roundings. Unit: share. Evidence: test_jerk_planner. */
+#define LEAST_SLOPE 0.1
+
+/* Lines that differ by less are one line. Unit: of the direction. Evidence:
+ * rounding. */
+#define SAME_DIRECTION 1e-12
+
+/* Shorter phases are left out. Unit: s. Evidence: rounding. */
+#define LEAST_PHASE 1e-12
+
+/* ---- The acceleration-limited sibling (topp2.c) ---- */
+
+/* Share of the acceleration limits that is planned with. Unit: share.
+ * Evidence: bench/planner_programs.py, test_acceleration_limited. */
+#define TOPP2_USABLE 0.9995
+
+/* Longest interval where the caller names none. Unit: mm. Evidence:
+ * bench/planner_programs.py, test_acceleration_limited. */
+#define TOPP2_SPACING_MM 1.0
+
+/* At least between two stands. Unit: intervals. Evidence:
+ * bench/planner_programs.py, test_acceleration_limited. */
+#define TOPP2_STOP_PARTS 8
+
+/* Of the window that is used up before the backward pass runs again: 2.2 to
+ * 3.3 steps a block. Unit: share. Evidence: test_acceleration_planner_work. */
+#define TOPP2_BATCH 0.25
+
+/* Needs that differ by less are the same. Unit: share. Evidence: rounding. */
+#define TOPP2_SAME 1e-12
+
+#endif

@@ -1,0 +1,413 @@
+/* Planning one window: guess, solve, check, and only then take the place of the
+ * stored tail. */
+#include <math.h>
+#include <string.h>
+#include "jerk/solver/constraints.h"
+#include "jerk/solver/initial_guess.h"
+#include "jerk/solver/interior_point.h"
+#include "jerk/state/state.h"
+#include "jerk/verify.h"
+#include "jerk/window.h"
+
+/* Way from the largest speed of the plan to rest with the smallest limits. */
+static double stopping_way(const jerk_planner *planner,
+                           const struct grid *grid) {
+    double x = 0.0;
+    double a = 1e30;
+    double j = 1e30;
+    for (int k = 0; k < grid->count; k++) {
+        x = fmax(x, planner->prob.x[k]);
+    }
+    for (int i = 0; i < planner->cfg.axes; i++) {
+        a = fmin(a, planner->cfg.a_max[i]);
+        j = fmin(j, planner->cfg.j_max[i]);
+    }
+    double v = planner->scale * sqrt(x);
+    double ramp = fmin(a, sqrt(v * j));
+    return 0.5 * v * (v / ramp + ramp / j);
+}
+
+/* What solutions on the way have taken off limits is given back, as far as the
+ * plan did not need it. */
+static void relax(const struct grid *grid, const struct problem *problem) {
+    for (int k = problem->first; k < grid->count - 1; k++) {
+        const struct segment *segment = &grid->seg[k];
+        if (segment->tight != &segment->own && *segment->tight < 1.0) {
+            *segment->tight =
+                fmax(*segment->tight, fmin(1.0, AIM / segment->bulge));
+        }
+    }
+}
+
+/* The checked problem becomes the plan, unless what it begins with is no longer
+ * what is driven. */
+bool plan_accept(jerk_planner *planner, const struct grid *grid, bool final) {
+    if (planner->gone && __atomic_load_n(planner->gone, __ATOMIC_ACQUIRE) & 1) {
+        planner->changed = true;
+        return false;
+    }
+    plan *pl = &planner->plan;
+    struct problem *problem = &planner->prob;
+    size_t bytes = sizeof(double) * (size_t)(grid->count + 1);
+    memcpy(pl->x, problem->x, bytes);
+    memcpy(pl->accel, problem->accel, bytes);
+    for (int i = 0; i < 2; i++) {
+        memcpy(pl->input[i], problem->input[i], bytes);
+    }
+    uint64_t end = planner->head;
+    for (int k = 0; k < grid->count; k++) {
+        const struct segment *s = &grid->seg[k];
+        pl->lengths[k] = s->length;
+        pl->tag[k] = s->interval->tag;
+        pl->offset[k] = s->interval->offset;
+        pl->last[k] =
+            (uint8_t)(s->last + 2 * (s->last && s->interval->blocks > 0));
+        pl->jerk[k] = 0.0;
+        pl->time[k] = 0.0;
+        end += s->last;
+    }
+    relax(grid, problem);
+    pl->count = grid->count;
+    pl->next = 0;
+    pl->since = 0;
+    pl->edition++;
+    pl->from_standstill = grid->from_standstill;
+    pl->final = final;
+    pl->stands = grid->stands;
+    pl->end = end;
+    pl->remaining = grid->from_start[grid->count];
+    double way = stopping_way(planner, grid);
+    pl->lasts = LASTS * way;
+    pl->refresh = pl->remaining < JUST_COVERS * way
+                      ? fmin(planner->cfg.refresh, JUST_REFRESH)
+                      : planner->cfg.refresh;
+    return true;
+}
+
+/* A solver that was stopped on its way may leave a plan that is legal and
+ * creeps. */
+static bool creeps(const jerk_planner *planner, const struct grid *grid) {
+    for (int k = 1; k < grid->count; k++) {
+        if (planner->prob.x[k] < CREEPS * planner->prob.guess[k]) {
+            return true;
+        }
+    }
+    return false;
+}
+
+double check_plan(jerk_planner *planner, struct grid *grid) {
+    double worst = plan_check(planner, grid, &planner->prob);
+    if (worst <= CHECK_SLACK) {
+        planner->stats.worst_ratio = fmax(planner->stats.worst_ratio, worst);
+    }
+    return worst;
+}
+
+/* The speed peaks inside an interval above the feed that it was planned with:
+ * with so much less it will peak at the feed. */
+static void plan_slower(struct segment *segment) {
+    double over = segment->fast * FEED_SLACK / CHECK_SLACK;
+    double by = fmin(SLOWER_BY, 1.0 / (over * over));
+    segment->soft *= by;
+    segment->slower *= by;
+}
+
+/* Rows at its ends say too little of what the path does inside segment s: the
+ * pushed interval that it is of takes finer steps from now on. */
+static bool finer_steps(jerk_planner *planner, const struct segment *segment) {
+    struct steps *of = &planner->steps[segment->at & planner->mask];
+    double to = fmax(of->shortest, FINER_STEPS * segment->length);
+    if (segment->tight == &segment->own) {
+        return false; /* a line is resolved as it is */
+    }
+    if (!(segment->excess > FINER_FROM
+          || (segment->excess > 0.0 && *segment->tight < FINER_BELOW))
+        || to > FINER_STEPS * fmin(of->turn, 2.0 * segment->length)) {
+        return false;
+    }
+    of->turn = to;
+    *segment->tight = 1.0;
+    return true;
+}
+
+/* From a solution that is all but legal the solver goes on, with less of the
+ * jerk where it says so. */
+static bool tighten_present(jerk_planner *planner, struct grid *grid) {
+    struct problem *problem = &planner->prob;
+    for (int k = 0; k < grid->count; k++) {
+        struct segment *segment = &grid->seg[k];
+        double share = segment->jump * *segment->tight;
+        if (share < segment->share && k >= problem->first
+            && k < grid->count - 1) {
+            tighten_rows(problem, k, share / segment->share);
+        }
+        segment->share = share;
+    }
+    problem->paused = true;
+    problem->missed = fmax(problem->missed, MISSED_SO);
+    problem->iterations = 0;
+    return true;
+}
+
+/* Between its ends an interval may exceed a limit by a few percent: less of the
+ * jerk is planned with there, from now on. */
+static bool tighten(jerk_planner *planner, struct grid *grid, double worst) {
+    if (!isfinite(worst)) {
+        return false;
+    }
+    for (int k = 0; k < grid->count && planner->finer_tries > 1; k++) {
+        planner->finer = finer_steps(planner, &grid->seg[k]) || planner->finer;
+    }
+    if (planner->finer || !(worst < TIGHTEN_UP_TO)) {
+        return false;
+    }
+    for (int k = 0; k < grid->count; k++) {
+        struct segment *segment = &grid->seg[k];
+        if (segment->fast > 0.0) {
+            plan_slower(segment);
+        }
+        if (segment->leave > 0.0) {
+            *segment->tight =
+                fmin(*segment->tight,
+                     fmax(TIGHTEST, (1.0 - segment->leave) / segment->jump));
+        }
+        segment->leave = 0.0;
+        if (segment->excess <= 0.0) {
+            continue;
+        }
+        double share = segment->share / segment->jump * AIM / segment->excess;
+        *segment->tight = fmin(*segment->tight, fmax(TIGHTEST, share));
+    }
+    bool slower = false;
+    for (int k = 0; k < grid->count; k++) {
+        slower = slower || grid->seg[k].fast > 0.0;
+    }
+    if (planner->prob.solved && worst < NEARLY && !slower) {
+        return tighten_present(planner, grid);
+    }
+    for (int k = 0; k < grid->count; k++) {
+        struct segment *segment = &grid->seg[k];
+        segment->share = segment->jump * *segment->tight;
+    }
+    memcpy(planner->scratch,
+           planner->prob.x,
+           sizeof(double) * (size_t)(grid->count + 1));
+    problem_from_grid(planner, grid, planner->x, planner->accel);
+    return guess_from(planner, grid, planner->scratch);
+}
+
+/* The share of the limit that interval k can be planned with, by what the
+ * iterate does inside it. */
+static double foreseen(const jerk_planner *planner,
+                       const struct problem *problem,
+                       const struct segment *segment,
+                       int k) {
+    double more;
+    double f2 = planner->scale * planner->scale;
+    double input[2];
+    input[0] = problem->input[0][k] * f2;
+    input[1] = problem->input[1][k] * f2;
+    double most = bend_inside(planner,
+                              segment,
+                              problem->x[k] * f2,
+                              problem->accel[k] * f2,
+                              input,
+                              &more);
+    double tight = *segment->tight;
+    if (!(most > FORESEEN * tight) || !isfinite(most)) {
+        return tight;
+    }
+    double then = more * JERK_USABLE * tight;
+    return then > FORESEEN_FROM ? fmax(TIGHTEST, tight / then) : tight;
+}
+
+/* Limits that are lowered cost a third of what is taken, where the jerk binds.
+ */
+static double loss_of_time(const struct grid *grid,
+                           const struct problem *problem,
+                           const double *share) {
+    double lost = 0.0;
+    double time = 0.0;
+    for (int k = problem->first; k < grid->count - 1; k++) {
+        double v = sqrt(fmax(problem->x[k], LEAST_X));
+        double t = grid->seg[k].length / v;
+        time += t;
+        if (grid->seg[k].tight != &grid->seg[k].own) {
+            lost += t * (1.0 - share[k]) / 3.0;
+        }
+    }
+    return lost / time;
+}
+
+/* Where limits would have to be lowered much, steps are made finer: what is
+ * more inside falls with their square. */
+static bool made_finer(jerk_planner *planner,
+                       const struct grid *grid,
+                       const struct problem *problem,
+                       const double *share) {
+    if (planner->finer_tries < 2
+        || !(loss_of_time(grid, problem, share) > FINER_LOSS)) {
+        return false;
+    }
+    bool any = false;
+    for (int k = problem->first; k < grid->count - 1; k++) {
+        const struct segment *segment = &grid->seg[k];
+        struct steps *of = &planner->steps[segment->at & planner->mask];
+        if (segment->tight == &segment->own || share[k] > FINER_TIGHT) {
+            continue;
+        }
+        double to =
+            fmax(of->shortest,
+                 segment->length
+                     * fmax(FINER_LEAST,
+                            sqrt(FINER_BULGE / (1.0 / share[k] - 1.0))));
+        if (to > FINER_ENOUGH * fmin(of->turn, 2.0 * segment->length)) {
+            continue;
+        }
+        of->turn = to;
+        *segment->tight = 1.0;
+        any = true;
+    }
+    return any;
+}
+
+/* On the way to the solution: where the path bends more inside an interval than
+ * at its ends, the limits there are lowered, or steps are made finer (false:
+ * the grid is another one). */
+static bool foresee(jerk_planner *planner, struct grid *grid) {
+    struct problem *problem = &planner->prob;
+    double *share = planner->scratch;
+    for (int k = problem->first; k < grid->count - 1; k++) {
+        share[k] = foreseen(planner, problem, &grid->seg[k], k);
+    }
+    planner->finer = made_finer(planner, grid, problem, share);
+    if (planner->finer) {
+        return false;
+    }
+    for (int k = problem->first; k < grid->count - 1; k++) {
+        struct segment *segment = &grid->seg[k];
+        if (share[k] >= *segment->tight) {
+            continue;
+        }
+        tighten_rows(problem, k, share[k] / *segment->tight);
+        problem->missed = fmax(problem->missed, MISSED_SO);
+        *segment->tight = share[k];
+        segment->share = segment->jump * share[k];
+    }
+    return true;
+}
+
+static bool solve_from_guess(jerk_planner *planner,
+                             struct grid *grid,
+                             int iterations) {
+    struct problem *problem = &planner->prob;
+    planner->stats.solves++;
+    problem->pause = problem->paused ? 0.0 : PAUSE;
+    bool solved = ipm_solve(problem, iterations), goes_on = true;
+    for (int i = 0; problem->paused && goes_on; i++) {
+        goes_on = foresee(planner, grid);
+        if (i == 0) {
+            problem->pause = PAUSE_AGAIN;
+        }
+        if (goes_on) {
+            solved = ipm_solve(problem, iterations);
+        }
+    }
+    problem->pause = 0.0;
+    problem->solved = solved;
+    planner->stats.iterations += (uint64_t)planner->prob.iterations;
+    planner->stats.failed += !solved;
+    return solved;
+}
+
+/* Solve over the grid; true if a legal plan stands in the problem. */
+bool solve_window(jerk_planner *planner,
+                  struct grid *grid,
+                  bool warm,
+                  double shrink) {
+    planner->finer = false;
+    problem_from_grid(planner, grid, planner->x, planner->accel);
+    return guess_window(planner, grid, warm, shrink)
+           && solve_guess(planner, grid, TIGHTENINGS, WINDOW_ITERATIONS);
+}
+
+bool solve_guess(jerk_planner *planner,
+                 struct grid *grid,
+                 int tries,
+                 int iterations) {
+    for (int i = 0; i < tries; i++) {
+        bool solved = solve_from_guess(planner, grid, iterations);
+        if (planner->finer) {
+            return false;
+        }
+        double worst = !solved && creeps(planner, grid)
+                           ? INFINITY
+                           : check_plan(planner, grid);
+        if (worst <= CHECK_SLACK) {
+            return true;
+        }
+        planner->stats.refused += solved;
+        if (!tighten(planner, grid, worst)) {
+            return false;
+        }
+    }
+    return false;
+}
+
+/* Cap on x (scaled) by the feeds that the present plan was made under. */
+static double cap_before(const jerk_planner *planner,
+                         const jerk_interval *interval) {
+    double feed = fmin(1e15,
+                       asked_under(&planner->was, interval) * VEL_USABLE
+                           / planner->scale);
+    return feed * feed;
+}
+
+/* Above the caps (an override was reduced, a hold was released): what the
+ * stored tail drives stays allowed over `reach` mm. A little more of it where
+ * the feed was higher, next to nothing else: plan upon plan it would add up. */
+void allow_tail(jerk_planner *planner, struct grid *grid, double reach) {
+    const plan *pl = &planner->plan;
+    double at = 0.0;
+    int i = pl->next;
+    for (int k = 0;
+         k < grid->count && i < pl->count && grid->from_start[k] < reach;
+         k++) {
+        struct segment *segment = &grid->seg[k];
+        double most = 0.0;
+        double end = grid->from_start[k + 1];
+        while (i < pl->count && at < end - 1e-9) { /* what begins where the
+                                                  segment ends is not of it */
+            most = fmax(most, fmax(pl->x[i], pl->x[i + 1]));
+            if (at + pl->lengths[i] > end + 1e-9) {
+                break;
+            }
+            at += pl->lengths[i++];
+        }
+        double allowed = fmin(
+            TAIL_AND * most,
+            fmax(cap_before(planner, segment->interval), TAIL_ONLY * most));
+        if (allowed > segment->soft && segment->soft < segment->cap) {
+            segment->soft = fmin(segment->cap, allowed);
+        }
+    }
+}
+
+/* On the way down over `reach` mm: what the stored tail drives, and the feeds
+ * that the plan was made under, up to x = `top`. Never the speed of here behind
+ * the place where a lower feed begins. */
+void allow_present(jerk_planner *planner,
+                   struct grid *grid,
+                   double reach,
+                   double top) {
+    const double *from = grid->from_start;
+    for (int k = 0; k < grid->count && from[k] < reach; k++) {
+        struct segment *segment = &grid->seg[k];
+        segment->soft = fmin(
+            segment->cap,
+            fmax(segment->soft,
+                 fmin(top,
+                      ABOVE_BEFORE * cap_before(planner, segment->interval))));
+    }
+    allow_tail(planner, grid, reach);
+}

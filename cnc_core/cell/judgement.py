@@ -1,0 +1,63 @@
+"""The end of a run as the user sees it, from the reports of both sides."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from ..errors import CncError, Place
+from .child import Child, Job
+from .result import RunResult
+
+
+def judge(result: RunResult, job: Job, cnc: dict[str, Any]) -> None:
+    """The end of the run as the user should see it."""
+    if job.stalled:
+        result.end = "error"
+        result.errors.append(CncError(905024).as_json())
+    if job.plc is None:
+        if not cnc:
+            result.end = "aborted"
+            result.errors.append(_died("CNC", job.cnc))
+        elif result.errors and cnc.get("source"):
+            result.error_text = cnc["source"]
+        return
+    plc_failed = job.plc.process.poll() != 0 and (
+        not result.plc or bool(result.plc.get("error"))
+    )
+    if cnc.get("source") and result.errors:
+        result.error_text = cnc["source"]
+    plc_error = result.plc.get("error") or (
+        job.plc.said() if plc_failed else ""
+    )
+    if plc_failed and plc_error and "died" not in plc_error:
+        result.end = "error"
+        result.errors.append(_plc_error(plc_error))
+    elif cnc.get("aborted_by_plc") and not plc_failed:
+        result.errors = result.errors or [CncError(905023).as_json()]
+    elif not cnc or plc_failed or result.end == "aborted":
+        result.end = "aborted"
+        who, child = ("CNC", job.cnc) if not cnc else ("PLC", job.plc)
+        result.errors.append(_died(who, child))
+
+
+def _died(who: str, child: Child) -> dict[str, Any]:
+    last = child.said().splitlines()
+    detail = f": {last[-1]}" if last and "Killed" not in last[-1] else ""
+    return CncError(905001, f"the {who} process died{detail}").as_json()
+
+
+def _plc_error(text: str) -> dict[str, Any]:
+    """An error of the PLC program: ``FILE:LINE: Type: text`` with the user's
+    frames below.
+    """
+    first, *frames = text.splitlines()
+    match = re.match(r"(.+?):(\d+): (.*)", first)
+    place = (
+        Place(match[1], int(match[2]), 1, frames[-1].strip() if frames else "")
+        if match
+        else Place()
+    )
+    return CncError(
+        905003, f"PLC program: {match[3] if match else first}", place
+    ).as_json()

@@ -1,0 +1,95 @@
+"""Outcome of one co-simulation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+# members of the CNC's report that the result takes over
+FROM_CNC = (
+    "cycles",
+    "sim_time_s",
+    "wall_time_s",
+    "requests",
+    "end",
+    "messages",
+    "errors",
+    "warnings",
+    "blocks",
+    "dialect",
+    "peak_mb",
+)
+
+
+@dataclass
+class RunResult:
+    """Outcome of one co-simulation (the contract's run object)."""
+
+    cycles: int = 0
+    sim_time_s: float = 0.0
+    wall_time_s: float = 0.0
+    requests: dict[str, int] = field(
+        default_factory=lambda: {"mode1": 0, "mode2": 0}
+    )
+    handshake_us: dict[str, float | None] = field(default_factory=dict)
+    overruns: int = 0
+    end: str = "aborted"
+    messages: list[str] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
+    errors: list[dict[str, Any]] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+    plc: dict[str, Any] = field(default_factory=dict)
+    blocks: int = 0
+    recorded: int = 0
+    error_text: str = ""
+    dialect: str | None = None
+    peak_mb: float = 0.0
+
+    @property
+    def realtime_factor(self) -> float:
+        return (
+            self.sim_time_s / self.wall_time_s if self.wall_time_s > 0 else 0.0
+        )
+
+    @classmethod
+    def from_reports(
+        cls, cnc: dict[str, Any], plc: dict[str, Any], wall_time_s: float
+    ) -> RunResult:
+        """The figures of both reports; ``wall_time_s`` where the CNC has none."""
+        result = cls(wall_time_s=wall_time_s, plc=plc)
+        for key in FROM_CNC:
+            if key in cnc:
+                setattr(result, key, cnc[key])
+        result.warnings = [*result.warnings, *plc.get("warnings", [])]
+        overruns = (side.get("overruns", 0) for side in (cnc, plc))
+        result.overruns = sum(map(int, overruns))
+        result.handshake_us = handshake_us(plc)
+        return result
+
+    def as_json(self) -> dict[str, Any]:
+        return {
+            "cycles": self.cycles,
+            "sim_time_s": self.sim_time_s,
+            "wall_time_s": self.wall_time_s,
+            "realtime_factor": self.realtime_factor,
+            "requests": self.requests,
+            "handshake_us": self.handshake_us,
+            "overruns": self.overruns,
+            "end": self.end,
+            "messages": self.messages,
+            "files": self.files,
+            "errors": self.errors,
+            "warnings": self.warnings,
+            "blocks": self.blocks,
+            "recorded": self.recorded,
+            "dialect": self.dialect,
+            "plc": self.plc,
+        }
+
+
+def handshake_us(plc: dict[str, Any]) -> dict[str, float | None]:
+    ns = plc.get("handshake_ns") or {}
+    return {
+        k: ns[k] / 1000.0 if ns.get(k) is not None and ns.get("n") else None
+        for k in ("p50", "p99", "p999", "max")
+    }

@@ -1,0 +1,66 @@
+"""Supervision of the two processes until both have ended."""
+
+from __future__ import annotations
+
+import time
+
+from hli import segment
+from hli.errors import HliError
+
+from .child import Job
+
+POLL_S = 0.005
+
+
+GRACE_S = 3.5  # after one side ended: how long the other may take to notice
+
+
+# without a PLC: how long the program may stand at a stop that nobody will leave
+STALL_S = 0.5
+
+
+def supervise(job: Job) -> None:
+    """Until both have ended; when one has, the other gets a short time to follow."""
+    alone_since = 0.0
+    if job.plc is None:
+        supervise_alone(job)
+        return
+    while not (job.cnc.ended and job.plc.ended):
+        time.sleep(POLL_S)
+        if job.cnc.ended or job.plc.ended:
+            alone_since = alone_since or time.monotonic()
+            # a PLC that ended well (status 0) leaves the CNC to finish;
+            # anything else ends the run
+            if time.monotonic() - alone_since > GRACE_S:
+                return
+
+
+def supervise_alone(job: Job) -> None:
+    """Without a PLC: until the CNC has ended, or stands where only a PLC could help."""
+    view: segment.Segment | None = None
+    since = 0.0
+    while not job.cnc.ended:
+        time.sleep(POLL_S)
+        try:
+            view = view or segment.attach(job.name)
+        except HliError:
+            continue
+        since = (
+            (since or time.monotonic())
+            if view.root.channel[0].bahn_state.wait_continue_r
+            else 0.0
+        )
+        if since and time.monotonic() - since > STALL_S:
+            job.stalled = True
+            break
+    if view is not None:
+        view.close()
+
+
+def stop(job: Job) -> None:
+    """End both processes: ask, then insist."""
+    for child in job.children:
+        if not child.ended:
+            child.process.terminate()
+    for child in job.children:
+        child.end(1.0)

@@ -1,0 +1,38 @@
+"""Files that a program reads and writes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cnc_core.frontend.port import ChannelPort
+
+
+class RunFiles:
+    """Files beside the program and in the folder of the run.
+
+    ``folder``: of the main program.
+    """
+
+    def __init__(self, port: ChannelPort, folder: Path) -> None:
+        self._port, self._folder = port, folder
+        self._written: set[str] = set()
+
+    def text_of(self, name: str) -> str | None:
+        """Text of a file, None if there is none.
+
+        A file that the program has written comes first, then one beside the
+        program, then one in the folder of the run.
+        """
+        if name in self._written:
+            return self._port.read_file(name)
+        path = Path(name.replace("\\", "/"))
+        beside = path if path.is_absolute() else self._folder / path
+        if beside.is_file():
+            return beside.read_text(encoding="utf-8", errors="replace")
+        if path.is_absolute() or ".." in path.parts:
+            return None
+        return self._port.read_file(name.replace("\\", "/"))
+
+    def write(self, name: str, text: str) -> None:
+        self._written.add(name)
+        self._port.write_file(name, text)

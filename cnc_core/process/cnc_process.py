@@ -1,0 +1,553 @@
+"""The CNC process: owns the segment and the engine, prepares blocks, runs the
+clock.
+
+Started by the launcher (``--once``: one program, then the end) or by
+``hli-cosim cnc`` (stays, serves whichever PLC comes).  Everything a PLC can see
+is published by the engine's cycle; this module only moves things along.
+"""
+
+from __future__ import annotations
+
+import os
+import resource
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from hli._sync import lib as sync
+
+from hli import layout, segment
+
+from .. import frontend
+from ..config import load_config
+from ..engine import Engine, Event
+from ..engine.external import BLOCK_BYTES
+from ..errors import CncError
+from ..frontend.isons.base.machine import EVENT_PLACE, EVENT_SLOTS
+from ..frontend.operator import Operator, read_answers
+from ..program.restart import Restart
+from .identity import CLOCKS, SERVICES, fill_identity
+from .live_port import LivePort
+from .modes import READY, SELECTED, ModeControl
+from .options import OUT_FOLDER, CncOptions
+from .preparation import Preparation
+from .recording import PartWriter
+from .report import engine_figures, keep, log_warnings
+
+RECORD_ROWS = 16384
+# how long one wait may last before signals and the PLC's life are looked at
+SLICE_S = 0.1
+CHUNK_CYCLES = 20_000  # cycles between two looks in virtual time
+# longest wait, in wall time, for a PLC to finish behind the program's end
+LINGER_S = 30.0
+FIRST_SCAN_S = 5.0  # longest wait for the first scan of a PLC that has attached
+SKIP_LEVELS = 0x3FF  # program_block_ignore: bit n - 1 is level n
+NO_FUNCTIONS = 0x2000  # execution_mode: no output of M, H and T functions
+IDLE_CYCLES = (
+    1  # cycles served at a time while nothing moves and the clock is free
+)
+
+
+class CncProcess:
+    """One CNC with one program.
+
+    ``run`` returns when the program's work is done or a signal came.
+    """
+
+    def __init__(self, options: CncOptions) -> None:
+        self.options = options
+        self.cell = load_config(options.config)
+        self.service = options.run.service or self.cell.channel.service
+        self.stop_signal = 0
+        self.end = "aborted"
+        self.ended_at = 0.0
+        # wall time of the first cycle and, at the end, what the cycles took
+        self.driving_since = 0.0
+        self.wall_time_s = 0.0
+        self.started_with_plc = False
+        self.warnings = list(self.cell.warnings())
+        self.errors: list[CncError] = []
+        self.messages: list[str] = []
+        self.blocks = 0
+        self.dialect: str | None = None
+        self.preparation: Preparation | None = None
+        self._restarted = False
+        self._retained: dict[str, Any] = {}
+        script = (
+            read_answers(options.run.answers) if options.run.answers else []
+        )
+        self._operator = Operator(
+            script, terminal=options.terminal and sys.stdin.isatty()
+        )
+        self.watchdog: CncError | None = None
+        segment.sweep()
+        axes = len(self.cell.axes) + len(self.cell.spindles)
+        self.segment = segment.create(options.name, 1, axes, ready=False)
+        try:
+            self._set_up(options)
+        except BaseException:
+            self.segment.unlink()
+            raise
+
+    def _set_up(self, options: CncOptions) -> None:
+        """Engine, recorder and preparation behind the segment."""
+        root = self.segment.root
+        fill_identity(
+            root, self.cell, options.run.clock, self.service, options.file.name
+        )
+        self.side = root.sidecar
+        self.channel = root.channel[0]
+        self.engine = Engine(
+            self.cell,
+            window=options.lookahead,
+            segment=self.segment.base,
+            clock=CLOCKS[options.run.clock],
+            service=SERVICES[self.service],
+            record_rows=RECORD_ROWS if options.samples else 0,
+        )
+        self.recorder = PartWriter(options.samples) if options.samples else None
+        self.engine.hold_start(True)
+        self.engine.stay(not options.once)
+        self.engine.stand_by()
+        folder = (
+            options.report.parent
+            if options.report
+            else Path(tempfile.gettempdir())
+        )
+        scratch = folder / f"hli-cosim-{os.getpid()}-MDI.nc"
+        self._scratch = scratch
+        after = (
+            READY
+            if self.cell.channel.state_after_program == "READY"
+            else SELECTED
+        )
+        self.modes = ModeControl(
+            self.engine,
+            self,
+            options.file.resolve().parent,
+            scratch,
+            after,
+            self._report_error,
+        )
+        self.modes.select(options.file)
+
+    # ---------------------------------------------------------------- life
+    def on_signal(self, number: int, _frame: Any) -> None:
+        self.stop_signal = number
+        if self.preparation:
+            self.preparation.port.interrupted = True
+
+    def run(self) -> None:
+        """Publish, wait for the PLC, drive the program, stay for the PLC's last
+        scans.
+        """
+        try:
+            if self.service == "immediate":
+                self.engine.serve_start()
+            self.segment.publish()
+            self._drive()
+        finally:
+            self._close()
+
+    def _close(self) -> None:
+        self.engine.stop()
+        self.engine.serve_stop()
+        self._collect_program()
+        self._scratch.unlink(missing_ok=True)
+        if self.driving_since:
+            self.wall_time_s = time.monotonic() - self.driving_since
+        self._take_samples()
+        if self.recorder:
+            self.recorder.close()
+        self.engine.set_phase(layout.HLI_PHASE_SHUTDOWN)
+        self.segment.unlink()
+        deadline = time.monotonic() + 2.0
+        while self.plc_alive() and time.monotonic() < deadline:
+            time.sleep(0.002)
+
+    # ---------------------------------------------------------------- the PLC's life
+    def plc_alive(self) -> bool:
+        plc = self.side.plc
+        return bool(plc.attached) and bool(
+            sync.hs_process_alive(plc.pid, plc.start)
+        )
+
+    def _look_at_plc(self) -> None:
+        """A PLC that died is taken off the segment, so that the next one finds
+        it free.
+        """
+        if not self.side.plc.attached or self.plc_alive():
+            return
+        with self.segment.locked():  # the next PLC may be registering
+            if self.side.plc.attached and not self.plc_alive():
+                self.side.plc.attached = 0
+                self.side.plc.finished = 0
+
+    def _plc_lost(self) -> bool:
+        """Whether a run that depends on its PLC has lost it."""
+        return (
+            self.options.once
+            and self.started_with_plc
+            and not self.side.plc.attached
+        )
+
+    # ---------------------------------------------------------------- driving
+    def _drive(self) -> None:
+        self.engine.set_phase(layout.HLI_PHASE_STARTING)
+        if not self._wait_for_plc():
+            return
+        self.started_with_plc = bool(self.side.plc.attached)
+        self.driving_since = time.monotonic()
+        self.engine.hold_start(self.options.run.hold_start)
+        if (
+            self.options.run.clock == "realtime"
+            and not self.options.run.hold_start
+        ):
+            self.engine.start()
+        if not self._first_scan():
+            return
+        if not self.modes.running and self.options.run.autostart:
+            self.modes.start()
+        if self.options.run.hold_start:
+            self._serve_held()
+            return
+        while not self.stop_signal and self._once_round():
+            pass
+
+    def _first_scan(self) -> bool:
+        """Until the PLC has scanned once, so that what it commands before the
+        start counts; False if it was lost.
+
+        A client that asks or steps by hand does not scan (``scans_due`` 0, or
+        it releases a cycle).
+        """
+        plc, until = self.side.plc, time.monotonic() + FIRST_SCAN_S
+        while (
+            not self.stop_signal
+            and plc.attached
+            and plc.scans_due
+            and not plc.scans
+            and time.monotonic() < until
+        ):
+            if self._released():
+                break
+            self._look_at_plc()
+            time.sleep(0.0005)
+        if self.options.run.clock == "realtime":
+            return not self._plc_lost()
+        cycle = int(self.engine.state.cycle)
+        while (
+            not self.stop_signal
+            and int(self.engine.state.cycle) == cycle
+            and not self._plc_lost()
+        ):
+            self._handle(self.engine.run(1, int(SLICE_S * 1e9)))
+            self._look_at_plc()
+            if not self.side.plc.attached:
+                break
+        return not self._plc_lost()
+
+    def _released(self) -> bool:
+        """Whether the PLC has let a cycle begin (lockstep)."""
+        ahead = (
+            self.side.plc_turn.word - int(self.engine.state.cycle)
+        ) & 0xFFFFFFFF
+        return self.options.run.clock == "lockstep" and 0 < ahead < 1 << 31
+
+    # ---------------------------------------------------------------- programs
+    def start_program(self, path: Path) -> None:
+        """Begin a program where the axes stand (hli_reference 1.4)."""
+        if self.options.run.clock == "realtime":
+            self.engine.stop()
+        self._collect_program()
+        self.engine.begin_program()
+        self.end, self.ended_at = "aborted", 0.0
+        self.engine.set_error(0)
+        self.engine.set_program_name(path.name)
+        self.engine.suppress_functions(
+            bool(self._execution_mode() & NO_FUNCTIONS)
+        )
+        sizes = self.cell.external_bytes(self._dialect(path))
+        port = LivePort(
+            self.cell.axis_values("start_mm"),
+            {
+                scope: self.engine.external(area, sizes[scope])
+                for area, scope in enumerate(("channel", "global"))
+            },
+            self.options.run.out or OUT_FOLDER,
+            self._skip_levels() | self.cell.skip_mask,
+            self.engine.write_external,
+            self._retained,
+            self._operator,
+        )
+        if self._dialect(path) == "isons":
+            self.engine.show_commands(
+                (self.cell.isons.io_block - 1 + EVENT_PLACE) * BLOCK_BYTES,
+                EVENT_SLOTS,
+            )
+        port.manual_data = path == self._scratch
+        self.preparation = Preparation(
+            path,
+            self.cell,
+            self.options.run.dialect,
+            self.engine,
+            port,
+            lenient=self.options.run.lenient,
+            restart=self._take_restart(),
+            held=self.modes.held,
+        )
+        self.preparation.pump()
+        self.engine.set_phase(
+            layout.HLI_PHASE_READY
+            if self.options.run.hold_start
+            else layout.HLI_PHASE_RUNNING
+        )
+        if (
+            self.options.run.clock == "realtime"
+            and not self.options.run.hold_start
+        ):
+            self.engine.start()
+
+    def _take_restart(self) -> Restart | None:
+        """Where the first program is taken up; those behind it begin at their
+        beginning.
+        """
+        first, self._restarted = not self._restarted, True
+        return Restart.of(*self.options.run.place) if first else None
+
+    def _dialect(self, path: Path) -> str:
+        """Dialect of a program; what is wrong with its file is told where it is
+        read.
+        """
+        try:
+            return self.options.run.dialect or frontend.detect(path)
+        except CncError:
+            return ""
+
+    def hold_program(self) -> bool:
+        """HOLD, with the program's macros; False if the program does not allow it."""
+        return self.preparation is not None and self.preparation.hold()
+
+    def resume_program(self) -> None:
+        """ACTIVE from HOLD."""
+        if self.preparation:
+            self.preparation.resume()
+
+    def abort_program(self) -> None:
+        """Brake and leave out the rest."""
+        if self.preparation and self.preparation.stop():
+            return
+        if self.preparation:
+            self.preparation.close()
+        self.engine.abort()
+
+    def _enabled(self, unit: Any) -> int:
+        """Command of a level unit that is evaluated at program start; 0 if the
+        PLC does not enable it.
+        """
+        return (
+            int(unit.command_w)
+            if self.channel.head.plc_present_w and unit.enable_w
+            else 0
+        )
+
+    def _skip_levels(self) -> int:
+        unit = self.channel.decoder_mc_control.program_block_ignore
+        levels = self._enabled(unit) & SKIP_LEVELS
+        unit.state_r = levels
+        return levels
+
+    def _execution_mode(self) -> int:
+        unit = self.channel.decoder_mc_control.execution_mode
+        mode = self._enabled(unit)
+        if mode & ~NO_FUNCTIONS:
+            self._report_error(
+                CncError(905021, f"execution_mode {mode:#x} is not supported")
+            )
+            mode = 0
+        unit.state_r = mode
+        return mode
+
+    def _report_error(self, error: CncError) -> None:
+        """An error that belongs to no program: told to the PLC and in the
+        report, it ends nothing.
+        """
+        self.engine.post_error(error)
+        keep(self.warnings, str(error))
+        if not self.options.once:
+            print(error, file=sys.stderr, flush=True)
+
+    def _collect_program(self) -> None:
+        """Take over what the last program has said, ahead of the next one or of
+        the end.
+        """
+        preparation, self.preparation = self.preparation, None
+        if preparation is None:
+            return
+        preparation.take_commands()
+        self.blocks += preparation.blocks
+        warned = (
+            [str(warning) for warning in preparation.program.reader.warnings]
+            if preparation.program
+            else []
+        )
+        self.messages += [
+            text for text in preparation.port.messages if text not in warned
+        ]
+        for text in warned:
+            keep(self.warnings, text)
+        limit = self.cell.channel.contour_lookahead_log_max
+        self.warnings += log_warnings(self.engine.state, limit)
+        if preparation.program:
+            self.dialect = preparation.program.dialect
+        if preparation.error and preparation.error not in self.errors:
+            self.errors += [preparation.error, *preparation.error.also]
+
+    def _wait_for_plc(self) -> bool:
+        """Until a PLC has attached (at once if none is awaited); False if a
+        signal came first.
+        """
+        while self.options.wait_plc and not self.side.plc.attached:
+            if self.stop_signal:
+                return False
+            time.sleep(0.001)
+        return not self.stop_signal
+
+    def _serve_held(self) -> None:
+        """Cycles with motion held, until the PLC is finished (command
+        ``lookahead --at start``).
+        """
+        while not self.stop_signal and not self.side.plc.finished:
+            event = self.engine.run(1, int(SLICE_S * 1e9))
+            self._handle(event)
+            self._look_at_plc()
+            if self._plc_lost():
+                return
+        self.end = (
+            "error"
+            if self.preparation and self.preparation.error
+            else "completed"
+        )
+
+    def _once_round(self) -> bool:
+        """Run a stretch, handle its event; False when the work is done."""
+        if self.options.run.clock == "realtime":
+            event = self.engine.wait(SLICE_S)
+        else:
+            event = self.engine.run(self._stretch(), int(SLICE_S * 1e9))
+        if event in (Event.DONE, Event.PLC_WAIT):
+            self._look_at_plc()
+            if event is Event.PLC_WAIT and not self.side.plc.attached:
+                time.sleep(0.002)
+        self._handle(event)
+        if (
+            self.ended_at
+            and not self.options.once
+            and self.options.run.clock != "realtime"
+        ):
+            # nothing moves any more: serve, but leave the processor to others
+            time.sleep(self.cell.cycle_s)
+        return not (
+            event is Event.FAULT
+            or self._plc_lost()
+            or self._work_is_done(event)
+        )
+
+    def _stretch(self) -> int:
+        return IDLE_CYCLES if self.ended_at else CHUNK_CYCLES
+
+    def _handle(self, event: Event) -> None:
+        preparation = self.preparation
+        if preparation:
+            preparation.take_commands()
+        if event is Event.NEED_BLOCKS and preparation:
+            preparation.pump()
+        elif event is Event.DRAINED and preparation:
+            preparation.drained()
+            preparation.pump()
+        elif event is Event.MODE_COMMAND:
+            command = self.engine.take_mode_command()
+            if command:
+                self.modes.handle(command)
+        elif event is Event.PLC_ERROR:
+            self._plc_error()
+        elif event is Event.RETRACED and preparation:
+            preparation.retraced()
+        elif event is Event.WATCHDOG:
+            self._watchdog()
+        elif event is Event.PROGRAM_END:
+            self._program_ended()
+        elif event is Event.RECORD_FULL:
+            self._take_samples()
+
+    def _plc_error(self) -> None:
+        record = self.engine.take_plc_error()
+        if record:
+            keep(
+                self.messages,
+                f"PLC error {record[0]}, reaction class {record[1]}",
+            )
+
+    def _watchdog(self) -> None:
+        """The PLC has not shown that it lives: the program ends with an error;
+        a restart is required.
+        """
+        self.watchdog = CncError(270053)
+        if self.modes.running:
+            self.modes.abort()
+
+    def _program_ended(self) -> None:
+        self.ended_at = time.monotonic()
+        error = self.preparation.error if self.preparation else None
+        if self.watchdog:
+            error, self.watchdog = self.watchdog, None
+            self.errors.append(error)
+        elif error:
+            self.engine.post_error(error)
+        self.end = (
+            "error"
+            if error
+            else "aborted"
+            if self.modes.aborted
+            else "completed"
+        )
+        self.engine.set_error(error.code if error else 0)
+        if error and not self.options.once:
+            print(error, file=sys.stderr, flush=True)
+        self.engine.set_phase(layout.HLI_PHASE_ENDED)
+        self.modes.program_ended(error)
+
+    def _work_is_done(self, event: Event) -> bool:
+        if not self.ended_at or not self.options.once or self.modes.running:
+            return False
+        if event is Event.PLC_FINISHED or not self.started_with_plc:
+            return True
+        return time.monotonic() - self.ended_at > LINGER_S
+
+    def _take_samples(self) -> None:
+        while self.recorder:
+            samples = self.engine.take_samples()
+            if not len(samples.cycle):
+                return
+            self.recorder.add(samples)
+
+    # ---------------------------------------------------------------- report
+    def report(self) -> dict[str, Any]:
+        """Everything the launcher needs, as JSON."""
+        first = self.errors[0] if self.errors else None
+        figures = engine_figures(self.engine.state, self.cell.cycle_s)
+        return figures | {
+            "wall_time_s": self.wall_time_s,
+            "blocks": self.blocks,
+            "end": self.end,
+            "aborted_by_plc": self.modes.aborted,
+            "messages": self.messages,
+            "warnings": self.warnings,
+            "errors": [error.as_json() for error in self.errors],
+            "source": first.place.source if first else "",
+            "dialect": self.dialect,
+            "peak_mb": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            / 1024.0,
+        }

@@ -1,0 +1,123 @@
+"""Options of one run: from the command line through the cell to the CNC process."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypedDict
+
+from ..errors import CncError
+
+OUT_FOLDER = Path("hli-cosim-out")
+CLOCKS = ("lockstep", "freerun", "realtime")
+SERVICES = ("cyclic", "immediate")
+
+
+@dataclass(frozen=True)
+class RunOptions:
+    """Choices of a user for one run of a program.
+
+    ``clock``: ``lockstep``, ``freerun`` or ``realtime``.
+    ``service``: ``cyclic`` or ``immediate``; None: the cell's.
+    ``dialect``: None finds it by content and name.
+    ``lenient``: unknown commands of ISG are warnings.
+    ``out``: folder of the files that the program writes.
+    ``record``: file of the recorded cycles.
+    ``autostart`` False: the PLC starts the program by ``mode_and_state``.
+    ``hold_start``: the program is prepared, nothing moves.
+    ``watch``: symbols that are recorded at every scan.
+    ``force``: symbols that are held at a value.
+    ``answers``: file with answers to the program's dialogs.
+    ``start_line``, ``start_pass``, ``start_marker``: see ``Restart``.
+    """
+
+    clock: str = "lockstep"
+    service: str | None = None
+    dialect: str | None = None
+    lenient: bool = False
+    out: Path | None = None
+    record: Path | None = None
+    autostart: bool = True
+    hold_start: bool = False
+    watch: tuple[str, ...] = ()
+    force: dict[str, Any] = field(default_factory=dict)
+    answers: Path | None = None
+    start_line: int | None = None
+    start_pass: int = 1
+    start_marker: str | None = None
+
+    @property
+    def place(self) -> tuple[int | None, int, str | None]:
+        """Line, pass and marker where the program is taken up (``Restart.of``)."""
+        return self.start_line, self.start_pass, self.start_marker
+
+    def checked(self) -> RunOptions:
+        """These options; CncError 902001 names the first that is wrong."""
+        _one_of("clock", self.clock, CLOCKS)
+        if self.service is not None:
+            _one_of("service", self.service, SERVICES)
+        return self
+
+
+class RunKeywords(TypedDict, total=False):
+    """The members of ``RunOptions`` as ``Cell.run`` takes them by keyword."""
+
+    clock: str | None
+    service: str | None
+    dialect: str | None
+    lenient: bool
+    out: str | Path | None
+    record: str | Path | None
+    autostart: bool
+    hold_start: bool
+    watch: Any
+    force: dict[str, Any] | None
+    answers: str | Path | None
+    start_line: int | None
+    start_pass: int
+    start_marker: str | None
+
+
+@dataclass(frozen=True)
+class CncOptions:
+    """Work of one CNC process: the user's choices and the launcher's own.
+
+    ``report``: file of the report; ``samples``: file of the recorded cycles
+    while they are written.  ``once``: one program, then the end.  ``terminal``:
+    an operator sits there, if standard input is a terminal.
+    """
+
+    file: Path
+    name: str
+    run: RunOptions = field(default_factory=RunOptions)
+    config: Path | None = None
+    report: Path | None = None
+    samples: Path | None = None
+    once: bool = False
+    wait_plc: bool = True
+    lookahead: int | None = None
+    core: int = -1
+    terminal: bool = True
+
+    def as_json(self) -> str:
+        """The options as the process takes them on its command line."""
+        text: bytes = _adapter().dump_json(self)
+        return text.decode()
+
+    @classmethod
+    def from_json(cls, text: str) -> CncOptions:
+        """The options of ``as_json``; ValueError if they are none."""
+        options: CncOptions = _adapter().validate_json(text)
+        return options
+
+
+def _adapter() -> Any:
+    """pydantic's reader and writer; imported by the processes that need it."""
+    from pydantic import TypeAdapter  # noqa: PLC0415
+
+    return TypeAdapter(CncOptions)
+
+
+def _one_of(name: str, value: str, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise CncError(902001, f"{name} {value!r}: {', '.join(choices)}")

@@ -1,0 +1,79 @@
+"""The report of a CNC process: figures of the engine, warnings of the log."""
+
+from __future__ import annotations
+
+from typing import Any
+
+KEPT_TEXTS = 1000
+# a counter of the engine's state: the warning when it is not zero
+LOG_WARNINGS = {
+    "techno_unseen": (
+        "{count} technology functions counted as acknowledged:"
+        " plc_present_w is FALSE"
+    ),
+    "log_disabled": (
+        "contour look-ahead: nothing is logged (needs FCT_CONTOUR_LAH,"
+        " fb_storage_size and contour_lookahead_log_max)"
+    ),
+    "log_dropped": (
+        "contour look-ahead: {count} entries dropped,"
+        " contour_lookahead_log_max is {limit}"
+    ),
+    "log_ignored_areas": (
+        "contour look-ahead: a further marked area is ignored,"
+        " LOG CLEAR frees the log"
+    ),
+    "log_stray_params": (
+        "contour look-ahead: LOG PARAM outside a marked area has no effect"
+    ),
+    "log_on_closed": (
+        "contour look-ahead: LOG ON inside a marked area closes it"
+        " (meant as LOG OFF?)"
+    ),
+}
+COUNTERS = (
+    "overruns",
+    "bad_commands",
+    "techno_functions",
+    "techno_wait_cycles",
+    "record_lost",
+    "fault",
+)
+
+
+def keep(texts: list[str], text: str) -> None:
+    """Add a text that a PLC can cause at its scan rate.
+
+    No more than KEPT_TEXTS are kept.
+    """
+    if len(texts) < KEPT_TEXTS:
+        texts.append(text)
+    elif len(texts) == KEPT_TEXTS:
+        texts.append("further messages are not kept")
+
+
+def log_warnings(state: Any, limit: int) -> list[str]:
+    """Warnings that only show when the log is written, one each per program.
+
+    ``state``: the engine's; ``limit``: contour_lookahead_log_max.
+    """
+    counts = {name: int(getattr(state, name)) for name in LOG_WARNINGS}
+    return [
+        text.format(count=counts[name], limit=limit)
+        for name, text in LOG_WARNINGS.items()
+        if counts[name]
+    ]
+
+
+def engine_figures(state: Any, cycle_s: float) -> dict[str, Any]:
+    """Cycles, times, requests and counters of the engine's state."""
+    requests = {
+        name: int(getattr(state, f"requests_{name}"))
+        for name in ("mode1", "mode2", "bad")
+    }
+    counters = {name: int(getattr(state, name)) for name in COUNTERS}
+    return {
+        "cycles": int(state.cycle),
+        "sim_time_s": int(state.cycle) * cycle_s,
+        "requests": requests,
+    } | counters
