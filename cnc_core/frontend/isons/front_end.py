@@ -147,7 +147,8 @@ class IsonsFrontEnd(BlockReader):
         if caller is None:
             self.call_event("M_START")
         else:
-            self.store.common, self.macros.events = caller.store.common, {}
+            self.store.common = caller.store.common
+            self.macros.events = {}
 
     def _set_up_channel(
         self, machine: ProgramMachine, modal: Modal, cell: IsonsCell
@@ -349,7 +350,9 @@ class IsonsFrontEnd(BlockReader):
     def _advance(self, out: Row) -> int:
         """As the base; scanned rows are bounded by feed and limits."""
         output = self.channel.output
-        bounds, file, start = output.bounds, self.flow.file, self.modal.position
+        bounds = output.bounds
+        file = self.flow.file
+        start = self.modal.position
         rows = super()._advance(out)
         if not rows:
             return 0
