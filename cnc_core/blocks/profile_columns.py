@@ -26,6 +26,9 @@ POINTS, POLYNOMIALS, CONTROL_POINTS = "points", "polynomials", "control points"
 VERSORS = ("ijk", "mno", "pqd")
 
 PointType = Literal["CCP", "CLP", "AXI"]
+AxisRole = Literal["ABS", "ORD", "VRT", "TAN", "TAO", "OTH"]
+AxisPlace = Literal["LI1", "LI2", "LI3", "WRK", "TOL", "OTH"]
+JerkMode = Literal["profile", "none", "axes"]
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,8 @@ class ProfileAxis:
 
     name: str
     channel: int
-    role: Literal["ABS", "ORD", "VRT", "TAN", "TAO", "OTH"]
-    place: Literal["LI1", "LI2", "LI3", "WRK", "TOL", "OTH"]
+    role: AxisRole
+    place: AxisPlace
     rotary: bool = False
     factor: float = 1.0
     null_move: float = 0.0
@@ -111,7 +114,7 @@ class Marks:
 class Smoothness:
     """How speed is smoothed: ``jerk`` profile, none or axes; times in s, 0: off."""
 
-    jerk: Literal["profile", "none", "axes"] = "profile"
+    jerk: JerkMode = "profile"
     scale: float | None = None
     entities: int = 0
     window_s: float = 0.0

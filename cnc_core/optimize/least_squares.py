@@ -13,7 +13,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-FloatArray = npt.NDArray[np.float64]
+from cnc_core.units import FloatArray
+
 IntArray = npt.NDArray[np.int64]
 DEGREE = 5
 ORDER = 2  # derivative that the penalty takes

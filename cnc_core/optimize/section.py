@@ -20,6 +20,8 @@ from typing import Literal
 
 import numpy as np
 
+from cnc_core.units import FloatArray
+
 from ..geometry.profiles import jets, spline
 from ..geometry.profiles.blend import evaluated
 from .group import Curve, Group, duration
@@ -33,7 +35,7 @@ from .reference import (
     polyline,
     reference_of,
 )
-from .types import Demands, FitReport, FloatArray, IntArray, Pace, Tolerances
+from .types import Demands, FitReport, IntArray, Pace, Tolerances
 
 KNOTS_FROM = (12, 4)  # every so manieth bend is a first knot
 WORTH = 0.0005  # share of the time that more polynomials must save
@@ -289,7 +291,8 @@ class SectionFitter:
         self, u: FloatArray, inner: FloatArray, cut: float
     ) -> FloatArray:
         """Breaks at ``inner``, at the cut, and where a polynomial would be too long."""
-        inner = np.union1d(inner, [cut]) if u[0] < cut < u[-1] else inner
+        inside = u[0] < cut < u[-1]
+        inner = np.union1d(inner, [cut]) if inside else inner
         # of chords; the arc is a little longer
         longest = 0.98 * self.tolerances.longest
         if longest > 0.0:
@@ -299,8 +302,9 @@ class SectionFitter:
                     u[0], u[-1], int(np.ceil((u[-1] - u[0]) / longest)) + 1
                 )[1:-1],
             )
-        near = np.diff(np.concatenate([[u[0]], inner])) < 1e-6 * (u[-1] - u[0])
-        inner = inner[~near & (inner < u[-1] - 1e-6 * (u[-1] - u[0]))]
+        close = 1e-6 * (u[-1] - u[0])
+        near = np.diff(np.concatenate([[u[0]], inner])) < close
+        inner = inner[~near & (inner < u[-1] - close)]
         return np.concatenate([[u[0]], inner, [u[-1]]])
 
 
@@ -336,4 +340,5 @@ def _apart(breaks: FloatArray) -> FloatArray:
     keep = np.concatenate([[True], gap > 0.2 * beside])
     keep[-1] = True
     out = breaks[keep]
-    return out if out[-1] - out[-2] > 0.0 else np.delete(out, -2)
+    last = out[-1] - out[-2]
+    return out if last > 0.0 else np.delete(out, -2)

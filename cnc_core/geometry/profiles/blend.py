@@ -32,10 +32,10 @@ from cnc_core.blocks.profile_columns import (
     STOP,
     ProfileSpec,
 )
+from cnc_core.units import FloatArray
 
 from . import spline
 from .curves import Intervals
-from .points import FloatArray
 
 SHARP = np.radians(0.05)  # smaller turns need no piece
 BACK = np.radians(179.0)  # beyond that nothing connects
@@ -105,7 +105,8 @@ def gentle_bend(turn: float) -> tuple[float, float]:
     change = np.linalg.norm(
         third / speed**3 - 3.0 * gain * across / speed**4, axis=1
     )
-    return float(bend.max()), float(np.hypot(change, bend**2).max())
+    size = np.hypot(change, bend**2)
+    return float(bend.max()), float(size.max())
 
 
 def needed_deviation(

@@ -154,7 +154,8 @@ def placed(
         s = float(round(s))
 
     def point(x: float, y: float) -> tuple[float, float]:
-        return centre[0] + c * x - s * y, centre[1] + s * x + c * y
+        first = centre[0] + c * x - s * y
+        return first, centre[1] + s * x + c * y
 
     for move in moves:
         if move.x is None or move.y is None:

@@ -29,8 +29,9 @@ from cnc_core.blocks import (
     motion_planes,
 )
 from cnc_core.blocks.pool import coefficients
+from cnc_core.units import FloatArray
 
-from ..filters.run_filter import FloatArray, Rows, farthest
+from ..filters.run_filter import Rows, farthest
 from ..shapes.polynomial import normalised
 
 SAGITTA_MM = 2e-5
@@ -113,7 +114,8 @@ class Chords:
     ) -> FloatArray:
         first, second, _ = motion_planes(int(row["plane"]))
         axes = [self._main[first], self._main[second]]
-        points = start + share[:, None] * (row["end"][: len(start)] - start)
+        way = row["end"][: len(start)] - start
+        points = start + share[:, None] * way
         from_centre = start[axes] - row["center"]
         turn = float(row["angle"]) * share
         points[:, axes[0]] = (
@@ -134,7 +136,8 @@ def _polynomial_chords(coef: FloatArray) -> Counts:
     derivatives.
     """
     order = np.arange(coef.shape[2])
-    bend = (np.linalg.norm(coef, axis=1) * order * (order - 1)).sum(axis=1)
+    size = np.linalg.norm(coef, axis=1)
+    bend = (size * order * (order - 1)).sum(axis=1)
     return np.asarray(
         np.clip(
             np.ceil(np.sqrt(bend / (8.0 * SAGITTA_MM))),

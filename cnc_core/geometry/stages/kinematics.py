@@ -35,10 +35,11 @@ from cnc_core.blocks.pool import joined
 from cnc_core.errors import ERRORS, CncError, Place
 from cnc_core.kinematics.chain import SingularMachine
 from cnc_core.kinematics.machine import Kinematics, LengthCorrection
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import derivative
 from .parameter_feed import fastest, stretches
-from .paths import FloatArray, IntArray, Paths
+from .paths import IntArray, Paths
 from .pieces import (
     NotCarried,
     Pieces,

@@ -26,10 +26,10 @@ from cnc_core.blocks import (
     BlockBatch,
 )
 from cnc_core.blocks.pool import coefficients
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import derivative, normalised
 
-FloatArray = npt.NDArray[np.float64]
 GRID = np.linspace(0.0, 1.0, 33)
 
 

@@ -27,9 +27,10 @@ from cnc_core.blocks import (
     TANGENTS,
     BlockBatch,
 )
+from cnc_core.units import FloatArray
 
 from ..shapes.polynomial import quintics
-from .paths import FloatArray, IntArray, Paths
+from .paths import IntArray, Paths
 
 # of a piece, where the miss is measured; its shape is (x (1 - x))^3 to first
 # order
@@ -132,7 +133,12 @@ def _tried(
     )
     most = float(worst[good].max(initial=0.0))
     return Pieces(
-        index[good], u0[good], length[good], coef[good], b[good, 0], most
+        index[good],
+        u0[good],
+        length[good],
+        coef[good],
+        b[good, 0],
+        most,
     ), good
 
 
