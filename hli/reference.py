@@ -27,17 +27,18 @@ sidecar | | both
     turns, bells, seqlock and life of both processes; not public
 
 HLI_SEGMENT_HEAD
-    first bytes of the segment; `ready` is written last, with release order
+    first bytes of the segment
 magic | | CNC
     the bytes `HLICOSIM`
 abi_version | | CNC
     1
 channel_count | | CNC
-    configured channels (`gNrCh`)
+    configured channels (`gNrCh`); pointers behind them are NULL: an index
+    raises `HliNotConfigured`, iteration gives None
 axis_count | | CNC
     configured axes (`gNrAx`)
 ready | | CNC
-    1: published
+    1: published; written last, with release order
 segment_size | bytes | CNC
     size of the whole
 owner_pid | | CNC

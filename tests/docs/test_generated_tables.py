@@ -5,10 +5,9 @@
 
 from __future__ import annotations
 
-import importlib.util
+import importlib
 import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 
@@ -18,26 +17,18 @@ from cnc_core.frontend.isg.cycles.registry import CYCLES
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
 
-def loaded() -> ModuleType:
-    """docs/generate.py, which is a script and no module of a package."""
-    spec = importlib.util.spec_from_file_location(
-        "docs_generate", DOCS / "generate.py"
-    )
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look it up
-    spec.loader.exec_module(module)
-    return module
-
-
-GENERATE = loaded()
+sys.path.insert(0, str(DOCS))  # a folder of scripts, no package
+GENERATE = importlib.import_module("generate")
+DIALECTS = importlib.import_module("tables.dialects")
+TEXTS = importlib.import_module("tables.texts")
 PAGES = [p for p in GENERATE.pages() if "<!-- generated" in p.read_text()]
 
 
 def regions(page: Path) -> list[tuple[str, str]]:
     """(table, argument) of the page's regions."""
-    return [(m[2], m[3] or "") for m in GENERATE.REGION.finditer(page.read_text())]
+    return [
+        (m[2], m[3] or "") for m in GENERATE.REGION.finditer(page.read_text())
+    ]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
@@ -81,12 +72,12 @@ def test_a_gap_in_the_texts_is_an_error(
 ) -> None:
     """A function without a text, or with two, has no table."""
     states = dict.fromkeys((0, 1), "works")
-    with pytest.raises(GENERATE.DescriptionError, match="1"):
-        GENERATE.functions(text, states, "G")
+    with pytest.raises(TEXTS.DescriptionError, match="1"):
+        DIALECTS.functions(text, states, "G")
 
 
 def test_a_row_with_two_states_is_an_error() -> None:
     """Functions of one row are all executed, or all stored, or all refused."""
     states = {0: "works", 1: "refused"}
-    with pytest.raises(GENERATE.DescriptionError, match="refused"):
-        GENERATE.functions("0 1\n    motion\n", states, "G")
+    with pytest.raises(TEXTS.DescriptionError, match="refused"):
+        DIALECTS.functions("0 1\n    motion\n", states, "G")

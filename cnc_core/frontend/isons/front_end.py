@@ -43,6 +43,7 @@ from cnc_core.frontend.base.scanner import (
 from cnc_core.frontend.machine import ProgramMachine
 from cnc_core.units import FloatArray
 
+from ..front_end import Restartable
 from ..port import ChannelPort, Wait
 from .base.machine import IsonsCell
 from .base.parameters import Parameters
@@ -100,7 +101,7 @@ class IsonsFrontEnd(BlockReader):
         scan: bool = True,
         caller: IsonsFrontEnd | None = None,
     ) -> None:
-        cell = machine.isons or IsonsCell()
+        cell = machine.settings(IsonsCell)
         self.parameters = Parameters(cell.parameters)
         rules = Rules(
             RULE_BITS,
@@ -460,6 +461,10 @@ class IsonsFrontEnd(BlockReader):
         self._closing, self._failed = False, None
 
     # pausing
+
+    @property
+    def restartable(self) -> Restartable:
+        return self
 
     @property
     def pause_mode(self) -> int:

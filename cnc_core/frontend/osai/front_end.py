@@ -79,7 +79,6 @@ class OsaiFrontEnd(BlockReader):
         super().__init__(
             path, Modal(machine, Rules()), port, collect=collect, scan=False
         )
-        self.setups: list[dict[str, object]] = []
         self._machine, self._strict = machine, not lenient
         self._axes = {
             name: i for i, name in enumerate(machine.axes) if len(name) == 1

@@ -23,7 +23,7 @@ from cnc_core.blocks.profile_columns import (
     ToolShape,
 )
 from cnc_core.errors import CncError
-from cnc_core.frontend.machine import ProgramMachine, Tool
+from cnc_core.frontend.machine import OsaiCell, ProgramMachine, Tool
 from cnc_core.frontend.osai import codes
 from cnc_core.frontend.osai.setup import Record, Records
 from cnc_core.units import FloatArray
@@ -277,8 +277,8 @@ def build(
         versor_tolerance=thr.number("TolV"),
         null_move=thr.number("NullMov"),
         chord=thr.number("Chord"),
-        tool=_tool(records, active, machine.osai.centre),
-        feed_by_length=machine.osai.feed_by_length,
+        tool=_tool(records, active, machine.settings(OsaiCell).centre),
+        feed_by_length=machine.settings(OsaiCell).feed_by_length,
         marks=_marks(records),
         smoothness=_smoothness(records.get("JRK")),
         chain=_kinematics(records),

@@ -1,4 +1,6 @@
-"""G301, G302, #CHR, #CHF, #RND: new elements between blocks, against constructions of a few lines."""
+"""G301, G302, #CHR, #CHF, #RND: new elements between blocks, against
+constructions of a few lines.
+"""
 
 import math
 

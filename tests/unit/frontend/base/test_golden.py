@@ -1,7 +1,9 @@
-"""Golden programs: ``tests/golden/<dialect>_<case>/program.*`` gives exactly ``expected.blocks``.
+"""Golden programs: ``tests/golden/<dialect>_<case>/program.*`` gives exactly
+``expected.blocks``.
 
-One JSON object a line: rows as ``Block.as_json``, waits in their place, for ISG warnings and messages, then the errors.
-The machine has X Y Z and a rotary axis A, tool 1 (radius 5, length 20 mm), M3 M5 M8, G54 and G55, V.E.GO and V.E.A.B.
+One JSON object a line: rows as ``Block.as_json``, waits in their place, for ISG
+warnings and messages, then the errors. The machine has X Y Z and a rotary axis
+A, tool 1 (radius 5, length 20 mm), M3 M5 M8, G54 and G55, V.E.GO and V.E.A.B.
 ``HLI_COSIM_GOLDEN=write`` writes the expectations anew.
 """
 
@@ -59,7 +61,7 @@ def lines_of(path):
             yield {"wait": item.value}
         else:
             if item.profile is not None:
-                item = profiles.push(item)
+                item = profiles.push(item)  # noqa: PLW2901
             yield from (
                 block.as_json()
                 for block in blocks(item, start, MACHINE.axes, MACHINE.main)
