@@ -1,9 +1,9 @@
 """Stage 5 and 6 of the Path Optimizer: sections of a path joined, at edges by a
 piece that rounds the corner.
 
-HSM specification 11: neighbours without a transition are one curve already; at
-G63 both curves are cut and a quintic leads from one to the other, C2, within
-the tolerances; at G66 and G67 the curves meet in their corner.
+HSM specification 11: neighbours without a transition are one curve already.
+At G63 both curves are cut.  A quintic leads from one to the other, C2, within
+the tolerances.  At G66 and G67 the curves meet in their corner.
 """
 
 from __future__ import annotations

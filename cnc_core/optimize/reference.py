@@ -1,9 +1,9 @@
 """The path of the input that the optimizer may not leave: chords between
 points, or the curve the NC would drive.
 
-Where the curve through the points stays near its chords (points close together)
-the chords are the reference; where it bends away from them (sparse points on a
-curve, corners that nothing marks) it is that curve, as a fine polyline.
+Points that stand close together keep the curve near its chords.  There the
+chords are the reference.  Sparse points and unmarked corners let the curve bend
+away from its chords.  There the reference is the curve, as a fine polyline.
 """
 
 from __future__ import annotations

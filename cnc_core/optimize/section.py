@@ -2,15 +2,15 @@
 Optimizer (HSM specification 11).
 
 A *section* reaches from one edge to the next.  Its points are cut into groups
-that overlap.  In a group the points that a polyline within the linear share of
-the tolerance needs tell where the curve bends; knots of a quintic B-spline are
-put there, its control points are the least squares fit to the input's path
-(``optimizer_reference``), and spans that leave it by more than the tolerance,
-at a point or between, are halved until none does.  Then the curve is made as
-smooth as the tolerance allows: the weight of its second derivative grows
-wherever there is room, and of several such curves the one is taken that is
-driven fastest.  The next group begins with the value and two derivatives in
-which this one ends: neighbours are merged into one C2 curve.
+that overlap.  A polyline within the linear share of the tolerance tells where
+the curve of a group bends.  The quintic B-spline gets its knots there.  Its
+control points are the least squares fit to the input's path (``reference``).
+Spans that leave the path by more than the tolerance are halved until none does.
+
+Then the curve is made as smooth as the tolerance allows.  The weight of its
+second derivative grows wherever there is room.  Of several such curves the
+fastest one is taken.  The next group begins with the value and two derivatives
+in which this one ends.  So neighbours are merged into one C2 curve.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 computed, else by quintics in a tolerance.
 
 What a profile programs becomes channel axes by compensation, versors, a
-tangential axis (``profile_tool``).  The result is no polynomial; quintics that
-meet its values and two derivatives take its place, halved until they miss it by
-no more than the tolerance.  Where two of them meet and the exact curves do too,
-they share their derivatives (C2).
+tangential axis (``tool``).  The result is no polynomial.  Quintics that meet its
+values and two derivatives take its place.  They are halved until they miss it by
+no more than the tolerance.  Where two quintics meet and the exact curves meet
+too, they share their derivatives (C2).
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 """How far what is driven lies from the path that came into a filter.
 
-A ``Tap`` stands in front of a filter, or of all of them, and takes down the
-path that comes in while the filter is on; ``Driven`` stands behind everything
-that changes the path of the tip and hands each tap what is driven.  Compared
-are polylines: straight motions as they are, curves as chords that leave them by
-no more than ``SAGITTA_MM``, which counts.
+A ``Tap`` stands in front of a filter, or of all of them.  It takes down the
+path that comes in while the filter is on.  ``Driven`` stands behind everything
+that changes the path of the tip.  It hands each tap the driven path.  Both
+paths are compared as polylines.  Straight motions stay as they are.  Chords of
+a curve leave it by no more than ``SAGITTA_MM``, which counts.
 
-Only what lies around the place that has been reached is kept, so a distance can
-come out too large where a path of more than ``KEPT`` vertices comes back to
-itself, never too small.
+Only the path around the place that has been reached is kept.  Where a path of
+more than ``KEPT`` vertices comes back to itself, a distance can come out too
+large.  A distance never comes out too small.
 """
 
 from __future__ import annotations

@@ -2,9 +2,9 @@
 coordinates, their rows are turned.
 
 Compensation and smoothing see the programmed plane; ``COORDINATES`` rows end
-what they hold and change the frame. Lines stay lines, circles stay circles
-where their plane stays parallel to two axes; else they become quintic pieces
-that leave the circle by at most ``TOLERANCE``, behind an element that is the
+what they hold and change the frame.  Lines stay lines.  A circle stays a circle
+where its plane stays parallel to two axes.  Any other circle becomes quintic
+pieces that leave it by at most ``TOLERANCE``, behind an element that is the
 circle.
 """
 

@@ -1,11 +1,11 @@
 """Motions carried into other coordinates: what the PLC sees stays as
 programmed, what is driven are quintic pieces.
 
-A *carrier* maps a motion's positions with their derivatives by path length;
-between two points a quintic that meets both takes its place, halved until it
-misses the carried motion by no more than a tolerance.  Pieces run with the
-programmed path length (flag ``BY_LENGTH``), so feed, distances and look-ahead
-stay those of the programmed contour.
+A *carrier* maps a motion's positions with their derivatives by path length.
+Between two points a quintic that meets both takes its place.  The quintic is
+halved until it misses the carried motion by no more than a tolerance.  Pieces
+run with the programmed path length (flag ``BY_LENGTH``).  So feed, distances
+and look-ahead stay those of the programmed contour.
 """
 
 from __future__ import annotations
