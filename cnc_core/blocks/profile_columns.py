@@ -25,6 +25,9 @@ POINTS, POLYNOMIALS, CONTROL_POINTS = "points", "polynomials", "control points"
 VERSORS = ("ijk", "mno", "pqd")
 
 PointType = Literal["CCP", "CLP", "AXI"]
+AxisRole = Literal["ABS", "ORD", "VRT", "TAN", "TAO", "OTH"]
+AxisPlace = Literal["LI1", "LI2", "LI3", "WRK", "TOL", "OTH"]
+JerkMode = Literal["profile", "none", "axes"]
 
 
 @dataclass(frozen=True)
@@ -49,8 +52,8 @@ class ProfileAxis:
 
     name: str
     channel: int
-    role: Literal["ABS", "ORD", "VRT", "TAN", "TAO", "OTH"]
-    place: Literal["LI1", "LI2", "LI3", "WRK", "TOL", "OTH"]
+    role: AxisRole
+    place: AxisPlace
     rotary: bool = False
     factor: float = 1.0
     null_move: float = 0.0
@@ -116,7 +119,7 @@ class Smoothness:
     Times are in seconds.  0: off.
     """
 
-    jerk: Literal["profile", "none", "axes"] = "profile"
+    jerk: JerkMode = "profile"
     scale: float | None = None
     entities: int = 0
     window_s: float = 0.0
