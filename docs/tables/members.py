@@ -27,7 +27,7 @@ def described_members() -> dict[str, tuple[str, Said]]:
     out: dict[str, tuple[str, Said]] = {}
     for names, purpose, members in blocks():
         said = dict(map(member_of, members))
-        out |= {name: (purpose, said) for name in names.split()}
+        out |= dict.fromkeys(names.split(), (purpose, said))
     same(list(out), [one.__name__ for one in layout.structures()], "structures")
     return out
 
