@@ -284,7 +284,10 @@ ERRORS: dict[int, str] = {
     909161: "homing: the mode is not known, or the simulated drive does not have it",
     909170: "restart: the program does not come to this place",
     909172: "RESUME_T: no T has been executed in this program",
-    909174: "M_GORETRACE: the path goes on meanwhile, the macro cannot move axes, put out functions or wait",
+    909174: (
+        "M_GORETRACE: the path goes on meanwhile, "
+        "the macro cannot move axes, put out functions or wait"
+    ),
     909173: "the program does not end, what follows is not executed",
     # our own: files, configuration, machine
     901001: "file not found",

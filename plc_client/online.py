@@ -17,7 +17,7 @@ import dis
 from array import array
 from collections.abc import Iterable, Sequence
 from types import CodeType
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -105,7 +105,7 @@ def _no_item(value: Any, index: int) -> str:
 def _no_variable(value: Any, name: str) -> str:
     """What is wrong with a name: neither there nor stored by a method of the class."""
     known = set(dir(value))
-    if name in known:
+    if name in known or hasattr(value, name):
         return ""
     known |= _stored_names(type(value))
     if name in known:
@@ -160,6 +160,13 @@ def _peek(holder: Any, key: str | int) -> Any:
         return None
 
 
+class Namespace(NamedTuple):
+    """What symbols begin with beside tasks: a list of an ST program."""
+
+    name: str
+    instance: Any
+
+
 class SymbolTable:
     """Symbols of one connection and its tasks (``programs``: with ``name`` and
     ``instance``).
@@ -171,7 +178,11 @@ class SymbolTable:
 
     def update(self, programs: Sequence[Any]) -> None:
         """These tasks from now on."""
-        self._programs = {p.name.upper(): p for p in programs}
+        found: dict[str, Any] = {}
+        for program in programs:  # lists of globals and programs of ST
+            views = getattr(program.instance, "st_views", dict)()
+            found |= {n.upper(): Namespace(n, v) for n, v in views.items()}
+        self._programs = found | {p.name.upper(): p for p in programs}
 
     def __getitem__(self, path: str) -> Symbol:
         """Raises SymbolError."""

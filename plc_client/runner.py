@@ -154,6 +154,9 @@ class PlcRunner:
         one.  KeyError names what there is.
         """
         if name not in self.tasks:
+            views = getattr(self.task, "st_views", dict)()
+            if name in views:
+                return views[name]
             raise KeyError(f"no task {name}; tasks: {', '.join(self.tasks)}")
         return self.tasks[name].instance
 

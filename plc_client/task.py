@@ -16,6 +16,16 @@ from typing import Any, TypeVar, overload
 _T = TypeVar("_T", bound=type)
 _ATTRIBUTE = "__plc_task__"
 WATCHDOG_S = 10.0
+ST_SUFFIXES = (
+    ".st",
+    ".tcpou",
+    ".tcdut",
+    ".tcgvl",
+    ".tcio",
+    ".plcproj",
+    ".xml",
+)
+"""Files of a PLC program in Structured Text; a folder of them is one, too."""
 _FRAMEWORK = Path(__file__).resolve().parent
 _INSTALLED = tuple(
     Path(sysconfig.get_path(key)).resolve()
@@ -122,6 +132,8 @@ def load_tasks(path: str, qualname: str | None = None) -> list[type]:
     Raises PlcError: the file is missing, fails at import, or holds no such
     task.
     """
+    if is_st(path) and qualname is None:
+        return _load_st(path)
     module = _import(Path(path))
     if qualname is not None:
         return [_named(module, path, qualname)]
@@ -137,6 +149,18 @@ def load_tasks(path: str, qualname: str | None = None) -> list[type]:
             f"{path}: no task found; decorate a class that has a method cyclic() with @task(interval=...)"
         )
     return found
+
+
+def is_st(path: str | Path) -> bool:
+    """Whether a path names Structured Text: by its suffix, or a folder."""
+    found = Path(path)
+    return found.is_dir() or found.suffix.lower() in ST_SUFFIXES
+
+
+def _load_st(path: str) -> list[type]:
+    from .st.machine.tasks import load_st  # noqa: PLC0415 (only where used)
+
+    return load_st(path)
 
 
 def _named(module: ModuleType, path: str, qualname: str) -> type:

@@ -1,4 +1,6 @@
-"""Shared fixtures: the command line as a user runs it, programs on disk, nothing left in shared memory."""
+"""Shared fixtures: the command line as a user runs it, programs on disk,
+nothing left in shared memory.
+"""
 
 from __future__ import annotations
 
@@ -64,7 +66,9 @@ def nothing_left_in_shared_memory() -> Iterator[None]:
 
 
 def _owner_is_gone(name: str) -> bool:
-    """Whether a segment stays behind its owner (other sessions on this machine have living ones)."""
+    """Whether a segment stays behind its owner (other sessions on this machine
+    have living ones).
+    """
     for _ in range(50):
         try:
             head = layout.HLI_SEGMENT_HEAD.from_buffer_copy(

@@ -1,4 +1,5 @@
-"""The public surface is the one of ``tests/golden/public``: names, commands, JSON keys, keys of cell.toml.
+"""The public surface is the one of ``tests/golden/public``: names, commands,
+JSON keys, keys of cell.toml.
 
 ``HLI_COSIM_GOLDEN=write`` writes the lists anew.
 A name that leaves breaks users; a name that comes is a promise.

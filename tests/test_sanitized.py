@@ -1,4 +1,6 @@
-"""Every folder of C code has tests that CI runs under the sanitizers, chosen by ``pytest.mark.sanitize``."""
+"""Every folder of C code has tests that CI runs under the sanitizers, chosen by
+``pytest.mark.sanitize``.
+"""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class PlcChoice:
             )
         if not isinstance(plc, (str, Path)):
             raise CncError(902001, f"PLC {plc!r}: {PLC_CHOICES}")
-        if not Path(text).is_file():
+        if not Path(text).is_file() and not Path(text).is_dir():
             raise CncError(901001, "PLC program not found", Place(text))
         return cls(("--file", str(Path(text).resolve())))
 

@@ -301,7 +301,7 @@ def plc(
     """
     from plc_client.__main__ import main as plc_main  # noqa: PLC0415
 
-    if not file.is_file():
+    if not file.exists():
         raise CncError(901001, "file not found", Place(str(file)))
     err.print(f"PLC {file.name} on segment {name!r}; Ctrl-C ends it")
     arguments = [

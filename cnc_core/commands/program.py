@@ -71,15 +71,22 @@ def check(
 
     Example: hli-cosim check part.nc --json
     """
+    from plc_client.task import is_st  # noqa: PLC0415
+
     from ..blocks import number_of_blocks  # noqa: PLC0415
 
+    if is_st(file):
+        from .structured_text import check_st  # noqa: PLC0415
+
+        check_st(file, as_json)
+        return
     count, errors = 0, []
     setups: list[dict[str, Any]] = []
     try:
         with progress(f"checking {file.name}"):
             program = open_program(file, options, collect=True, programmed=True)
             count = sum(map(number_of_blocks, program.batches()))
-        errors, setups = program.errors, getattr(program.reader, "setups", [])
+        errors, setups = program.errors, program.reader.setups
         say_warnings(program)
     except CncError as error:
         errors = [error]

@@ -655,9 +655,11 @@ class CellConfig(_Table):
             m6_program=self.channel.m6_program,
             velocity=self.axis_values("v_max_mm_s"),
             limits=(self.axis_values("min_mm"), self.axis_values("max_mm")),
-            isons=self.isons.machine,
-            osai=OsaiCell(
-                self.osai.feed == "arc", self.osai.location == "centre"
+            dialects=(
+                self.isons.machine,
+                OsaiCell(
+                    self.osai.feed == "arc", self.osai.location == "centre"
+                ),
             ),
             probe=dict(self.probe),
             equidistant="FCT_EXTENSION_EQUIDIST" in self.channel.functions,

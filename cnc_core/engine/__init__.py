@@ -19,7 +19,6 @@ from ..config import CellConfig, synch_value
 from ..errors import ERRORS, CncError
 
 
-
 def _check_waist() -> None:
     names = {f[0]: f[1].offset for f in ffi.typeof("nc_block").fields}
     fields: Any = NC_BLOCK.fields

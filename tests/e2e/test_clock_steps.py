@@ -1,4 +1,6 @@
-"""Steps of the wall clock do not matter: nothing that decides reads it, and a run beside a jumping clock is as any."""
+"""Steps of the wall clock do not matter: nothing that decides reads it, and a
+run beside a jumping clock is as any.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,8 @@ __attribute__((constructor)) static void loaded(void) {
 }
 int clock_gettime(clockid_t id, struct timespec *t) {
     int r = (int)syscall(SYS_clock_gettime, id, t);
-    if (r == 0 && (id == CLOCK_REALTIME || id == CLOCK_REALTIME_COARSE || id == CLOCK_TAI)) t->tv_sec += step();
+    int wall = id == CLOCK_REALTIME || id == CLOCK_REALTIME_COARSE || id == CLOCK_TAI;
+    if (r == 0 && wall) t->tv_sec += step();
     return r;
 }
 int gettimeofday(struct timeval *restrict t, void *restrict zone) {
@@ -59,7 +62,9 @@ time_t time(time_t *out) {
 
 
 def test_nothing_that_decides_reads_the_wall_clock() -> None:
-    """Sources name the monotonic clock only; the one exception is the stamp in an NC program's message file."""
+    """Sources name the monotonic clock only; the one exception is the stamp in
+    an NC program's message file.
+    """
     found = {
         str(path.relative_to(ROOT))
         for folder, pattern in (
@@ -76,7 +81,9 @@ def test_nothing_that_decides_reads_the_wall_clock() -> None:
 
 @pytest.fixture
 def jumping(tmp_path: Path) -> dict[str, str]:
-    """Environment in which each look at the wall clock is a year or two away from the one before."""
+    """Environment in which each look at the wall clock is a year or two away
+    from the one before.
+    """
     compiler = shutil.which("cc") or shutil.which("gcc")
     if compiler is None:
         pytest.skip("no C compiler")

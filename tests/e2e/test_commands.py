@@ -1,4 +1,6 @@
-"""Every command as a user calls it: help with an example, JSON alone on standard output, usage errors."""
+"""Every command as a user calls it: help with an example, JSON alone on
+standard output, usage errors.
+"""
 
 from __future__ import annotations
 
@@ -126,7 +128,9 @@ def test_plan_writes_samples_as_the_contract_says(
 
 
 def test_types_in_three_languages(cli: Cli, tmp_path: Path) -> None:
-    """The C header compiles with its assertions, the JSON names the look-ahead unit, ST has the pointers."""
+    """The C header compiles with its assertions, the JSON names the look-ahead
+    unit, ST has the pointers.
+    """
     header = tmp_path / "hli.h"
     header.write_text(cli("types", "--c").out)
     subprocess.run(
@@ -156,7 +160,9 @@ def test_types_in_three_languages(cli: Cli, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["handshake", "cycle", "planner", "parser"])
 def test_benchmarks_print_their_object(cli: Cli, name: str) -> None:
-    """Each benchmark runs and prints one JSON object with the contract's names; nothing timed is asserted."""
+    """Each benchmark runs and prints one JSON object with the contract's names;
+    nothing timed is asserted.
+    """
     value = cli("bench", name, "--seconds", 1, "--json").json
     if name == "handshake":
         assert {
@@ -193,7 +199,9 @@ def test_demo_writes_its_picture(cli: Cli, tmp_path: Path) -> None:
 def test_a_request_at_the_start_of_a_program_that_does_not_move(
     cli: Cli, program: Write, text: str, status: int
 ) -> None:
-    """`lookahead --at start` ends, too, when the program is refused while it is prepared, or has nothing to move."""
+    """`lookahead --at start` ends, too, when the program is refused while it is
+    prepared, or has nothing to move.
+    """
     file = program(text)
     outcome = cli(
         "lookahead",

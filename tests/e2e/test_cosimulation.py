@@ -1,4 +1,6 @@
-"""Two real processes: the new-element rule, bit-identical runs, live commands, deaths, bad input."""
+"""Two real processes: the new-element rule, bit-identical runs, live commands,
+deaths, bad input.
+"""
 
 from __future__ import annotations
 
@@ -39,7 +41,9 @@ def long_program(blocks: int) -> str:
 def test_mode_2_finds_every_element_once(
     cell: Cell, program: Write, plc: type
 ) -> None:
-    """A program ten times longer than the window: the new-element rule finds each element exactly once."""
+    """A program ten times longer than the window: the new-element rule finds
+    each element exactly once.
+    """
     result = cell.run(program(long_program(1300)), plc=plc)
     assert result.end == "completed", result.errors
     seen = result.plc["result"]
@@ -93,7 +97,9 @@ class Control:
 def test_override_and_feed_hold_from_the_plc(
     cell: Cell, program: Write, tmp_path: Path
 ) -> None:
-    """Override 50, 0 and 200 % and feed hold act, inside all limits; the look-ahead stays supplied."""
+    """Override 50, 0 and 200 % and feed hold act, inside all limits; the
+    look-ahead stays supplied.
+    """
     plc = program(PLC_CONTROL, "control.py")
     target = tmp_path / "run.npz"
     result = cell.run(program("F3000\nG1 X100\nX0\nM30\n"), plc, record=target)
@@ -132,7 +138,8 @@ def test_freerun_of_100000_lines(cell: Cell, program: Write) -> None:
     assert result.peak_mb < 200.0
 
 
-# ------------------------------------------------------------------------------------------------ deaths and bad input
+# ------------------------------------------------------------------------------------------------
+# deaths and bad input
 def wait_for_children(pid: int, count: int) -> list[int]:
     """Process numbers of the two sides of a running ``hli-cosim run``."""
     deadline = time.monotonic() + 90
@@ -150,7 +157,9 @@ def wait_for_children(pid: int, count: int) -> list[int]:
 def test_a_killed_side_ends_the_run(
     program: Write, tmp_path: Path, victim: int, delay: float
 ) -> None:
-    """kill -9 of CNC or PLC: the run ends `aborted`, exit 1, with its JSON, and what was recorded is kept."""
+    """kill -9 of CNC or PLC: the run ends `aborted`, exit 1, with its JSON, and
+    what was recorded is kept.
+    """
     path = program("F600\n" + "G1 X50\nX0\n" * 500)
     record = tmp_path / "r.npz"
     process = subprocess.Popen(
@@ -277,7 +286,8 @@ def test_an_error_in_the_plc_program_is_reported(
 ) -> None:
     """An exception in user code ends the run with its file and line."""
     plc = program(
-        "from plc_client import task\n\n@task(interval=0.001)\nclass P:\n    def cyclic(self):\n        1 / 0\n",
+        "from plc_client import task\n\n@task(interval=0.001)\nclass P:\n"
+        "    def cyclic(self):\n        1 / 0\n",
         "bad.py",
     )
     outcome = cli("run", program(T1), "--plc", plc, "--json")

@@ -1,4 +1,6 @@
-"""A small sample of the fault matrix (``bench/fault_matrix.py`` runs hundreds), and two CNCs on one name."""
+"""A small sample of the fault matrix (``bench/fault_matrix.py`` runs hundreds),
+and two CNCs on one name.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +9,6 @@ import random
 import shutil
 import signal
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -15,11 +16,8 @@ from pathlib import Path
 
 import pytest
 
-from support.command_line import T1, command, wait_for_cycle
-from support.paths import ROOT
-
-sys.path.append(str(ROOT / "bench"))
 from fault_matrix import Fault, clean, one
+from support.command_line import T1, command, wait_for_cycle
 
 SAMPLE = [
     Fault("cnc", "KILL", "M pending"),
@@ -30,7 +28,9 @@ SAMPLE = [
 
 
 def test_faults_end_the_run_and_leave_nothing(tmp_path: Path) -> None:
-    """Each fault ends the run within 5 s; behind them a clean run completes and sweeps a killed launcher's folder."""
+    """Each fault ends the run within 5 s; behind them a clean run completes and
+    sweeps a killed launcher's folder.
+    """
     rng = random.Random(5)
     for fault in SAMPLE:
         one(fault, tmp_path, rng)
@@ -48,7 +48,9 @@ def owner_of(name: str) -> int:
 
 
 def test_second_cnc_of_a_name_is_refused(program: Callable[..., Path]) -> None:
-    """The first goes on, the second says who has the name; when the first is killed, the name is free."""
+    """The first goes on, the second says who has the name; when the first is
+    killed, the name is free.
+    """
     name = f"hli-test-{os.getpid()}"
     start = command("cnc", program(T1), "--name", name, "--clock", "freerun")
     first = subprocess.Popen(start, stderr=subprocess.DEVNULL)
@@ -81,7 +83,9 @@ def test_second_cnc_of_a_name_is_refused(program: Callable[..., Path]) -> None:
 def test_a_killed_launchers_folder_is_swept(
     program: Callable[..., Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """kill -9 of the launcher leaves its folder; the next run removes it, and folders of living launchers stay."""
+    """kill -9 of the launcher leaves its folder; the next run removes it, and
+    folders of living launchers stay.
+    """
     scratch = Path(tempfile.mkdtemp(dir=program("", "x").parent))
     monkeypatch.setenv("TMPDIR", str(scratch))
     part = program(T1)
@@ -117,7 +121,9 @@ exit $status
 def test_a_full_shared_memory_is_refused(
     program: Callable[..., Path], verb: str
 ) -> None:
-    """A /dev/shm of 64 KiB: exit 1 with the reason and the bytes needed, and nothing is left in it."""
+    """A /dev/shm of 64 KiB: exit 1 with the reason and the bytes needed, and
+    nothing is left in it.
+    """
     call = command(
         verb, program(T1), *(["--name", "hli-full"] if verb == "cnc" else [])
     )

@@ -1,4 +1,6 @@
-"""ISG programs in the co-simulation: external variables shared with the PLC, files, lenient mode, endless programs."""
+"""ISG programs in the co-simulation: external variables shared with the PLC,
+files, lenient mode, endless programs.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ M30
 
 
 def test_program_and_plc_share_external_variables(tmp_path: Path) -> None:
-    """The program waits for the PLC's answer, reads it, writes its file; two lockstep runs are the same."""
+    """The program waits for the PLC's answer, reads it, writes its file; two
+    lockstep runs are the same.
+    """
     (tmp_path / "cell.toml").write_text(CELL)
     (tmp_path / "a.nc").write_text(PROGRAM)
     runs = []
@@ -91,7 +95,9 @@ def test_an_endless_program_can_be_interrupted(tmp_path: Path) -> None:
 
 
 def test_warnings_of_the_program_are_no_messages(tmp_path: Path) -> None:
-    """``messages`` are what the program says; what is said about the program stands in ``warnings``, once."""
+    """``messages`` are what the program says; what is said about the program
+    stands in ``warnings``, once.
+    """
     (tmp_path / "a.nc").write_text('G129 50\n#MSG ["a"]\nG00 X1\nM30\n')
     (tmp_path / "cell.toml").write_text(CELL)
     with Cell(tmp_path / "cell.toml") as cell:

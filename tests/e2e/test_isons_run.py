@@ -17,9 +17,12 @@ Write = Callable[..., Path]
 
 
 def test_inputs_and_outputs_reach_the_plc(cli: Cli, program: Write) -> None:
-    """WAIT_INPUT sees the PLC's answer to an output, $_K its numbers; then an input that does not come: the alarm."""
+    """WAIT_INPUT sees the PLC's answer to an output, $_K its numbers; then an
+    input that does not come: the alarm.
+    """
     part = program(
-        "F6\n$_O5=1\n$_K0=21\nG1X5\nWAIT_INPUT 2 1 5 9\nADD_VAR $_K1\nADD_VAR $_R0\n$_O5=0\nG4F0.1\nG62\n"
+        "F6\n$_O5=1\n$_K0=21\nG1X5\nWAIT_INPUT 2 1 5 9\nADD_VAR $_K1\n"
+        "ADD_VAR $_R0\n$_O5=0\nG4F0.1\nG62\n"
         'ADD_VAR $_I2\nSAVE_VAR "seen.txt"\nWAIT_INPUT 2 1 0.3 12\nG0X0\n',
         "part.isons",
     )
@@ -51,7 +54,9 @@ def test_timers_count_machine_time(cli: Cli, program: Write) -> None:
 
 
 def test_blocks_and_check(cli: Cli, program: Write) -> None:
-    """T-01 as blocks, found to be this dialect by its content; all errors of a wrong program with their places."""
+    """T-01 as blocks, found to be this dialect by its content; all errors of a
+    wrong program with their places.
+    """
     part = program("$A=100\nG90 G1X[$A]Y100\nG91 X5Y-3\nG90 X0Y0\n")
     ends = [row["end"] for row in cli("blocks", part, "--json").lines]
     assert [(end["X"], end["Y"]) for end in ends] == [
@@ -94,7 +99,9 @@ ERROR 5
 
 
 def test_t31_the_axes_stop_where_they_are(cli: Cli, program: Write) -> None:
-    """T-31: G101 when the input trips at 40; the program goes on from there. Without it the error path at 100."""
+    """T-31: G101 when the input trips at 40; the program goes on from there.
+    Without it the error path at 100.
+    """
     part = program(T31, "part.isons")
     trip = PLC_PROGRAMS / "isons_trip.py"
     run = cli(
@@ -157,7 +164,9 @@ def test_a_dialog_without_answers_ends_the_run(
 def test_a_stop_executes_its_macro(
     cli: Cli, program: Write, monkeypatch: pytest.MonkeyPatch, from_hold: bool
 ) -> None:
-    """The PLC stops the program: the axes brake, M_STOP is executed from there, the run ends as aborted."""
+    """The PLC stops the program: the axes brake, M_STOP is executed from there,
+    the run ends as aborted.
+    """
     part = program("OPT M_STOP 20\nF6\nG1X50\nX90\n", "part.isons")
     (part.parent / "M20.isons").write_text(
         'ADD_VAR $_Q0\nG0Z5\nADD_VAR $_R2\nSAVE_VAR "at.txt"\n'
@@ -200,7 +209,9 @@ PATHS += [
 
 @pytest.mark.parametrize("path", PATHS)
 def test_a_pause_with_macros(cli: Cli, program: Write, path: str) -> None:
-    """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of the path, cut where it was left."""
+    """HOLD: M_PAUSE parks; ACTIVE: M_GOPAUSE, back at VRIPOSO, then the rest of
+    the path, cut where it was left.
+    """
     part = program(
         "OPT M_PAUSE 30\nOPT M_GOPAUSE 31\nG60 F6\n" + path, "part.isons"
     )
@@ -287,7 +298,8 @@ def test_t27_events_reach_the_plc_where_the_path_passes_them(
 ) -> None:
     """T-27: number 1 at (130, 110), 0 at (210, 180), in the order of the path, without a stop."""
     text = (
-        "G60 G63 F3\nG1X100Y100\nX120Y110\nX130\nG100X1\nX200Y160\nX210Y180\nG100X0\nX300Y200\nG62\n"
+        "G60 G63 F3\nG1X100Y100\nX120Y110\nX130\nG100X1\nX200Y160\n"
+        "X210Y180\nG100X0\nX300Y200\nG62\n"
         'ADD_VAR $_K0\nADD_VAR $_K1\nADD_VAR $_K2\nADD_VAR $_K3\nSAVE_VAR "seen.txt"\n'
     )
     part = program(text, "part.isons")
@@ -307,7 +319,9 @@ def test_t27_events_reach_the_plc_where_the_path_passes_them(
 
 
 def test_a_retrace_ends_with_its_macro(cli: Cli, program: Write) -> None:
-    """M_GORETRACE: outputs come as soon as the path is driven forward again, $_X7 is 3; it moves nothing."""
+    """M_GORETRACE: outputs come as soon as the path is driven forward again,
+    $_X7 is 3; it moves nothing.
+    """
     part = program(
         "OPT M_GORETRACE 40\nGLOBAL $N\n$N=5\nG60F6\nG1X20\nX60\n", "part.isons"
     )

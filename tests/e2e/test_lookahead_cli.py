@@ -1,4 +1,6 @@
-"""Both look-ahead modes from the PLC process through the real handshake (specification section 9, T1)."""
+"""Both look-ahead modes from the PLC process through the real handshake
+(specification section 9, T1).
+"""
 
 from __future__ import annotations
 
@@ -66,7 +68,9 @@ def test_t1_by_index(cli: Cli, program: Callable[..., Path], at: str) -> None:
 def test_t1_from_an_index_on(
     cli: Cli, program: Callable[..., Path], index: float, first: int
 ) -> None:
-    """The answer runs from the truncated index to the end; an index outside the log gives nothing."""
+    """The answer runs from the truncated index to the end; an index outside the
+    log gives nothing.
+    """
     answer = cli("lookahead", program(T1), "--index", index, "--json").json
     assert as_rows(answer["response"]) == EXPECTED[first:]
 
@@ -154,7 +158,9 @@ class Raw:
 def test_nonsense_in_the_request_is_answered_and_counted(
     cell: Cell, program: Callable[..., Path]
 ) -> None:
-    """Numbers that are no positions get an answer without elements; the CNC counts them and goes on."""
+    """Numbers that are no positions get an answer without elements; the CNC
+    counts them and goes on.
+    """
     result = cell.run(program(T1), program(RAW, "raw.py"))
     assert result.end == "completed", result.errors
     assert [sum(a) for a in result.plc["result"]][:8] == [0] * 8
@@ -163,7 +169,9 @@ def test_nonsense_in_the_request_is_answered_and_counted(
 
 
 def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
-    """A random program of lines, arcs, markers and dwells, and its elements computed with complex numbers."""
+    """A random program of lines, arcs, markers and dwells, and its elements
+    computed with complex numbers.
+    """
     rng = np.random.default_rng(seed)
     lines, elements = (
         ["G17 G90 F6000 G1", "#CONTOUR LOOKAHEAD LOG ON [PARAM=7]"],
@@ -231,7 +239,9 @@ def contour(seed: int) -> tuple[str, list[dict[str, float]]]:
 def test_random_contours_by_index_and_distance(
     cli: Cli, program: Callable[..., Path], seed: int
 ) -> None:
-    """Random lines, arcs and markers: every fact agrees with an independent construction, in both modes."""
+    """Random lines, arcs and markers: every fact agrees with an independent
+    construction, in both modes.
+    """
     text, expected = contour(seed)
     path = program(text)
     by_index = cli(

@@ -1,4 +1,6 @@
-"""Operation modes with real processes: the PLC selects, starts, holds, aborts and restarts programs."""
+"""Operation modes with real processes: the PLC selects, starts, holds, aborts
+and restarts programs.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ Write = Callable[..., Path]
 
 
 def test_the_plc_runs_the_programs(cli: Cli, program: Write) -> None:
-    """Start, hold, resume, abort, another program, MDI, a missing program, reset: states, distances, errors."""
+    """Start, hold, resume, abort, another program, MDI, a missing program,
+    reset: states, distances, errors.
+    """
     part = program("N10 G1 X50 F6000\nN20 Y20\n")
     program("N10 G1 X5 F6000\n", "second.nc")
     outcome = cli("run", part, "--plc", PLC, "--no-autostart", "--json")

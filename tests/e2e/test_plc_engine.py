@@ -169,7 +169,9 @@ def test_deleted_distance_to_go(plc: Any, program: Write) -> None:
 
 
 def test_watchdogs_and_interface(plc: Any, program: Write) -> None:
-    """Both sides see each other; the shapes agree; a PLC that falls silent is noticed, with a record."""
+    """Both sides see each other; the shapes agree; a PLC that falls silent is
+    noticed, with a record.
+    """
     runner = plc(Bench, program(PART))
     task = runner.task
     task.calls |= {"watchdog": (True, 50_000), "cnc": (True,), "interface": ()}

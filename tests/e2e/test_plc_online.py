@@ -1,4 +1,6 @@
-"""PLC beside the real CNC: stepped from the test, in every clock, watched, forced, restarted, golden; runaway tasks."""
+"""PLC beside the real CNC: stepped from the test, in every clock, watched,
+forced, restarted, golden; runaway tasks.
+"""
 
 from __future__ import annotations
 
@@ -146,7 +148,9 @@ def test_a_force_that_does_not_fit_ends_the_run_with_its_name(
 
 
 def test_golden_run_is_compared_with_tolerance(plc: Any, golden: Any) -> None:
-    """The kept run fits; a small change is seen with its place, and passes within a larger tolerance."""
+    """The kept run fits; a small change is seen with its place, and passes
+    within a larger tolerance.
+    """
     runner = plc(
         SameEverywhere,
         script=[line(30), arc(10, 1.5707963), line(30), line(40)],
@@ -249,7 +253,9 @@ def test_signal_restarts_the_plc_beside_a_cnc_that_runs_on(
 def test_a_broken_file_is_refused_at_a_restart_and_a_new_text_counts(
     tmp_path: Path,
 ) -> None:
-    """The old tasks run on; then interval, a new task and a task that is gone are taken from the text."""
+    """The old tasks run on; then interval, a new task and a task that is gone
+    are taken from the text.
+    """
     code = """
         from plc_client import task
         @task(interval={interval})
@@ -346,7 +352,9 @@ def test_wrong_arguments_of_a_run_are_refused_before_anything_starts(
 def test_one_symbol_is_a_watch_list_and_a_misspelt_one_ends_the_run(
     program: Write,
 ) -> None:
-    """With the nearest name, before the program begins; results of a task without setup() are not asked for."""
+    """With the nearest name, before the program begins; results of a task
+    without setup() are not asked for.
+    """
     with Cell() as cell:
         result = cell.run(
             program(PART), SameEverywhere, watch="SameEverywhere.percnt"

@@ -1,4 +1,6 @@
-"""A pattern of pockets milled in the co-simulation: the tool's path lies in the pockets, the floors are exact."""
+"""A pattern of pockets milled in the co-simulation: the tool's path lies in the
+pockets, the floors are exact.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,8 @@ G261
 G00 Z60
 G00 X50 Y50
 L CYCLE [NAME=SysMillRectangularPocket.ecy \\
-  @P1=0 @P2=50 @P3=2 @P4=12 @P5=4 @P6=V.L.MaxIncrementXY @P20=6000 @P21=4000 @P31=1 @P72=20 @P73=20 \\
+  @P1=0 @P2=50 @P3=2 @P4=12 @P5=4 @P6=V.L.MaxIncrementXY @P20=6000 @P21=4000 \\
+  @P31=1 @P72=20 @P73=20 \\
   PATTERN_ID=V.CYC.PatternID PATTERN_RETRACT=V.CYC.PatternRetract \\
   ]
 G260
@@ -74,7 +77,9 @@ def edge(place, length, width, corner):
 
 
 def uncut(wall, floor):
-    """Share of the area that the tool (radius 5 mm, corners rounded within 0.05 mm) has not covered, by a grid."""
+    """Share of the area that the tool (radius 5 mm, corners rounded within 0.05
+    mm) has not covered, by a grid.
+    """
     x0, y0, x1, y1 = wall.bounds
     grid = np.stack(
         np.meshgrid(np.arange(x0, x1, 0.1), np.arange(y0, y1, 0.1)), axis=-1
@@ -85,7 +90,9 @@ def uncut(wall, floor):
 
 @pytest.mark.parametrize("case", ["PAT-1", "example"])
 def test_pockets_are_milled_where_they_belong(tmp_path, case):
-    """Everything below a place's surface lies in its pocket; every pocket is cleared down to its exact floor."""
+    """Everything below a place's surface lies in its pocket; every pocket is
+    cleared down to its exact floor.
+    """
     program, sizes = EXAMPLE / "pockets.nc", (30.0, 20.0, 6.0)
     if case == "PAT-1":
         program, sizes = tmp_path / "pat1.nc", (20.0, 20.0, 5.0)

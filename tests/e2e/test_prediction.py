@@ -20,7 +20,10 @@ Z5
 G01 X15 F4000
 M30
 """
-FUNCTIONS = '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"\n'
+FUNCTIONS = (
+    '[channel]\ninterpolator_function = "FCT_IPO_DEFAULT | FCT_CALC_T'
+    'IME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"\n'
+)
 FUNCTIONS += "esa_time = [0.05, 0.15]\n"
 WITHOUT_JERK = "".join(f"[axes.{name}]\nj_max_mm_s3 = 0.0\n" for name in "XYZ")
 HOLDS = {300: task(interval=0.001)(Hold300), 520: task(interval=0.001)(Hold520)}
@@ -40,7 +43,9 @@ def noted(tmp_path, plc, jerk, functions=FUNCTIONS):
 
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
 def test_time_and_speed_to_come(tmp_path, jerk):
-    """The next feed block begins when the channel says; so does the path speed 50, 150 and 100 ms ahead."""
+    """The next feed block begins when the channel says; so does the path speed
+    50, 150 and 100 ms ahead.
+    """
     seen = noted(tmp_path, Note, jerk)
     starts = [
         i
@@ -75,7 +80,9 @@ def test_time_and_speed_to_come(tmp_path, jerk):
 @pytest.mark.parametrize("jerk", [True, False], ids=["jerk", "acceleration"])
 @pytest.mark.parametrize("hold_at", [300, 520])
 def test_a_hold_comes_to_rest_where_foreseen(tmp_path, jerk, hold_at):
-    """From the cycle in which the feed hold is seen on, way and place of rest stay as told, to 1 um."""
+    """From the cycle in which the feed hold is seen on, way and place of rest
+    stay as told, to 1 um.
+    """
     seen = noted(tmp_path, HOLDS[hold_at], jerk)
     first = next(i for i, now in enumerate(seen) if now["held"])
     rest = next(now for now in seen[first:] if now["feed"] == 0)

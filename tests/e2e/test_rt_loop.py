@@ -1,4 +1,6 @@
-"""Real-time loops through the command line: what is logged (T3), what is refused, what the PLC controls."""
+"""Real-time loops through the command line: what is logged (T3), what is
+refused, what the PLC controls.
+"""
 
 from __future__ import annotations
 
@@ -51,8 +53,13 @@ def _expected(
 
 
 def test_marked_outside_three_copies(cli: Cli, program: Write) -> None:
-    """T3: ON before and OFF behind the loop log it three times; the block behind follows the third copy."""
-    text = f"{HEAD}N060 {MARK_ON} [PARAM=1]\n#RT WHILE\n{BODY}#RT ENDWHILE\nN140 G1 X0 Y10\nN150 {MARK_OFF} [PARAM=8]\n"
+    """T3: ON before and OFF behind the loop log it three times; the block
+    behind follows the third copy.
+    """
+    text = (
+        f"{HEAD}N060 {MARK_ON} [PARAM=1]\n#RT WHILE\n{BODY}#RT ENDWHILE\n"
+        f"N140 G1 X0 Y10\nN150 {MARK_OFF} [PARAM=8]\n"
+    )
     answer = _log(cli, program, text)
     got, want = (
         _elements(answer),
@@ -81,9 +88,15 @@ def test_marked_half_inside(
     """ON inside and OFF outside, or the reverse: three copies of the marked elements."""
     lines = BODY.splitlines(keepends=True)
     if on_inside:
-        text = f"{HEAD}#RT WHILE\n{lines[0]}{MARK_ON}\n{''.join(lines[1:])}#RT ENDWHILE\n{MARK_OFF}\n"
+        text = (
+            f"{HEAD}#RT WHILE\n{lines[0]}{MARK_ON}\n"
+            f"{''.join(lines[1:])}#RT ENDWHILE\n{MARK_OFF}\n"
+        )
     else:
-        text = f"{HEAD}{MARK_ON}\n#RT WHILE\n{''.join(lines[:2])}{MARK_OFF}\n{''.join(lines[2:])}#RT ENDWHILE\n"
+        text = (
+            f"{HEAD}{MARK_ON}\n#RT WHILE\n{''.join(lines[:2])}{MARK_OFF}\n"
+            f"{''.join(lines[2:])}#RT ENDWHILE\n"
+        )
     answer = _log(cli, program, text)
     assert len(_elements(answer)) == 3 * count
     starts = [e[0] for e in _elements(answer)]
@@ -133,8 +146,13 @@ def test_refused(
 
 @pytest.mark.parametrize("modulo", [False, True])
 def test_the_plc_ends_the_loop(modulo: bool, tmp_path: Path) -> None:
-    """The condition is taken at the end of each pass without a stop; with MODULO the distance begins anew."""
-    text = f"G1 X10 F6000\n#RT WHILE{' [MODULO]' if modulo else ''}\nX20\nY10\nX10\nY0\n#RT ENDWHILE\nN90 X0\n"
+    """The condition is taken at the end of each pass without a stop; with
+    MODULO the distance begins anew.
+    """
+    text = (
+        f"G1 X10 F6000\n#RT WHILE{' [MODULO]' if modulo else ''}\nX20\n"
+        f"Y10\nX10\nY0\n#RT ENDWHILE\nN90 X0\n"
+    )
     with Inside(tmp_path, text) as cnc:
         cnc.level(cnc.bahn.rt_loop_enable, True)
         seen = []

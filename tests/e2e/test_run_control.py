@@ -60,7 +60,9 @@ PROGRAM = "F6000 G1\nX10\nX20\nX20 Y10\nM1\nX30\nM0\nM30\n"
 def test_single_block_stands_before_every_motion_block(
     cell: Cell, program: Write
 ) -> None:
-    """The first block runs, each further one waits at its start for continue; M00 still waits, M01 does not."""
+    """The first block runs, each further one waits at its start for continue;
+    M00 still waits, M01 does not.
+    """
     stops = stops_of(cell, program, PROGRAM, {"single_block": True})
     assert [(d, c) for d, c, _ in stops] == [
         (100_000.0, 8),

@@ -20,7 +20,10 @@ from support.command_line import T1, Outcome, command, wait_for_cycle
 
 Cli = Callable[..., Outcome]
 Write = Callable[..., Path]
-IDLE = "from plc_client import task\n@task(interval=0.001)\nclass P:\n    def cyclic(self):\n        pass\n"
+IDLE = (
+    "from plc_client import task\n@task(interval=0.001)\nclass P:\n"
+    "    def cyclic(self):\n        pass\n"
+)
 SNIPPET = """
 from plc_client import connect, task, ContourLookahead
 from cnc_core import Cell
@@ -45,7 +48,9 @@ print(result.end, result.requests["mode2"] > 10)
 def test_a_script_may_hold_the_task_and_the_run(
     program: Write, tmp_path: Path
 ) -> None:
-    """The contract's snippet as a plain script: the PLC process reads the class and starts no further cell."""
+    """The contract's snippet as a plain script: the PLC process reads the class
+    and starts no further cell.
+    """
     program(T1)
     script = program(SNIPPET, "snippet.py")
     done = subprocess.run(
@@ -63,7 +68,9 @@ def test_a_script_may_hold_the_task_and_the_run(
 def test_the_cnc_serves_behind_the_programs_end(
     program: Write, clock: str
 ) -> None:
-    """`cnc` goes on cycling and answering after M30, also for a PLC that comes later, without using up a core."""
+    """`cnc` goes on cycling and answering after M30, also for a PLC that comes
+    later, without using up a core.
+    """
     name = f"hli-test-{os.getpid()}"
     cnc = subprocess.Popen(
         command("cnc", program(T1), "--name", name, "--clock", clock),
@@ -286,7 +293,9 @@ class Slow:
 def test_a_follower_that_is_too_slow_is_told_what_it_lost(
     cli: Cli, program: Write
 ) -> None:
-    """0.02 mm blocks against a 50 ms task: what was dropped is counted, nothing is lost in silence."""
+    """0.02 mm blocks against a 50 ms task: what was dropped is counted, nothing
+    is lost in silence.
+    """
     text = "G1 F10000\n" + "".join(f"X{i * 0.02:.2f}\n" for i in range(1, 3001))
     program(SLOW_FOLLOWER, "slow.py")
     value = cli("run", program(text), "--plc", "slow.py", "--json").json
@@ -318,14 +327,19 @@ def test_steps_and_channels_are_checked(program: Write) -> None:
         cnc.communicate(timeout=90)
 
 
-PATIENT = "import cnc_core.process as p; p.FIRST_SCAN_S = 1e9; from cnc_core.cli import main; main()"
+PATIENT = (
+    "import cnc_core.process as p; p.FIRST_SCAN_S = 1e9; from "
+    "cnc_core.cli import main; main()"
+)
 
 
 @pytest.mark.parametrize("clock", ["realtime", "freerun", "lockstep"])
 def test_a_client_without_a_scan_is_not_waited_for(
     program: Write, clock: str
 ) -> None:
-    """Who connects by hand is no scan runtime: the program starts when it attaches, whatever a first scan may take."""
+    """Who connects by hand is no scan runtime: the program starts when it
+    attaches, whatever a first scan may take.
+    """
     name = f"hli-test-{os.getpid()}"
     arguments = ["cnc", str(program(T1)), "--name", name, "--clock", clock]
     cnc = subprocess.Popen(

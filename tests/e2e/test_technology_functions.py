@@ -1,4 +1,6 @@
-"""M, H and T functions by the two-flag protocol (hli_reference section 6): order, count, waits, speed."""
+"""M, H and T functions by the two-flag protocol (hli_reference section 6):
+order, count, waits, speed.
+"""
 
 from __future__ import annotations
 
@@ -61,7 +63,9 @@ def expected_order(functions: list[tuple[int, int]]) -> list[tuple[int, int]]:
 def test_no_function_is_lost_doubled_or_out_of_order(
     program: Write, tmp_path: Path, seed: int
 ) -> None:
-    """30 % functions of random types against a PLC that answers late and in any order: each exactly once, in order."""
+    """30 % functions of random types against a PLC that answers late and in any
+    order: each exactly once, in order.
+    """
     rng = np.random.default_rng(seed)
     lines, functions = ["F6000 G1 G90"], []
     for n in range(1, 201):
@@ -109,7 +113,9 @@ def by_number(seen: list[list[float]]) -> dict[int, list[float]]:
 
 
 def test_where_each_type_is_put_out(program: Write) -> None:
-    """Distance and speed at which the PLC fetched each type; payload holds number, block and type."""
+    """Distance and speed at which the PLC fetched each type; payload holds
+    number, block and type.
+    """
     text = (
         "F6000 G1\n"
         + "".join(
@@ -158,7 +164,9 @@ def test_an_acknowledgement_in_time_costs_no_speed(
 
 
 def test_a_plc_that_never_fetches_stalls_the_cnc(program: Write) -> None:
-    """MOS must be fetched: the second function waits with wait_techno_acknowledge_r and stop condition 6."""
+    """MOS must be fetched: the second function waits with
+    wait_techno_acknowledge_r and stop condition 6.
+    """
     with Cell(config(program)) as cell:
         result = cell.run(
             program("F6000 G1\nX1 M50\nX2 M50\nX3\nM30\n"), NeverFetches

@@ -1,4 +1,6 @@
-"""The models of ``docs/explanation/model`` hold, and each fence, store order and lock in them is needed (checked by spin)."""
+"""The models of ``docs/explanation/model`` hold, and each fence, store order and lock in
+them is needed (checked by spin).
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,9 @@ from pathlib import Path
 import pytest
 
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "explanation" / "model"
-MODELS = sorted(path.stem for path in FOLDER.glob("*.pml") if path.stem != "memory")
+MODELS = sorted(
+    path.stem for path in FOLDER.glob("*.pml") if path.stem != "memory"
+)
 DEPTH = 200_000
 
 

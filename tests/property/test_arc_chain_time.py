@@ -1,4 +1,6 @@
-"""Motion time of tangential lines and arcs without jerk beside the optimum, which scipy's linear programming finds."""
+"""Motion time of tangential lines and arcs without jerk beside the optimum,
+which scipy's linear programming finds.
+"""
 
 from __future__ import annotations
 
@@ -49,7 +51,9 @@ def derivatives(
 def optimum(
     chain: Chain, heading: float, feed: float, v: FloatArray, a: FloatArray
 ) -> float:
-    """TOPP2: x = (ds/dt)^2 / feed^2 at knots is largest everywhere at once, so the sum of all x is too."""
+    """TOPP2: x = (ds/dt)^2 / feed^2 at knots is largest everywhere at once, so
+    the sum of all x is too.
+    """
     h, d1, d2, d1_at = derivatives(chain, heading)
     n = len(h)
     mean = diags([0.5, 0.5], [0, 1], shape=(n, n + 1))
@@ -63,9 +67,12 @@ def optimum(
     )
     caps[[0, -1]] = 0.0
     found = linprog(
-        -np.ones(n + 1), A_ub=vstack([r * s for r in rows for s in (1, -1)]).tocsr(), b_ub=np.ones(4 * n),
-        bounds=np.column_stack([np.zeros(n + 1), caps]), method="highs",
-    )  # fmt: skip
+        -np.ones(n + 1),
+        A_ub=vstack([r * s for r in rows for s in (1, -1)]).tocsr(),
+        b_ub=np.ones(4 * n),
+        bounds=np.column_stack([np.zeros(n + 1), caps]),
+        method="highs",
+    )
     assert found.status == 0, found.message
     root = np.sqrt(np.maximum(found.x, 0.0))
     return float((2.0 * h / (root[1:] + root[:-1])).sum() / feed)
@@ -114,29 +121,60 @@ def cell_of(v: tuple[float, float], a: tuple[float, float]) -> CellConfig:
     )
 
 
-CASES: dict[str, tuple[tuple[float, float], tuple[float, float], float, float, Chain]] = {
-    "an arc, a gentle one": ((300, 300), (1000, 1000), -1.63, 118.0, [(9.2, -0.314), (4.656, 0.0527)]),
-    "up along a wide arc, down along a line": (
-        (300, 300), (10000, 1000), 2.015, 278.0,
-        [(1.77, 0.1012), (0.12, 0), (12.44, 0.0708), (6.316, 0), (3.19, 0.0847)],
+CASES: dict[
+    str, tuple[tuple[float, float], tuple[float, float], float, float, Chain]
+] = {
+    "an arc, a gentle one": (
+        (300, 300),
+        (1000, 1000),
+        -1.63,
+        118.0,
+        [(9.2, -0.314), (4.656, 0.0527)],
     ),
-    "S": ((300, 300), (3000, 3000), -0.0978, 41.87, [(1.122, 1.3847), (1.5056, -1.3763)]),
+    "up along a wide arc, down along a line": (
+        (300, 300),
+        (10000, 1000),
+        2.015,
+        278.0,
+        [
+            (1.77, 0.1012),
+            (0.12, 0),
+            (12.44, 0.0708),
+            (6.316, 0),
+            (3.19, 0.0847),
+        ],
+    ),
+    "S": (
+        (300, 300),
+        (3000, 3000),
+        -0.0978,
+        41.87,
+        [(1.122, 1.3847), (1.5056, -1.3763)],
+    ),
     "one axis ten times as quick": (
-        (300, 300), (10000, 1000), 2.357, 58.0,
+        (300, 300),
+        (10000, 1000),
+        2.357,
+        58.0,
         [(0.433, 0.639), (1.54, 0.3015), (0.0929, 0), (0.0457, 0)],
     ),
     "one axis fifteen times as fast": (
-        (300, 20), (3000, 3000), 0.5, 134.6,
+        (300, 20),
+        (3000, 3000),
+        0.5,
+        134.6,
         [(97.2, -0.02837), (91.6, 0.05776), (24.1, -0.03506)],
     ),
-}  # fmt: skip
+}
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_arcs_with_ramps_take_the_shortest_time(
     case: str, tmp_path: Path
 ) -> None:
-    """Ramps along arcs, where what the axes allow changes with the direction: within 1 % of the optimum."""
+    """Ramps along arcs, where what the axes allow changes with the direction:
+    within 1 % of the optimum.
+    """
     v, a, heading, feed, chain = CASES[case]
     assert (
         0.995
@@ -149,7 +187,9 @@ def test_arcs_with_ramps_take_the_shortest_time(
 def test_random_chains_take_the_shortest_time(
     seed: int, tmp_path: Path
 ) -> None:
-    """Lines and arcs of all radii, joined tangentially, axes of unequal limits: within 1 % of the optimum."""
+    """Lines and arcs of all radii, joined tangentially, axes of unequal limits:
+    within 1 % of the optimum.
+    """
     rng = np.random.default_rng(seed)
     chain: Chain = []
     for _ in range(int(rng.integers(2, 9))):

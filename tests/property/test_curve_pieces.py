@@ -34,7 +34,9 @@ pytestmark = pytest.mark.sanitize("curve", "engine")
 def test_random_splines_are_driven_exactly_and_legally(
     seed: int, live: bool, jerk: bool
 ) -> None:
-    """C2 and C4 splines of all scales: on the path to 1e-6 mm, samples within the limits, to the exact end point."""
+    """C2 and C4 splines of all scales: on the path to 1e-6 mm, samples within
+    the limits, to the exact end point.
+    """
     rng = np.random.default_rng(seed)
     coef, ends, lengths = pieces(spline(rng))
     cell, feed = cell_of(rng), float(rng.choice([20.0, 100.0, 2000.0]))
@@ -97,7 +99,9 @@ def engine_takes(rows: Any, pool: FloatArray) -> None:
 def test_rows_that_do_not_fit_their_coefficients_are_refused(
     wrong: str,
 ) -> None:
-    """A piece that would jump, lie about its length or stand still inside is an error, not a motion."""
+    """A piece that would jump, lie about its length or stand still inside is an
+    error, not a motion.
+    """
     coef = np.zeros((1, 3, 4))
     coef[0, 0, 1:3] = [10.0, 1.0]
     rows, pool = curve_rows(coef, np.array([1.0]), np.array([11.0]), 50.0)
@@ -128,7 +132,9 @@ def test_rows_that_do_not_fit_their_coefficients_are_refused(
 
 
 def test_corners_between_curves_and_lines_are_legal() -> None:
-    """Curves that meet lines and each other at an angle: the jump and the curvature together stay in the limits."""
+    """Curves that meet lines and each other at an angle: the jump and the
+    curvature together stay in the limits.
+    """
     rng = np.random.default_rng(5)
     coef = np.zeros((200, 3, 6))
     at = np.zeros(3)
@@ -160,7 +166,9 @@ def test_corners_between_curves_and_lines_are_legal() -> None:
 
 
 def test_software_limits_see_the_exact_extremes() -> None:
-    """An arch that ends inside the range but passes above it is refused; one whose control points leave is not."""
+    """An arch that ends inside the range but passes above it is refused; one
+    whose control points leave is not.
+    """
     cell = CellConfig(
         axes={"X": AxisConfig(), "Y": AxisConfig(max_mm=1.0), "Z": AxisConfig()}
     )
@@ -168,7 +176,14 @@ def test_software_limits_see_the_exact_extremes() -> None:
         coef = np.zeros((1, 3, 3))
         coef[0, 0, 1], coef[0, 1] = 10.0, [0.0, 4 * height, -4 * height]
         rows, pool = curve_rows(coef, np.ones(1), np.ones(1), 50.0)
-        stage = AxisLimits(cell, lambda _f, line: Place("p", line))
+        limits = cell.axis_values("min_mm"), cell.axis_values("max_mm")
+        stage = AxisLimits(
+            cell.axis_names,
+            cell.main_axes,
+            limits,
+            np.zeros(3),
+            lambda _f, line: Place("p", line),
+        )
         if fits:
             assert len(stage.push(BlockBatch(rows, pool))) == 1
         else:
@@ -216,7 +231,9 @@ def test_zero_override_then_on(event: Event) -> None:
 
 
 def test_the_plc_sees_polynomials() -> None:
-    """Type 6, length and kink at the start as the look-ahead specification says; the circle's members are 0."""
+    """Type 6, length and kink at the start as the look-ahead specification
+    says; the circle's members are 0.
+    """
     coef = np.zeros((2, 3, 3))
     coef[0, 0, 1], coef[0, 1, 2] = 10.0, 4.0
     coef[1, :, 0], coef[1, 0, 1] = [10.0, 4.0, 0.0], 10.0
@@ -256,7 +273,9 @@ def test_the_plc_sees_polynomials() -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2, 1065, 1096, 1204, 1223, 1229, 1247])
 def test_points_of_a_polynomial_have_no_distance_from_it(seed: int) -> None:
-    """Also where it runs at very uneven speed, a millimetre between two chords and a hundred in one."""
+    """Also where it runs at very uneven speed, a millimetre between two chords
+    and a hundred in one.
+    """
     rng = np.random.default_rng(seed)
     coef, ends, _ = pieces(spline(rng))
     unit = normalised(coef, ends)

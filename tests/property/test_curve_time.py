@@ -1,4 +1,6 @@
-"""Motion time of hostile splines without jerk beside the optimum, which scipy's linear programming finds."""
+"""Motion time of hostile splines without jerk beside the optimum, which scipy's
+linear programming finds.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,9 @@ def optimum(
     a: FloatArray,
     knots: int = KNOTS,
 ) -> float:
-    """TOPP2 over the parameter: x = (dt/dtime)^2 at knots is largest everywhere at once, so the sum of all x is too."""
+    """TOPP2 over the parameter: x = (dt/dtime)^2 at knots is largest everywhere
+    at once, so the sum of all x is too.
+    """
     t = [np.linspace(0.0, end, knots + 1) for end in ends]
     h = np.concatenate([np.diff(s) for s in t])
     middle = [0.5 * (s[1:] + s[:-1]) for s in t]
@@ -86,7 +90,9 @@ def optimum(
 
 @pytest.mark.parametrize("seed", [14, 23, 27, 42])
 def test_hostile_splines_take_the_shortest_time(seed: int) -> None:
-    """A slow axis beside quick ones, near cusps, few long pieces: within 1 % of the acceleration-limited optimum."""
+    """A slow axis beside quick ones, near cusps, few long pieces: within 1 % of
+    the acceleration-limited optimum.
+    """
     rng = np.random.default_rng(seed)
     curve = pieces(spline(rng))
     took, best = times(
@@ -99,7 +105,9 @@ def test_hostile_splines_take_the_shortest_time(seed: int) -> None:
 def test_ramps_over_many_gentle_pieces_take_the_shortest_time(
     length: float,
 ) -> None:
-    """Pieces that bend little, the way to full speed many times as long: what each of them loses the ramp loses."""
+    """Pieces that bend little, the way to full speed many times as long: what
+    each of them loses the ramp loses.
+    """
     t, radius = np.arange(0.0, 20.0 + 0.5 * length, length), 200.0
     at = np.pi / 4 + t / radius
     curve = CubicSpline(

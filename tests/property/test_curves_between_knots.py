@@ -1,4 +1,6 @@
-"""Polynomials without jerk: legal on splines that are made to break it, and as fast as the limits of the axes allow."""
+"""Polynomials without jerk: legal on splines that are made to break it, and as
+fast as the limits of the axes allow.
+"""
 
 from __future__ import annotations
 
@@ -57,7 +59,9 @@ def hostile(rng: np.random.Generator, kind: str) -> PPoly:
 
 
 def taken(rng: np.random.Generator, kind: str) -> tuple[Any, FloatArray]:
-    """(rows, pool) of the first spline drawn that is not too wild for the engine: of the others it says so."""
+    """(rows, pool) of the first spline drawn that is not too wild for the
+    engine: of the others it says so.
+    """
     while True:
         coef, ends, lengths = pieces(hostile(rng, kind))
         rows, pool = curve_rows(
@@ -78,7 +82,9 @@ def taken(rng: np.random.Generator, kind: str) -> tuple[Any, FloatArray]:
 def test_hostile_splines_are_driven_legally(
     seed: int, kind: str, live: bool
 ) -> None:
-    """Whatever the curvature does, and wherever it is stopped: no sample above a limit, to the exact end."""
+    """Whatever the curvature does, and wherever it is stopped: no sample above
+    a limit, to the exact end.
+    """
     rng = np.random.default_rng(seed)
     rows, pool = taken(rng, kind)
     cell = cell_of(rng)
@@ -111,7 +117,9 @@ def test_hostile_splines_are_driven_legally(
     "kind", ["micrometres", "all scales", "noise", "cusps"]
 )
 def test_hostile_splines_in_a_wide_window(seed: int, kind: str) -> None:
-    """Beyond 512 motions a piece has 64 stretches at most: coarser, as legal. Under ASan: in the room for them."""
+    """Beyond 512 motions a piece has 64 stretches at most: coarser, as legal.
+    Under ASan: in the room for them.
+    """
     rng = np.random.default_rng(seed)
     rows, pool = taken(rng, kind)
     cell = cell_of(rng)
@@ -126,7 +134,9 @@ def test_hostile_splines_in_a_wide_window(seed: int, kind: str) -> None:
 def derivatives(
     coef: FloatArray, ends: FloatArray, n: int
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(path length, q', q'') by length at n places of every piece, by the trapezoidal rule over 16 times as many."""
+    """(path length, q', q'') by length at n places of every piece, by the
+    trapezoidal rule over 16 times as many.
+    """
     places, first, second = [0.0], [], []
     powers = np.arange(coef.shape[2])
     for c, end in zip(coef, ends, strict=True):
@@ -153,7 +163,9 @@ def shortest_time(
     v: FloatArray,
     a: FloatArray,
 ) -> float:
-    """Over the grid: backwards the largest x = v^2 among all corners of what the axes allow, forwards the largest u."""
+    """Over the grid: backwards the largest x = v^2 among all corners of what
+    the axes allow, forwards the largest u.
+    """
     cap = np.minimum(
         feed**2, ((v / np.maximum(np.abs(d1), 1e-9)) ** 2).min(axis=1)
     )
@@ -200,7 +212,9 @@ def shortest_time(
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_spline_takes_the_shortest_time(seed: int) -> None:
-    """Within 1 % of the optimum over a fine grid: feed, axis speeds and accelerations bind in turn."""
+    """Within 1 % of the optimum over a fine grid: feed, axis speeds and
+    accelerations bind in turn.
+    """
     rng = np.random.default_rng(seed)
     points = np.cumsum(
         rng.normal(size=(8, 3)) * 6.0 + np.array([4.0, 0.0, 0.0]), axis=0

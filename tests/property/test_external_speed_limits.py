@@ -1,4 +1,6 @@
-"""Speeds that the PLC commands, far above the programmed feed, come and go at random: samples within the limits."""
+"""Speeds that the PLC commands, far above the programmed feed, come and go at
+random: samples within the limits.
+"""
 
 from __future__ import annotations
 
@@ -36,7 +38,9 @@ def corners(rng: np.random.Generator) -> FloatArray:
 def drive_commanded(
     rng: np.random.Generator, rows: Any, pool: FloatArray, cell: CellConfig
 ) -> FloatArray:
-    """Positions (n, axes) with a speed commanded, taken back, overridden or held every few cycles."""
+    """Positions (n, axes) with a speed commanded, taken back, overridden or
+    held every few cycles.
+    """
     segment = hli.create(unique_name(), 1, len(cell.axes))
     engine = Engine(
         cell, window=30, record_rows=400_000, jerk=False, segment=segment.base
@@ -68,7 +72,9 @@ def drive_commanded(
 
 @pytest.mark.parametrize("seed", [0, 1, 3, 4, 9, 10, 12, 15])
 def test_commanded_speed_keeps_the_limits_without_jerk(seed: int) -> None:
-    """Jumps at corners and stretches of polynomials hold at any speed that may come (they held to twice the feed)."""
+    """Jumps at corners and stretches of polynomials hold at any speed that may
+    come (they held to twice the feed).
+    """
     rng = np.random.default_rng(seed)
     cell = cell_of(rng)
     feed = float(rng.choice([2.0, 5.0, 10.0]))

@@ -1,4 +1,6 @@
-"""Programmed feeds under steps of the override and feed holds: no way down drives faster than a block allows."""
+"""Programmed feeds under steps of the override and feed holds: no way down
+drives faster than a block allows.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ FEEDS = (600, 1500, 6000, 9000, 12000, 18000)
 
 
 def _program(rng: np.random.Generator, kind: int) -> str:
-    """Corners, gentle bends in short blocks, a tangential chain of arcs, or a straight line, at many feeds."""
+    """Corners, gentle bends in short blocks, a tangential chain of arcs, or a
+    straight line, at many feeds.
+    """
     lines, p, heading = [f"G90 G71 G17 F{rng.choice(FEEDS)}"], np.zeros(3), 0.0
     for _ in range(30):
         if rng.random() < 0.3:

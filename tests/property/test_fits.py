@@ -156,7 +156,9 @@ def test_degenerate_sets_are_refused_at_every_scale(fit, points, scale):
 
 
 def test_signs():
-    """Normals upwards, in a vertical plane along Y, else X; directions from the first point to the last one."""
+    """Normals upwards, in a vertical plane along Y, else X; directions from the
+    first point to the last one.
+    """
     up = fit_plane(np.array([(1.0, 0, 0), (0, 1, 0), (1, 1, 0)])).normal
     assert up == pytest.approx([0, 0, 1])
     assert fit_plane(

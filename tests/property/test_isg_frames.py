@@ -1,4 +1,6 @@
-"""Random stacks of coordinate systems against products of scipy rotations, random five-axis programs against points."""
+"""Random stacks of coordinate systems against products of scipy rotations,
+random five-axis programs against points.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +11,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from cnc_core.blocks import ELEMENT, PIECE, blocks
+from cnc_core.blocks.pool import coefficients
 from cnc_core.config import CellConfig, load_config, parse_config
-from cnc_core.geometry.shapes.polynomial import coefficients
-from cnc_core.kinematics.osai import CHAINS
+from cnc_core.kinematics.machine_types import CHAINS
 from cnc_core.program import Program
 from support.paths import FIVE_AXIS
 
@@ -27,7 +29,9 @@ def matrix(values: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("seed", range(10))
 def test_random_stacks_of_frames(tmp_path, seed):
-    """#CS and #ACS with offsets and contour rotation, switched in any order: every end is the matrices' product."""
+    """#CS and #ACS with offsets and contour rotation, switched in any order:
+    every end is the matrices' product.
+    """
     rng = np.random.default_rng(seed)
     acs, stack, lines, expected = [], [], [], []
     rotation, g92 = None, np.zeros(3)
@@ -132,8 +136,15 @@ def test_every_chain_through_the_stage(tmp_path, kind):
         for a in ["X", "Y", "Z", *rotary]
     )
     p = rng.uniform(-200, 200, (4, 3)).round(3).tolist()
-    text = f"{axes}[tools.1]\nlength_mm=80.0\n[kinematics.9]\ntype='{kind}'\nbed='{rng.choice(beds)}'\n"
-    text += f"rotary={rotary}\npoints={{{rotary[0]}={p[0]},{rotary[1]}={p[1]}}}\npart={p[2]}\nspindle={p[3]}\n"
+    text = (
+        f"{axes}[tools.1]\nlength_mm=80.0\n[kinematics.9]\ntype='{kind}'\n"
+        f"bed='{rng.choice(beds)}'\n"
+    )
+    text += (
+        f"rotary={rotary}\n"
+        f"points={{{rotary[0]}={p[0]},{rotary[1]}={p[1]}}}\npart={p[2]}\n"
+        f"spindle={p[3]}\n"
+    )
     lines = [
         "T1 D1",
         "#TRAFO ON",

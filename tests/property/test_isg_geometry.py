@@ -84,7 +84,9 @@ def test_lines_end_where_the_words_add_up(moves):
     st.tuples(NUMBER, st.booleans()),
 )
 def test_arcs_and_helices(plane, centre, radius, angles, form):
-    """An arc built from centre, radius and angles is found again from its end point and I J K or R."""
+    """An arc built from centre, radius and angles is found again from its end
+    point and I J K or R.
+    """
     first, sweep, ccw = angles
     rise, by_radius = form
     start = centre + cmath.rect(radius, math.radians(first))
@@ -130,7 +132,9 @@ def test_helix_with_pitch(radius, pitch, turns, part, sweep):
     end = cmath.rect(radius, math.radians(sweep))
     rise = pitch * (turns + part)
     rows, errors = read(
-        f"F600 G00 X{radius:.12f}\nG03 X{end.real:.12f} Y{end.imag:.12f} Z{rise:.12f} I-{radius:.12f} K{pitch:.12f}\n"
+        f"F600 G00 X{radius:.12f}\n"
+        f"G03 X{end.real:.12f} Y{end.imag:.12f} Z{rise:.12f} "
+        f"I-{radius:.12f} K{pitch:.12f}\n"
     )
     assert not errors
     assert math.isclose(
@@ -184,7 +188,9 @@ LINE = st.builds(" ".join, st.lists(WORD, max_size=5))
 @FIXED
 @given(st.lists(LINE, min_size=1, max_size=25))
 def test_scanner_and_parser_agree(lines):
-    """A program read by the scanner and the same program forced through the parser give the same rows and errors."""
+    """A program read by the scanner and the same program forced through the
+    parser give the same rows and errors.
+    """
     text = "F100\n" + "\n".join(lines)
     rows, errors = read(text)
     parsed, parser_errors = read(text, scan=False)

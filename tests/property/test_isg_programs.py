@@ -13,9 +13,12 @@ from support.isg_programs import Run
 SEEDS = range(40)
 
 
-# ------------------------------------------------------------------------------------------------ expressions
+# ------------------------------------------------------------------------------------------------
+# expressions
 def _expression(rng: random.Random, depth: int) -> tuple[str, str]:
-    """(NC text, Python text) of one random expression; every operand is bracketed in Python alone."""
+    """(NC text, Python text) of one random expression; every operand is
+    bracketed in Python alone.
+    """
     if depth == 0 or rng.random() < 0.15:
         value = rng.choice([rng.randint(0, 9), round(rng.uniform(0, 20), 3)])
         return rng.choice(
@@ -33,21 +36,34 @@ def _expression(rng: random.Random, depth: int) -> tuple[str, str]:
     if kind < 0.4:
         name, python = rng.choice(
             [
-                ("ABS", "abs({})"), ("SQR", "(({0})*({0}))"), ("INT", "float(math.trunc({}))"),
-                ("FLOOR", "float(math.floor({}))"), ("CEIL", "float(math.ceil({}))"),
-                ("SIN", "math.sin(math.radians({}))"), ("COS", "math.cos(math.radians({}))"),
-                ("ATAN", "math.degrees(math.atan({}))"), ("NOT", "float(not ({}))"),
+                ("ABS", "abs({})"),
+                ("SQR", "(({0})*({0}))"),
+                ("INT", "float(math.trunc({}))"),
+                ("FLOOR", "float(math.floor({}))"),
+                ("CEIL", "float(math.ceil({}))"),
+                ("SIN", "math.sin(math.radians({}))"),
+                ("COS", "math.cos(math.radians({}))"),
+                ("ATAN", "math.degrees(math.atan({}))"),
+                ("NOT", "float(not ({}))"),
                 ("FRACT", "(({0})-math.trunc({0}))"),
             ]
-        )  # fmt: skip
+        )
         a = _expression(rng, depth - 1)
         return f"{name}[{a[0]}]", python.format(a[1])
     operators = {
-        "+": "({}+{})", "-": "({}-{})", "*": "({}*{})", "<": "float({}<{})", ">": "float({}>{})", "<=": "float({}<={})",
-        ">=": "float({}>={})", "==": "float({}=={})", "!=": "float({}!={})",
-        "&&": "float(bool({}) and bool({}))", "||": "float(bool({}) or bool({}))",
+        "+": "({}+{})",
+        "-": "({}-{})",
+        "*": "({}*{})",
+        "<": "float({}<{})",
+        ">": "float({}>{})",
+        "<=": "float({}<={})",
+        ">=": "float({}>={})",
+        "==": "float({}=={})",
+        "!=": "float({}!={})",
+        "&&": "float(bool({}) and bool({}))",
+        "||": "float(bool({}) or bool({}))",
         " XOR ": "float(bool({}) != bool({}))",
-    }  # fmt: skip
+    }
     name = rng.choice(list(operators))
     a, b = _expression(rng, depth - 1), _expression(rng, depth - 1)
     return f"[{a[0]}]{name}[{b[0]}]", operators[name].format(a[1], b[1])
@@ -86,11 +102,13 @@ def test_expressions_agree_with_python(seed, tmp_path):
     for i, (nc, python) in enumerate(pairs):
         wanted = float(eval(python, {"math": math, "p": p}))
         found = run.reader.state.store.program[f"R{i}"].values[0]
-        # steps of comparisons and roundings stand in the trees: angles may differ by the last digit only
+        # steps of comparisons and roundings stand in the trees: angles may
+        # differ by the last digit only
         assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9), (nc, python)
 
 
-# ------------------------------------------------------------------------------------------------ control flow
+# ------------------------------------------------------------------------------------------------
+# control flow
 class Program:
     """A random structured program as NC text, and the same as Python source."""
 
@@ -289,7 +307,9 @@ class Program:
 
 @pytest.mark.parametrize("seed", range(60))
 def test_control_flow_agrees_with_python(seed, tmp_path):
-    """Random programs of nested statements and subprograms drive to the positions of the same Python function."""
+    """Random programs of nested statements and subprograms drive to the
+    positions of the same Python function.
+    """
     text, source = Program(seed).make()
     space: dict = {}
     exec("\n".join(source), space)
@@ -307,9 +327,12 @@ def test_control_flow_agrees_with_python(seed, tmp_path):
     assert (again.rows == run.rows).all(), "with and without the C scanner"
 
 
-# ------------------------------------------------------------------------------------------------ offsets
+# ------------------------------------------------------------------------------------------------
+# offsets
 class OffsetModel:
-    """What lies between programmed and machine coordinates, in numpy; every step gives an NC line."""
+    """What lies between programmed and machine coordinates, in numpy; every
+    step gives an NC line.
+    """
 
     lengths = {0: 0.0, 1: 20.0, 2: 7.0}
     mirrors = {20: (1, 1), 21: (-1, 1), 22: (1, -1), 23: (-1, -1)}
@@ -412,7 +435,9 @@ class OffsetModel:
 
 @pytest.mark.parametrize("seed", range(30))
 def test_offsets_and_mirroring_agree_with_numpy(seed, tmp_path):
-    """Zero offsets, G92, tool lengths, mirroring, inch, diameter: each axis takes them at its next absolute word."""
+    """Zero offsets, G92, tool lengths, mirroring, inch, diameter: each axis
+    takes them at its next absolute word.
+    """
     model = OffsetModel(random.Random(seed))
     run = Run("\n".join(["G00", *(model.step() for _ in range(80))]), tmp_path)
     assert not run.codes
@@ -421,15 +446,19 @@ def test_offsets_and_mirroring_agree_with_numpy(seed, tmp_path):
     )
 
 
-# ------------------------------------------------------------------------------------------------ fuzz
+# ------------------------------------------------------------------------------------------------
+# fuzz
 WORDS = (
     """
-$IF 1|$ELSE|$ENDIF|$FOR P1=1,3,1|$ENDFOR|$WHILE P1<4|$ENDWHILE|$DO|$ENDDO|$BREAK|$CONTINUE|$SWITCH P1|$CASE 1
-$ENDSWITCH|$DEFAULT|$REPEAT|$UNTIL 1|$GOTO [A]|$GOTO N20|[A]|N20:|#VAR|#ENDVAR|V.L.A : SGN08 = 5|P1=P1+1|X[P1]
-LL S|L x.nc|L CYCLE [NAME=s.nc @P1=2]|%L S|%M|M17|M30|G54 X1|G92 X0|G21|D1|"M" = "X5"|"M"|#COMMENT BEGIN
-#COMMENT END|#IF 1|#ELSE|#ENDIF|/ X1|/2 Y1|V.P.T = "abc"|V.P.T = MID[V.P.T,1,2]|X V.A.ABS.Y|#MSG ["%d", P1]
-#FLUSH WAIT|G41 D1|G40 X0|G02 X5 I2|#DELETE V.P.T|V.E.GO = 1|G93 F2|G94|S100 M3|#ERROR [ID=5 RC=0]|#TIMER START
-X=SIZEOF[P1]|\\|X10 \\|#PSET X5|#MCS ON|#OVERRIDE [FEED_FACT=50]|G80 [1,,2]|#WAIT [ID=1]|#SIGNAL [ID=1]|@P1=3
+$IF 1|$ELSE|$ENDIF|$FOR P1=1,3,1|$ENDFOR|$WHILE P1<4|$ENDWHILE|$DO|$ENDDO|$BREAK
+$CONTINUE|$SWITCH P1|$CASE 1|$ENDSWITCH|$DEFAULT|$REPEAT|$UNTIL 1|$GOTO [A]
+$GOTO N20|[A]|N20:|#VAR|#ENDVAR|V.L.A : SGN08 = 5|P1=P1+1|X[P1]|LL S|L x.nc
+L CYCLE [NAME=s.nc @P1=2]|%L S|%M|M17|M30|G54 X1|G92 X0|G21|D1|"M" = "X5"|"M"
+#COMMENT BEGIN|#COMMENT END|#IF 1|#ELSE|#ENDIF|/ X1|/2 Y1|V.P.T = "abc"
+V.P.T = MID[V.P.T,1,2]|X V.A.ABS.Y|#MSG ["%d", P1]|#FLUSH WAIT|G41 D1|G40 X0
+G02 X5 I2|#DELETE V.P.T|V.E.GO = 1|G93 F2|G94|S100 M3|#ERROR [ID=5 RC=0]
+#TIMER START|X=SIZEOF[P1]|\\|X10 \\|#PSET X5|#MCS ON|#OVERRIDE [FEED_FACT=50]
+G80 [1,,2]|#WAIT [ID=1]|#SIGNAL [ID=1]|@P1=3
 """.strip()
     .replace("\n", "|")
     .split("|")

@@ -44,7 +44,9 @@ def read(text, scan=True):
 
 
 class Mini:
-    """RS-274 in a few lines: writes a program and says where each of its lines leads, machine coordinates in mm."""
+    """RS-274 in a few lines: writes a program and says where each of its lines
+    leads, machine coordinates in mm.
+    """
 
     def __init__(self, rng):
         self.rng, self.text, self.points = rng, [], []
@@ -213,7 +215,9 @@ class Mini:
 @pytest.mark.parametrize("seed", range(60))
 @pytest.mark.parametrize("scan", [True, False])
 def test_programs_lead_where_an_independent_interpreter_goes(seed, scan):
-    """Absolute, incremental, inch, offsets, tool length, home and drilling cycles: the same points, line for line."""
+    """Absolute, incremental, inch, offsets, tool length, home and drilling
+    cycles: the same points, line for line.
+    """
     mini = Mini(random.Random(seed))
     mini.say("G21 G90 G98 G54 F500")
     for _ in range(60):
@@ -229,7 +233,9 @@ def test_programs_lead_where_an_independent_interpreter_goes(seed, scan):
 
 @pytest.mark.parametrize("seed", range(40))
 def test_arcs_about_a_rounded_centre(seed):
-    """Arcs whose end point and centre are rounded to 0.001 mm, as CAM writes them: end point, sense, sweep, radius."""
+    """Arcs whose end point and centre are rounded to 0.001 mm, as CAM writes
+    them: end point, sense, sweep, radius.
+    """
     rng = random.Random(seed)
     for _ in range(20):
         radius, first, sweep = (
@@ -261,19 +267,87 @@ def test_arcs_about_a_rounded_centre(seed):
 
 
 WORD = st.one_of(
-    st.builds("{}{}".format, st.sampled_from("XYZAIJKRFxyPQ"), st.integers(-9999, 9999).map(lambda i: i / 100)),
-    st.sampled_from(["G0", "G01", "G02", "G3", "G17", "G18", "G19", "G90", "G91", "F600", "N10", "(c)", "I5 J5"]),
-    st.sampled_from(["X.5", "X=5", "X[1+2]", "X1e5", "X--1", "; c", "(", "S9", "M3", "X1 2", "K0", "(MSG,a)", "#1=3"]),
-    st.sampled_from(["G20", "G21", "G90.1", "G91.1", "G61", "G64", "G80", "G81 Z-5 R1", "G93", "G94", "G53", "G92 X1"]),
-    st.sampled_from(["G28", "G43 H1", "G49", "G54", "G55", "G10 L2 P1 X5", "G41 D1", "G40", "G99", "/", "%", "X#1"]),
-)  # fmt: skip
+    st.builds(
+        "{}{}".format,
+        st.sampled_from("XYZAIJKRFxyPQ"),
+        st.integers(-9999, 9999).map(lambda i: i / 100),
+    ),
+    st.sampled_from(
+        [
+            "G0",
+            "G01",
+            "G02",
+            "G3",
+            "G17",
+            "G18",
+            "G19",
+            "G90",
+            "G91",
+            "F600",
+            "N10",
+            "(c)",
+            "I5 J5",
+        ]
+    ),
+    st.sampled_from(
+        [
+            "X.5",
+            "X=5",
+            "X[1+2]",
+            "X1e5",
+            "X--1",
+            "; c",
+            "(",
+            "S9",
+            "M3",
+            "X1 2",
+            "K0",
+            "(MSG,a)",
+            "#1=3",
+        ]
+    ),
+    st.sampled_from(
+        [
+            "G20",
+            "G21",
+            "G90.1",
+            "G91.1",
+            "G61",
+            "G64",
+            "G80",
+            "G81 Z-5 R1",
+            "G93",
+            "G94",
+            "G53",
+            "G92 X1",
+        ]
+    ),
+    st.sampled_from(
+        [
+            "G28",
+            "G43 H1",
+            "G49",
+            "G54",
+            "G55",
+            "G10 L2 P1 X5",
+            "G41 D1",
+            "G40",
+            "G99",
+            "/",
+            "%",
+            "X#1",
+        ]
+    ),
+)
 LINE = st.builds(" ".join, st.lists(WORD, max_size=5))
 
 
 @FIXED
 @given(st.lists(LINE, min_size=1, max_size=25))
 def test_scanner_and_parser_agree(lines):
-    """A program read by the scanner and the same program forced through the parser give the same rows and errors."""
+    """A program read by the scanner and the same program forced through the
+    parser give the same rows and errors.
+    """
     text = "F100 G0 X1\n" + "\n".join(lines)
     rows, errors = read(text)
     parsed, parser_errors = read(text, scan=False)

@@ -1,4 +1,6 @@
-"""Random IsoNs programs against Python, transformation stacks against numpy, corners against another construction."""
+"""Random IsoNs programs against Python, transformation stacks against numpy,
+corners against another construction.
+"""
 
 import itertools
 import math
@@ -238,7 +240,9 @@ def test_transformations_agree_with_numpy(tmp_path, seed):
 
 
 def greedy(points, size, angle, bevel):
-    """Corners another way: (entry, exit) by corner index.  The fillet's centre is where the parallels meet."""
+    """Corners another way: (entry, exit) by corner index.  The fillet's centre
+    is where the parallels meet.
+    """
     left = [np.linalg.norm(b - a) for a, b in itertools.pairwise(points)]
     served = {}
     for k in range(1, len(points) - 1):
@@ -367,7 +371,9 @@ def test_any_text_gives_rows_or_errors(tmp_path, seed):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_scanner_and_parser_agree(tmp_path, seed):
-    """Plain lines mean the same whether C or Python reads them: planes, arcs, distances, centres."""
+    """Plain lines mean the same whether C or Python reads them: planes, arcs,
+    distances, centres.
+    """
     rng = random.Random(seed)
     lines = ["G0 X1 Y2 Z3 F2.5"]
     for _ in range(60):

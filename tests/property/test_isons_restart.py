@@ -104,7 +104,9 @@ def told(row):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_restart_at_any_line(tmp_path, seed):
-    """At the line of any motion, in the pass that reached it: the same motions, variables and outputs behind it."""
+    """At the line of any motion, in the pass that reached it: the same motions,
+    variables and outputs behind it.
+    """
     path = tmp_path / "part.isons"
     path.write_text(program(seed))
     rng = random.Random(seed + 100)
@@ -174,7 +176,9 @@ def test_places_that_are_not_reached(tmp_path):
 
 
 def test_go_block_macro(tmp_path):
-    """M_GOBLOCK moves from where the axes are; $_C tells where the program goes on, $_X7 is 2 meanwhile."""
+    """M_GOBLOCK moves from where the axes are; $_C tells where the program goes
+    on, $_X7 is 2 meanwhile.
+    """
     path = tmp_path / "part.isons"
     path.write_text("OPT M_GOBLOCK 8\nG1X10Y10\nX20\n$A=$_X7\nY30\n")
     (tmp_path / "M8.isons").write_text(
@@ -218,7 +222,9 @@ def test_positions_are_known_behind_a_restart(tmp_path):
 )
 @pytest.mark.parametrize("restart", [Restart(11), Restart(marker="K", value=1)])
 def test_go_block_macro_where_the_path_reaches_back(tmp_path, head, restart):
-    """The macro is executed from where the axes are, then comes the rest of the same path; what it sets is its own."""
+    """The macro is executed from where the axes are, then comes the rest of the
+    same path; what it sets is its own.
+    """
     path = tmp_path / "part.isons"
     lines = [f"G1X{i * 5}Y{3 * (i % 2)}" for i in range(8)]
     body = "\n".join([*lines[:5], "$K=1", *lines[5:]])
@@ -249,7 +255,9 @@ def test_go_block_macro_where_the_path_reaches_back(tmp_path, head, restart):
 
 
 def test_resume_behind_a_broken_tool(tmp_path):
-    """RESUME_T goes back to the block of the last T, in its loop and pass, with the other tool; out of macros too."""
+    """RESUME_T goes back to the block of the last T, in its loop and pass, with
+    the other tool; out of macros too.
+    """
     path = tmp_path / "part.isons"
     path.write_text(
         "GLOBAL $N\nLOOP 2\nT1\nG1DX10\n$N=$N+1\nIF $N=2\nHM5\nEND_IF\nG1DY1\nEND_LOOP\n$A=$_X6\n"
@@ -332,7 +340,9 @@ def elements(rows):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_restart_where_the_path_reaches_back(tmp_path, seed):
-    """In the middle of compensated contours, rounded corners and filtered runs: exactly the rest of the same path."""
+    """In the middle of compensated contours, rounded corners and filtered runs:
+    exactly the rest of the same path.
+    """
     path = tmp_path / "part.isons"
     path.write_text(reaching_back(seed))
     rng = random.Random(seed + 50)
@@ -414,7 +424,9 @@ def test_restart_under_rtcp(tmp_path):
 
 
 def test_functions_of_the_stretch_before(tmp_path):
-    """The last T, S, spindle and coolant function, and G11, are put out again; events on the path are not."""
+    """The last T, S, spindle and coolant function, and G11, are put out again;
+    events on the path are not.
+    """
     path = tmp_path / "part.isons"
     for text in ("", "G41\n"):
         path.write_text(

@@ -1,6 +1,8 @@
-"""Seeded properties of the planners by path: sampled limits, ends, holds, overrides, tails, determinism.
+"""Seeded properties of the planners by path: sampled limits, ends, holds,
+overrides, tails, determinism.
 
-Whatever is driven is judged from outside: positions at the cycle, their finite differences, the path from its formula.
+Whatever is driven is judged from outside: positions at the cycle, their finite
+differences, the path from its formula.
 """
 
 from __future__ import annotations
@@ -61,7 +63,9 @@ class Case:
         return JerkPlanner(self.limits, window=self.window)
 
     def ratios(self, laws: Rows) -> FloatArray:
-        """Largest sampled velocity, acceleration and jerk over their limits, the axes at rest before and after."""
+        """Largest sampled velocity, acceleration and jerk over their limits,
+        the axes at rest before and after.
+        """
         s = sample(laws, DT)[:, 0]
         q = self.path.at(np.append(s, self.path.length))
         q = np.vstack([q[:1]] * 3 + [q] + [q[-1:]] * 3)
@@ -75,7 +79,9 @@ class Case:
 
 
 class Operator:
-    """Feeds the path in random portions and disturbs: override steps, holds, the planner late (tail driven)."""
+    """Feeds the path in random portions and disturbs: override steps, holds,
+    the planner late (tail driven).
+    """
 
     def __init__(self, case: Case, planner: JerkPlanner | Topp2) -> None:
         self.case, self.planner, self.rng = case, planner, case.rng
@@ -121,7 +127,9 @@ class Operator:
 
 @pytest.mark.parametrize("seed", range(36))
 def test_limits_hold_whatever_the_operator_does(seed: int) -> None:
-    """Sampled v, a, j stay within 1.02 of the limits, the path is driven to its very end, no time is unbounded."""
+    """Sampled v, a, j stay within 1.02 of the limits, the path is driven to its
+    very end, no time is unbounded.
+    """
     case = Case(seed)
     laws = Operator(case, case.planner()).drive(disturbed=seed % 5 > 1)
     assert np.isfinite(laws["time"]).all()
@@ -149,7 +157,9 @@ def test_laws_join(seed: int) -> None:
 
 
 def sample_ends(laws: Rows) -> FloatArray:
-    """(s, v, a) at the end of each law, (n, 3), as numpy evaluates its polynomial, apart from the C evaluation."""
+    """(s, v, a) at the end of each law, (n, 3), as numpy evaluates its
+    polynomial, apart from the C evaluation.
+    """
     out = np.zeros((len(laws), 3))
     for i, law in enumerate(laws):
         derivatives = [
@@ -177,7 +187,9 @@ def test_same_bits(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(24))
 def test_acceleration_limited(seed: int) -> None:
-    """The acceleration-limited sibling keeps v and a within 1.02 through holds and overrides, and drives to the end."""
+    """The acceleration-limited sibling keeps v and a within 1.02 through holds
+    and overrides, and drives to the end.
+    """
     case = Case(seed)
     case.rows["flags"][-1] |= STAND
     laws = Operator(

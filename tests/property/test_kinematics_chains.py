@@ -1,4 +1,6 @@
-"""Kinematic chains against a construction of their own: 4x4 matrices of scipy rotations, multiplied one by one."""
+"""Kinematic chains against a construction of their own: 4x4 matrices of scipy
+rotations, multiplied one by one.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,12 @@ from cnc_core.errors import CncError
 from cnc_core.kinematics import inverse
 from cnc_core.kinematics.chain import SingularMachine, Step
 from cnc_core.kinematics.machine import Kinematics
-from cnc_core.kinematics.osai import CHAINS, CUTS, Element, machine_chain
+from cnc_core.kinematics.machine_types import (
+    CHAINS,
+    CUTS,
+    Element,
+    machine_chain,
+)
 
 NAMES = ("LI1", "LI2", "LI3", "WRK", "TOL")
 TYPES = list(itertools.product(CHAINS, CUTS))
@@ -45,8 +52,14 @@ def part_to_tool(
     mac: str, bed: str, steps: dict[str, tuple[float, ...]], q: dict[str, float]
 ) -> np.ndarray:
     """inv(bed to part) (bed to tool), from the texts of sections 9.3 and 10.2 alone."""
-    order = "T LI3 LI2 LI1 TOL WRK P|T TOL LI3 LI2 LI1 WRK P|T TOL WRK LI3 LI2 LI1 P|T LI3 LI2 TOL LI1 WRK P"
-    order += "|T LI3 TOL LI2 LI1 WRK P|T TOL LI3 LI2 WRK LI1 P|T TOL LI3 WRK LI2 LI1 P|T LI3 TOL LI2 WRK LI1 P"
+    order = (
+        "T LI3 LI2 LI1 TOL WRK P|T TOL LI3 LI2 LI1 WRK P|T TOL WRK LI3 "
+        "LI2 LI1 P|T LI3 LI2 TOL LI1 WRK P"
+    )
+    order += (
+        "|T LI3 TOL LI2 LI1 WRK P|T TOL LI3 LI2 WRK LI1 P|T TOL LI3 WRK "
+        "LI2 LI1 P|T LI3 TOL LI2 WRK LI1 P"
+    )
     listed = dict(
         zip(
             ["WRK", "MIX", "TOL", "WC1", "WC2", "TC1", "TC2", "C12"],
@@ -107,7 +120,9 @@ def test_forward_is_the_product_of_the_steps(mac, bed):
 
 @pytest.mark.parametrize(("mac", "bed"), TYPES)
 def test_inverse_brings_back_pose_and_position(mac, bed):
-    """Every branch points the tool into the direction and holds the tip; the nearest one to a position is it."""
+    """Every branch points the tool into the direction and holds the tip; the
+    nearest one to a position is it.
+    """
     rng = np.random.default_rng([2, *map(ord, mac + bed)])
     done = 0
     while done < 8:
@@ -174,7 +189,8 @@ def test_derivatives_are_those_of_the_inverse(mac):
     )
 
 
-# ------------------------------------------------------------------------------------------------ the manual's machine
+# ------------------------------------------------------------------------------------------------
+# the manual's machine
 K = 246.5
 
 
@@ -312,9 +328,18 @@ def test_turns_and_limits():
 
 def test_unreachable_direction():
     """A 45 degree head cannot point the tool down; a direction needs a length."""
-    elements = {n: Element(i, Step(turns=t)) for i, (n, t) in enumerate(
-        [("LI1", (0, 90, 0)), ("LI2", (-90, 0, -90)), ("LI3", (90, 0, 0)), ("WRK", (0, 0, 0)), ("TOL", (30, 0, 0))]
-    )}  # fmt: skip
+    elements = {
+        n: Element(i, Step(turns=t))
+        for i, (n, t) in enumerate(
+            [
+                ("LI1", (0, 90, 0)),
+                ("LI2", (-90, 0, -90)),
+                ("LI3", (90, 0, 0)),
+                ("WRK", (0, 0, 0)),
+                ("TOL", (30, 0, 0)),
+            ]
+        )
+    }
     kin = Kinematics(
         machine_chain("TOL", "WRK", elements, Step(), Step(turns=(-30, 0, 0))),
         (0, 1, 2),

@@ -1,4 +1,6 @@
-"""Random programs under random control by the PLC: the path is never left, limits hold, no function is lost."""
+"""Random programs under random control by the PLC: the path is never left,
+limits hold, no function is lost.
+"""
 
 from __future__ import annotations
 
@@ -79,7 +81,9 @@ def _distance(path: FloatArray, points: FloatArray) -> float:
 
 
 class _Plc:
-    """Fetches and acknowledges after random delays; notes the functions with the direction they came in."""
+    """Fetches and acknowledges after random delays; notes the functions with
+    the direction they came in.
+    """
 
     def __init__(self, cnc: Inside, rng: np.random.Generator) -> None:
         self.cnc, self.rng = cnc, rng
@@ -147,7 +151,9 @@ def _drive(
 def test_backward_and_forward_keep_to_the_contour(
     seed: int, tmp_path: Path
 ) -> None:
-    """Backward, forward, feed hold and override at random moments: contour, limits and the end stay what they are."""
+    """Backward, forward, feed hold and override at random moments: contour,
+    limits and the end stay what they are.
+    """
     rng = np.random.default_rng(seed)
     text = _program(rng)
     path = _plain(tmp_path, text)
@@ -170,7 +176,9 @@ def test_backward_and_forward_keep_to_the_contour(
 
 @pytest.mark.parametrize("seed", range(12))
 def test_real_time_loops_in_both_directions(seed: int, tmp_path: Path) -> None:
-    """Real-time loops switched on and off at random, with backward motion: contour, limits, distance at the end."""
+    """Real-time loops switched on and off at random, with backward motion:
+    contour, limits, distance at the end.
+    """
     rng = np.random.default_rng(100 + seed)
     text = _program(rng, loops=True)
     path = _plain(tmp_path, text)

@@ -1,4 +1,6 @@
-"""Seeded properties of planner and interpolator: limits at the cycle, end point, live changes, late planner."""
+"""Seeded properties of planner and interpolator: limits at the cycle, end
+point, live changes, late planner.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ pytestmark = pytest.mark.sanitize("engine", "jerk")
 
 
 def polyline(rng: np.random.Generator) -> FloatArray:
-    """Random walks of all scales, smooth curves in short segments, noise, clusters, straight runs of tiny blocks."""
+    """Random walks of all scales, smooth curves in short segments, noise,
+    clusters, straight runs of tiny blocks.
+    """
     n, kind = int(rng.integers(3, 700)), int(rng.integers(0, 5))
     if kind == 0:
         scale = rng.lognormal(rng.uniform(-5, 2), rng.uniform(0.1, 2.5), (n, 1))
@@ -67,7 +71,9 @@ def random_cell(rng: np.random.Generator) -> CellConfig:
 def _drive(
     seed: int, live: bool, step: int, jerk: bool
 ) -> tuple[float, float, bool, int]:
-    """(velocity, acceleration) over their limits, whether the end is met exactly, infeasible states."""
+    """(velocity, acceleration) over their limits, whether the end is met
+    exactly, infeasible states.
+    """
     rng = np.random.default_rng(seed)
     points, cell = polyline(rng), random_cell(rng)
     rows = line_rows(points, float(rng.choice([5.0, 50.0, 300.0, 2000.0])))
@@ -96,7 +102,9 @@ def _drive(
     "live", [False, True], ids=["steady", "override and hold"]
 )
 def test_samples_respect_axis_limits(seed: int, live: bool) -> None:
-    """Any polyline, machine, window and feed, with override steps and feed holds at random: every sample is legal."""
+    """Any polyline, machine, window and feed, with override steps and feed
+    holds at random: every sample is legal.
+    """
     velocity, acceleration, ends, infeasible = _drive(
         seed, live, 149, jerk=True
     )
@@ -128,7 +136,9 @@ def test_without_jerk_samples_respect_axis_limits(
 def test_a_late_planner_leads_to_the_stopping_tail(
     seed: int, jerk: bool
 ) -> None:
-    """While the planner gets no turn the axes brake legally and stand; afterwards the path goes on exactly."""
+    """While the planner gets no turn the axes brake legally and stand;
+    afterwards the path goes on exactly.
+    """
     rng = np.random.default_rng(seed)
     points, cell = polyline(rng), random_cell(rng)
     rows = line_rows(points, 200.0)
@@ -181,7 +191,9 @@ def arc_program(rng: np.random.Generator) -> str:
 def test_arcs_and_helices_are_driven_exactly_and_legally(
     seed: int, program: Callable[..., Path]
 ) -> None:
-    """Measured by a check that did not plan: limits, feed and distance from the programmed contour."""
+    """Measured by a check that did not plan: limits, feed and distance from the
+    programmed contour.
+    """
     path = program(arc_program(np.random.default_rng(seed)))
     result = plan_program(
         Program(path, CellConfig()), window=[30, 120, 190][seed % 3]

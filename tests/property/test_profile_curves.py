@@ -1,4 +1,6 @@
-"""Curves through points, seeded: continuity, deviation, transitions, marks, streams; scipy is the oracle of splines."""
+"""Curves through points, seeded: continuity, deviation, transitions, marks,
+streams; scipy is the oracle of splines.
+"""
 
 from itertools import pairwise
 
@@ -47,7 +49,9 @@ def body(points, feed=3000):
 @pytest.mark.parametrize("setup", [PLAIN, CUBIC])
 @pytest.mark.parametrize("n", [3, 4, 10, 130, 400])
 def test_curves_are_the_splines_of_scipy(shop, setup, n):
-    """Centripetal parameters, free ends: the same curve as scipy's natural splines, C2 (C4), through every point."""
+    """Centripetal parameters, free ends: the same curve as scipy's natural
+    splines, C2 (C4), through every point.
+    """
     points = walk(n, n)
     made = curves(shop.profile(body(points), setup))
     assert len(made) == n - 1
@@ -82,7 +86,9 @@ def test_curves_are_the_splines_of_scipy(shop, setup, n):
 
 @pytest.mark.parametrize("degree", [3, 4, 5])
 def test_b_splines_are_those_of_scipy(degree):
-    """Random control points and knots, single and multiple: every span within 1e-12 of scipy's values."""
+    """Random control points and knots, single and multiple: every span within
+    1e-12 of scipy's values.
+    """
     rng = np.random.default_rng(degree)
     for _ in range(50):
         n = int(rng.integers(degree + 1, 30))
@@ -110,7 +116,9 @@ def test_b_splines_are_those_of_scipy(degree):
 
 
 def test_a_stream_gives_the_same_curve(shop):
-    """However the points are cut into batches, the curve is the same, and little of it is held at a time."""
+    """However the points are cut into batches, the curve is the same, and
+    little of it is held at a time.
+    """
     points = walk(1500, 7)
     whole = curves(shop.profile(body(points), PLAIN))
     parts = curves(shop.profile(body(points), PLAIN), 100)
@@ -128,7 +136,9 @@ def test_a_stream_gives_the_same_curve(shop):
 
 
 def test_passes_behind_g62_are_parallel(shop):
-    """The fit forgets what came before G62: equal points behind equal tangents give equal curves, translated."""
+    """The fit forgets what came before G62: equal points behind equal tangents
+    give equal curves, translated.
+    """
     rng = np.random.default_rng(2)
     there = np.column_stack(
         [
@@ -188,7 +198,9 @@ def test_g66_stops_and_g67_does_not(shop, code, stops):
     ("end", "wanted"), [((20, 10), 120.0), ((30, 10), 169.7056)]
 )
 def test_speed_at_an_edge(shop, end, wanted):
-    """4.3: 1000 mm/s2 and 2 ms let +X to +Y pass at 120 mm/min, a turn of 45 degrees at 169.7056 mm/min."""
+    """4.3: 1000 mm/s2 and 2 ms let +X to +Y pass at 120 mm/min, a turn of 45
+    degrees at 169.7056 mm/min.
+    """
     cell = parse_config(
         "cycle_s = 0.002\n"
         + "".join(f"[axes.{a}]\na_max_mm_s2=1000.0\n" for a in "XYZ")
@@ -207,7 +219,9 @@ def test_speed_at_an_edge(shop, end, wanted):
 
 
 def test_rapid_lines_begin_and_end_at_rest(shop):
-    """G00: straight, rapid, zero speed at both ends; the curves before and behind are of their own."""
+    """G00: straight, rapid, zero speed at both ends; the curves before and
+    behind are of their own.
+    """
     program = shop.profile(
         "X0Y0Z0F3000\nX5\nX10Y1\nG00X40Y10\nG1X45\nX50Y12",
         PLAIN,
@@ -253,7 +267,9 @@ def test_numbers_of_the_blend(turn, radius, length):
 
 @pytest.mark.parametrize("turn", [30, 45, 90, 120, 150])
 def test_blend_leaves_the_corner_by_the_chord(shop, turn):
-    """G63 between straight lines: the piece begins a tangent length before, passes e from the corner, joins C2."""
+    """G63 between straight lines: the piece begins a tangent length before,
+    passes e from the corner, joins C2.
+    """
     a = np.radians(turn)
     text = f"X0Y0Z0F3000\nX10\nG63\nX{10 + 10 * np.cos(a):.7f}Y{10 * np.sin(a):.7f}"
     before, piece, behind = curves(shop.profile(text, PLAIN))
@@ -283,7 +299,9 @@ def test_blend_leaves_the_corner_by_the_chord(shop, turn):
 
 
 def test_blend_of_bent_curves_stays_within_the_chord(shop):
-    """Curves of any shape, corners of any turn: every point is within Chord of the path, blended ones included."""
+    """Curves of any shape, corners of any turn: every point is within Chord of
+    the path, blended ones included.
+    """
     for seed in range(6):
         points = walk(24, seed, 2.0)
         text = body(points[:12]) + "\nG63\n" + body(points[12:])
@@ -315,7 +333,9 @@ MARKS = Marks(
     ],
 )
 def test_curvature_marks(chords, marked):
-    """9.1 with (CRV,1,6,G63): ratio 8 marks, ratio 4 does not, nor what is short of Len; both ways round."""
+    """9.1 with (CRV,1,6,G63): ratio 8 marks, ratio 4 does not, nor what is
+    short of Len; both ways round.
+    """
     xyz = np.array([[0.0, 0, 0], [chords[0], 0, 0], [sum(chords), 0, 0]])
     assert automatic_codes(xyz, None, MARKS).tolist() == [
         BLEND if marked else SMOOTH
@@ -326,7 +346,9 @@ def test_curvature_marks(chords, marked):
     ("end", "marked"), [((20.0, 10.0), True), ((20.0, 4.0), False)]
 )
 def test_edge_marks(end, marked):
-    """9.1 with 30 degrees: a turn of 45 is an edge, one of 21.8 is none; 0 switches the test off."""
+    """9.1 with 30 degrees: a turn of 45 is an edge, one of 21.8 is none; 0
+    switches the test off.
+    """
     xyz = np.array([[0.0, 0, 0], [10.0, 0, 0], [*end, 0]])
     assert automatic_codes(xyz, None, MARKS).tolist() == [
         STOP if marked else SMOOTH
@@ -377,7 +399,9 @@ def test_a_reversal_is_an_edge(shop):
 
 
 def test_null_moves(shop):
-    """Points nearer than NullMov are dropped, equal points always; a transition behind one stays."""
+    """Points nearer than NullMov are dropped, equal points always; a transition
+    behind one stays.
+    """
     setup = changed(PLAIN, THR="(THR,0.01,0,0,0.5,0.05)")
     made = curves(
         shop.profile(
@@ -430,9 +454,14 @@ def test_programmed_points_are_passed(shop):
 
 
 def test_parameter_feed(shop):
-    """ds/dt = F: the manual's spline takes S / F (and its ramps) although its curve is longer than that."""
+    """ds/dt = F: the manual's spline takes S / F (and its ramps) although its
+    curve is longer than that.
+    """
     setup = changed(PLAIN, PNT="(PNT,AXI,AXI,QUI,BSP)")
-    text = "X0Y0Z0K0F60\nX7Y23K0\nX38Y26K0\nX23Y-15K0\nX69Y-15K2.5\nX61Y12K5\nX84Y15K7.5\nK10\nK10\nK10\nK10"
+    text = (
+        "X0Y0Z0K0F60\nX7Y23K0\nX38Y26K0\nX23Y-15K0\nX69Y-15K2.5\n"
+        "X61Y12K5\nX84Y15K7.5\nK10\nK10\nK10\nK10"
+    )
     program = shop.profile(text, setup, head="G61 P3", programmed=False)
     assert plan_program(program).motion_time_s == pytest.approx(10.0, abs=0.5)
 
@@ -449,7 +478,9 @@ def measured(result, axis, order):
 
 
 def test_velocity_limits_of_the_setup(shop):
-    """DIN: Vmax and Vrap of a profile hold on their axis, and on no other; rapid lines stay rapid for the PLC."""
+    """DIN: Vmax and Vrap of a profile hold on their axis, and on no other;
+    rapid lines stay rapid for the PLC.
+    """
     setup = changed(PLAIN, DIN_Y="(DIN,Y,600,,,1200,,)")
     text = (
         "X0Y0Z0F6000\nX30Y20\nX60Y50\nX90Y90\nG00X190Y190\nG1X290Y191\nX390Y192"
@@ -511,7 +542,9 @@ def strict(jrk="(JRK,ENA)"):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_every_limit_of_the_setup_holds(shop, seed):
-    """DIN far below the machine: no axis exceeds velocity, acceleration or jerk, of G01 and of G00, on the samples."""
+    """DIN far below the machine: no axis exceeds velocity, acceleration or
+    jerk, of G01 and of G00, on the samples.
+    """
     points = walk(40, seed)
     far = points[-1] + [60.0, 20.0, 0.0]
     text = body(points, 9000) + "\nG00X{:.4f}Y{:.4f}Z{:.4f}".format(*far)
@@ -592,7 +625,9 @@ def test_scale_and_mode_of_jerk(shop):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_any_points_are_driven(shop, seed):
-    """Random points with random transitions, however sharp: every limit holds, every point is passed."""
+    """Random points with random transitions, however sharp: every limit holds,
+    every point is passed.
+    """
     rng = np.random.default_rng(seed)
     points = rng.uniform(0, 20, (30, 3)).round(3)
     lines = body(points, 6000).splitlines()

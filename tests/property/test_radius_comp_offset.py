@@ -1,4 +1,6 @@
-"""Compensated contours against an offset built with complex numbers, and against the distance to the contour."""
+"""Compensated contours against an offset built with complex numbers, and
+against the distance to the contour.
+"""
 
 from __future__ import annotations
 
@@ -70,7 +72,9 @@ class Piece:
 
 
 def star(seed: int, arcs: bool = True) -> list[Piece]:
-    """A closed counter-clockwise contour with inner and outer corners whose pieces survive an offset of 1."""
+    """A closed counter-clockwise contour with inner and outer corners whose
+    pieces survive an offset of 1.
+    """
     rng = random.Random(seed)
     n = rng.randint(5, 14)
     angles = [2 * math.pi * (i + rng.uniform(-0.2, 0.2)) / n for i in range(n)]
@@ -162,9 +166,11 @@ def path(start: np.ndarray, rows: np.ndarray) -> list[Piece]:
 
 
 def joint(first: Piece, second: Piece, d: float) -> complex | None:
-    """Where the offset curves of two neighbours meet nearest to their common point; None: they do not.
+    """Where the offset curves of two neighbours meet nearest to their common
+    point; None: they do not.
 
-    The curves are followed numerically (Newton on both parameters), nothing is shared with the implementation.
+    The curves are followed numerically (Newton on both parameters), nothing is
+    shared with the implementation.
     """
 
     def at(piece: Piece, near: complex, s: float) -> tuple[complex, complex]:
@@ -194,7 +200,9 @@ def joint(first: Piece, second: Piece, d: float) -> complex | None:
 @pytest.mark.parametrize("code", [41, 42])
 @pytest.mark.parametrize("seed", range(40))
 def test_round_corners_equal_the_analytic_offset(seed: int, code: int) -> None:
-    """Inner corners are the intersections of the offset curves, outer ones arcs about the corner, to 1e-9 mm."""
+    """Inner corners are the intersections of the offset curves, outer ones arcs
+    about the corner, to 1e-9 mm.
+    """
     pieces, radius = star(seed), 1.0
     d = radius if code == 41 else -radius
     start, rows = program(pieces, code, radius)
@@ -223,7 +231,9 @@ def test_round_corners_equal_the_analytic_offset(seed: int, code: int) -> None:
 def test_tool_never_cuts_into_the_contour(
     seed: int, corner: int, code: int
 ) -> None:
-    """Every point of the path is at least R away from the contour; with G26 it is exactly R away."""
+    """Every point of the path is at least R away from the contour; with G26 it
+    is exactly R away.
+    """
     pieces, radius = star(100 + seed), 1.5
     start, rows = program(pieces, code, radius, corner)
     out = compensated(start, rows)
@@ -242,7 +252,9 @@ def test_tool_never_cuts_into_the_contour(
 
 @pytest.mark.parametrize("seed", range(12))
 def test_outer_offset_of_polygons_agrees_with_shapely(seed: int) -> None:
-    """With round corners the path of a polygon of lines lies on the boundary of shapely's buffer."""
+    """With round corners the path of a polygon of lines lies on the boundary of
+    shapely's buffer.
+    """
     pieces = star(200 + seed, arcs=False)
     start, rows = program(pieces, 42, 2.0)
     out = compensated(start, rows)
@@ -292,7 +304,9 @@ def test_streaming_does_not_matter(seed: int, corner: int) -> None:
 
 @pytest.mark.parametrize("seed", range(60))
 def test_wild_contours_are_right_or_refused(seed: int) -> None:
-    """Random walks of lines and arcs: finite rows whose ends join and whose lines keep their direction, or an error."""
+    """Random walks of lines and arcs: finite rows whose ends join and whose
+    lines keep their direction, or an error.
+    """
     rng = random.Random(seed)
     at, pieces = 0j, []
     for _ in range(40):
@@ -349,7 +363,9 @@ def check_joined(start: np.ndarray, rows: np.ndarray) -> None:
 def test_any_sequence_of_commands_gives_a_joined_path_or_an_error(
     seed: int,
 ) -> None:
-    """Selections, corners, sides, radii and deselections in any order between lines, arcs and moves of Z."""
+    """Selections, corners, sides, radii and deselections in any order between
+    lines, arcs and moves of Z.
+    """
     rng = random.Random(1000 + seed)
     at, z, parts = 0j, 0.0, []
     for line in range(1, 80):

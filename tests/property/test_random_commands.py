@@ -1,4 +1,6 @@
-"""Whatever the PLC commands: the samples stay within the limits, and the path goes on when it is let go."""
+"""Whatever the PLC commands: the samples stay within the limits, and the path
+goes on when it is let go.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,8 @@ CASES = [
     for options in ("", "c", "f", "n", "nc", "nf")
     for seed in range(6)
 ]
-# the path is fed anew where it stands; a hold over an inserted stop, twice; a step over a stretch that was cut anew
+# the path is fed anew where it stands; a hold over an inserted stop, twice; a
+# step over a stretch that was cut anew
 CASES += [
     (9, ""),
     (56, ""),
@@ -34,7 +37,9 @@ CASES += [
 def test_random_commands_leave_no_limit(
     tmp_path: Path, seed: int, options: str
 ) -> None:
-    """Feed hold, override, backward motion, single block, inserted stops, deleted distance, loops: at any cycle."""
+    """Feed hold, override, backward motion, single block, inserted stops,
+    deleted distance, loops: at any cycle.
+    """
     rng = np.random.default_rng(seed)
     text = program(rng)
     with Inside(tmp_path, text, config(rng, options)) as cnc:

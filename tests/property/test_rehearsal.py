@@ -1,4 +1,6 @@
-"""What a real-time GEO rehearses ahead of a cycle changes neither the motion nor what the PLC sees at the cycles."""
+"""What a real-time GEO rehearses ahead of a cycle changes neither the motion
+nor what the PLC sees at the cycles.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ def _memory(cnc: Inside) -> bytes:
 def _run(
     folder: Path, seed: int, options: str, rehearse: bool
 ) -> tuple[FloatArray, list[int]]:
-    """Positions at the cycle; hashes of the channel and the axes as a PLC would find them after each cycle."""
+    """Positions at the cycle; hashes of the channel and the axes as a PLC would
+    find them after each cycle.
+    """
     rng = np.random.default_rng(seed)
     seen: list[int] = []
     with Inside(folder, program(rng), config(rng, options)) as cnc:

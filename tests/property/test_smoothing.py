@@ -1,4 +1,6 @@
-"""Smoothing within a tolerance: certified deviation recomputed by dense sampling, order of rows, smoothness, engine."""
+"""Smoothing within a tolerance: certified deviation recomputed by dense
+sampling, order of rows, smoothness, engine.
+"""
 
 from __future__ import annotations
 
@@ -83,7 +85,9 @@ SHAPES: dict[str, Callable[[np.random.Generator], FloatArray]] = {
 def test_the_path_stays_within_the_tolerance(
     shape: str, tolerance: float
 ) -> None:
-    """Both ways, to the exact end, with every programmed row kept as an element and its distance covered."""
+    """Both ways, to the exact end, with every programmed row kept as an element
+    and its distance covered.
+    """
     points = SHAPES[shape](np.random.default_rng(len(shape)))
     points = points - points[0]
     rows = line_rows(points, 100.0)
@@ -133,7 +137,9 @@ def test_dense_data_needs_few_pieces_and_follows_the_curve_behind_it() -> None:
 
 
 def test_long_lines_stay_exact_between_blends() -> None:
-    """A square: the corners are blended symmetrically by the tolerance, the sides are driven exactly."""
+    """A square: the corners are blended symmetrically by the tolerance, the
+    sides are driven exactly.
+    """
     points = np.array(
         [[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0], [0, 0, 0.0]]
     )
@@ -156,7 +162,9 @@ def test_a_line_between_stops_is_the_programmed_row() -> None:
 
 
 def test_true_edges_and_stops_are_met_exactly() -> None:
-    """A turn over the limit stays a corner; an exact stop ends on its point and stops the last piece."""
+    """A turn over the limit stays a corner; an exact stop ends on its point and
+    stops the last piece.
+    """
     points = np.array(
         [
             [0, 0, 0],
@@ -195,7 +203,9 @@ def rows_among(points: FloatArray, at: int, kind: int, flags: int = 0) -> Any:
 
 @pytest.mark.parametrize("kind", [M, DWELL])
 def test_functions_take_effect_on_their_point(kind: int) -> None:
-    """An M function cuts a piece, nothing more; a dwell ends the section. Both stand behind what comes before them."""
+    """An M function cuts a piece, nothing more; a dwell ends the section. Both
+    stand behind what comes before them.
+    """
     points = rounded_curve(np.random.default_rng(9), 120, 0.3)
     rows = rows_among(points, 60, kind)
     batch, _ = smooth(rows, points[0], 0.01)
@@ -251,7 +261,9 @@ def test_rapid_motion_is_not_smoothed() -> None:
 
 
 def test_rows_switch_the_smoothing() -> None:
-    """NC_SMOOTHING rows: off until the first one, its tolerance, off again; the rows themselves are consumed."""
+    """NC_SMOOTHING rows: off until the first one, its tolerance, off again; the
+    rows themselves are consumed.
+    """
     points = rounded_curve(np.random.default_rng(6), 150, 0.5)
     rows, switch = line_rows(points, 100.0), np.zeros(2, NC_BLOCK)
     switch["type"], switch["code"], switch["value"] = SMOOTHING, [1, 0], 0.05
@@ -366,7 +378,9 @@ def test_rotary_motion_alone_passes_unchanged() -> None:
     ],
 )
 def test_the_engine_drives_what_comes_out(shape: str) -> None:
-    """Limits and deviation of the samples by the check that did not plan; the PLC's element follows the path."""
+    """Limits and deviation of the samples by the check that did not plan; the
+    PLC's element follows the path.
+    """
     points = SHAPES[shape](np.random.default_rng(3))
     points = points - points[0]
     rows = line_rows(points, 100.0)
@@ -431,7 +445,9 @@ def test_plan_uses_the_tolerance(program: Callable[..., Path]) -> None:
 
 
 def test_a_long_stream_needs_no_more_memory() -> None:
-    """Rows come out as they go in: what the stage holds back is bounded, and so is Python's memory."""
+    """Rows come out as they go in: what the stage holds back is bounded, and so
+    is Python's memory.
+    """
     points = rounded_curve(np.random.default_rng(1), 20_000, 0.05)
     rows = line_rows(points, 100.0)
     stage, behind, peak = Smoothing(points[0], MACHINE, 0.01), 0, 0

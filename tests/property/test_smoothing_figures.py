@@ -1,4 +1,6 @@
-"""Smoothing: what the path is worth - curvature against the curve behind the data, motion times, windows that fail."""
+"""Smoothing: what the path is worth - curvature against the curve behind the
+data, motion times, windows that fail.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ def contour_points(first: int, n: int) -> tuple[FloatArray, FloatArray]:
 
 @pytest.mark.parametrize("tolerance", [0.005, 0.01, 0.05])
 def test_windows_do_not_show_in_the_curve(tolerance: float) -> None:
-    """The curvature of the contour comes back, also where knots were first laid without knowing what follows."""
+    """The curvature of the contour comes back, also where knots were first laid
+    without knowing what follows.
+    """
     points, bend = contour_points(0, 2000)
     rows = line_rows(points, 100.0)
     batch, report = smooth(rows, points[0], tolerance, machine=FAST)
@@ -47,7 +51,9 @@ def test_windows_do_not_show_in_the_curve(tolerance: float) -> None:
 
 @pytest.mark.parametrize("tolerance", [0.005, 0.01])
 def test_noise_of_the_data_is_not_followed(tolerance: float) -> None:
-    """Points of an arc that scatter by 2 um: the path is the arc within the tolerance, not the scatter."""
+    """Points of an arc that scatter by 2 um: the path is the arc within the
+    tolerance, not the scatter.
+    """
     angle = np.cumsum(np.random.default_rng(5).uniform(0.004, 0.012, 500))
     points = 20 * np.column_stack([np.cos(angle) - 1, np.sin(angle), 0 * angle])
     points = (
@@ -62,7 +68,9 @@ def test_noise_of_the_data_is_not_followed(tolerance: float) -> None:
 
 
 def test_a_surface_with_kinks_needs_no_fallback() -> None:
-    """Raster over a surface with an edge in it, rounded to a micrometre: every window finds its curve."""
+    """Raster over a surface with an edge in it, rounded to a micrometre: every
+    window finds its curve.
+    """
     x = np.concatenate(
         [np.arange(0, 22, 0.9), np.arange(22, 40, 0.35), np.arange(40, 90, 1.3)]
     )
@@ -83,7 +91,9 @@ def test_a_surface_with_kinks_needs_no_fallback() -> None:
 
 
 def test_corners_close_to_each_other_stay_corners() -> None:
-    """A raster with right angles 0.5 mm apart: blends at every corner, exact lines between, whatever the tolerance."""
+    """A raster with right angles 0.5 mm apart: blends at every corner, exact
+    lines between, whatever the tolerance.
+    """
     x = np.array([0.0, 60.0, 60.0, 0.0] * 5)
     points = np.column_stack([x, np.arange(20) // 2 * 0.5, 0 * x])
     rows = line_rows(points, 200.0)
@@ -96,7 +106,9 @@ def test_corners_close_to_each_other_stay_corners() -> None:
 
 
 def test_lines_in_short_blocks_are_lines() -> None:
-    """A scan with vertical steps, 0.25 mm a block: what is straight is driven exactly, curves are at the edges only."""
+    """A scan with vertical steps, 0.25 mm a block: what is straight is driven
+    exactly, curves are at the edges only.
+    """
     x = np.arange(0, 60, 0.25)
     height = np.where((x > 15) & (x < 30), 5.0, 0.0) + np.where(
         x > 40, (x - 40) * 0.5, 0.0
@@ -113,7 +125,9 @@ def test_lines_in_short_blocks_are_lines() -> None:
 
 
 def test_points_left_out_on_a_line_stay_beside_it() -> None:
-    """Thousands of nearly collinear points that wander by more than may be left out: the tolerance holds."""
+    """Thousands of nearly collinear points that wander by more than may be left
+    out: the tolerance holds.
+    """
     rng = np.random.default_rng(3)
     wander = np.cumsum(rng.normal(size=(3000, 2)) * 4e-6, axis=0)
     points = np.column_stack([np.arange(3000) * 0.01, wander - wander[0]])
@@ -124,7 +138,9 @@ def test_points_left_out_on_a_line_stay_beside_it() -> None:
 
 
 def test_turns_of_rotary_axes_over_microns_are_not_blended() -> None:
-    """Degrees of a rotary axis over 3 um: driven as programmed, from rest to rest; what lies between is smoothed."""
+    """Degrees of a rotary axis over 3 um: driven as programmed, from rest to
+    rest; what lies between is smoothed.
+    """
     points = np.zeros((41, 5))
     points[1::2, 0] = points[2::2, 0] = np.arange(1, 21) * 2.0
     points[:, 1] = np.arange(41) // 2 * 0.003

@@ -1,4 +1,6 @@
-"""Seeded property of the planner without jerk: blocks much shorter than a cycle, at corners of lines and arcs."""
+"""Seeded property of the planner without jerk: blocks much shorter than a
+cycle, at corners of lines and arcs.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +57,9 @@ class Walk:
 
 
 def tiny_blocks(rng: np.random.Generator) -> npt.NDArray[Any]:
-    """Lines and arcs of one scale, gentle or sharp corners, runs of tiny blocks in any direction at these."""
+    """Lines and arcs of one scale, gentle or sharp corners, runs of tiny blocks
+    in any direction at these.
+    """
     walk, scale, size = (
         Walk(),
         float(rng.lognormal(rng.uniform(-4, 2))),
@@ -106,7 +110,9 @@ def any_cell(rng: np.random.Generator) -> CellConfig:
 def test_tiny_blocks_at_corners_keep_to_the_limits(
     seed: int, live: bool
 ) -> None:
-    """What cycles show: 1.02 of velocity and acceleration, 1.005 of the feed, whatever lies beside a corner."""
+    """What cycles show: 1.02 of velocity and acceleration, 1.005 of the feed,
+    whatever lies beside a corner.
+    """
     rng = np.random.default_rng(seed)
     rows, cell = tiny_blocks(rng), any_cell(rng)
     feed = rows["feed"] = max(

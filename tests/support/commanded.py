@@ -1,4 +1,6 @@
-"""A program and a PLC that are both random: every command of the HLI that touches the path, in any order."""
+"""A program and a PLC that are both random: every command of the HLI that
+touches the path, in any order.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ FORESIGHT = " | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"
 
 
 def program(rng: np.random.Generator) -> str:
-    """800 blocks: lines and arcs of 0.05 to 9 mm, M functions that are waited for, dwells, real-time loops, M01."""
+    """800 blocks: lines and arcs of 0.05 to 9 mm, M functions that are waited
+    for, dwells, real-time loops, M01.
+    """
     kind = rng.integers(0, 4)
     lines = ["N10 #CONTOUR LOOKAHEAD LOG ON [PARAM=1]", "N20 G01 X30 Y0 F6000"]
     x, y = 30.0, 0.0
@@ -69,7 +73,9 @@ def program(rng: np.random.Generator) -> str:
 
 
 def config(rng: np.random.Generator, options: str) -> str:
-    """Cell configuration; options: n no jerk limit, c another cycle than 1 ms, f the functions that look ahead."""
+    """Cell configuration; options: n no jerk limit, c another cycle than 1 ms,
+    f the functions that look ahead.
+    """
     text = NO_JERK if "n" in options else ""
     if "c" in options:
         text = f"cycle_s = {rng.choice([5e-4, 2e-3, 4e-3]):g}\n" + text
@@ -134,7 +140,8 @@ class RandomPlc:
 def drive(
     cnc: Inside, rng: np.random.Generator, cycles: Callable[[int, int], Event]
 ) -> tuple[FloatArray, float]:
-    """Positions (n, axes) in mm at the cycle, and mm of path driven since the commands have ended (inf: program end).
+    """Positions (n, axes) in mm at the cycle, and mm of path driven since the
+    commands have ended (inf: program end).
 
     ``cycles(n, turn)`` runs up to n cycles.
     """

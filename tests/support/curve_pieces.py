@@ -15,7 +15,9 @@ from support.drive import FloatArray
 
 
 def spline(rng: np.random.Generator, axes: int = 3) -> PPoly:
-    """A random C2 cubic or C4 quintic through points at all scales, parameter about the chord length."""
+    """A random C2 cubic or C4 quintic through points at all scales, parameter
+    about the chord length.
+    """
     n = int(rng.integers(6, 40))
     scale = rng.lognormal(0.0, 1.2)
     steps = rng.normal(size=(n, axes)) + np.eye(axes)[0] * rng.uniform(0.0, 3.0)
@@ -36,7 +38,9 @@ def spline(rng: np.random.Generator, axes: int = 3) -> PPoly:
 def pieces(
     curve: PPoly, main: int = 3
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """(coefficients ascending (n, axes, order), parameter ends, lengths by scipy's quadrature) without empty spans."""
+    """(coefficients ascending (n, axes, order), parameter ends, lengths by
+    scipy's quadrature) without empty spans.
+    """
     keep = np.diff(curve.x) > 1e-9
     coef = np.moveaxis(curve.c[::-1], 0, 2)[keep]
     ends = np.diff(curve.x)[keep]
@@ -57,9 +61,11 @@ def pieces(
 
 
 def deviation(coef: FloatArray, ends: FloatArray, pos: FloatArray) -> float:
-    """Largest distance of the positions from the curve: nearest dense samples, then the exact feet on their pieces.
+    """Largest distance of the positions from the curve: nearest dense samples,
+    then the exact feet on their pieces.
 
-    Where the curve passes twice within the samples' distance the nearest one may be of the other pass: more are tried.
+    Where the curve passes twice within the samples' distance the nearest one
+    may be of the other pass: more are tried.
     """
     unit = normalised(coef, ends)
     w = np.linspace(0.0, 1.0, 200)

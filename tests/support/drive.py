@@ -32,7 +32,9 @@ def line_rows(points: FloatArray, feed: float) -> npt.NDArray[Any]:
 def curve_rows(
     coef: FloatArray, ends: FloatArray, lengths: FloatArray, feed: float
 ) -> tuple[Any, FloatArray]:
-    """(rows, pool) of polynomials: coef (n, axes, order) ascending over 0..ends[i], of the given lengths in mm."""
+    """(rows, pool) of polynomials: coef (n, axes, order) ascending over
+    0..ends[i], of the given lengths in mm.
+    """
     n, axes, order = coef.shape
     rows = np.zeros(n, NC_BLOCK)
     powers = ends[:, None] ** np.arange(order)
@@ -58,9 +60,11 @@ def drive(
     pool: FloatArray | None = None,
     jerk: bool = True,
 ) -> tuple[FloatArray, Any]:
-    """(positions at the cycle (n, axes), final engine state); ``each_step`` is called every ``step`` cycles.
+    """(positions at the cycle (n, axes), final engine state); ``each_step`` is
+    called every ``step`` cycles.
 
-    ``pool``: coefficients of the polynomials among the rows.  ``jerk`` False: the acceleration-limited planner.
+    ``pool``: coefficients of the polynomials among the rows.  ``jerk`` False:
+    the acceleration-limited planner.
     """
     coefficients = np.empty(0) if pool is None else pool
     engine = Engine(cell, window=window, record_rows=65536, jerk=jerk)

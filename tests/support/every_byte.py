@@ -36,7 +36,9 @@ def leaves(
 
 
 def bytes_of(keep_out: tuple[str, ...]) -> npt.NDArray[np.int64]:
-    """Offsets of the bytes of channel 0 and the first axes, without the members whose name ends so."""
+    """Offsets of the bytes of channel 0 and the first axes, without the members
+    whose name ends so.
+    """
     areas = [(layout.HLI_CHANNEL, layout.HLI_SEGMENT.channel.offset)]
     size = ctypes.sizeof(layout.HLI_AXIS)
     areas += [

@@ -1,7 +1,9 @@
-"""A CNC for tests of the HLI and of the PLC side: a table of elements, a log, the sidecar protocol, no machine.
+"""A CNC for tests of the HLI and of the PLC side: a table of elements, a log,
+the sidecar protocol, no machine.
 
-In a test it runs in a thread (``with FakeCnc(...) as cnc``) or cycle by cycle (``cnc.cycle()``); as a program
-(``python fake_cnc.py NAME JSON``) it is a process of its own.
+In a test it runs in a thread (``with FakeCnc(...) as cnc``) or cycle by cycle
+(``cnc.cycle()``); as a program (``python fake_cnc.py NAME JSON``) it is a
+process of its own.
 """
 
 from __future__ import annotations
@@ -38,7 +40,9 @@ def elements(lengths: list[float]) -> np.ndarray[Any, Any]:
 
 
 class FakeCnc:
-    """Moves ``speed`` along its path in each cycle, answers from its tables, ends its program at the path's end."""
+    """Moves ``speed`` along its path in each cycle, answers from its tables,
+    ends its program at the path's end.
+    """
 
     def __init__(
         self,
@@ -178,7 +182,9 @@ class FakeCnc:
 
 
 def main() -> None:
-    """A process: NAME and the constructor's numbers as JSON; says "ready", runs until finished or killed."""
+    """A process: NAME and the constructor's numbers as JSON; says "ready", runs
+    until finished or killed.
+    """
     arguments = json.loads(sys.argv[2])
     lengths, log = arguments.pop("lengths", []), arguments.pop("log", [])
     cnc = FakeCnc(

@@ -1,4 +1,6 @@
-"""A CNC inside the test's own process: engine, segment and one program; the test plays the PLC on the raw memory."""
+"""A CNC inside the test's own process: engine, segment and one program; the
+test plays the PLC on the raw memory.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ from support.limits import FloatArray
 
 
 class Inside:
-    """``with Inside(tmp_path, "N10 G1 X10 F1000") as cnc``; ``cnc.channel`` is the channel's memory."""
+    """``with Inside(tmp_path, "N10 G1 X10 F1000") as cnc``; ``cnc.channel`` is
+    the channel's memory.
+    """
 
     def __init__(
         self,

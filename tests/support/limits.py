@@ -1,6 +1,6 @@
 """Samples at the cycle against the limits of the axes: one measure and one slack.
 
-The slack is the goal of the planners (``docs/planner.md``): 2 % at the cycle.
+The slack is the goal of the planners (``docs/explanation/planner.md``): 2 % at the cycle.
 A speed has less, since nothing but rounding may exceed it.
 """
 

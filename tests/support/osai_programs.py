@@ -1,4 +1,6 @@
-"""Programs and setups of the 10-Series dialect for tests: the specification's machines and examples, by line."""
+"""Programs and setups of the 10-Series dialect for tests: the specification's
+machines and examples, by line.
+"""
 
 from __future__ import annotations
 
@@ -91,7 +93,9 @@ id = 6
 
 
 def changed(setup: str, **lines: str | None) -> str:
-    """The setup with whole lines replaced: key ``PNT`` or ``AXI_X`` names the line, None takes it out."""
+    """The setup with whole lines replaced: key ``PNT`` or ``AXI_X`` names the
+    line, None takes it out.
+    """
     out = setup.splitlines()
     for key, text in lines.items():
         head = "(" + key.replace("_", ",")

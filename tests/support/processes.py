@@ -1,4 +1,6 @@
-"""Real processes for tests: the PLC runtime and the fake CNC; what a failed test leaves running is ended."""
+"""Real processes for tests: the PLC runtime and the fake CNC; what a failed
+test leaves running is ended.
+"""
 
 import json
 import subprocess

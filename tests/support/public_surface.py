@@ -1,4 +1,6 @@
-"""The public surface as lines of text: names, signatures, commands, JSON keys, keys of cell.toml."""
+"""The public surface as lines of text: names, signatures, commands, JSON keys,
+keys of cell.toml.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +11,7 @@ import json
 import subprocess
 from collections.abc import Callable, Iterator
 from enum import Enum
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, get_args
 
@@ -111,7 +114,7 @@ def pytest_names() -> list[str]:
     lines = inspect.getsource(plugin).splitlines()
     fixtures = [
         after.partition("def ")[2].partition("(")[0]
-        for line, after in zip(lines, lines[1:], strict=False)
+        for line, after in pairwise(lines)
         if line.startswith("@pytest.fixture")
     ]
     options: list[str] = []

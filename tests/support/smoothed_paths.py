@@ -8,12 +8,8 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import ELEMENT, PIECE, POLYNOMIAL, BlockBatch
-from cnc_core.geometry.shapes.polynomial import (
-    coefficients,
-    derivative,
-    joined,
-    value,
-)
+from cnc_core.blocks.pool import coefficients, joined
+from cnc_core.geometry.shapes.polynomial import derivative, value
 from cnc_core.geometry.stages.smoothing import (
     Smoothing,
     SmoothingMachine,

@@ -66,7 +66,7 @@ typedef struct problem {
         acc_sets; /* intervals; first stage with rows; blocks of LANES stages;
                      axes that move */
     int axis[JERK_AXES]; /* which they are */
-    bool rest_start;
+    bool from_standstill;
     double *lengths, *x, *accel, *input[2]; /* stages */
     double *dx, *du, *dc[2];
     double *guess;       /* knots: x the floors refer to */

@@ -85,11 +85,9 @@ class Smoothing:
         carried: float = 0.0,
     ) -> None:
         config = ffi.new("nc_smooth_config *")
-        config.axes, config.main_axis, config.rotary = (
-            len(start),
-            list(machine.main),
-            machine.rotary,
-        )
+        config.axes = len(start)
+        config.main_axis = list(machine.main)
+        config.rotary = machine.rotary
         config.accel, config.feed = machine.accel, machine.feed
         self._carried = carried
         # what is left to them now: less from the first tolerance on that has no

@@ -1,4 +1,6 @@
-"""PLC program of a test: follows the contour by the manual's new-element rule and notes every element it gets."""
+"""PLC program of a test: follows the contour by the manual's new-element rule
+and notes every element it gets.
+"""
 
 from plc_client import ContourLookahead, task
 

@@ -1,4 +1,6 @@
-"""PLC of ``test_isons_run.py``: answers an output with an input, and a generic variable with another one."""
+"""PLC of ``test_isons_run.py``: answers an output with an input, and a generic
+variable with another one.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""PLC of ``test_isons_run.py``: pauses the program when the path has driven 10 mm, goes on 50 scans later."""
+"""PLC of ``test_isons_run.py``: pauses the program when the path has driven 10
+mm, goes on 50 scans later.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""PLC of ``test_isons_run.py``: drives 10 mm back behind 25 mm, then forward; tells where output 3 comes."""
+"""PLC of ``test_isons_run.py``: drives 10 mm back behind 25 mm, then forward;
+tells where output 3 comes.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ TENTH_UM = 10_000.0
 
 @task(interval=0.001)
 class Retraces:
-    """``back``: where the path turned; ``at``: where the output came; ``scans``: since it is driven forward again."""
+    """``back``: where the path turned; ``at``: where the output came;
+    ``scans``: since it is driven forward again.
+    """
 
     def setup(self, hli: Any) -> None:
         self.channel, self.area = hli.gpCh[0], hli.gpVEGlobal

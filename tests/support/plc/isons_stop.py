@@ -1,4 +1,6 @@
-"""PLC of ``test_isons_run.py``: stops the program when the path has driven 10 mm, from HOLD if it is told so."""
+"""PLC of ``test_isons_run.py``: stops the program when the path has driven 10
+mm, from HOLD if it is told so.
+"""
 
 from __future__ import annotations
 

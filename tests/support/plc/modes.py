@@ -1,4 +1,6 @@
-"""PLC program of ``e2e/test_modes.py``: starts, holds, aborts, restarts and selects programs; tells what it saw."""
+"""PLC program of ``e2e/test_modes.py``: starts, holds, aborts, restarts and
+selects programs; tells what it saw.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ SELECTED, READY, ACTIVE, HOLD, RESET = 2, 3, 4, 5, 15
 
 @task(interval=0.001)
 class Modes:
-    """A list of steps: send a command when the state before it is reached, wait until the distance given."""
+    """A list of steps: send a command when the state before it is reached, wait
+    until the distance given.
+    """
 
     def setup(self, hli: Any) -> None:
         self.ch = hli.gpCh[0]

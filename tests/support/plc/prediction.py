@@ -1,4 +1,6 @@
-"""PLC program of a test: notes what the CNC foresees, cycle by cycle, and holds the feed for a while."""
+"""PLC program of a test: notes what the CNC foresees, cycle by cycle, and holds
+the feed for a while.
+"""
 
 from plc_client import task
 

@@ -1,4 +1,6 @@
-"""PLC program of a test: fetches technology functions, acknowledges them late and out of order, notes what it saw."""
+"""PLC program of a test: fetches technology functions, acknowledges them late
+and out of order, notes what it saw.
+"""
 
 import random
 

@@ -1,4 +1,6 @@
-"""A hostile PLC: random bytes into its whole mapping of channel and axes in each scan, sidecar and head excepted."""
+"""A hostile PLC: random bytes into its whole mapping of channel and axes in
+each scan, sidecar and head excepted.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ MODES = os.environ.get("HOSTILE_MODES") == "1"
 
 @task(interval=0.002)
 class Hostile:
-    """Path-neutral unless HOSTILE_MODES is 1: then mode commands with random states and names for a while."""
+    """Path-neutral unless HOSTILE_MODES is 1: then mode commands with random
+    states and names for a while.
+    """
 
     def setup(self, hli: Any) -> None:
         self.hli, self.rng, self.scans = hli, np.random.default_rng(1), 0

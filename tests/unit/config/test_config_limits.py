@@ -1,4 +1,6 @@
-"""Axis limits with which no motion ever ends, and numbers that belong to no key, are refused with a reason."""
+"""Axis limits with which no motion ever ends, and numbers that belong to no
+key, are refused with a reason.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +12,18 @@ from cnc_core.errors import CncError
 
 @pytest.mark.parametrize("key", ["v_max_mm_s", "a_max_mm_s2"])
 def test_limits_that_end_no_motion(key: str) -> None:
-    """1e-300 mm/s is a number, but a millimetre would take longer than the universe: the key is named."""
+    """1e-300 mm/s is a number, but a millimetre would take longer than the
+    universe: the key is named.
+    """
     with pytest.raises(CncError, match=f"axes.X.{key}"):
         parse_config(f"[axes.X]\n{key} = 1e-300\n[axes.Y]\n[axes.Z]\n")
 
 
 @pytest.mark.parametrize("jerk", ["1e-6", "0.01", "0.999"])
 def test_a_jerk_limit_below_rounding(jerk: str) -> None:
-    """Over the minutes such a motion lasts positions round to more jerk than that (61 times 0.01 mm/s3): refused."""
+    """Over the minutes such a motion lasts positions round to more jerk than
+    that (61 times 0.01 mm/s3): refused.
+    """
     with pytest.raises(
         CncError, match=r"axes\.X.*j_max_mm_s3 .* below 1 mm/s3"
     ):

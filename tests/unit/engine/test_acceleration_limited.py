@@ -1,4 +1,6 @@
-"""Acceleration-limited programs: as fast as the limits of the axes allow, by passes over a fine grid of their own."""
+"""Acceleration-limited programs: as fast as the limits of the axes allow, by
+passes over a fine grid of their own.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -27,7 +29,9 @@ def plan_of(path: Path, samples: bool = False) -> PlanResult:
 
 
 def fastest_circle(radius: float, feed: float, n: int = 20000) -> float:
-    """Time of a full circle from rest to rest: the largest and least path acceleration at every knot, first order."""
+    """Time of a full circle from rest to rest: the largest and least path
+    acceleration at every knot, first order.
+    """
     angle, h = np.linspace(0, 2 * np.pi, n + 1), 2 * np.pi * radius / n
     d1 = np.abs(np.column_stack([np.sin(angle), np.cos(angle)])) + 1e-9
     sign = np.sign(np.column_stack([-np.sin(angle), np.cos(angle)]) + 1e-12)
@@ -66,7 +70,9 @@ def test_a_circle_takes_the_shortest_time(
 def hardest_stop(
     angle: float, way: int, radius: float, v: float, h: float = 0.005
 ) -> float:
-    """Way to rest on a circle from speed v at an angle (way: 1, -1): the least path acceleration at every place."""
+    """Way to rest on a circle from speed v at an angle (way: 1, -1): the least
+    path acceleration at every place.
+    """
     x, s = v * v, 0.0
     while x > 0 and s < 10 * radius:
         c, n = (
@@ -87,7 +93,9 @@ def hardest_stop(
 def test_a_hold_on_a_circle_takes_the_shortest_way(
     program: Callable[..., Path], seed: int
 ) -> None:
-    """From the second cycle behind the hold on: at most 1.05 of braking as hard as the axes allow at every place."""
+    """From the second cycle behind the hold on: at most 1.05 of braking as hard
+    as the axes allow at every place.
+    """
     rng = np.random.default_rng(seed)
     radius, moment, side = (
         float(rng.uniform(5, 30)),
@@ -144,7 +152,9 @@ def test_unequal_axes_keep_their_speeds_between_knots(tmp_path: Path) -> None:
 def test_blended_corners_take_no_longer_than_exact_ones(
     turn: int, tolerance: float, tmp_path: Path
 ) -> None:
-    """Long lines and a small blend: rounding at their joints is no corner beside which its curvature counts twice."""
+    """Long lines and a small blend: rounding at their joints is no corner
+    beside which its curvature counts twice.
+    """
     at = np.radians(turn)
     (tmp_path / "a.nc").write_text(
         f"G1 X7 F6000\nX{7 + 7 * np.cos(at):.5f} Y{7 * np.sin(at):.5f}\nM30\n"
@@ -168,7 +178,9 @@ def test_blended_corners_take_no_longer_than_exact_ones(
 def test_tiny_blocks_at_corners_leave_the_acceleration_to_them(
     cycle: float, size: float, run: int
 ) -> None:
-    """Corners of 0.01 rad, behind each of them blocks shorter than a cycle: what lies beyond counts too."""
+    """Corners of 0.01 rad, behind each of them blocks shorter than a cycle:
+    what lies beyond counts too.
+    """
     points, heading = [np.zeros(3)], 0.0
     for _ in range(60):
         heading += 0.01

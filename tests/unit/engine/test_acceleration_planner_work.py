@@ -1,4 +1,6 @@
-"""What the planner without jerk leaves out: stretches, phases and windows that change nothing of the motion."""
+"""What the planner without jerk leaves out: stretches, phases and windows that
+change nothing of the motion.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,9 @@ def _drive(
 def test_an_arc_at_its_feed_is_one_phase_however_far_the_commits_reach(
     tmp_path: Path,
 ) -> None:
-    """At 50 mm/s arcs of 3 mm radius or more keep the feed: a phase an arc, and one more where a commit cuts it."""
+    """At 50 mm/s arcs of 3 mm radius or more keep the feed: a phase an arc, and
+    one more where a commit cuts it.
+    """
     path = write_arcs(tmp_path / "a.nc", 200, 3000.0)
     time, phases, rows = _drive(path, 120)
     assert time == pytest.approx(200 * 4.0 / 50.0, rel=0.01)
@@ -52,7 +56,9 @@ def test_an_arc_at_its_feed_is_one_phase_however_far_the_commits_reach(
 def test_windows_that_cover_the_braking_distance_give_the_same_motion(
     tmp_path: Path, workload: str, tolerance: float
 ) -> None:
-    """Needs that a later window does not change are not looked at again: it shows only where commits cut steps."""
+    """Needs that a later window does not change are not looked at again: it
+    shows only where commits cut steps.
+    """
     path = WORKLOADS[workload].write(tmp_path / "a.nc", 1500)
     times = [
         _drive(path, window, tolerance, workload)[0]
@@ -65,7 +71,9 @@ def test_windows_that_cover_the_braking_distance_give_the_same_motion(
 def test_five_axis_lines_keep_their_limits_under_override_steps_and_holds(
     tmp_path: Path, seed: int
 ) -> None:
-    """Constant bounds of gentle pieces are made for an override; a larger one comes when that is legal."""
+    """Constant bounds of gentle pieces are made for an override; a larger one
+    comes when that is legal.
+    """
     path = WORKLOADS["five-axis"].write(tmp_path / "a.nc", 1200)
     rng = np.random.default_rng(seed)
 

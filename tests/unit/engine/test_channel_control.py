@@ -72,7 +72,9 @@ def _stops(cnc: Inside) -> list[float]:
 def test_absolute_stop(
     value: float, mode: int, axis: int, stops: list[float], tmp_path: Path
 ) -> None:
-    """An absolute stop stands where it was asked for, in a block, at its end, at an axis position, at the end."""
+    """An absolute stop stands where it was asked for, in a block, at its end,
+    at an axis position, at the end.
+    """
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.until(lambda: cnc.state.dist_prog_start > 20_000)
         _insert(cnc, value * 10000, mode, axis)
@@ -82,7 +84,9 @@ def test_absolute_stop(
 
 
 def test_relative_stops(tmp_path: Path) -> None:
-    """Relative once counts from where the command came; repeated stops follow each other at that distance."""
+    """Relative once counts from where the command came; repeated stops follow
+    each other at that distance.
+    """
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.until(lambda: cnc.state.dist_prog_start > 50_000)
         at = cnc.state.dist_prog_start / 10000
@@ -97,7 +101,9 @@ def test_relative_stops(tmp_path: Path) -> None:
 
 
 def test_a_stop_too_near_stands_as_soon_as_possible(tmp_path: Path) -> None:
-    """A stop nearer than the path can brake stands where it can; the state tells where the next stop is."""
+    """A stop nearer than the path can brake stands where it can; the state
+    tells where the next stop is.
+    """
     with Inside(tmp_path, "N10 G1 X200 F18000\n") as cnc:
         cnc.until(lambda: cnc.state.dist_prog_start > 500_000)
         at = cnc.state.dist_prog_start / 10000
@@ -157,7 +163,9 @@ def test_a_wrong_insert_is_taken_and_does_nothing(
 
 # ---------------------------------------------------------------- delete distance to go
 def test_delete_distance_to_go(tmp_path: Path) -> None:
-    """The rising edge brakes and leads straight to the end of the next motion block; functions between are not lost."""
+    """The rising edge brakes and leads straight to the end of the next motion
+    block; functions between are not lost.
+    """
     with Inside(
         tmp_path,
         "N10 G1 X50 F6000\nN15 M8\nN20 Y20\nN30 X0\nN40 Y0\n",
@@ -188,8 +196,13 @@ def test_delete_distance_to_go(tmp_path: Path) -> None:
 
 
 def test_delete_distance_to_go_to_a_mark(tmp_path: Path) -> None:
-    """With a valid end mark the path leads straight to it; a mark without a common bit does not count."""
-    text = "N10 G1 X50 F6000\nN20 Y20\n#DEL DIST2GO [END = 8]\nN30 X40\nN40 Y30\n#DEL DIST2GO [END = 4]\nN50 X0\n"
+    """With a valid end mark the path leads straight to it; a mark without a
+    common bit does not count.
+    """
+    text = (
+        "N10 G1 X50 F6000\nN20 Y20\n#DEL DIST2GO [END = 8]\nN30 X40\n"
+        "N40 Y30\n#DEL DIST2GO [END = 4]\nN50 X0\n"
+    )
     with Inside(tmp_path, text) as cnc:
         cnc.level(cnc.bahn.del_dist_to_go_end, 4)
         cnc.until(lambda: cnc.state.dist_prog_start > 200_000)
@@ -214,7 +227,9 @@ def test_delete_distance_to_go_in_the_last_block(tmp_path: Path) -> None:
 def test_backward_motion_waits_for_the_way_back_to_the_path(
     tmp_path: Path,
 ) -> None:
-    """The rest of a block is deleted, and the axes stand beside the path: there is nothing to turn back on."""
+    """The rest of a block is deleted, and the axes stand beside the path: there
+    is nothing to turn back on.
+    """
     with Inside(
         tmp_path, "N10 G1 X50 F6000\n#FLUSH WAIT\nN15 G4 X0.05\nN20 Y20\n"
     ) as cnc:
@@ -234,7 +249,9 @@ def test_backward_motion_waits_for_the_way_back_to_the_path(
 
 # ---------------------------------------------------------------- backward
 def test_storage_clear_bounds_backward_motion(tmp_path: Path) -> None:
-    """Backward motion ends at #BACKWARD STORAGE CLEAR; the distance falls on the way; mode 1 stays readable."""
+    """Backward motion ends at #BACKWARD STORAGE CLEAR; the distance falls on
+    the way; mode 1 stays readable.
+    """
     path = "N10 G1 X20 F6000\n#BACKWARD STORAGE CLEAR\nN20 Y20\nN30 X0\n"
     text = f"#CONTOUR LOOKAHEAD LOG ON\n{path}#CONTOUR LOOKAHEAD LOG OFF\n"
     with Inside(tmp_path, text) as cnc:
@@ -335,7 +352,9 @@ def test_simulated_motion_does_not_wait_for_functions(tmp_path: Path) -> None:
 
 # ---------------------------------------------------------------- speed
 def test_external_speed_forward_and_backward(tmp_path: Path) -> None:
-    """ext_command_speed replaces the programmed feed; negative drives backward; active_feed_r has its sign."""
+    """ext_command_speed replaces the programmed feed; negative drives backward;
+    active_feed_r has its sign.
+    """
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.run(200)
         cnc.level(cnc.bahn.ext_command_speed, 20_000)
@@ -352,7 +371,9 @@ def test_external_speed_forward_and_backward(tmp_path: Path) -> None:
 
 
 def test_feed_hold_of_one_axis(tmp_path: Path) -> None:
-    """A held axis that stands does not stop the others; the path stands ahead of its next motion."""
+    """A held axis that stands does not stop the others; the path stands ahead
+    of its next motion.
+    """
     with Inside(tmp_path, L_SHAPE) as cnc:
         cnc.axes[1].head.plc_present_w = True
         cnc.run(100)
@@ -405,7 +426,9 @@ def _mode(
 
 
 def test_stop_and_resume(tmp_path: Path) -> None:
-    """ACTIVE to HOLD brakes and stands, bit 10; HOLD to ACTIVE goes on; the semaphore falls in that cycle."""
+    """ACTIVE to HOLD brakes and stands, bit 10; HOLD to ACTIVE goes on; the
+    semaphore falls in that cycle.
+    """
     with Inside(tmp_path, L_SHAPE) as cnc:
         unit = cnc.channel.channel_mc_control.mode_and_state
         cnc.run(100)
@@ -473,7 +496,9 @@ def test_error_record_of_the_plc(tmp_path: Path) -> None:
 
 # ---------------------------------------------------------------- watchdogs
 def test_watchdog_of_the_plc(tmp_path: Path) -> None:
-    """alive_state_r rises with the first sign of life; a miss lets it fall for good, with error 270053."""
+    """alive_state_r rises with the first sign of life; a miss lets it fall for
+    good, with error 270053.
+    """
     with Inside(tmp_path, L_SHAPE) as cnc:
         dog = cnc.channel.head.mc_watchdog
         dog.cycle_time_w, dog.enable_w = 50_000, True
@@ -533,7 +558,9 @@ def _spindle(cnc: Inside) -> layout.HLI_S_PROZESS:
 
 
 def test_spindle_functions_go_to_the_spindles_axis(tmp_path: Path) -> None:
-    """M3 with its speed is waited for, a new S is told, M5 stops; all in the spindle's axis area."""
+    """M3 with its speed is waited for, a new S is told, M5 stops; all in the
+    spindle's axis area.
+    """
     text = (
         "N10 S1000 M3\nN20 G1 X10 F6000\nN30 S2000\nN40 X20\nN50 M5\nN60 X30\n"
     )
@@ -589,7 +616,9 @@ def level_units(channel: Any) -> list[str]:
 
 
 def test_every_level_unit_shows_its_state(tmp_path: Path) -> None:
-    """state_r follows command_w while enabled and present, and falls back to the default otherwise."""
+    """state_r follows command_w while enabled and present, and falls back to
+    the default otherwise.
+    """
     with Inside(tmp_path, L_SHAPE) as cnc:
         for name in level_units(cnc.channel):
             unit = getattr(cnc.bahn, name)
@@ -604,7 +633,9 @@ def test_every_level_unit_shows_its_state(tmp_path: Path) -> None:
 def test_what_the_cnc_shows_is_shown_again_whoever_overwrites_it(
     tmp_path: Path,
 ) -> None:
-    """Status members hold the CNC's values behind every cycle, also those that did not change in it."""
+    """Status members hold the CNC's values behind every cycle, also those that
+    did not change in it.
+    """
     with (
         Inside(tmp_path, L_SHAPE) as first,
         Inside(tmp_path, L_SHAPE) as second,

@@ -1,4 +1,6 @@
-"""Without jerk: a corner is passed with a jump of velocity only where that is faster than standing in it."""
+"""Without jerk: a corner is passed with a jump of velocity only where that is
+faster than standing in it.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ def exact_stops(points: np.ndarray) -> float:
 def test_corners_are_never_slower_than_exact_stops(
     step: float, cycle_s: float, program: Callable[..., Path]
 ) -> None:
-    """Random directions in space: what a jump uses up of the acceleration must not cost more than it saves."""
+    """Random directions in space: what a jump uses up of the acceleration must
+    not cost more than it saves.
+    """
     rng = np.random.default_rng(3)
     points = np.vstack(
         [np.zeros((1, 3)), np.cumsum(rng.normal(size=(60, 3)) * step, axis=0)]
@@ -53,7 +57,9 @@ def test_corners_are_never_slower_than_exact_stops(
 def test_stops_that_come_and_go_behind_corners_leave_the_state_legal(
     seed: int, tmp_path: Path
 ) -> None:
-    """Corners are settled by whole blocks; behind a stop that stays the path begins at rest: the state stays legal."""
+    """Corners are settled by whole blocks; behind a stop that stays the path
+    begins at rest: the state stays legal.
+    """
     rng = np.random.default_rng(seed)
     cycle_s = float(rng.choice([0.001, 0.002, 0.004]))
     cell = f"cycle_s = {cycle_s}\n" + "".join(

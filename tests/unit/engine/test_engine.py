@@ -44,20 +44,24 @@ def straight(blocks: int, head: str = "") -> str:
             129,
         ),
         (
-            'interpolator_function = "FCT_LOOK_AHEAD_HIGH | FCT_CONTOUR_LAH"\ncontour_lookahead_log_max = 500',
+            'interpolator_function = "FCT_LOOK_AHEAD_HIGH | '
+            'FCT_CONTOUR_LAH"\ncontour_lookahead_log_max = 500',
             191,
         ),
         (
-            'interpolator_function = "FCT_LOOK_AHEAD_LOW"\nfct_enable = "FCT_LOOK_AHEAD_HIGH|FCT_CONTOUR_LAH"',
+            'interpolator_function = "FCT_LOOK_AHEAD_LOW"\n'
+            'fct_enable = "FCT_LOOK_AHEAD_HIGH|FCT_CONTOUR_LAH"',
             129,
         ),
         ('build_generation = "2.11.20"', 71),
         (
-            'build_generation = "2.11.20"\ninterpolator_function = "FCT_LOOK_AHEAD_HIGH | FCT_CONTOUR_LAH"',
+            'build_generation = "2.11.20"\n'
+            'interpolator_function = "FCT_LOOK_AHEAD_HIGH | FCT_CONTOUR_LAH"',
             121,
         ),
         (
-            'interpolator_function = "FCT_LOOK_AHEAD_CUSTOM | FCT_CONTOUR_LAH"\nlookahead_blocks = 17',
+            'interpolator_function = "FCT_LOOK_AHEAD_CUSTOM | '
+            'FCT_CONTOUR_LAH"\nlookahead_blocks = 17',
             18,
         ),
         ("contour_lookahead_log_max = 5", 6),
@@ -68,7 +72,9 @@ def straight(blocks: int, head: str = "") -> str:
 def test_mode_2_knows_the_active_block_and_the_window(
     cli: Cli, program: Write, channel: str, known: int
 ) -> None:
-    """Before motion: active block + min(N, P-CHAN-00658) elements, by build generation and function table."""
+    """Before motion: active block + min(N, P-CHAN-00658) elements, by build
+    generation and function table.
+    """
     config = program(f"[channel]\n{channel}\n", "cell.toml")
     answer = cli(
         "lookahead",
@@ -135,7 +141,9 @@ def test_log_rules(
     entries: list[int],
     warning: str | None,
 ) -> None:
-    """First area only, CLEAR frees, PARAM needs an area, ON inside an area closes it, no entry without motion."""
+    """First area only, CLEAR frees, PARAM needs an area, ON inside an area
+    closes it, no entry without motion.
+    """
     outcome = cli(
         "lookahead",
         program("\n".join(["F6000 G1", *lines, ""])),

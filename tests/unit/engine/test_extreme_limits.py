@@ -1,4 +1,6 @@
-"""Machines with limits far from the ordinary: speeds that no path reaches, and axes that do 0.01 mm in a second."""
+"""Machines with limits far from the ordinary: speeds that no path reaches, and
+axes that do 0.01 mm in a second.
+"""
 
 from __future__ import annotations
 
@@ -40,7 +42,9 @@ def _cell(v: float, cycle_s: float = 0.001) -> CellConfig:
 def test_a_speed_that_no_path_reaches_costs_nothing(
     tmp_path: Path, text: str, v: float
 ) -> None:
-    """A machine of 3e6 mm/s and more takes as long as one of 1000 mm/s (1.4 and 28 times as long before)."""
+    """A machine of 3e6 mm/s and more takes as long as one of 1000 mm/s (1.4 and
+    28 times as long before).
+    """
     path = tmp_path / "fast.nc"
     path.write_text(text)
     usual, fast = (
@@ -73,7 +77,9 @@ def test_a_very_slow_machine_drives_at_its_speed(cycle_s: float) -> None:
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_override_and_hold_on_a_very_slow_machine(seed: int) -> None:
-    """Steps of both: legal, and it goes on as fast as before (it crept for up to 50 times as long)."""
+    """Steps of both: legal, and it goes on as fast as before (it crept for up
+    to 50 times as long).
+    """
     rng, cell, held = np.random.default_rng(seed), _cell(SLOW), [0]
 
     def live(_k: int, engine: Any) -> None:
@@ -92,7 +98,9 @@ def test_override_and_hold_on_a_very_slow_machine(seed: int) -> None:
 def test_a_very_slow_machine_is_not_planned_in_micrometres_of_a_micrometre() -> (
     None
 ):
-    """1 mm in 100 s: some thousand planner intervals (8 million when the ramp, 1e-6 mm, says how long they are)."""
+    """1 mm in 100 s: some thousand planner intervals (8 million when the ramp,
+    1e-6 mm, says how long they are).
+    """
     planner = JerkPlanner(
         Limits([SLOW] * 2, [3000.0] * 2, [50000.0] * 2), knots=400
     )

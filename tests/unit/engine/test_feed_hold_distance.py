@@ -22,7 +22,9 @@ DT, V, A, J = CELL.cycle_s, 300.0, 3000.0, 50000.0
 
 
 def stop_profile(v: float, a: float, acc: float, jerk: float) -> FloatArray:
-    """Way at the cycle of a stop from speed v and acceleration a >= 0: to a = 0, then down within acc and jerk."""
+    """Way at the cycle of a stop from speed v and acceleration a >= 0: to a =
+    0, then down within acc and jerk.
+    """
     t0 = a / jerk
     top = v + 0.5 * a * t0
     ramp = min(acc, np.sqrt(top * jerk))
@@ -54,7 +56,9 @@ def with_hold(
     jerk: bool = True,
     pool: FloatArray | None = None,
 ) -> FloatArray:
-    """Positions at the cycle from the start on, a feed hold in effect from `moment` on for 1.2 s."""
+    """Positions at the cycle from the start on, a feed hold in effect from
+    `moment` on for 1.2 s.
+    """
 
     def change(k: int, engine: Engine) -> None:
         if moment is not None and k in (moment - 1, moment + 1200):
@@ -78,7 +82,9 @@ def motion_at(x: FloatArray, k: int) -> tuple[float, float]:
 def test_a_hold_on_a_line_takes_the_shortest_way(
     feed: float, moment: int, jerk: bool
 ) -> None:
-    """Accelerating or not: at most 1.05 of the shortest stop, counted from the second cycle behind the hold."""
+    """Accelerating or not: at most 1.05 of the shortest stop, counted from the
+    second cycle behind the hold.
+    """
     rows = line_rows(np.array([[0.0, 0, 0], [500.0, 0, 0]]), feed)
     x, driven_on = (
         with_hold(rows, moment, jerk)[:, 0],
@@ -106,7 +112,9 @@ def at_length(
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_hold_on_a_curve_stops_as_short_as_a_search_does(seed: int) -> None:
-    """On C4 curves at 60 mm/s: no longer than 1.05 of the shortest legal stop among 400 profiles of a path."""
+    """On C4 curves at 60 mm/s: no longer than 1.05 of the shortest legal stop
+    among 400 profiles of a path.
+    """
     rng = np.random.default_rng(seed)
     knots = np.cumsum(
         np.vstack(
@@ -176,7 +184,9 @@ def test_a_hold_on_a_curve_stops_as_short_as_a_search_does(seed: int) -> None:
 
 @pytest.mark.parametrize("seed", range(8))
 def test_laws_that_are_taken_back_come_again(seed: int) -> None:
-    """What is taken back is handed out again as the same motion, at any moment, out of one plan into another."""
+    """What is taken back is handed out again as the same motion, at any moment,
+    out of one plan into another.
+    """
     rng = np.random.default_rng(seed)
     rows = contour(400, 3).intervals(100.0)
     planner, again = (
@@ -216,7 +226,9 @@ def test_laws_that_are_taken_back_come_again(seed: int) -> None:
 
 @pytest.mark.parametrize("feed", [100.0, 200.0, 300.0])
 def test_a_hold_brakes_in_every_phase_of_speeding_up(feed: float) -> None:
-    """Also where the acceleration falls towards the feed, so that nothing but the plan as it is reaches it in time."""
+    """Also where the acceleration falls towards the feed, so that nothing but
+    the plan as it is reaches it in time.
+    """
     rows = line_rows(np.array([[0.0, 0.0, 0.0], [400.0, 0.0, 0.0]]), feed)
     free = with_hold(rows, None)[:, 0]
     for moment in range(10, 130, 8):
@@ -230,7 +242,9 @@ def test_a_hold_brakes_in_every_phase_of_speeding_up(feed: float) -> None:
 
 @pytest.mark.parametrize("moment", [3, 8, 16, 24, 36])
 def test_a_hold_while_the_acceleration_rises(moment: int) -> None:
-    """At 0.4 to 34 mm/s from rest: within 5 % of the shortest way from the state in which the brake begins."""
+    """At 0.4 to 34 mm/s from rest: within 5 % of the shortest way from the
+    state in which the brake begins.
+    """
     rows = line_rows(np.array([[0.0, 0.0, 0.0], [300.0, 0.0, 0.0]]), 100.0)
     free, held = with_hold(rows, None)[:, 0], with_hold(rows, moment)[:, 0]
     at = int(np.flatnonzero(np.abs(free[:200] - held[:200]) > 0)[0]) - 1
@@ -261,9 +275,11 @@ def differences(n: int, order: int) -> csr_matrix:
 def shortest_by_programs(
     path: Arc, s: FloatArray, dt: float, acc: FloatArray, jerk: FloatArray
 ) -> float:
-    """Where the shortest legal stop ends that successive linear programs find from the driven samples s.
+    """Where the shortest legal stop ends that successive linear programs find
+    from the driven samples s.
 
-    The first three are given, the last three stand; differences keep to the limits of the axes (acceleration, jerk).
+    The first three are given, the last three stand; differences keep to the
+    limits of the axes (acceleration, jerk).
     """
     n, s, best = len(s), s.copy(), np.inf
     step, stand = differences(n, 1), differences(n, 1)[-2:]
@@ -322,7 +338,9 @@ LONGER = pytest.mark.xfail(
     ],
 )
 def test_a_hold_on_a_circle_with_a_slow_axis(seconds: float) -> None:
-    """A sixtieth of the other's jerk: at most 1.05 of the shortest stop that linear programs find at 5 ms."""
+    """A sixtieth of the other's jerk: at most 1.05 of the shortest stop that
+    linear programs find at 5 ms.
+    """
     dt, acc, jerk = (
         0.005,
         np.array([19220.0, 7107.0, 3637.0]),

@@ -1,4 +1,6 @@
-"""Feed hold with a planner thread: it stops the path also where a cycle is longer than the planner's reserve."""
+"""Feed hold with a planner thread: it stops the path also where a cycle is
+longer than the planner's reserve.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ LATE_CYCLES = 2  # a thread that gets no time on a busy machine
 def test_a_hold_stops_within_cycles_and_its_braking_distance(
     cycle_s: float, tmp_path: Path
 ) -> None:
-    """The stop begins where a thread can still change it: in the third cycle behind the command, then it brakes at once."""
+    """The stop begins where a thread can still change it: in the third cycle
+    behind the command, then it brakes at once.
+    """
     with Inside(
         tmp_path, "N10 G1 X500 F12000\n", f"cycle_s = {cycle_s}\n"
     ) as cnc:

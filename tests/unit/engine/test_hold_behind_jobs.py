@@ -15,7 +15,9 @@ from support.inside import Inside
 def test_a_hold_behind_backward_motion_brakes_in_the_next_cycle(
     tmp_path: Path, jerk: bool
 ) -> None:
-    """The path has been fed anew at a standstill, as at the beginning of a program under ``run``."""
+    """The path has been fed anew at a standstill, as at the beginning of a
+    program under ``run``.
+    """
     with Inside(
         tmp_path, "G1 X300 F9000\nM30\n", "" if jerk else NO_JERK
     ) as cnc:

@@ -1,6 +1,8 @@
-"""Planner and GEO switched at every possible place: what the threads share holds whenever either of them gets no time.
+"""Planner and GEO switched at every possible place: what the threads share
+holds whenever either of them gets no time.
 
-Needs the C code built with HLI_COSIM_INTERLEAVE=1, as ``.ci/run`` does; a run is the same every time.
+Needs the C code built with HLI_COSIM_INTERLEAVE=1, as ``.ci/run`` does; a run
+is the same every time.
 """
 
 from __future__ import annotations
@@ -32,9 +34,11 @@ CASES = [
     for options in OPTIONS
     for geo_first in (False, True)
 ]
-# committed motion that is taken back after GEO has begun it; a loop that ends behind an inserted stop
+# committed motion that is taken back after GEO has begun it; a loop that ends
+# behind an inserted stop
 CASES += [(2, "", False, False), (4, "", False, False), (14, "n", False, False)]
-# a step over a stretch that is cut anew, from which an inserted stop has left the feed; turning back beside the path
+# a step over a stretch that is cut anew, from which an inserted stop has left
+# the feed; turning back beside the path
 CASES += [
     (314, "n", False, False),
     (471, "n", False, True),
@@ -50,7 +54,9 @@ CASES += [
 def test_threads_switched_anywhere(
     tmp_path: Path, seed: int, options: str, geo_first: bool, rehearse: bool
 ) -> None:
-    """Random commands, random switches between the threads and bursts of cycles without the planner: all is legal."""
+    """Random commands, random switches between the threads and bursts of cycles
+    without the planner: all is legal.
+    """
     rng = np.random.default_rng(seed)
     text = program(rng)
     with Inside(tmp_path, text, config(rng, options)) as cnc:

@@ -1,4 +1,6 @@
-"""Cells with long interpolation cycles: the planner is ahead of GEO by whole cycles, whatever these take."""
+"""Cells with long interpolation cycles: the planner is ahead of GEO by whole
+cycles, whatever these take.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +27,9 @@ TEXTS = {
 def test_the_cycle_does_not_change_the_motion_time(
     name: str, jerk: bool, cycle_s: float, program: Callable[..., Path]
 ) -> None:
-    """A cycle as long as what is committed ahead is no reason to live on stopping tails: as fast as at 1 ms."""
+    """A cycle as long as what is committed ahead is no reason to live on
+    stopping tails: as fast as at 1 ms.
+    """
     path = program(f"G90 G17\n{TEXTS[name]}M30\n")
     fine = plan_program(Program(path, CellConfig()), jerk=jerk)
     coarse = plan_program(

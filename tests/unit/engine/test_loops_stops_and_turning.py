@@ -1,4 +1,6 @@
-"""What a hostile PLC found: each test is the smallest program and sequence of commands that went wrong."""
+"""What a hostile PLC found: each test is the smallest program and sequence of
+commands that went wrong.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ def _passes(cnc: Inside, cycles: int) -> int:
 def test_a_loop_that_begins_the_program_is_repeated(
     tmp_path: Path, ahead: str
 ) -> None:
-    """isg_contour_lookahead 9, T3: the PLC sets the loop's condition; nothing has to stand ahead of the loop."""
+    """isg_contour_lookahead 9, T3: the PLC sets the loop's condition; nothing
+    has to stand ahead of the loop.
+    """
     with Inside(tmp_path, ahead + LOOP) as cnc:
         cnc.level(cnc.bahn.rt_loop_enable, True)
         assert _passes(cnc, 1500) >= 2
@@ -44,7 +48,9 @@ def test_a_loop_that_begins_the_program_is_repeated(
 def test_the_distance_is_continuous_where_a_loop_begins_again(
     tmp_path: Path, modulo: str
 ) -> None:
-    """isg_contour_lookahead 5.5 and 8: no whole pass too much while it stands at ENDWHILE in single block."""
+    """isg_contour_lookahead 5.5 and 8: no whole pass too much while it stands
+    at ENDWHILE in single block.
+    """
     with Inside(
         tmp_path, LOOP.replace("#RT WHILE", "#RT WHILE" + modulo)
     ) as cnc:
@@ -97,7 +103,9 @@ def _drive(cnc: Inside, commands: list[Command], cycles: int) -> None:
 def test_an_insert_command_while_it_stands_at_an_inserted_stop(
     tmp_path: Path,
 ) -> None:
-    """hli_reference 5.3, a new one replaces the old: the rest of the block is driven, not left out in one cycle."""
+    """hli_reference 5.3, a new one replaces the old: the rest of the block is
+    driven, not left out in one cycle.
+    """
     text = "N10 G1 F6000\nN20 G1 X16.6501 Y-11.4414 Z18.2071\nN30 G1 X16.5866 Y-11.5615\n"
     with Inside(tmp_path, text) as cnc:
         inserted: list[Command] = [
@@ -111,8 +119,14 @@ def test_an_insert_command_while_it_stands_at_an_inserted_stop(
 def test_an_insert_command_shortly_ahead_of_a_sharp_corner(
     tmp_path: Path,
 ) -> None:
-    """5.3: the path stops briefly; M01, not enabled, in a stop that lies where the path can just come to rest."""
-    text = "N10 G1 F18000\nN20 X0.0723 Y0.3203\nN30 G2 X-3.4852 Y2.3357 I-1.147 J2.1228\nN40 G0 X-3.4851 Y2.3372\n"
+    """5.3: the path stops briefly; M01, not enabled, in a stop that lies where
+    the path can just come to rest.
+    """
+    text = (
+        "N10 G1 F18000\nN20 X0.0723 Y0.3203\n"
+        "N30 G2 X-3.4852 Y2.3357 I-1.147 J2.1228\n"
+        "N40 G0 X-3.4851 Y2.3372\n"
+    )
     for cycle in range(60, 90):
         with Inside(tmp_path, text) as cnc:
             _drive(cnc, [(cycle, "insert", (1000, 2, 1))], 700)
@@ -123,7 +137,9 @@ def test_an_insert_command_shortly_ahead_of_a_sharp_corner(
 def test_backward_from_an_inserted_stop_at_the_end(
     tmp_path: Path, hold: bool
 ) -> None:
-    """hli_reference 4.1 and 5.1: going back is no program end, and nothing is driven from another place."""
+    """hli_reference 4.1 and 5.1: going back is no program end, and nothing is
+    driven from another place.
+    """
     commands: list[Command] = [
         (100, "insert", (600_000, 2, 0)),
         (1000, "backward_motion", True),
@@ -172,7 +188,9 @@ def test_a_dwell_is_not_lost_by_turning_at_it(tmp_path: Path) -> None:
 
 
 def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
-    """The path comes to rest at its very end with backward motion commanded: turned again it stands where it stood."""
+    """The path comes to rest at its very end with backward motion commanded:
+    turned again it stands where it stood.
+    """
     text = (
         "N10 G1 F18000\nN30 G0 X14.5361 Y40.6046\nN40 G1 X-19.3452 Y27.5431\n"
     )
@@ -192,8 +210,10 @@ def test_turning_twice_at_the_end_of_the_path(tmp_path: Path) -> None:
 def test_an_insert_command_replaces_one_that_is_still_ahead(
     tmp_path: Path,
 ) -> None:
-    """hli_reference 5.3, a new one replaces the old, also when the old stop is already planned: no stop passed at speed
-    (one where the path is already bound to come to rest stays)."""
+    """hli_reference 5.3, a new one replaces the old, also when the old stop is
+    already planned: no stop passed at speed (one where the path is already
+    bound to come to rest stays).
+    """
     text = "N50 G0 X-14.439 Y19.0161\nN60 G0 X-15.81 Y20.143\n"
     for gap in (1, 5, 12):
         for cycle in range(60, 100, 8):
@@ -210,7 +230,9 @@ def test_an_insert_command_replaces_one_that_is_still_ahead(
 
 
 def test_turning_while_a_function_is_waited_for(tmp_path: Path) -> None:
-    """Backward motion begins although the CNC waits for an acknowledgement with motion prepared behind it."""
+    """Backward motion begins although the CNC waits for an acknowledgement with
+    motion prepared behind it.
+    """
     text = "N10 G1 X20 F6000\nN20 M8\nN30 X40\n"
     with Inside(tmp_path, text, '[channel.m_synch]\n8="MVS_SVS"') as cnc:
         cnc.until(lambda: bool(cnc.state.wait_techno_acknowledge_r))

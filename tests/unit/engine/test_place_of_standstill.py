@@ -1,4 +1,6 @@
-"""FCT_CALC_POS_V_0 under jerk: the place of rest that the PLC is told is where a hold in the next cycle ends."""
+"""FCT_CALC_POS_V_0 under jerk: the place of rest that the PLC is told is where
+a hold in the next cycle ends.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,8 @@ WAVE = "F6000\n" + "".join(
 )
 TENTH_UM = 1e4
 
-# while the acceleration falls just below the feed, where no stop is found at once; in the last cycles ahead of a commit
+# while the acceleration falls just below the feed, where no stop is found at
+# once; in the last cycles ahead of a commit
 CASES = [
     (LINE, cycle)
     for cycle in (20, 41, 48, 55, 62, 69, 90, 132, 202, 265, 342, 419)

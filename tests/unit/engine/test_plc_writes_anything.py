@@ -1,4 +1,6 @@
-"""A PLC that writes anything anywhere, at full rate, beside a running CNC: trajectory, limits and memory stay."""
+"""A PLC that writes anything anywhere, at full rate, beside a running CNC:
+trajectory, limits and memory stay.
+"""
 
 from __future__ import annotations
 
@@ -129,7 +131,9 @@ def undisturbed(folder: Path) -> Any:
 def test_without_an_enabled_command_the_path_is_the_same(
     tmp_path: Path, service: int
 ) -> None:
-    """Random bytes in all members but enables and presence: no sample differs, requests are answered or counted."""
+    """Random bytes in all members but enables and presence: no sample differs,
+    requests are answered or counted.
+    """
     expected = undisturbed(tmp_path)
     with Inside(tmp_path, PROGRAM, service=service) as cnc:
         if service == layout.HLI_SERVICE_IMMEDIATE:
@@ -146,7 +150,9 @@ def test_without_an_enabled_command_the_path_is_the_same(
 
 @pytest.mark.parametrize("seed", range(3))
 def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
-    """Random bytes everywhere, enables and presence too: velocity and acceleration stay legal, memory does not grow."""
+    """Random bytes everywhere, enables and presence too: velocity and
+    acceleration stay legal, memory does not grow.
+    """
     with Inside(tmp_path, PROGRAM) as cnc:
         run_beside(cnc, 200)
         before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
@@ -165,7 +171,9 @@ def test_with_every_command_the_limits_hold(tmp_path: Path, seed: int) -> None:
 
 
 def test_the_cnc_shows_its_state_again(tmp_path: Path) -> None:
-    """What a PLC wrote into the CNC's members is gone with the next cycle: the CNC does not read its own state."""
+    """What a PLC wrote into the CNC's members is gone with the next cycle: the
+    CNC does not read its own state.
+    """
     with Inside(tmp_path, "N10 G01 X30 F1000\n") as cnc:
         cnc.level(cnc.bahn.feedhold, False)
         run_beside(cnc, 100)

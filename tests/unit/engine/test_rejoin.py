@@ -1,4 +1,6 @@
-"""A planner that was late: GEO drives the stopping tail, and the planner goes on from a place of it, not from rest."""
+"""A planner that was late: GEO drives the stopping tail, and the planner goes
+on from a place of it, not from rest.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ def _speeds(cnc: Inside) -> FloatArray:
 def test_the_path_keeps_its_feed_when_the_planner_is_late(
     tmp_path: Path, cycles: int
 ) -> None:
-    """Without a planner for 25 to 150 ms, with a tail of 300 ms: nothing of it shows in the motion."""
+    """Without a planner for 25 to 150 ms, with a tail of 300 ms: nothing of it
+    shows in the motion.
+    """
     with Inside(tmp_path, CIRCLES) as cnc:
         _stalled(cnc, cycles)
         cnc.engine.stall_planner(False)
@@ -47,7 +51,9 @@ def test_the_path_keeps_its_feed_when_the_planner_is_late(
 
 @pytest.mark.parametrize("cycles", [25, 60])
 def test_a_feed_hold_acts_on_the_tail(tmp_path: Path, cycles: int) -> None:
-    """It brakes a few cycles behind the command, not where the tail comes to rest some 20 mm later."""
+    """It brakes a few cycles behind the command, not where the tail comes to
+    rest some 20 mm later.
+    """
     with Inside(tmp_path, CIRCLES) as cnc:
         _stalled(cnc, cycles)
         cnc.level(cnc.bahn.feedhold, True)
@@ -84,7 +90,9 @@ def test_a_tail_that_is_nearly_over_is_driven_to_its_end(
 def test_without_jerk_it_goes_on_from_the_tail_too(
     tmp_path: Path, cycles: int, least: float
 ) -> None:
-    """There the tail brakes from its beginning on, from 100 mm/s in 33 ms: the speed that is left then is kept."""
+    """There the tail brakes from its beginning on, from 100 mm/s in 33 ms: the
+    speed that is left then is kept.
+    """
     with Inside(tmp_path, CIRCLES, NO_JERK) as cnc:
         _stalled(cnc, cycles)
         cnc.engine.stall_planner(False)
@@ -113,7 +121,9 @@ CASES += [
 def test_random_commands_and_a_planner_that_is_often_late(
     tmp_path: Path, seed: int, options: str, share: float
 ) -> None:
-    """Every command of the HLI, and now and then up to 60 cycles without the planner: all is legal, nothing is lost."""
+    """Every command of the HLI, and now and then up to 60 cycles without the
+    planner: all is legal, nothing is lost.
+    """
     rng, late = np.random.default_rng(seed), np.random.default_rng(seed + 1000)
     with Inside(tmp_path, program(rng), config(rng, options)) as cnc:
 

@@ -23,7 +23,9 @@ def resident_kb() -> int:
 
 
 def test_a_thousand_starts_and_stops_leave_nothing() -> None:
-    """Memory, descriptors, threads and segments are as before; every fiftieth life has its threads."""
+    """Memory, descriptors, threads and segments are as before; every fiftieth
+    life has its threads.
+    """
     cell, name = parse_config(""), unique_name()
 
     def life(k: int) -> None:

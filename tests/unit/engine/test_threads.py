@@ -35,7 +35,10 @@ FUNCTIONS = "FCT_IPO_DEFAULT | FCT_CONTOUR_LAH"
 FORESIGHT = (
     f"{FUNCTIONS} | FCT_CALC_TIME | FCT_CALC_POS_V_0 | FCT_CALC_STATE_AT_T"
 )
-CONFIG = '[channel]\ninterpolator_function = "%s"\nesa_time = [0.05]\n[channel.m_synch]\n20 = "MVS_SVS"\n'
+CONFIG = (
+    '[channel]\ninterpolator_function = "%s"\nesa_time = [0.05]\n'
+    '[channel.m_synch]\n20 = "MVS_SVS"\n'
+)
 SECONDS = 2.5
 
 
@@ -45,7 +48,9 @@ SECONDS = 2.5
 def test_commands_beside_running_threads(
     tmp_path: Path, functions: str
 ) -> None:
-    """Backward motion, inserted stops, overrides, deleted distance and requests while the threads run: all is legal."""
+    """Backward motion, inserted stops, overrides, deleted distance and requests
+    while the threads run: all is legal.
+    """
     rng = np.random.default_rng(3)
     with Inside(
         tmp_path,
@@ -104,7 +109,9 @@ def command(cnc: Inside, turn: int, rng: np.random.Generator) -> None:
 
 
 def test_starting_and_stopping_threads(tmp_path: Path) -> None:
-    """Threads stop and start again in the middle of the motion, which then goes on without a jump."""
+    """Threads stop and start again in the middle of the motion, which then goes
+    on without a jump.
+    """
     with Inside(
         tmp_path,
         PROGRAM,

@@ -1,5 +1,6 @@
-"""Blocks shorter than 1e-7 mm: nothing jumps for them, nothing stands at their corners, and the path behind them is
-where it is programmed."""
+"""Blocks shorter than 1e-7 mm: nothing jumps for them, nothing stands at their
+corners, and the path behind them is where it is programmed.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +22,9 @@ QUICK = "cycle_s = 0.00025\n"
 
 
 def _with_tiny(size: float, run: int, sideways: bool) -> FloatArray:
-    """A line of 20 mm in blocks of 1 mm, behind each a run of tiny blocks; the last ones end the path."""
+    """A line of 20 mm in blocks of 1 mm, behind each a run of tiny blocks; the
+    last ones end the path.
+    """
     rng = np.random.default_rng(3)
     points = [np.zeros(3)]
     for _ in range(20):
@@ -40,7 +43,9 @@ def _with_tiny(size: float, run: int, sideways: bool) -> FloatArray:
 def test_tiny_blocks_neither_show_nor_cost_time(
     size: float, run: int, sideways: bool, jerk: bool
 ) -> None:
-    """At 0.25 ms a place that jumps by 1e-7 mm is a fifth of the jerk limit, 30 such blocks eight times as much."""
+    """At 0.25 ms a place that jumps by 1e-7 mm is a fifth of the jerk limit, 30
+    such blocks eight times as much.
+    """
     cell = parse_config(QUICK)
     plain = line_rows(
         np.array(
@@ -76,7 +81,9 @@ def test_a_path_of_tiny_blocks_alone_is_legal(size: float) -> None:
 
 
 def _wave(size: float, sideways: bool) -> str:
-    """Quarter circles that join without a corner, with a tiny block between them, along the path or across."""
+    """Quarter circles that join without a corner, with a tiny block between
+    them, along the path or across.
+    """
     lines, x, y = ["G1 X10 F6000"], 10.0, 0.0
     for i in range(20):
         sign = 1 if i % 2 else -1
@@ -96,7 +103,9 @@ def _wave(size: float, sideways: bool) -> str:
 def test_arcs_take_the_displacement_of_a_tiny_block_with_them(
     tmp_path: Path, sideways: bool, jerk: bool
 ) -> None:
-    """As quick as without the tiny blocks, legal, and nowhere further off than one of them is long."""
+    """As quick as without the tiny blocks, legal, and nowhere further off than
+    one of them is long.
+    """
     cell, times = parse_config(QUICK), []
     for size in (0.0, 9e-8):
         path = tmp_path / f"wave{size}.nc"
@@ -117,7 +126,9 @@ def test_arcs_take_the_displacement_of_a_tiny_block_with_them(
 
 @pytest.mark.parametrize("jerk", [True, False])
 def test_polynomials_take_it_too(jerk: bool) -> None:
-    """A line, a block of 8e-8 mm across it, and a parabola that leaves the line without a corner."""
+    """A line, a block of 8e-8 mm across it, and a parabola that leaves the line
+    without a corner.
+    """
     cell, tiny, bend = parse_config(QUICK), 8e-8, 0.02
     points = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, tiny, 0.0]])
     coef = np.array(
@@ -141,8 +152,13 @@ def test_polynomials_take_it_too(jerk: bool) -> None:
 def test_functions_and_exact_stops_find_the_programmed_place(
     tmp_path: Path,
 ) -> None:
-    """M00 behind tiny blocks stands where they end; an exact stop at one is kept; the end is the last point."""
-    text = "G1 X5 F6000\nX5.00000004\nM0\nX10\nX10.00000006 Y0.00000003\nG60 X10.00000009\nG360\nX12\nX12.00000005\n"
+    """M00 behind tiny blocks stands where they end; an exact stop at one is
+    kept; the end is the last point.
+    """
+    text = (
+        "G1 X5 F6000\nX5.00000004\nM0\nX10\nX10.00000006 Y0.00000003\n"
+        "G60 X10.00000009\nG360\nX12\nX12.00000005\n"
+    )
     with Inside(tmp_path, text, QUICK) as cnc:
         cnc.until(
             lambda: (

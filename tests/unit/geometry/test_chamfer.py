@@ -1,4 +1,6 @@
-"""G301, G302, #CHR, #CHF, #RND: new elements between blocks, against constructions of a few lines."""
+"""G301, G302, #CHR, #CHF, #RND: new elements between blocks, against
+constructions of a few lines.
+"""
 
 import math
 
@@ -6,8 +8,8 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import CIRCULAR, LINEAR
+from cnc_core.blocks.pool import joined
 from cnc_core.config import load_config
-from cnc_core.geometry.shapes.polynomial import joined
 from cnc_core.program import Program
 from support.programs import ended_program, motions_of, rows_of
 

@@ -72,7 +72,9 @@ def zigzag(seed, count=150):
 @pytest.mark.parametrize(("kind", "values"), CASES)
 @pytest.mark.parametrize("seed", range(2))
 def test_streams_give_the_same_in_any_pieces(kind, values, seed):
-    """One batch, or pieces of 1 and 7 rows: the same path, the same report; ends are exact, lengths fit."""
+    """One batch, or pieces of 1 and 7 rows: the same path, the same report;
+    ends are exact, lengths fit.
+    """
     points = zigzag(seed)
     whole, stage = through(kind, points, values)
     assert whole["end"][-1, :3] == pytest.approx(points[-1], abs=1e-12)
@@ -187,7 +189,9 @@ def test_filters_hold_no_more_than_their_reach():
 
 @pytest.mark.parametrize("inertia", [1.0, 4.0])
 def test_feed_control_keeps_the_axes(inertia):
-    """Speed steps of the axes at corners stay inside their limits, whatever the pieces; inertia decelerates earlier."""
+    """Speed steps of the axes at corners stay inside their limits, whatever the
+    pieces; inertia decelerates earlier.
+    """
     t = np.linspace(0, 6, 400)
     points = np.c_[30 * np.cos(t), 10 * np.sin(2 * t), 0 * t]
     values = {
@@ -222,7 +226,9 @@ def test_reports_are_plain_numbers():
 
 @pytest.mark.parametrize("seed", range(8))
 def test_the_largest_distance_is_that_of_dense_points(seed):
-    """Against points every few micrometres: never less, hardly more, where the farthest point is no vertex."""
+    """Against points every few micrometres: never less, hardly more, where the
+    farthest point is no vertex.
+    """
     rng = np.random.default_rng(seed)
     other = np.column_stack([np.arange(9) * 3.0, rng.uniform(-4, 4, 9)])
     mine = np.vstack([other[0], [other[3] + rng.uniform(-1, 1, 2)], other[-1]])

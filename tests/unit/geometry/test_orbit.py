@@ -1,4 +1,6 @@
-"""Die sinking: `length_min` on the contour that orbiting shrinks to, against polygons of shapely."""
+"""Die sinking: `length_min` on the contour that orbiting shrinks to, against
+polygons of shapely.
+"""
 
 import numpy as np
 import pytest
@@ -74,7 +76,9 @@ def parallel(points, distance):
 @pytest.mark.parametrize("seed", range(12))
 @pytest.mark.parametrize("turn", [1, -1], ids=["ccw", "cw"])
 def test_polygons_shrink_as_shapely_says(tmp_path, seed, turn):
-    """Convex polygons around the origin, in a loop: every side's length on the parallel 3 mm inside."""
+    """Convex polygons around the origin, in a loop: every side's length on the
+    parallel 3 mm inside.
+    """
     rng = np.random.default_rng(seed)
     hull = MultiPoint(rng.normal(size=(9, 2)) * 60.0).convex_hull
     points = np.array(hull.exterior.coords[:-1]) - np.array(
@@ -97,7 +101,10 @@ def test_polygons_shrink_as_shapely_says(tmp_path, seed, turn):
 
 def test_arcs_lose_the_distance_from_their_radius(tmp_path):
     """A rounded square: lines 1 mm shorter only at true corners, arcs of radius 4 - 3."""
-    text = "G00 X-10 Y-10\n#TRACK CHAN ON [EXTEND=2 MAX_SCALE=2 MAX_EQUID=5]\n#RT WHILE\nG01 X10 F1000\nY6\n"
+    text = (
+        "G00 X-10 Y-10\n#TRACK CHAN ON [EXTEND=2 MAX_SCALE=2 MAX_EQUID=5]"
+        "\n#RT WHILE\nG01 X10 F1000\nY6\n"
+    )
     text += "G03 X6 Y10 I-4 J0\nG01 X-10\nY-10\n#RT ENDWHILE\nM30\n"
     rows, _ = motions_and_errors(tmp_path, text)
     assert [row["length_min"] for row in rows[1:]] == pytest.approx(
@@ -130,7 +137,9 @@ def test_without_an_equidistant_range_nothing_shrinks(tmp_path, radii):
 
 
 def test_long_contours_are_streamed(tmp_path):
-    """A regular polygon of 5000 sides outside a loop: one motion is held back, all but the ends are cut alike."""
+    """A regular polygon of 5000 sides outside a loop: one motion is held back,
+    all but the ends are cut alike.
+    """
     turn = np.linspace(0, 2 * np.pi, 5000, endpoint=False)
     rows, _ = motions_and_errors(
         tmp_path,
@@ -149,7 +158,8 @@ BAD = {
     50917: contour([(0, 0), (1, 0)], radii="MAX_SCALE=5 MAX_EQUID=3"),
     50918: contour([(-10, -10), (10, -10), (0, 0), (10, 10), (-10, 10)]),
     907122: contour([(-10, -2), (10, -2), (10, 2), (-10, 2)]),
-    907121: "G00 X10\n#TRACK CHAN ON [EXTEND=1 MAX_SCALE=1 MAX_EQUID=2]\nG03 X0 Y10 I-10 J0 F9\nG01 X-10 Y-10\nM30\n",
+    907121: "G00 X10\n#TRACK CHAN ON [EXTEND=1 MAX_SCALE=1 MAX_EQUID=2]\n"
+    "G03 X0 Y10 I-10 J0 F9\nG01 X-10 Y-10\nM30\n",
     900012: "#TRACK CHAN ON [EXTEND=13 MAX_SCALE=1 MAX_EQUID=2]\nM30\n",
     900003: "#TRACK CHAN ON [DYN_CS=1]\nM30\n",
     900010: "#TRACK CHAN ON [EXTEND=1 MAX_EQUID=1]\nM30\n",
@@ -161,7 +171,9 @@ LINES = {50917: 2, 50918: 7, 907122: 6, 907121: 4}  # others: line 1
 
 @pytest.mark.parametrize("code", BAD)
 def test_what_cannot_be_orbited_is_refused_by_number(tmp_path, code):
-    """Radii, concave contours, corners at arcs, elements that vanish: with the line that is wrong."""
+    """Radii, concave contours, corners at arcs, elements that vanish: with the
+    line that is wrong.
+    """
     with pytest.raises(CncError) as caught:
         motions_and_errors(tmp_path, BAD[code])
     assert caught.value.code == code

@@ -17,7 +17,9 @@ BENDS = {
 
 
 def opened(share, time, window):
-    """Every window in turn: the first rows that fill it from each beginning, the section's end at the last."""
+    """Every window in turn: the first rows that fill it from each beginning,
+    the section's end at the last.
+    """
     n, out = len(share), np.zeros(len(share))
     for j in range(n):
         k = next(
@@ -52,7 +54,9 @@ def wave():
 
 
 def test_needless_accelerations_are_removed(shop):
-    """The longer of Tstab and Ttop: less up and down of the speed, no more of anything than without."""
+    """The longer of Tstab and Ttop: less up and down of the speed, no more of
+    anything than without.
+    """
     swing, time = [], []
     for jrk in ("(JRK,ENA)", "(JRK,ENA,,,100,150,)", "(JRK,ENA,,,100,150,400)"):
         program = shop.profile(
@@ -98,7 +102,9 @@ def test_a_long_curve_is_not_slowed_for_its_sharpest_spot(shop):
 
 
 def test_single_block_sees_one_block(tmp_path):
-    """G61 .. G60 is one block, with limits, filter and an edge inside: every start but one leads past it."""
+    """G61 .. G60 is one block, with limits, filter and an edge inside: every
+    start but one leads past it.
+    """
     setup = changed(SETUP_3, **BENDS | {"EDG": "(EDG,30,0,G66,1)"})
     (tmp_path / "CONFIG1").write_text(setup)
     profile = "G61\nX5Y0Z0\nX10Y1\nX15Y0\nG66\nX15Y10\nG0X20Y10\nG1X25Y9\nG60"
@@ -122,7 +128,9 @@ def test_single_block_sees_one_block(tmp_path):
 
 @pytest.mark.parametrize("pieces", [2, 5])
 def test_it_does_not_matter_how_a_curve_is_cut(shop, pieces):
-    """Arcs that bend at their ends alone: in four polynomials each or in many, the same rise is taken away."""
+    """Arcs that bend at their ends alone: in four polynomials each or in many,
+    the same rise is taken away.
+    """
     setup = changed(
         SETUP_3,
         PNT="(PNT,CLP,CLP,QUI,POL)",

@@ -1,4 +1,6 @@
-"""Versors, compensation, tangential axis and sample machine of the HSM specification (5.2, 5.3, 5.4, 10, 12.1)."""
+"""Versors, compensation, tangential axis and sample machine of the HSM
+specification (5.2, 5.3, 5.4, 10, 12.1).
+"""
 
 from itertools import pairwise
 
@@ -80,7 +82,9 @@ def test_normal_of_a_plunge_is_the_one_before():
 
 
 def test_derivatives_are_exact():
-    """Normal and tip of a helix: first and second derivatives agree with differences of the values."""
+    """Normal and tip of a helix: first and second derivatives agree with
+    differences of the values.
+    """
     rng = np.random.default_rng(5)
     coef = rng.normal(size=(1, 3, 6))
     spec = spec_of(contact_deg=-60, radius=10, edge_radius=2)
@@ -177,7 +181,9 @@ def test_first_point_needs_its_versors(shop):
 
 
 def test_offset_of_a_circle(shop):
-    """Automatic normals on a circle, contact angle -90, cylindrical tool: a circle whose radius is R smaller."""
+    """Automatic normals on a circle, contact angle -90, cylindrical tool: a
+    circle whose radius is R smaller.
+    """
     setup = changed(
         SETUP_3,
         PNT="(PNT,CCP,CCP,QUI)",
@@ -204,7 +210,9 @@ def test_offset_of_a_circle(shop):
 
 
 def test_feed_refers_to_the_contact_curve(shop):
-    """Feed on CCP: the time of the smaller offset circle is that of the programmed one; feed on CLP: its own."""
+    """Feed on CCP: the time of the smaller offset circle is that of the
+    programmed one; feed on CLP: its own.
+    """
     angles = np.linspace(0, np.pi, 60)
     body = "\n".join(
         f"X{20 * np.cos(a):.9f}Y{20 * np.sin(a):.9f}Z0F600" for a in angles
@@ -396,7 +404,9 @@ def wave(n, versors=True):
 
 
 def test_five_axis_points_hold_the_limits(shop):
-    """CLP points with ijk on the sample machine: every axis within 1.02 of its limits, the tip on its curve."""
+    """CLP points with ijk on the sample machine: every axis within 1.02 of its
+    limits, the tip on its curve.
+    """
     setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)")
     result = plan_program(
         shop.profile("\n".join(wave(40)), setup, cell=CELL_5, programmed=False)
@@ -460,7 +470,8 @@ def test_unreachable_direction(shop):
             f"[axes.{n}]\nid={i}\n"
             for n, i in zip("XYZ", (1, 2, 4), strict=True)
         )
-        + '[axes.A]\nid=5\nkind="rotary"\n[axes.B]\nid=6\nkind="rotary"\nmin_mm=-30.0\nmax_mm=30.0\n'
+        + '[axes.A]\nid=5\nkind="rotary"\n[axes.B]\nid=6\nkind="rotary"\n'
+        "min_mm=-30.0\nmax_mm=30.0\n"
     )
     setup = changed(SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)")
     with pytest.raises(CncError) as caught:
@@ -481,7 +492,9 @@ def test_operating_limits(shop):
 
 
 def test_both_branches_of_the_sample_machine(shop):
-    """10.4: the inverse of row 5 is A30 B20 near there and A-150 B-20 near that; at B = 0 A stays."""
+    """10.4: the inverse of row 5 is A30 B20 near there and A-150 B-20 near
+    that; at B = 0 A stays.
+    """
     program = shop.profile(
         "X0Y0Z0A0B0F100\nX1",
         changed(SETUP_5, TOL="(TOL,100,0,0,-90,)"),
@@ -526,9 +539,20 @@ def test_contact_points_on_five_axes(shop):
         [9.856402, -4.843076, 2.086750], abs=1e-5
     )
     assert pose.direction[0] == pytest.approx([0, 0.5, 0.866025404], abs=1e-8)
-    lines = {"X": "0,1,0,0,0,0", "Y": "0,0,0,0,0,0", "Z": "0,0,0,0,0,0", "i": "0,0,0,0,0,0", "j": "0.5,0,0,0,0,0",
-             "k": "0.866025404,0,0,0,0,0", "m": "0.6,0,0,0,0,0", "n": "0,0,0,0,0,0", "o": "0.8,0,0,0,0,0",
-             "p": "0.832050,0,0,0,0,0", "q": "-0.480384,0,0,0,0,0", "d": "0.277350,0,0,0,0,0"}  # fmt: skip
+    lines = {
+        "X": "0,1,0,0,0,0",
+        "Y": "0,0,0,0,0,0",
+        "Z": "0,0,0,0,0,0",
+        "i": "0,0,0,0,0,0",
+        "j": "0.5,0,0,0,0,0",
+        "k": "0.866025404,0,0,0,0,0",
+        "m": "0.6,0,0,0,0,0",
+        "n": "0,0,0,0,0,0",
+        "o": "0.8,0,0,0,0,0",
+        "p": "0.832050,0,0,0,0,0",
+        "q": "-0.480384,0,0,0,0,0",
+        "d": "0.277350,0,0,0,0,0",
+    }
     body = "<*,2,1,1000,0\n" + "\n".join(
         f"<{name},{c}" for name, c in lines.items()
     )
@@ -572,7 +596,9 @@ def test_b_splines_of_directions(shop):
 
 
 def test_feed_of_axis_points_refers_to_the_tip(shop):
-    """AXI points, feed on CLP, OriginLen: a pure rotation of B moves the tip on a circle of radius K + L."""
+    """AXI points, feed on CLP, OriginLen: a pure rotation of B moves the tip on
+    a circle of radius K + L.
+    """
     setup = changed(
         SETUP_5,
         PNT="(PNT,AXI,CLP,QUI)",
@@ -632,12 +658,29 @@ def test_chain_that_makes_no_machine(shop):
         ((1, 2, 3), (0, 0), 100, (1, 2, -343.5), (0, 0, 1)),
         ((1, 2, 3), (0, 90), 100, (-345.5, 2, 3), (1, 0, 0)),
         ((1, 2, 3), (90, 90), 100, (1, -344.5, 3), (0, 1, 0)),
-        ((100, 50, 400), (30, 20), 100, (-2.632652991, -9.254989831, 74.396506898),
-         (0.296198133, 0.171010072, 0.939692621)),
-        ((100, 50, 400), (-90, 45), 100, (100, 295.012499681, 154.987500319), (0, -0.707106781, 0.707106781)),
-        ((10, 20, 30), (180, -30), 0, (-113.25, 20, -183.475262033), (0.5, 0, 0.866025404)),
+        (
+            (100, 50, 400),
+            (30, 20),
+            100,
+            (-2.632652991, -9.254989831, 74.396506898),
+            (0.296198133, 0.171010072, 0.939692621),
+        ),
+        (
+            (100, 50, 400),
+            (-90, 45),
+            100,
+            (100, 295.012499681, 154.987500319),
+            (0, -0.707106781, 0.707106781),
+        ),
+        (
+            (10, 20, 30),
+            (180, -30),
+            0,
+            (-113.25, 20, -183.475262033),
+            (0.5, 0, 0.866025404),
+        ),
     ],
-)  # fmt: skip
+)
 def test_table_of_the_sample_machine(shop, xyz, ab, length, tip, d):
     """10.3: the machine of the setup, through MAC and CIN; and back again."""
     program = shop.profile(
@@ -659,11 +702,21 @@ def test_table_of_the_sample_machine(shop, xyz, ab, length, tip, d):
 def test_machine_with_two_tables(shop):
     """10.4: MAC WRK, bed WRK, tables C and A under the part."""
     setup = changed(
-        SETUP_5, MAC="(MAC,WRK,WRK)", TOL="(TOL,100,0,0,-90,)", AXI_X="(AXI,X,1,ABS,LI1)", AXI_Y="(AXI,Y,2,ORD,LI2)",
-        AXI_A="(AXI,A,5,OTH,TOL)", AXI_B="(AXI,B,6,OTH,WRK)", CIN_A="(CIN,A,0,0,0,0,90,0)",
-        CIN_B="(CIN,B,0,0,0,0,-90,0)", CIN_w="(CIN,w,0,0,0,0,0,0)", CIN_X="(CIN,X,0,0,0,0,90,0)",
-        CIN_Y="(CIN,Y,0,0,0,-90,0,-90)", CIN_Z="(CIN,Z,0,0,0,90,0,0)", CIN_t="(CIN,t,0,0,0,0,0,0)",
-    )  # fmt: skip
+        SETUP_5,
+        MAC="(MAC,WRK,WRK)",
+        TOL="(TOL,100,0,0,-90,)",
+        AXI_X="(AXI,X,1,ABS,LI1)",
+        AXI_Y="(AXI,Y,2,ORD,LI2)",
+        AXI_A="(AXI,A,5,OTH,TOL)",
+        AXI_B="(AXI,B,6,OTH,WRK)",
+        CIN_A="(CIN,A,0,0,0,0,90,0)",
+        CIN_B="(CIN,B,0,0,0,0,-90,0)",
+        CIN_w="(CIN,w,0,0,0,0,0,0)",
+        CIN_X="(CIN,X,0,0,0,0,90,0)",
+        CIN_Y="(CIN,Y,0,0,0,-90,0,-90)",
+        CIN_Z="(CIN,Z,0,0,0,90,0,0)",
+        CIN_t="(CIN,t,0,0,0,0,0,0)",
+    )
     program = shop.profile("X0Y0Z0A0B0F100\nX1", setup, cell=CELL_5)
     list(program.batches())
     pose = program.profiles._machines[1].forward(
@@ -678,7 +731,9 @@ def test_machine_with_two_tables(shop):
 
 
 def test_location_in_the_centre_and_feed_along_the_arc(shop):
-    """The cell decides what the manual leaves open: centre instead of tip (31.6), arc length instead of parameter."""
+    """The cell decides what the manual leaves open: centre instead of tip
+    (31.6), arc length instead of parameter.
+    """
     cell = parse_config('[osai]\nlocation = "centre"\nfeed = "arc"\n')
     setup = changed(
         SETUP_3,
@@ -704,7 +759,9 @@ def test_location_in_the_centre_and_feed_along_the_arc(shop):
 
 
 def test_a_normal_that_leaves_the_tool_direction(shop):
-    """From flat contact on q is where the normal goes; where it swings across, the tool steps over at standstill."""
+    """From flat contact on q is where the normal goes; where it swings across,
+    the tool steps over at standstill.
+    """
     setup = changed(
         SETUP_3,
         PNT="(PNT,CCP,CCP,QUI)",
@@ -727,7 +784,9 @@ def test_a_normal_that_leaves_the_tool_direction(shop):
 
 
 def test_directions_that_change_at_one_place(shop):
-    """Where only ijk changes the tip stands: edges on both sides, the rotary axes turn, everything is driven."""
+    """Where only ijk changes the tip stands: edges on both sides, the rotary
+    axes turn, everything is driven.
+    """
     setup = changed(
         SETUP_5,
         TOL="(TOL,100,0,0,-90,)",

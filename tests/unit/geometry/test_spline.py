@@ -8,7 +8,7 @@ from numpy.polynomial import Polynomial
 from scipy.interpolate import Akima1DInterpolator, BSpline
 
 from cnc_core.blocks import DWELL, LINEAR, POLYNOMIAL
-from cnc_core.geometry.shapes.polynomial import coefficients, joined
+from cnc_core.blocks.pool import coefficients, joined
 from cnc_core.planning import plan_program
 from support.programs import ended_program
 
@@ -67,11 +67,16 @@ def test_akima_agrees_with_scipy(tmp_path, n):
 
 
 def test_bspline_agrees_with_scipy(tmp_path):
-    """Control points are the programmed ones, the outer ones mirrored so that the curve meets them."""
+    """Control points are the programmed ones, the outer ones mirrored so that
+    the curve meets them.
+    """
     points = np.cumsum(
         np.random.default_rng(1).normal(0, 5, (9, 3)), axis=0
     ).round(6)
-    text = f"#SPLINE TYPE BSPLINE\nG01 F1000 {lines(points[:1])}\nG151\n{lines(points[1:])}\nG150\nX0"
+    text = (
+        f"#SPLINE TYPE BSPLINE\nG01 F1000 {lines(points[:1])}\nG151\n"
+        f"{lines(points[1:])}\nG150\nX0"
+    )
     batch = joined(list(program_of(tmp_path, text).batches()))
     control = np.vstack(
         [2 * points[0] - points[1], points, 2 * points[-1] - points[-2]]
@@ -115,7 +120,10 @@ def test_tangential_ends_take_the_direction_of_their_neighbours(tmp_path):
 
 def test_programmed_ends(tmp_path):
     """The manual's example: slope 1 at the start; axes without a component are found."""
-    text = "#AKIMA TRANS [START=USER END=USER]\n#AKIMA STARTVECTOR X1 Y1 Z0\n#AKIMA ENDVECTOR X0 Y-2"
+    text = (
+        "#AKIMA TRANS [START=USER END=USER]\n"
+        "#AKIMA STARTVECTOR X1 Y1 Z0\n#AKIMA ENDVECTOR X0 Y-2"
+    )
     first, last = ends(tmp_path, text, "X10 Y10")
     assert first == pytest.approx([0.5**0.5, 0.5**0.5, 0])
     assert last == pytest.approx([0, -1, 0])

@@ -1,4 +1,6 @@
-"""Semaphores, exchanges, seqlock, waits, technology units; real processes where processes matter."""
+"""Semaphores, exchanges, seqlock, waits, technology units; real processes where
+processes matter.
+"""
 
 import ctypes
 import math
@@ -45,7 +47,7 @@ print(n, flush=True)
 
 WAITER = """
 import signal, sys, hli
-signal.signal(signal.SIGINT, signal.default_int_handler)  # whoever started the tests may have it ignored
+signal.signal(signal.SIGINT, signal.default_int_handler)
 from hli._sync import lib
 from hli.handshake import word_pointer
 from hli.view import Areas
@@ -76,7 +78,9 @@ def unit(areas: Areas) -> ContourUnit:
 def test_next_takes_and_asks_in_one_step(
     areas: Areas, unit: ContourUnit
 ) -> None:
-    """Nothing happens while the answer is missing or for a request that is not finite; the copy is the caller's own."""
+    """Nothing happens while the answer is missing or for a request that is not
+    finite; the copy is the caller's own.
+    """
     memory = areas.gpCh[0].contour_lookahead
     assert unit.request(1.0, 2.0)
     assert unit.next(3.0, 4.0) == BUSY
@@ -314,14 +318,18 @@ def test_sleep_until_a_past_deadline_returns_at_once() -> None:
 
 
 def test_child_dies_with_its_parent() -> None:
-    """hs_die_with_parent: the grandchild gets the signal when its parent is killed; a gone parent is told as -1."""
+    """hs_die_with_parent: the grandchild gets the signal when its parent is
+    killed; a gone parent is told as -1.
+    """
     grandchild = (
-        "import os,sys,time; from hli._sync import lib; lib.hs_die_with_parent(9, int(sys.argv[1])); "
+        "import os,sys,time; from hli._sync import lib; "
+        "lib.hs_die_with_parent(9, int(sys.argv[1])); "
         "print(os.getpid(), flush=True); time.sleep(60)"
     )
     child = (
         "import os,subprocess,sys,time\n"
-        f"subprocess.Popen([sys.executable, '-P', '-c', {grandchild!r}, str(os.getpid())])\ntime.sleep(60)"
+        f"subprocess.Popen([sys.executable, '-P', '-c', {grandchild!r}, "
+        f"str(os.getpid())])\ntime.sleep(60)"
     )
     with subprocess.Popen(
         [sys.executable, "-P", "-c", child], stdout=subprocess.PIPE, text=True

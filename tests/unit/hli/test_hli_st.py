@@ -1,4 +1,6 @@
-"""Structured Text that real tools accept; the oracle is blark, a parser of TwinCAT projects that nobody here wrote."""
+"""Structured Text that real tools accept; the oracle is blark, a parser of
+TwinCAT projects that nobody here wrote.
+"""
 
 from __future__ import annotations
 
@@ -12,16 +14,20 @@ import pytest
 
 from hli import export, layout
 
-# IEC 61131-3 edition 3, table 4 and the elementary types; OVERRIDE is left out: TwinCAT and CODESYS do not reserve it.
+# IEC 61131-3 edition 3, table 4 and the elementary types; OVERRIDE is left out:
+# TwinCAT and CODESYS do not reserve it.
 _WORDS = """
-ABS ABSTRACT ACTION AND ARRAY ASIN ATAN BOOL BY BYTE CASE CHAR CLASS CONFIGURATION CONSTANT CONTINUE COS CTD CTU CTUD
-DATE DINT DIV DO DT DWORD ELSE ELSIF END_ACTION END_CASE END_FOR END_FUNCTION END_IF END_STRUCT END_TYPE END_VAR EQ EXIT
-EXP EXTENDS F_EDGE F_TRIG FALSE FINAL FOR FROM FUNCTION FUNCTION_BLOCK GE GT IF IMPLEMENTS INITIAL_STEP INT INTERFACE
-INTERNAL INTERVAL LE LEFT LEN LIMIT LINT LN LOG LREAL LT LTIME LWORD MAX METHOD MID MIN MOD MOVE MUX NAMESPACE NE
-NON_RETAIN NOT NULL OF ON OR OVERLAP PRIORITY PRIVATE PROGRAM PROTECTED PUBLIC R_EDGE R_TRIG READ_ONLY READ_WRITE REAL
-REF REF_TO REPEAT REPLACE RESOURCE RETAIN RETURN RIGHT ROL ROR RS SEL SHL SHR SIN SINGLE SINT SQRT SR STEP STRING STRUCT
-SUB SUPER TAN TASK THEN THIS TIME TIME_OF_DAY TO TOD TOF TON TP TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USING
-USINT VAR VAR_GLOBAL VAR_INPUT WHILE WITH WORD WSTRING XOR POINTER
+ABS ABSTRACT ACTION AND ARRAY ASIN ATAN BOOL BY BYTE CASE CHAR CLASS CONFIGURATION
+CONSTANT CONTINUE COS CTD CTU CTUD DATE DINT DIV DO DT DWORD ELSE ELSIF END_ACTION
+END_CASE END_FOR END_FUNCTION END_IF END_STRUCT END_TYPE END_VAR EQ EXIT EXP EXTENDS
+F_EDGE F_TRIG FALSE FINAL FOR FROM FUNCTION FUNCTION_BLOCK GE GT IF IMPLEMENTS
+INITIAL_STEP INT INTERFACE INTERNAL INTERVAL LE LEFT LEN LIMIT LINT LN LOG LREAL LT
+LTIME LWORD MAX METHOD MID MIN MOD MOVE MUX NAMESPACE NE NON_RETAIN NOT NULL OF ON OR
+OVERLAP PRIORITY PRIVATE PROGRAM PROTECTED PUBLIC R_EDGE R_TRIG READ_ONLY READ_WRITE
+REAL REF REF_TO REPEAT REPLACE RESOURCE RETAIN RETURN RIGHT ROL ROR RS SEL SHL SHR SIN
+SINGLE SINT SQRT SR STEP STRING STRUCT SUB SUPER TAN TASK THEN THIS TIME TIME_OF_DAY TO
+TOD TOF TON TP TRANSITION TRUE TRUNC TYPE UDINT UINT ULINT UNTIL USING USINT VAR
+VAR_GLOBAL VAR_INPUT WHILE WITH WORD WSTRING XOR POINTER
 """
 RESERVED = frozenset(_WORDS.split())
 IDENTIFIER = re.compile(r"^(?!.*__)[A-Za-z]\w*(?<!_)$")
@@ -46,9 +52,11 @@ TWINCAT = (
 
 @pytest.fixture(scope="module")
 def blark(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """What blark makes of the text, of three TwinCAT files and of a broken text; one process, its start is slow.
+    """What blark makes of the text, of three TwinCAT files and of a broken
+    text; one process, its start is slow.
 
-    It stands under another licence than the project: used where it is installed, required nowhere.
+    It stands under another licence than the project: used where it is
+    installed, required nowhere.
     """
     if importlib.util.find_spec("blark") is None:
         pytest.skip("blark is not installed")

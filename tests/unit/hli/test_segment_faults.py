@@ -1,4 +1,6 @@
-"""Segments that cannot be created, and creators that die: what docs/explanation/model/attach.pml and place.pml say, in the code."""
+"""Segments that cannot be created, and creators that die: what
+docs/explanation/model/attach.pml and place.pml say, in the code.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,10 @@ from hli.errors import HliError, HliInUse
 from support.fake_cnc import unique_name
 
 SHM = Path("/dev/shm")
-SMALL = "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000)); import signal;"
+SMALL = (
+    "import resource; resource.setrlimit(resource.RLIMIT_FSIZE, "
+    "(100_000, 100_000)); import signal;"
+)
 SMALL += "signal.signal(signal.SIGXFSZ, signal.SIG_IGN); import hli, sys; hli.create(sys.argv[1])"
 KILLED = """
 import os, signal, sys
@@ -32,7 +37,9 @@ segment.create(sys.argv[1])
 
 
 def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
-    """A full shared memory is named when the segment is created, not by a SIGBUS at a later store."""
+    """A full shared memory is named when the segment is created, not by a
+    SIGBUS at a later store.
+    """
     name = unique_name()
     done = subprocess.run(
         [sys.executable, "-P", "-c", SMALL, name],
@@ -47,7 +54,9 @@ def test_no_room_for_a_segment_is_an_error_and_leaves_nothing() -> None:
 
 @pytest.mark.parametrize("step", ["_reserve", "_write_head", "_take_name"])
 def test_a_creator_that_dies_leaves_no_name(step: str) -> None:
-    """The name comes with the head in one step, so that it can be had again whenever the creator died."""
+    """The name comes with the head in one step, so that it can be had again
+    whenever the creator died.
+    """
     name, before = unique_name(), set(os.listdir(SHM))
     done = subprocess.run(
         [sys.executable, "-P", "-c", KILLED, name, step], check=False
@@ -80,7 +89,9 @@ def drafts() -> set[str]:
 def test_without_unnamed_files_the_segment_comes_by_a_draft(
     monkeypatch: pytest.MonkeyPatch, number: int
 ) -> None:
-    """Where O_TMPFILE is unknown the segment is written under a name of its own and linked; nothing else differs."""
+    """Where O_TMPFILE is unknown the segment is written under a name of its own
+    and linked; nothing else differs.
+    """
     plain, name, before = os.open, unique_name(), drafts()
 
     def refuse(path: str | Path, flags: int, *rest: int) -> int:
@@ -102,7 +113,9 @@ def test_without_unnamed_files_the_segment_comes_by_a_draft(
 
 @pytest.mark.parametrize("step", ["_reserve", "_write_head", "_take_name"])
 def test_a_draft_of_a_dead_creator_is_swept(step: str) -> None:
-    """A creator that dies over its draft leaves it; sweep() removes it, and those of the living stay."""
+    """A creator that dies over its draft leaves it; sweep() removes it, and
+    those of the living stay.
+    """
     name, before = unique_name(), drafts()
     head = (
         SHM / f".hli-new-{os.getpid()}-{lib.hs_process_start(os.getpid())}-77"

@@ -1,4 +1,6 @@
-"""The jerk-limited planner: times against stored optima, holds, overrides, refusals, evaluation of the laws."""
+"""The jerk-limited planner: times against stored optima, holds, overrides,
+refusals, evaluation of the laws.
+"""
 
 from __future__ import annotations
 
@@ -35,7 +37,9 @@ def line(length: float, feed: float) -> npt.NDArray[Any]:
 
 
 def rest_to_rest(length: float, v: float, a: float, j: float) -> float:
-    """Shortest time of a straight move from rest to rest, by the formulas of the seven-phase profile."""
+    """Shortest time of a straight move from rest to rest, by the formulas of
+    the seven-phase profile.
+    """
     ramp = min(a, np.sqrt(v * j))
     if length >= v * (v / ramp + ramp / j):
         return float(length / v + v / ramp + ramp / j)
@@ -50,7 +54,9 @@ def rest_to_rest(length: float, v: float, a: float, j: float) -> float:
 def test_straight_move_is_nearly_time_optimal(
     length: float, feed: float
 ) -> None:
-    """A move from rest to rest takes at most 3 % longer than the seven-phase optimum (the grid is finite)."""
+    """A move from rest to rest takes at most 3 % longer than the seven-phase
+    optimum (the grid is finite).
+    """
     planner = JerkPlanner(LIMITS[3], window=190, knots=400)
     laws = run(planner, line(length, feed))
     best = rest_to_rest(length, min(feed, 300.0), 3000.0, 50000.0)
@@ -65,7 +71,9 @@ REFERENCE_TOPP2 = {("raster", 100.0): 1.07514, ("raster", 300.0): 0.49115}
 @pytest.mark.parametrize("window", [120, 190])
 @pytest.mark.parametrize("feed", [100.0, 300.0])
 def test_raster_line_against_the_optimum(feed: float, window: int) -> None:
-    """One line of the raster takes at most 1.003 of the jerk-limited optimum, also where the window is short."""
+    """One line of the raster takes at most 1.003 of the jerk-limited optimum,
+    also where the window is short.
+    """
     rows = raster_line(3, per_block=2).intervals(feed)
     rows["blocks"] = np.arange(len(rows)) % 2
     laws = run(JerkPlanner(LIMITS[3], window=window), rows)
@@ -110,7 +118,9 @@ def test_passes_per_block_do_not_grow_with_length() -> None:
 
 @pytest.mark.parametrize("feed", [10.0, 50.0, 100.0, 300.0])
 def test_hold_stops_in_the_shortest_distance(feed: float) -> None:
-    """A hold from a steady speed needs at most 1.05 times the jerk-limited stopping distance; it can be resumed."""
+    """A hold from a steady speed needs at most 1.05 times the jerk-limited
+    stopping distance; it can be resumed.
+    """
     planner = JerkPlanner(LIMITS[3], window=120)
     planner.push(line(200.0, feed))
     planner.finish()
@@ -132,7 +142,9 @@ def test_hold_stops_in_the_shortest_distance(feed: float) -> None:
 
 
 def test_reduced_override_is_met_as_soon_as_legal() -> None:
-    """After a step from 100 % to 30 % the speed falls to the new feed within the shortest ramp, and stays there."""
+    """After a step from 100 % to 30 % the speed falls to the new feed within
+    the shortest ramp, and stays there.
+    """
     planner = JerkPlanner(LIMITS[3], window=120)
     planner.push(line(200.0, 100.0))
     planner.finish()
@@ -183,7 +195,9 @@ def test_tail_is_always_a_stop() -> None:
 
 
 def test_entry_is_checked() -> None:
-    """Limits that are not positive, intervals without length and numbers that are none are refused."""
+    """Limits that are not positive, intervals without length and numbers that
+    are none are refused.
+    """
     with pytest.raises(CncError):
         JerkPlanner(Limits([300.0], [0.0], [50000.0]))
     with pytest.raises(CncError):
@@ -209,7 +223,9 @@ LAW_CASES = [
 def test_law_solves_its_equation(
     jerk: float, snap: float, crackle: float, pop: float
 ) -> None:
-    """s'' = a0 + jerk t + snap t^2/2 + crackle t^3/6 + pop t^4/24: the state agrees with a numerical integration."""
+    """s'' = a0 + jerk t + snap t^2/2 + crackle t^3/6 + pop t^4/24: the state
+    agrees with a numerical integration.
+    """
     fields = {"jerk": jerk, "snap": snap, "crackle": crackle, "pop": pop}
     law = ffi.new(
         "jerk_law *",
@@ -257,7 +273,9 @@ def test_what_is_left_of_a_law_is_the_same_motion() -> None:
 
 
 def test_the_grid_is_as_fine_as_the_axes_that_move_ask_for() -> None:
-    """An axis that stops within micrometres but does not move changes nothing: the others are planned as without it."""
+    """An axis that stops within micrometres but does not move changes nothing:
+    the others are planned as without it.
+    """
     rows = contour(40, 2, per_block=2).intervals(
         100.0
     )  # the third axis of the rows stands
@@ -268,7 +286,9 @@ def test_the_grid_is_as_fine_as_the_axes_that_move_ask_for() -> None:
 
 
 def test_unequal_limits_ask_for_no_more_than_the_slowest_axis_does() -> None:
-    """On a slanting line an axis with 100 times the jerk of the others needs no finer grid than they do alone."""
+    """On a slanting line an axis with 100 times the jerk of the others needs no
+    finer grid than they do alone.
+    """
     direction = np.array([0.8, 0.6, 0.001])
     rows = Chain(
         [Line(np.zeros(3), direction / np.linalg.norm(direction), 30.0)] * 2,

@@ -1,4 +1,6 @@
-"""Curves driven exactly as short lines, several of them in a cycle, where the jerk limit leaves the joints much."""
+"""Curves driven exactly as short lines, several of them in a cycle, where the
+jerk limit leaves the joints much.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +33,9 @@ CELL = "cycle_s = 0.004\n" + "".join(
 def test_joints_of_one_cycle_leave_the_acceleration_its_limit(
     radius: float, chord: float, begins: float, program: Callable[..., Path]
 ) -> None:
-    """From rest on a circle of chords: what the joints turn and what the speed gains are one axis' acceleration."""
+    """From rest on a circle of chords: what the joints turn and what the speed
+    gains are one axis' acceleration.
+    """
     cell = parse_config(CELL)
     angle = np.deg2rad(begins) + np.arange(301) * chord / radius
     q = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)

@@ -1,4 +1,6 @@
-"""Low feeds and large steps of the feed under a jerk limit, beside the shortest time in closed form."""
+"""Low feeds and large steps of the feed under a jerk limit, beside the shortest
+time in closed form.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +14,15 @@ from cnc_core.config import CellConfig
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 
-JERK = 50_000.0  # of the built-in cell; steps of the feed stay below those that reach its acceleration
+# of the built-in cell; steps of the feed stay below those that reach its
+# acceleration
+JERK = 50_000.0
 
 
 def shortest(blocks: list[tuple[float, float]]) -> float:
-    """Time over collinear blocks (mm, mm/s) from rest to rest: each step of the feed is driven in the faster block."""
+    """Time over collinear blocks (mm, mm/s) from rest to rest: each step of the
+    feed is driven in the faster block.
+    """
     feeds, time, left = (
         [0.0, *(v for _, v in blocks), 0.0],
         0.0,

@@ -24,7 +24,9 @@ SLOW_CORNER = "G90 G01 X-1.8784 Y-16.1039 F18000\nX2.2847 Y-15.4441\nX-14.8831 Y
 def test_blended_corners_take_the_optimal_time(
     text: str, tolerance: float, optimum: float, window: int, tmp_path: Path
 ) -> None:
-    """From rest over blends to rest: within 0.4 % of TOPP3, at any window, and within the limits."""
+    """From rest over blends to rest: within 0.4 % of TOPP3, at any window, and
+    within the limits.
+    """
     path = tmp_path / "part.nc"
     path.write_text(text)
     result = plan_program(
@@ -36,7 +38,9 @@ def test_blended_corners_take_the_optimal_time(
 
 
 def test_blends_of_small_angles_are_resolved(tmp_path: Path) -> None:
-    """A corner of 2.6 degrees within 0.003 mm: 0.3444 s on a grid five times as fine (before: 0.3463 s)."""
+    """A corner of 2.6 degrees within 0.003 mm: 0.3444 s on a grid five times as
+    fine (before: 0.3463 s).
+    """
     path = tmp_path / "part.nc"
     path.write_text("G90 G01 X4.4422 Y1.3742 F18000\nX22.9 Y8.0\nM30\n")
     result = plan_program(
@@ -62,7 +66,9 @@ UNEQUAL = CellConfig(
 def test_swelling_curvature_is_resolved(
     cell: CellConfig, optimum: float, worst: float, tmp_path: Path
 ) -> None:
-    """Where third derivatives vary and a slow axis turns round beside a quick one (the grid before: 1.6, 18 %)."""
+    """Where third derivatives vary and a slow axis turns round beside a quick
+    one (the grid before: 1.6, 18 %).
+    """
     s = np.arange(1, 31) * 2.0
     start = 6.95950
     turn, r = s / start, start * (1.0 - 0.4 * s / 60.0)
@@ -84,7 +90,9 @@ def test_swelling_curvature_is_resolved(
 def test_jerk_between_the_ends_of_an_interval(
     cycle_ms: float, tmp_path: Path
 ) -> None:
-    """A line into a steep helix within 0.1 mm: the jerk is larger inside one interval than at its ends."""
+    """A line into a steep helix within 0.1 mm: the jerk is larger inside one
+    interval than at its ends.
+    """
     (tmp_path / "a.ngc").write_text(
         "G21 G90 G19\nG1 X95.780406 Y-3.87026 Z-126.631358 F8713\nG1 X134.642275 Y-22.304956\n"
         "G3 Y-22.028073 Z-124.000048 X136.98457 J0.234256 K1.305573 F21980\nM30\n"
@@ -101,7 +109,9 @@ def test_jerk_between_the_ends_of_an_interval(
 def test_a_jerk_limit_that_nobody_sees_is_like_a_large_one(
     tmp_path: Path,
 ) -> None:
-    """Full acceleration within nanoseconds: planned at once, as quick as within a third of a cycle."""
+    """Full acceleration within nanoseconds: planned at once, as quick as within
+    a third of a cycle.
+    """
     (tmp_path / "a.nc").write_text("G1 X1 F6000\nY1\nX3 Y1.2\nX4 Y1.8\nM30\n")
     times = []
     for jerk in (9e6, 9e11):

@@ -1,5 +1,7 @@
-"""Machines whose axes have very different jerk limits: large terms of the slow axis' jerk cancel, so that what the
-grid or the planner's polynomials miss of a curve counts many times."""
+"""Machines whose axes have very different jerk limits: large terms of the slow
+axis' jerk cancel, so that what the grid or the planner's polynomials miss of a
+curve counts many times.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,9 @@ from cnc_core.planning import PlanResult, plan_program
 from cnc_core.program import Program
 from support.limits import ratios
 
-CIRCLE_COPP = 0.70414  # s: TOPP3 by COPP of the smoothed path, 4181 knots (bench/planner_parts.py; 1741 knots: 0.7066)
+# s: TOPP3 by COPP of the smoothed path, 4181 knots (bench/planner_parts.py;
+# 1741 knots: 0.7066)
+CIRCLE_COPP = 0.70414
 
 
 def _saw_tooth(lines: int) -> str:
@@ -83,7 +87,9 @@ def test_more_jerk_is_not_slower(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("window", [30, 120])
 def test_a_circle_ends_as_fast_as_it_can(tmp_path: Path, window: int) -> None:
-    """Standing at the end where the slow axis begins to bind: that interval must be short (it took 1.017)."""
+    """Standing at the end where the slow axis begins to bind: that interval
+    must be short (it took 1.017).
+    """
     s, r = np.arange(1, 102) * 0.3, 5.0
     text = "".join(
         f"G1 X{x:.4f} Y{y:.4f} F18000\n"

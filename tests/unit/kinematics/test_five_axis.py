@@ -1,4 +1,6 @@
-"""A tilted plane on the three example machines, judged by forward kinematics written down for each of them here."""
+"""A tilted plane on the three example machines, judged by forward kinematics
+written down for each of them here.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ def about(axis: str, degrees: np.ndarray) -> Rotation:
 
 
 def table_table(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) tip and tool direction in the part: the part is turned by -C about Z, then by -A about X 50 below."""
+    """(n, 3) tip and tool direction in the part: the part is turned by -C about
+    Z, then by -A about X 50 below.
+    """
     pivot = np.array([0, 0, -50.0])
     tip, a, c = q[:, :3] - L * Z, about("x", q[:, 3]), about("z", q[:, 4])
     turned = (
@@ -39,7 +43,9 @@ def table_table(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def head_table(q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The head tilts by B about Y, 150 above the spindle nose; the part turns by -C about (20, 10), origin at Z 40."""
+    """The head tilts by B about Y, 150 above the spindle nose; the part turns
+    by -C about (20, 10), origin at Z 40.
+    """
     pivot, part = np.array([0, 0, 150.0]), np.array([20, 10, 40.0])
     b, c = about("y", q[:, 3]), about("z", q[:, 4])
     tip = q[:, :3] + pivot + b.apply(np.tile((-L * Z) - pivot, (len(q), 1)))
@@ -127,7 +133,9 @@ PLANE = Rotation.from_euler("ZYX", (30, 25, 0), degrees=True)
 
 @pytest.mark.parametrize("name", MACHINES)
 def test_the_tip_follows_a_tilted_contour(name, tmp_path):
-    """Within 1 um of the programmed contour, at the programmed feed, the tool along the plane's normal, limits kept."""
+    """Within 1 um of the programmed contour, at the programmed feed, the tool
+    along the plane's normal, limits kept.
+    """
     cell = load_config(FIVE_AXIS / f"{name}.toml")
     result = plan(tmp_path, cell, PROGRAM)
     q, block = result.samples["pos"], result.samples["block"]
@@ -154,7 +162,9 @@ def test_the_tip_follows_a_tilted_contour(name, tmp_path):
 @pytest.mark.parametrize("name", MACHINES)
 @pytest.mark.parametrize("jerk", [True, False])
 def test_the_tip_holds_its_line_while_rotary_axes_move(name, jerk, tmp_path):
-    """Lines, a standing tip and a helix during which both rotary axes turn: 1 um, and the feed of the tip."""
+    """Lines, a standing tip and a helix during which both rotary axes turn: 1
+    um, and the feed of the tip.
+    """
     tilt = {"table_table": "A", "head_table": "B", "head_head": "B"}[name]
     text = f"""G00 G90 T1 D1
 #TRAFO ON
@@ -197,7 +207,9 @@ G01 X0 Y0 Z100 {tilt}0 C0
 
 
 def test_compensation_acts_in_the_tilted_plane(tmp_path):
-    """G42 under #CS and #TRAFO: the tool centre runs the tool radius beside the contour, in its plane."""
+    """G42 under #CS and #TRAFO: the tool centre runs the tool radius beside the
+    contour, in its plane.
+    """
     text = PROGRAM.replace("N60 G00 X0 Y0 Z5", "N60 G00 X-12 Y-12 Z5")
     text = text.replace(
         "N70 G01 Z0 F2400", "N70 G01 Z0 F2400\nN75 G42 G01 X0 Y0"
@@ -235,7 +247,9 @@ def test_the_example_program_runs_on_all_three(tmp_path):
 
 
 def test_limits_are_those_of_the_axes(tmp_path):
-    """A tip that is in reach for the tip is refused where an axis is not, with its block and before anything moves."""
+    """A tip that is in reach for the tip is refused where an axis is not, with
+    its block and before anything moves.
+    """
     cell = load_config(FIVE_AXIS / "head_head.toml")
     with pytest.raises(CncError) as wrong:
         plan(
@@ -276,7 +290,8 @@ def test_what_the_plc_sees_is_the_programmed_contour(tmp_path):
     assert marker == at[-1] + 1
 
 
-# ------------------------------------------------------------------------------------------------ the cell file
+# ------------------------------------------------------------------------------------------------
+# the cell file
 BASE = "[axes.X]\n[axes.Y]\n[axes.Z]\n[axes.A]\nkind='rotary'\n[axes.C]\nkind='rotary'\n"
 
 
@@ -345,7 +360,13 @@ type = "TOL"
 bed = "B12"
 linear = ["Y", "X", "Z"]
 rotary = ["A", "B"]
-cin = { Y = [0,0,0,90,0,180], X = [0,0,0,0,90,0], Z = [0,0,0,0,-90,0], A = [0,0,0,0,0,0], B = [0,0,0,-90,0,0], t = [0,246.5,0,90,0,0], w = [0,0,0,90,0,180] }
+cin.Y = [0,0,0,90,0,180]
+cin.X = [0,0,0,0,90,0]
+cin.Z = [0,0,0,0,-90,0]
+cin.A = [0,0,0,0,0,0]
+cin.B = [0,0,0,-90,0,0]
+cin.t = [0,246.5,0,90,0,0]
+cin.w = [0,0,0,90,0,180]
 """
     kin = parse_config(text).kinematic_machines[3]
     pose = kin.forward(np.array([100, 50, 400, 30, 20.0]), 100)
@@ -357,7 +378,10 @@ cin = { Y = [0,0,0,90,0,180], X = [0,0,0,0,90,0], Z = [0,0,0,0,-90,0], A = [0,0,
 
 def test_number_of_the_transformation():
     """kin_id of the channel, else the first table; it must exist."""
-    tables = "[kinematics.5]\ntype='table-table'\nrotary=['C','A']\n[kinematics.2]\ntype='head-head'\nrotary=['C','A']\n"
+    tables = (
+        "[kinematics.5]\ntype='table-table'\nrotary=['C','A']\n"
+        "[kinematics.2]\ntype='head-head'\nrotary=['C','A']\n"
+    )
     assert parse_config(BASE + tables).kin_id == 5
     assert parse_config(f"[channel]\nkin_id=2\n{BASE}{tables}").kin_id == 2
     with pytest.raises(CncError, match="kin_id"):
@@ -373,7 +397,9 @@ def test_number_of_the_transformation():
 
 
 def test_elements_name_the_tangents_of_the_tip(tmp_path):
-    """Over several switches of coordinates in one batch: unit tangents along the programmed lines and arcs."""
+    """Over several switches of coordinates in one batch: unit tangents along
+    the programmed lines and arcs.
+    """
     path = tmp_path / "part.nc"
     path.write_text(PROGRAM + "#CS ON [1,2,3,40,50,60]\n")
     cell = load_config(FIVE_AXIS / "head_table.toml")
@@ -420,7 +446,9 @@ def test_elements_name_the_tangents_of_the_tip(tmp_path):
 
 @pytest.mark.parametrize("seed", range(2))
 def test_control_by_the_plc_keeps_the_tip_on_its_path(seed, tmp_path):
-    """Backward motion, feed hold and override at random moments: the tip stays on the contour, limits hold, it ends."""
+    """Backward motion, feed hold and override at random moments: the tip stays
+    on the contour, limits hold, it ends.
+    """
     rng = np.random.default_rng(seed)
     cell = load_config(FIVE_AXIS / "head_table.toml")
     text = """T1 D1 G90
@@ -474,7 +502,9 @@ G01 Z300
 
 @pytest.mark.parametrize("x", [0.0, 5e-7, 1e-3, 0.5])
 def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
-    """However short the tip's way: limits hold, the motion takes what the axes need, the tip stays."""
+    """However short the tip's way: limits hold, the motion takes what the axes
+    need, the tip stays.
+    """
     text = f"T1 D1\n#TRAFO ON\nG00 X0 Y0 Z100\nG01 X{x:.7f} B60 C30 F60000\nX10 F3000\n"
     cell = load_config(FIVE_AXIS / "head_table.toml")
     result = plan(tmp_path, cell, text)
@@ -493,7 +523,9 @@ def test_rotary_axes_that_turn_while_the_tip_all_but_stands(x, tmp_path):
 def test_smoothing_and_kinematics_share_the_tolerance(
     machine: str, tolerance: float, tmp_path: Path
 ) -> None:
-    """Corners of the tip while rotary axes turn: it leaves the programmed lines by the tolerance at most, in all."""
+    """Corners of the tip while rotary axes turn: it leaves the programmed lines
+    by the tolerance at most, in all.
+    """
     cell = load_config(FIVE_AXIS / f"{machine}.toml")
     rng, names = np.random.default_rng(3), list(cell.axes)
     k = np.arange(25)

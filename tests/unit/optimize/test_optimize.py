@@ -1,4 +1,6 @@
-"""The Path Optimizer: noisy points within the tolerance, C2 pieces, sharp edges, an output that runs, and faster."""
+"""The Path Optimizer: noisy points within the tolerance, C2 pieces, sharp
+edges, an output that runs, and faster.
+"""
 
 import json
 from itertools import pairwise
@@ -26,7 +28,9 @@ SETUP = changed(SETUP_3, CRV=None) + SMT.format("G66")
 
 
 class Bench:
-    """A folder with a program and a setup; ``run`` optimizes, ``made`` are the polynomials of the output."""
+    """A folder with a program and a setup; ``run`` optimizes, ``made`` are the
+    polynomials of the output.
+    """
 
     def __init__(self, folder):
         self.folder = folder
@@ -102,7 +106,9 @@ def far(points, made):
 
 
 def test_a_noisy_surface(bench):
-    """Every point within Toll of the output, C2 but at edges, fewer polynomials than points, and less time."""
+    """Every point within Toll of the output, C2 but at edges, fewer polynomials
+    than points, and less time.
+    """
     points = surface()
     ticks = []
     result = bench.run(words(points), tick=ticks.append, compared=True)
@@ -173,7 +179,9 @@ def corner(n=40, noise=0.004):
     ("mode", "stops"), [("G66", 1), ("G67", 0), ("G63", 0)]
 )
 def test_edges(bench, mode, stops):
-    """C0 G66: sharp and a stop; G67: sharp and passed; G63: a joining piece within the tolerance."""
+    """C0 G66: sharp and a stop; G67: sharp and passed; G63: a joining piece
+    within the tolerance.
+    """
     points = corner()
     result = bench.run(
         words(points), changed(SETUP_3, CRV=None) + SMT.format(mode)
@@ -344,7 +352,9 @@ def test_report_is_json(bench):
 
 
 def test_subprograms_come_into_the_output(bench):
-    """(CLS) calls, calls in them too: their profiles are smoothed in their place, the rest of their lines stays."""
+    """(CLS) calls, calls in them too: their profiles are smoothed in their
+    place, the rest of their lines stays.
+    """
     points = surface(passes=1)
     (bench.folder / "PROFILE.nc").write_text(
         "G61\n" + words(points) + "\nG60\nG1 Z20 F1000\n"
@@ -400,7 +410,9 @@ FOURTH = parse_config(
 
 @pytest.mark.parametrize(("role", "sign"), [("TAN", 1.0), ("TAO", -1.0)])
 def test_a_tangential_axis_becomes_a_polynomial(bench, role, sign):
-    """Its angle follows the smoothed curve within TollX, offset included; at an edge the axes stand and it turns."""
+    """Its angle follows the smoothed curve within TollX, offset included; at an
+    edge the axes stand and it turns.
+    """
     rng, t = np.random.default_rng(0), np.linspace(0, np.pi, 120)
     arc = np.column_stack(
         [20 * np.cos(t), 20 * np.sin(t), 0 * t]
@@ -432,7 +444,9 @@ def test_a_tangential_axis_becomes_a_polynomial(bench, role, sign):
 
 
 def test_rapid_lines_of_a_tip_stay_inside(bench):
-    """On five axes a G00 line inside a profile is one of the tip: a polynomial that ends at rest, no G0 of the axes."""
+    """On five axes a G00 line inside a profile is one of the tip: a polynomial
+    that ends at rest, no G0 of the axes.
+    """
     setup = changed(
         SETUP_5, TOL="(TOL,100,0,0,-90,)", VER="(VER,PRG,PRG,PRG)", CRV=None
     ) + SMT.format("G66")
@@ -458,7 +472,9 @@ def test_rapid_lines_of_a_tip_stay_inside(bench):
 
 
 def test_variables_of_the_setup(bench):
-    """Fields that are E variables have the program's values, and are variables in the output's setup too."""
+    """Fields that are E variables have the program's values, and are variables
+    in the output's setup too.
+    """
     setup = (
         changed(SETUP_3, CRV=None, TOL="(TOL,E2,,0,-90,)")
         + "(SMT,E1,0.02,0.002,1,1,1,G66,G66,G66)\n"
@@ -503,7 +519,9 @@ def test_a_single_point_is_not_lost(bench):
 
 
 def test_automatic_normals_are_those_of_the_smoothed_path(bench):
-    """Noise of some micrometres turns chords by degrees; mno of the output follow the path that is driven."""
+    """Noise of some micrometres turns chords by degrees; mno of the output
+    follow the path that is driven.
+    """
     setup = changed(
         SETUP_3,
         PNT="(PNT,CCP,CCP,QUI)",

@@ -1,7 +1,9 @@
-"""The Path Optimizer never costs time and never leaves the path: sparse and noisy surfaces, corners that nothing marks.
+"""The Path Optimizer never costs time and never leaves the path: sparse and
+noisy surfaces, corners that nothing marks.
 
-Oracles: the planner's own time of input and output; distances from dense samples of the curve that the input drives;
-scipy's B-splines and numpy's dense algebra.
+Oracles: the planner's own time of input and output; distances from dense
+samples of the curve that the input drives; scipy's B-splines and numpy's dense
+algebra.
 """
 
 from itertools import pairwise
@@ -123,7 +125,9 @@ def distance(points, line):
     [(1.0, 0.0), (2.0, 0.0), (1.1, 0.006), (2.0, 0.006), (0.3, 0.006)],
 )
 def test_a_sparse_surface_is_not_slower(tmp_path, step, noise, feed):
-    """Points 0.3 to 2 mm apart, with noise and without: less time than before, every point within Toll."""
+    """Points 0.3 to 2 mm apart, with noise and without: less time than before,
+    every point within Toll.
+    """
     points = wave(step, noise)
     result, before, after, made = optimized(
         tmp_path, points, setup_of(TOLL), feed
@@ -137,7 +141,9 @@ def test_a_sparse_surface_is_not_slower(tmp_path, step, noise, feed):
 
 @pytest.mark.parametrize("noise", [0.0, 0.006, 0.012])
 def test_corners_that_nothing_marks_do_not_bulge(tmp_path, noise):
-    """EDG off, rows with square ends: between the points too the output stays with the curve the input would drive."""
+    """EDG off, rows with square ends: between the points too the output stays
+    with the curve the input would drive.
+    """
     points = raster(1.5 if noise == 0.0 else 0.4, noise)
     _, before, after, made = optimized(tmp_path, points, setup_of(TOLL))
     program = Program(
@@ -152,7 +158,9 @@ def test_corners_that_nothing_marks_do_not_bulge(tmp_path, noise):
 
 
 def test_noise_above_the_tolerance(tmp_path):
-    """Scatter wider than the band: still every point within Toll, and in less time than through every point."""
+    """Scatter wider than the band: still every point within Toll, and in less
+    time than through every point.
+    """
     points = wave(0.5, 0.03)
     _, before, after, made = optimized(tmp_path, points, setup_of(0.01))
     assert distance(points, samples(made)).max() <= 0.01
@@ -160,7 +168,9 @@ def test_noise_above_the_tolerance(tmp_path):
 
 
 def test_a_joint_takes_more_than_the_last_polynomial(tmp_path):
-    """Racc reaches over short polynomials; the points that a joining piece replaces are within Toll of it."""
+    """Racc reaches over short polynomials; the points that a joining piece
+    replaces are within Toll of it.
+    """
     rng, t = np.random.default_rng(5), np.arange(0, 20.01, 0.25)
     corner = np.vstack(
         [
@@ -183,7 +193,9 @@ def test_a_joint_takes_more_than_the_last_polynomial(tmp_path):
 
 
 def test_off_path_is_an_upper_bound_and_close():
-    """The bound from the Bernstein hull holds for dense samples of random curves, and is little above them."""
+    """The bound from the Bernstein hull holds for dense samples of random
+    curves, and is little above them.
+    """
     rng = np.random.default_rng(2)
     for _ in range(20):
         u = np.cumsum(rng.uniform(0.5, 1.5, 12))
@@ -254,7 +266,9 @@ def test_least_squares_agree_with_dense_algebra(count):
 
 
 def test_long_sections_of_many_groups(tmp_path):
-    """Groups of 100 points over unmarked corners and long chords: joints within the band, none keeps a bulge."""
+    """Groups of 100 points over unmarked corners and long chords: joints within
+    the band, none keeps a bulge.
+    """
     points = np.vstack(
         [
             raster(0.4, 0.005, seed=k) + np.array([0, 4.0 * k, 0])

@@ -1,4 +1,6 @@
-"""Programs of odd shapes through ``plan``: they end, in a sensible time, within the limits, on the programmed end."""
+"""Programs of odd shapes through ``plan``: they end, in a sensible time, within
+the limits, on the programmed end.
+"""
 
 from __future__ import annotations
 
@@ -45,7 +47,9 @@ def shape(
 
 
 def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
-    """Degrees of a rotary axis over microns, smoothed: no crawl through millions of tiny intervals."""
+    """Degrees of a rotary axis over microns, smoothed: no crawl through
+    millions of tiny intervals.
+    """
     text = """G0 X0 Y0 Z0 A0
     N10 G1 X0.001 Y0.0015 A4.5 F6900
     N20 G1 X0.25 Y0.29 Z0.32 A9
@@ -64,7 +68,9 @@ def test_rotary_axis_outruns_a_tiny_way(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("seed", [3, 4, 7])
 def test_corners_a_few_cycles_apart(seed: int) -> None:
-    """Blocks of 0.025 mm rounded to 0.001 at a slow cycle: what several corners show in the same samples adds up."""
+    """Blocks of 0.025 mm rounded to 0.001 at a slow cycle: what several corners
+    show in the same samples adds up.
+    """
     rng = np.random.default_rng(seed)
     angle = np.cumsum(rng.normal(size=149) * 0.05)
     steps = 0.025 * np.stack([np.cos(angle), np.sin(angle)], 1)
@@ -82,7 +88,9 @@ def test_corners_a_few_cycles_apart(seed: int) -> None:
 def test_the_deviation_of_a_steep_helix_is_the_nearest_distance(
     tmp_path: Path,
 ) -> None:
-    """What `plan` states is the distance to the nearest place of the contour, not to the place at the same angle."""
+    """What `plan` states is the distance to the nearest place of the contour,
+    not to the place at the same angle.
+    """
     text = (
         "G0 X0 Y0 Z0\nG1 F3000 X-10\nX0\nG2 X10 Y0 Z40 I5 J0\nG1 X20 Z40\nM30\n"
     )

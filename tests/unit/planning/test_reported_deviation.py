@@ -18,7 +18,9 @@ from cnc_core.program import Program
 def test_blocks_far_shorter_than_the_tolerance(
     tolerance: float, program: Callable[..., Path]
 ) -> None:
-    """A spiral into its centre in blocks of micrometres: stated is the distance from the contour, not from a part."""
+    """A spiral into its centre in blocks of micrometres: stated is the distance
+    from the contour, not from a part.
+    """
     t = np.linspace(0.0, 12.0, 241)
     points = np.exp(-t / 3)[:, None] * np.column_stack(
         [np.cos(t), np.sin(t)]

@@ -178,7 +178,9 @@ def test_block_that_is_no_longer_called_does_not_hold_the_unit(
 def test_request_of_a_foreign_plc_program_is_waited_for(
     cnc: FakeCnc, clah: ContourLookahead
 ) -> None:
-    """While somebody else's request is pending none is placed, and its answer is not taken for ours."""
+    """While somebody else's request is pending none is placed, and its answer
+    is not taken for ours.
+    """
     unit = cnc.ch.contour_lookahead
     unit.request.length = 1.0
     unit.semaphor_rw = True
@@ -296,7 +298,9 @@ def test_follow_begins_again_after_a_distance_reset(
 def test_follow_drops_an_answer_from_before_a_reset(
     cnc: FakeCnc, clah: ContourLookahead
 ) -> None:
-    """The request was placed in old distances, the answer would be in old or new ones: it is not used."""
+    """The request was placed in old distances, the answer would be in old or
+    new ones: it is not used.
+    """
     cnc.path, cnc.speed, cnc.ahead = elements([10.0] * 20), 10.0, 30.0
     follow_all(cnc, clah, 15.0, 6)
     assert clah.busy

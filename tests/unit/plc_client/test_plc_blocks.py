@@ -150,7 +150,9 @@ def test_function_is_fetched_before_and_acknowledged_after_its_handler(
 def test_a_function_nobody_waits_for_is_acknowledged_while_it_is_fetched(
     areas: Areas,
 ) -> None:
-    """Behind please_rw FALSE the unit of a MOS function may hold the next one, which done_w must not reach."""
+    """Behind please_rw FALSE the unit of a MOS function may hold the next one,
+    which done_w must not reach.
+    """
     unit = areas.gpCh[0].techno_unit_std_sync[0]
 
     def next_function(_: Any) -> None:

@@ -70,7 +70,10 @@ def test_second_living_plc_is_refused(cnc: FakeCnc) -> None:
 
 def test_place_of_a_dead_plc_is_free(cnc: FakeCnc) -> None:
     """A PLC process that was killed leaves nothing locked."""
-    code = f"import os; from plc_client import connect; connect({cnc.name!r}); os.kill(os.getpid(), 9)"
+    code = (
+        f"import os; from plc_client import connect; "
+        f"connect({cnc.name!r}); os.kill(os.getpid(), 9)"
+    )
     assert (
         subprocess.run(
             [sys.executable, "-P", "-c", code], check=False

@@ -123,7 +123,9 @@ def test_release_happens_once_so_that_another_block_can_have_the_unit(
 
 
 def test_optional_stop_and_continue(make: Make) -> None:
-    """M01 stands only when enabled; continue waits for the stop, gives an edge, is done when the CNC goes on."""
+    """M01 stands only when enabled; continue waits for the stop, gives an edge,
+    is done when the CNC goes on.
+    """
     cnc, hli = make(line(10), optional_stop(), line(10))
     m01, go_on = OptionalStop(hli.gpCh[0]), ContinueMachining(hli.gpCh[0])
     m01(True)
@@ -366,7 +368,9 @@ class _Blocks:
 
 
 def test_a_call_that_is_done_at_once_is_the_same_call(make: Make) -> None:
-    """Blocks that skip what cannot have changed do as blocks that never skip, whoever else writes the units."""
+    """Blocks that skip what cannot have changed do as blocks that never skip,
+    whoever else writes the units.
+    """
     rng = random.Random(7)
     quick, thorough = (
         _Blocks(*make(line(1000)), skip) for skip in (True, False)

@@ -1,4 +1,6 @@
-"""Mode and program control against the mock CNC: semaphore discipline, waiting for state_r, errors, turns."""
+"""Mode and program control against the mock CNC: semaphore discipline, waiting
+for state_r, errors, turns.
+"""
 
 from collections.abc import Iterator
 from typing import Any
@@ -40,7 +42,9 @@ def hli(cnc: MockCnc) -> Iterator[Hli]:
 def until_done(
     cnc: MockCnc, fb: Any, *inputs: Any, limit: int = 100
 ) -> list[State]:
-    """Call the block once a cycle until it is done or failed; the states it showed, without repetitions."""
+    """Call the block once a cycle until it is done or failed; the states it
+    showed, without repetitions.
+    """
     seen: list[State] = []
     for _ in range(limit):
         fb(True, *inputs)
@@ -81,7 +85,9 @@ def test_start_stop_resume_abort_reset_walk_the_states(
 def test_selected_to_active_in_one_command_passes_intermediate_states(
     cnc: MockCnc, hli: Hli
 ) -> None:
-    """The interface performs the transitions between by itself; the block waits for the last one."""
+    """The interface performs the transitions between by itself; the block waits
+    for the last one.
+    """
     fb = ModeControl(hli.gpCh[0])
     shown = set()
     while not fb(True, Mode.AUTOMATIC, ProcessState.ACTIVE, "part.nc"):

@@ -1,4 +1,6 @@
-"""Orders of other processes to a running PLC, variables that do not exist, results that JSON cannot hold."""
+"""Orders of other processes to a running PLC, variables that do not exist,
+results that JSON cannot hold.
+"""
 
 from __future__ import annotations
 
@@ -109,9 +111,14 @@ def test_force_read_unforce_from_outside(plc: PlcRunner) -> None:
     plc.task.gain = 7.0
     plc.step()
     assert (plc.task.gain, plc.symbol(OVERRIDE).value) == (2.5, 500)
-    assert ordered(plc, "read", "Some.gain", "Some.constant", "Some.coming", OVERRIDE)["values"] == {
-        "Some.gain": 2.5, "Some.constant": 5, "Some.coming": None, OVERRIDE: 500,
-    }  # fmt: skip
+    assert ordered(
+        plc, "read", "Some.gain", "Some.constant", "Some.coming", OVERRIDE
+    )["values"] == {
+        "Some.gain": 2.5,
+        "Some.constant": 5,
+        "Some.coming": None,
+        OVERRIDE: 500,
+    }
     assert ordered(
         plc, "unforce", "gpCh[0]^.bahn_mc_control.override.command_w"
     )["forced"] == {"Some.gain": 2.5}
@@ -219,10 +226,13 @@ def test_nobody_there_and_the_name_taken(
 def test_another_terminal_forces_a_task_that_keeps_it_over_cnc_and_plc_restarts(
     tmp_path: Path, cli: Callable[..., Any]
 ) -> None:
-    """The commands force, read and unforce against a PLC process; the force outlives SIGUSR1 and the CNC."""
+    """The commands force, read and unforce against a PLC process; the force
+    outlives SIGUSR1 and the CNC.
+    """
     name, file = unique_name(), tmp_path / "p.py"
     file.write_text(
-        "from plc_client import task\n@task()\nclass T:\n    def setup(self, hli): self.gain, self.seen = 1.0, 0.0\n"
+        "from plc_client import task\n@task()\nclass T:\n"
+        "    def setup(self, hli): self.gain, self.seen = 1.0, 0.0\n"
         "    def cyclic(self): self.seen = self.gain\n    def finished(self): return False\n"
     )
     cnc = start_cnc(name, lengths=[1e9])

@@ -1,4 +1,6 @@
-"""Distance switches, technology blocks, watchdogs, errors and MCV_HliInterface against the mock CNC."""
+"""Distance switches, technology blocks, watchdogs, errors and MCV_HliInterface
+against the mock CNC.
+"""
 
 import math
 from collections.abc import Iterator
@@ -117,7 +119,9 @@ def test_cam_switches_on_its_tracks_with_both_leads(make: Any) -> None:
 
 
 def test_functions_that_take_several_scans(make: Any) -> None:
-    """M8 stays open until the pump runs; everything else is acknowledged at once; order and payload arrive."""
+    """M8 stays open until the pump runs; everything else is acknowledged at
+    once; order and payload arrive.
+    """
     cnc, hli = make(
         line(1),
         t(7),
@@ -278,7 +282,9 @@ NUMBERS = [40019, 40014, 40015, 40022, 40018, 40017, 40021, 40020, 40024]
 
 @pytest.mark.parametrize("first", range(len(ORDER)))
 def test_interface_errors_in_their_order(make: Any, first: int) -> None:
-    """With everything from the n-th check on broken, the n-th number is told; after 100 scans it checks again."""
+    """With everything from the n-th check on broken, the n-th number is told;
+    after 100 scans it checks again.
+    """
     _, hli = make(line(1))
     for what in reversed(ORDER[first:]):
         break_shape(hli, what)

@@ -1,4 +1,6 @@
-"""PlcRunner on the mock: stepping, tasks, watch, force, restart, statistics, task watchdog, latched inputs."""
+"""PlcRunner on the mock: stepping, tasks, watch, force, restart, statistics,
+task watchdog, latched inputs.
+"""
 
 import math
 import re
@@ -90,7 +92,9 @@ def test_steps_to_cycle_time_distance_and_end() -> None:
 
 
 def test_tasks_have_intervals_priorities_and_one_latched_input() -> None:
-    """Slow every second cycle, both see the same distance in one scan; statistics name every task."""
+    """Slow every second cycle, both see the same distance in one scan;
+    statistics name every task.
+    """
     with PlcRunner.on_mock([Slow, Fast], [line(10)]) as plc:
         plc.run_to_cycle(21)
         assert (plc["Fast"].n, plc["Slow"].n) == (21, 11)
@@ -189,7 +193,9 @@ class Forced:
 
 @pytest.mark.parametrize("path", ["Forced.table[9]", "Forced.gain.deep"])
 def test_a_variable_that_takes_no_force_is_named(path: str) -> None:
-    """A force that cannot be written is an error with symbol and value, not a trace of the runtime."""
+    """A force that cannot be written is an error with symbol and value, not a
+    trace of the runtime.
+    """
     with PlcRunner.on_mock(Forced, [line(10)]) as plc:
         forces = Forces()
         forces._forced[path] = (

@@ -58,7 +58,9 @@ def write(path: Path, text: str) -> str:
 def test_two_processes_in_lockstep_end_cleanly_with_a_report(
     tmp_path: Path,
 ) -> None:
-    """Each task at its interval, at least 10 scans after the program's end, report written, exit 0."""
+    """Each task at its interval, at least 10 scans after the program's end,
+    report written, exit 0.
+    """
     name, report = unique_name(), tmp_path / "report.json"
     cnc = start_cnc(name, lengths=[50.0])
     status, text = run_plc(
@@ -365,7 +367,9 @@ def test_reservoir_keeps_every_value_equally_often() -> None:
 def test_second_interrupt_ends_a_scan_that_never_returns(
     tmp_path: Path,
 ) -> None:
-    """The first one waits for the end of the scan, the second one does not; the report is written."""
+    """The first one waits for the end of the scan, the second one does not; the
+    report is written.
+    """
     code = """
         from plc_client import task
         @task()
@@ -399,7 +403,9 @@ def test_second_interrupt_ends_a_scan_that_never_returns(
 def test_the_image_waits_for_a_cnc_that_lost_its_core(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """More disturbed copies in a row than are tried at once are no error yet; a CNC that never comes back is one."""
+    """More disturbed copies in a row than are tried at once are no error yet; a
+    CNC that never comes back is one.
+    """
     with MockCnc([line(10)]) as cnc, connect(cnc.name) as pair:
         inputs, seq, pauses = (
             image.InputImage(pair),

@@ -72,11 +72,42 @@ def test_spellings_of_one_line(line):
 @pytest.mark.parametrize(
     "line",
     [
-        "M3", "G04 X1", "G54 X1", "#FLUSH", "%NAME", "X[1]", "X1e5", "X--1", "X.", "X", "X- 1", "X1.2.3", "X10+5",
-        "X1\\", "; comment \\", "\\", "(open X1", "(a(b)) X1", "X1 X2", "G0 G1", "G90 G91", "B5", "E1", "N1.5", "N-1",
-        "G1.5", "N99999999999 X1", "X1=10", "XP1", "X1 MOD 2", "$IF", "/X1", "X10 5", "X\0001",
+        "M3",
+        "G04 X1",
+        "G54 X1",
+        "#FLUSH",
+        "%NAME",
+        "X[1]",
+        "X1e5",
+        "X--1",
+        "X.",
+        "X",
+        "X- 1",
+        "X1.2.3",
+        "X10+5",
+        "X1\\",
+        "; comment \\",
+        "\\",
+        "(open X1",
+        "(a(b)) X1",
+        "X1 X2",
+        "G0 G1",
+        "G90 G91",
+        "B5",
+        "E1",
+        "N1.5",
+        "N-1",
+        "G1.5",
+        "N99999999999 X1",
+        "X1=10",
+        "XP1",
+        "X1 MOD 2",
+        "$IF",
+        "/X1",
+        "X10 5",
+        "X\0001",
     ],
-)  # fmt: skip
+)
 def test_other_lines_stop_the_scanner_in_front(line):
     """What is not plain is left alone, with the state of the lines before it."""
     text = "G00 X1\n" + line + "\nX2\n"
@@ -119,7 +150,9 @@ def test_many_random_numbers_are_correctly_rounded():
 
 
 def test_lines_and_line_breaks():
-    """Empty lines and comments are plain and counted; CRLF, TAB and blanks end nothing but the line."""
+    """Empty lines and comments are plain and counted; CRLF, TAB and blanks end
+    nothing but the line.
+    """
     stop, rows, _, m = scan(
         "\r\n; comment\r\n(comment)\r\n\tG00\tX1 \r\n  \r\nN7 X2\t\r\n"
     )
@@ -221,7 +254,9 @@ def test_absolute_centre_carries_the_offset():
 
 
 def test_random_bytes_do_no_harm():
-    """Any bytes give a reason to stop; the state stays finite and nothing is written behind the rows."""
+    """Any bytes give a reason to stop; the state stays finite and nothing is
+    written behind the rows.
+    """
     rng = random.Random(1)
     words = [
         b"G01",

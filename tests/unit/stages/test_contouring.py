@@ -1,4 +1,6 @@
-"""Contouring (G61, G261, #CONTOUR MODE): curves against the programmed contour, by numpy and shapely alone."""
+"""Contouring (G61, G261, #CONTOUR MODE): curves against the programmed contour,
+by numpy and shapely alone.
+"""
 
 import json
 
@@ -8,10 +10,10 @@ from numpy.polynomial import Polynomial
 from shapely.geometry import LineString, Point
 
 from cnc_core.blocks import CIRCULAR, LINEAR, POLYNOMIAL, BlockBatch, M
+from cnc_core.blocks.pool import coefficients, joined
 from cnc_core.config import load_config
 from cnc_core.engine import Engine
 from cnc_core.errors import Place
-from cnc_core.geometry.shapes.polynomial import coefficients, joined
 from cnc_core.geometry.stages.contouring import Contouring, ContourMachine
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
@@ -53,7 +55,9 @@ def motions(batch):
 
 
 def test_a_corner_between_long_lines_uses_the_deviation_exactly(tmp_path):
-    """Two polynomials of degree 4 under the first block's number; the corner is PATH_DEV from where they meet."""
+    """Two polynomials of degree 4 under the first block's number; the corner is
+    PATH_DEV from where they meet.
+    """
     batch, program = prepared(
         tmp_path, f"{ON}N10 G01 X10 F1000\nN20 Y10\nN30 X20\nM30\n"
     )
@@ -84,7 +88,9 @@ def test_a_corner_between_long_lines_uses_the_deviation_exactly(tmp_path):
 
 
 def test_ends_continue_direction_and_curvature(tmp_path):
-    """Between a line and an arc: no curvature at the line, that of the arc at the other end; C3 in the middle."""
+    """Between a line and an arc: no curvature at the line, that of the arc at
+    the other end; C3 in the middle.
+    """
     text = f"{ON}G01 X10 F1000\nG02 X20 Y10 I10 J0\nM30\n"
     batch, _ = prepared(tmp_path, text)
     rows = motions(batch)
@@ -357,7 +363,10 @@ def test_wrong_settings_are_refused(tmp_path, text, code):
 
 def test_the_look_ahead_sees_shortened_blocks_and_polynomials(tmp_path):
     """The log's entries: type 6 with the number of the block before the corner, lengths add up."""
-    text = f"{ON}#CONTOUR LOOKAHEAD LOG ON\nN10 G01 X10 F1000\nN20 Y10\nN30 X20\nG260\n#CONTOUR LOOKAHEAD LOG OFF\nM30\n"
+    text = (
+        f"{ON}#CONTOUR LOOKAHEAD LOG ON\nN10 G01 X10 F1000\nN20 Y10\n"
+        f"N30 X20\nG260\n#CONTOUR LOOKAHEAD LOG OFF\nM30\n"
+    )
     batch, program = prepared(tmp_path, text)
     lengths = motions(batch)["length"]
     assert lengths.sum() == pytest.approx(

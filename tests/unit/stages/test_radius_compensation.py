@@ -1,4 +1,6 @@
-"""Tool radius compensation from program text to rows: selection, corners, deselection, errors, order."""
+"""Tool radius compensation from program text to rows: selection, corners,
+deselection, errors, order.
+"""
 
 from __future__ import annotations
 
@@ -54,8 +56,13 @@ def ends(rows: np.ndarray) -> list[tuple[float, float]]:
 def test_t2_quarter_arc(
     tmp_path: Path, code: int, radius: float, length: float
 ) -> None:
-    """T2 of the look-ahead specification: radii and length of the compensated quarter arc, in 0.1 um."""
-    text = f"G00 X0 Y-20 D1\nN10 G{code} G01 X20 Y-20 F1000\nN20 Y0\nN30 G03 X0 Y20 I-20 J0\nN40 G01 X-20\nG40 X-40\n"
+    """T2 of the look-ahead specification: radii and length of the compensated
+    quarter arc, in 0.1 um.
+    """
+    text = (
+        f"G00 X0 Y-20 D1\nN10 G{code} G01 X20 Y-20 F1000\nN20 Y0\n"
+        f"N30 G03 X0 Y20 I-20 J0\nN40 G01 X-20\nG40 X-40\n"
+    )
     arc = next(r for r in moves(tmp_path, text) if r["n"] == 30)
     assert arc["type"] == CIRCULAR
     assert arc["radius"] * 1e4 == pytest.approx(radius, abs=1e-6)
@@ -65,7 +72,9 @@ def test_t2_quarter_arc(
 
 
 def test_tangential_joins_make_no_slivers(tmp_path: Path) -> None:
-    """Line, arc, line, arc joined tangentially: as many rows as blocks, the arcs keep their angle exactly."""
+    """Line, arc, line, arc joined tangentially: as many rows as blocks, the
+    arcs keep their angle exactly.
+    """
     contour = "N1 X20\nN2 G03 X30 Y10 I0 J10\nN3 G01 Y20\nN4 G02 X40 Y30 I10 J0\nN5 G01 X60\n"
     rows = moves(
         tmp_path, f"G00 X-20 Y0 D1\nF1200\nG41 G01 X0\n{contour}G40 X70\n"
@@ -91,7 +100,9 @@ def test_tangential_joins_make_no_slivers(tmp_path: Path) -> None:
 def test_selection_on_the_left_of_an_outer_corner(
     tmp_path: Path, mode: int, corner: int, expected: list
 ) -> None:
-    """Where the approach ends: direct beside the first contour block, indirect around the corner, perpendicular."""
+    """Where the approach ends: direct beside the first contour block, indirect
+    around the corner, perpendicular.
+    """
     text = f"G00 X20 Y-40 D1\nF1200\nG{mode} G{corner}\nN1 G41 G01 X20 Y0\nN2 X40\n"
     if mode == 237:
         text = f"G00 X0 Y0 D1\nF1200\nG{mode} G{corner}\nN1 G41 G01 Y20\nN2 G01 X0.0001\n"
@@ -127,7 +138,9 @@ def test_deselection_mirrors_selection(
 
 
 def test_g239_leaves_the_tool_beside_the_contour(tmp_path: Path) -> None:
-    """An axis stays beside its programmed position until it is programmed; an arc straight after G40 is refused."""
+    """An axis stays beside its programmed position until it is programmed; an
+    arc straight after G40 is refused.
+    """
     text = "G00 X0 Y1 D1\nF1200\nG239 G41 G01 X30 Y20\nX120\nG40\n"
     assert ends(moves(tmp_path, text + "G00 X150\nX200\nY0\n"))[2:] == [
         (120, 25),
@@ -142,8 +155,13 @@ def test_g239_leaves_the_tool_beside_the_contour(tmp_path: Path) -> None:
 def test_perpendicular_mode_takes_any_block_first_and_last(
     tmp_path: Path,
 ) -> None:
-    """G237: lines perpendicular to an arc, under the numbers of the G41 and G40 blocks, switching rows before them."""
-    text = "G00 X10 Y10 D1\nF1200\nG237\nN50 G42\nN55 M8\nN60 G03 X60 Y60 J50\nN65 M9\nN90 G40\nN100 G00 X0\n"
+    """G237: lines perpendicular to an arc, under the numbers of the G41 and G40
+    blocks, switching rows before them.
+    """
+    text = (
+        "G00 X10 Y10 D1\nF1200\nG237\nN50 G42\nN55 M8\n"
+        "N60 G03 X60 Y60 J50\nN65 M9\nN90 G40\nN100 G00 X0\n"
+    )
     rows = compensated(tmp_path, text)
     assert [int(r["n"]) for r in rows] == [0, 55, 50, 60, 65, 90, 100]
     assert [int(r["type"]) for r in rows] == [
@@ -194,7 +212,9 @@ def test_tangential_selection_and_deselection(
 def test_rows_inserted_behind_a_line(
     tmp_path: Path, second: str, lines: int, corner: int
 ) -> None:
-    """G25 inserts as many lines as the manual's table says, G26 one arc; their number is the block's before them."""
+    """G25 inserts as many lines as the manual's table says, G26 one arc; their
+    number is the block's before them.
+    """
     text = f"G00 X0 Y40 D1\nF1200\nG{corner} G41 G01 X0 Y0\nN1 X40\n{second}\n"
     rows = moves(tmp_path, text)
     between = rows[rows["n"] == 1][1:]
@@ -231,8 +251,13 @@ def test_inner_corner_is_the_intersection(tmp_path: Path) -> None:
 
 
 def test_switching_rows_keep_their_order(tmp_path: Path) -> None:
-    """M, H, markers and moves of other axes stay between their motions, behind the rows of the corner."""
-    text = f"{HEAD}G26\nG41 G01 X0 Y10\nN1 Y40\nN2 M8\nN3 H4\nN4 Z-3\nN5 #CONTOUR LOOKAHEAD LOG [PARAM=1]\nN6 X40\nM30\n"
+    """M, H, markers and moves of other axes stay between their motions, behind
+    the rows of the corner.
+    """
+    text = (
+        f"{HEAD}G26\nG41 G01 X0 Y10\nN1 Y40\nN2 M8\nN3 H4\nN4 Z-3\n"
+        f"N5 #CONTOUR LOOKAHEAD LOG [PARAM=1]\nN6 X40\nM30\n"
+    )
     rows = compensated(tmp_path, text)
     assert [int(n) for n in rows["n"]] == [0, 1, 1, 2, 3, 4, 5, 6, 0]
     assert [int(t) for t in rows["type"][3:5]] == [M, H]
@@ -243,7 +268,9 @@ def test_switching_rows_keep_their_order(tmp_path: Path) -> None:
 
 
 def test_helix_keeps_its_height(tmp_path: Path) -> None:
-    """A full turn with a third axis: radius and sweep compensated, the height stays, the length is the helix's."""
+    """A full turn with a third axis: radius and sweep compensated, the height
+    stays, the length is the helix's.
+    """
     text = "G00 X20 Y0 D1\nF1200\nG237 G41\nG03 X20 Y0 I-20 J0 Z-4\nG40\n"
     rows = moves(tmp_path, text)
     helix = rows[2]
@@ -269,7 +296,10 @@ def test_negative_radius_swaps_the_side(tmp_path: Path) -> None:
 
 def test_change_of_side(tmp_path: Path) -> None:
     """G42 during G41: the block runs from beside the last contour block to beside the next one."""
-    text = "G00 X0 Y-10 D2\nF1200\nG41 G01 X0 Y10\nN10 X20 Y25\nN20 X40 G42\nN30 X60 Y10\nN40 X0 Y0 G40\n"
+    text = (
+        "G00 X0 Y-10 D2\nF1200\nG41 G01 X0 Y10\nN10 X20 Y25\n"
+        "N20 X40 G42\nN30 X60 Y10\nN40 X0 Y0 G40\n"
+    )
     rows = moves(tmp_path, text)
     assert ends(rows)[2:4] == [(18.2, 27.4), (38.2, 22.6)]
 
@@ -292,7 +322,9 @@ def test_radius_change_takes_effect_along_a_line(tmp_path: Path) -> None:
 
 
 def test_contour_feed(tmp_path: Path) -> None:
-    """G11: the feed of arcs is that of the contour; G10, the initial state, that of the tool centre."""
+    """G11: the feed of arcs is that of the contour; G10, the initial state,
+    that of the tool centre.
+    """
     text = "G00 X20 Y0 D1\nF1200\nG{g} G237 G41\nG03 X-20 I-20\nG40\n"
     assert moves(tmp_path, text.format(g=11))["feed"][2] == pytest.approx(
         20 * 15 / 20
@@ -383,7 +415,9 @@ def test_all_errors_are_collected(tmp_path: Path) -> None:
 
 
 def test_flush_behind_deselection(tmp_path: Path) -> None:
-    """Behind G40 a flush is allowed: the contour ends beside its last point, the next line leads back."""
+    """Behind G40 a flush is allowed: the contour ends beside its last point,
+    the next line leads back.
+    """
     text = (
         "G00 X0 Y40 D1\nF1200\nG41 G01 X0 Y0\nX40\nG40\n#FLUSH WAIT\nX40 Y-30\n"
     )
@@ -404,7 +438,9 @@ def test_program_may_end_under_compensation(tmp_path: Path) -> None:
 
 
 def test_long_programs_need_bounded_memory(tmp_path: Path) -> None:
-    """A hundred thousand compensated blocks: one motion is held back at most, every block comes out once."""
+    """A hundred thousand compensated blocks: one motion is held back at most,
+    every block comes out once.
+    """
     steps = [
         f"X{i * 0.2:.4f} Y{20 * math.cos(i / 50):.4f}" for i in range(100_000)
     ]

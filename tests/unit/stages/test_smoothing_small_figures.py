@@ -1,4 +1,6 @@
-"""Figures smaller than the tolerance: driven where they are all there is, and told where they are not."""
+"""Figures smaller than the tolerance: driven where they are all there is, and
+told where they are not.
+"""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -30,7 +32,9 @@ def farthest(points: np.ndarray, path: np.ndarray) -> float:
 def test_a_closed_figure_within_the_tolerance_is_driven(
     program: Callable[..., Path], lead: float, tolerance: float, jerk: bool
 ) -> None:
-    """A square of 0.1 mm that ends the program, alone or behind a line: the path comes by all of its corners."""
+    """A square of 0.1 mm that ends the program, alone or behind a line: the
+    path comes by all of its corners.
+    """
     way = f"G1 X{lead} F600\n" if lead else "G1 F600\n"
     path = Program(
         program(way + blocks(SQUARE, lead) + "M30\n"),
@@ -53,7 +57,9 @@ def test_a_closed_figure_within_the_tolerance_is_driven(
 def test_what_is_left_out_counts_as_deviation(
     program: Callable[..., Path], ends: str, least: float
 ) -> None:
-    """A square of 0.1 mm on a line is no motion within 1 mm: the smoothing tells how far it is from what is driven."""
+    """A square of 0.1 mm on a line is no motion within 1 mm: the smoothing
+    tells how far it is from what is driven.
+    """
     text = (
         "G1 X10 F600\n"
         + blocks(SQUARE[:4], 10.0)

@@ -1,4 +1,6 @@
-"""Smoothing where the main axes turn back while other axes go on: the way is measured along the main axes."""
+"""Smoothing where the main axes turn back while other axes go on: the way is
+measured along the main axes.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ def _away(a: np.ndarray, b: np.ndarray) -> float:
 def test_strokes_with_another_axis_going_on(
     pattern: str, other: str, kind: str, tmp_path: Path
 ) -> None:
-    """X goes to and fro, the other axis steadily on: planned to its end, both paths near each other, no 904001."""
+    """X goes to and fro, the other axis steadily on: planned to its end, both
+    paths near each other, no 904001.
+    """
     rng = np.random.default_rng(7)
     k = np.arange(1, 41)
     x = {

@@ -1,7 +1,9 @@
-"""Golden programs: ``tests/golden/<dialect>_<case>/program.*`` gives exactly ``expected.blocks``.
+"""Golden programs: ``tests/golden/<dialect>_<case>/program.*`` gives exactly
+``expected.blocks``.
 
-One JSON object a line: rows as ``Block.as_json``, waits in their place, for ISG warnings and messages, then the errors.
-The machine has X Y Z and a rotary axis A, tool 1 (radius 5, length 20 mm), M3 M5 M8, G54 and G55, V.E.GO and V.E.A.B.
+One JSON object a line: rows as ``Block.as_json``, waits in their place, for ISG
+warnings and messages, then the errors. The machine has X Y Z and a rotary axis
+A, tool 1 (radius 5, length 20 mm), M3 M5 M8, G54 and G55, V.E.GO and V.E.A.B.
 ``HLI_COSIM_GOLDEN=write`` writes the expectations anew.
 """
 
@@ -17,8 +19,8 @@ from cnc_core.frontend import create
 from cnc_core.frontend.machine import External, ProgramMachine, Tool
 from cnc_core.frontend.offline import read_all
 from cnc_core.frontend.port import OfflinePort, Wait
-from cnc_core.geometry.profiles import Profiles
 from cnc_core.geometry.profiles.limits import AxisDynamics
+from cnc_core.geometry.stages.profiles import Profiles
 from support.paths import GOLDEN
 
 CASES = sorted(p.parent.name for p in GOLDEN.glob("*/program.*"))

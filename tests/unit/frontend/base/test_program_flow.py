@@ -25,7 +25,9 @@ from support.isg_programs import MACHINE, Run
 
 @pytest.mark.parametrize("chunk", [5, 64, 1 << 20])
 def test_hop_finds_the_lines_that_a_loop_over_lines_finds(tmp_path, chunk):
-    """Hopping from hit to hit passes exactly the lines between, whatever the chunks; seeking back reads them again."""
+    """Hopping from hit to hit passes exactly the lines between, whatever the
+    chunks; seeking back reads them again.
+    """
     rng = random.Random(3)
     lines = [
         "".join(rng.choice("ab$ ") for _ in range(rng.randint(0, 9)))
@@ -53,7 +55,9 @@ def test_hop_finds_the_lines_that_a_loop_over_lines_finds(tmp_path, chunk):
 
 
 def test_calls_and_returns(tmp_path):
-    """A call goes to its level's beginning, the end of it behind the call; too many in each other are refused."""
+    """A call goes to its level's beginning, the end of it behind the call; too
+    many in each other are refused.
+    """
     (tmp_path / "a").write_text("1\n2\n3\n")
     (tmp_path / "b").write_text("4\n")
     flow = Flow(tmp_path / "a", 2, 907002)
@@ -73,7 +77,9 @@ def test_calls_and_returns(tmp_path):
 
 
 def test_a_program_read_once_keeps_nothing(tmp_path):
-    """Without loops and subprograms neither blocks nor places are kept, however long the program is."""
+    """Without loops and subprograms neither blocks nor places are kept, however
+    long the program is.
+    """
     text = "G01 F1000\n" + "X1\nX[1+1]\nP1=3\n" * 20000
     path = tmp_path / "long.nc"
     path.write_text(text)
@@ -104,7 +110,9 @@ def test_kept_blocks_are_bounded(tmp_path, monkeypatch):
 
 
 def test_a_program_that_does_not_end_is_stopped(tmp_path):
-    """Blocks without any row are counted; reading comes back now and then, so that it can be interrupted."""
+    """Blocks without any row are counted; reading comes back now and then, so
+    that it can be interrupted.
+    """
     path = tmp_path / "endless.nc"
     path.write_text("$DO\nP1=1\n$ENDDO\n")
     reader = IsgFrontEnd(path, MACHINE, OfflinePort(MACHINE.start))
@@ -143,7 +151,9 @@ def test_motion_resets_the_count_of_idle_blocks(tmp_path):
 
 
 def test_lines_and_counts_of_loops_and_subprograms(tmp_path):
-    """Rows know their file and line; block_count goes on with every line that is read, also again, or passed."""
+    """Rows know their file and line; block_count goes on with every line that
+    is read, also again, or passed.
+    """
     (tmp_path / "sub.nc").write_text("\nG00 X[P1]\nM17\n")
     run = Run("$FOR P1=1,2,1\n; text\nL sub.nc\n$ENDFOR\nX9\n", tmp_path)
     assert run.rows["file"].tolist() == [1, 1, 0]
@@ -153,7 +163,9 @@ def test_lines_and_counts_of_loops_and_subprograms(tmp_path):
 
 @pytest.mark.parametrize("ending", ["", "\n"])
 def test_the_end_of_a_file_is_no_line(tmp_path, ending):
-    """With and without a last line break the parser sees the same lines, also where it alone reads them."""
+    """With and without a last line break the parser sees the same lines, also
+    where it alone reads them.
+    """
     for options in ({}, {"scan": False}):
         assert (
             Run("G00 X1\nX2" + ending, tmp_path, **options).reader.block_count
@@ -167,7 +179,9 @@ def test_the_end_of_a_file_is_no_line(tmp_path, ending):
 
 
 def test_types():
-    """Whole types round halves away from zero and refuse what does not fit; texts are as long as declared."""
+    """Whole types round halves away from zero and refuse what does not fit;
+    texts are as long as declared.
+    """
     byte = whole_type("UNS08", 8, signed=False)
     assert [byte.convert(v, "a", 0) for v in (0.4, 0.5, 254.5)] == [
         0.0,

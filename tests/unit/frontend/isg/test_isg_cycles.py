@@ -70,8 +70,15 @@ def cycle_run(tmp_path, text, machine_=None, port_type=OfflinePort, **files):
 
 def test_plain_message_has_a_time_stamp_in_front(tmp_path):
     """`#MSG SAVE` without EXCLUSIVE: date, time, blank, text."""
-    text = "#VAR\nV.CYC.SysRetNormalZ\n#ENDVAR\nL CYCLE [NAME=SysCalcPlane.ecy @P50=1 @P60=0 @P70=0 @P51=0 @P61=1"
-    text += ' @P71=0 @P52=1 @P62=1 @P72=0]\n#FILE NAME[MSG="r.txt"]\n#MSG SAVE ["Normal Z = %f",V.CYC.SysRetNormalZ]\n'
+    text = (
+        "#VAR\nV.CYC.SysRetNormalZ\n#ENDVAR\n"
+        "L CYCLE [NAME=SysCalcPlane.ecy @P50=1 @P60=0 @P70=0 @P51=0 "
+        "@P61=1"
+    )
+    text += (
+        ' @P71=0 @P52=1 @P62=1 @P72=0]\n#FILE NAME[MSG="r.txt"]\n'
+        '#MSG SAVE ["Normal Z = %f",V.CYC.SysRetNormalZ]\n'
+    )
     _, port, _, _ = cycle_run(tmp_path, text)
     assert re.fullmatch(
         r"\d{4}-\d\d-\d\d \d\d:\d\d:\d\d Normal Z = 1\.000000\n",
@@ -110,7 +117,10 @@ def test_no_output_is_written_if_one_does_not_fit(tmp_path, declared, code):
 def test_outputs_are_in_the_unit_of_the_program(tmp_path):
     """Under G70 inches go in and come out, the variance in square inches."""
     text = "#VAR\nV.CYC.SysRetRadius\nV.CYC.SysRetVariance\n#ENDVAR\nG70\n"
-    text += "L CYCLE [NAME=SysCalcCircle @P50=1 @P60=0 @P51=0 @P61=1 @P52=-1 @P62=0 @P53=0 @P63=-1.1]\n"
+    text += (
+        "L CYCLE [NAME=SysCalcCircle @P50=1 @P60=0 @P51=0 @P61=1 @P52=-1 "
+        "@P62=0 @P53=0 @P63=-1.1]\n"
+    )
     _, port, _, _ = cycle_run(
         tmp_path,
         text + '#MSG ["%.9f %.9f", V.CYC.SysRetRadius, V.CYC.SysRetVariance]\n',
@@ -192,7 +202,10 @@ SEQUENCES |= {
 @pytest.mark.parametrize(("sequence", "kind"), SEQUENCES)
 def test_every_sequence_intrinsic_and_extrinsic(tmp_path, sequence, kind):
     """New X and Z axis of 10, 20, 30 degrees in all six sequences, both ways."""
-    text = f"L CYCLE [NAME=SysPosRotationToPlane @P1=4 @P20=1 @P15=10 @P16=20 @P17=30 @P18={kind} @P19={sequence}]\n"
+    text = (
+        f"L CYCLE [NAME=SysPosRotationToPlane @P1=4 @P20=1 @P15=10 "
+        f"@P16=20 @P17=30 @P18={kind} @P19={sequence}]\n"
+    )
     _, port, _, _ = cycle_run(tmp_path, text)
     lines = port.texts["SysPosRotationToPlaneResult.txt"].splitlines()
     assert [lines[0][8:], lines[2][8:]] == SEQUENCES[sequence, kind].split("|")
@@ -211,8 +224,13 @@ def hsc_machine():
 
 
 def test_hsc_settings_call_the_subprogram_once(tmp_path):
-    """HSC-1: one call, the tolerance readable, the position unchanged; a state without program does nothing."""
-    text = "G00 Z150\nL CYCLE [NAME=SysHscSettings.ecy \\\n  @P1 = 4 \\\n]\nL CYCLE [NAME=SysHscSettings.ecy @P1=2]\nG70\n"
+    """HSC-1: one call, the tolerance readable, the position unchanged; a state
+    without program does nothing.
+    """
+    text = (
+        "G00 Z150\nL CYCLE [NAME=SysHscSettings.ecy \\\n  @P1 = 4 \\\n]\n"
+        "L CYCLE [NAME=SysHscSettings.ecy @P1=2]\nG70\n"
+    )
     text += '#MSG ["%f %f", V.G.HSCS.FINISH.TOLERANCE, V.G.HSCS.ROUGH.TOLERANCE]\nX1\nM30\n'
     reader, port, rows, _ = cycle_run(
         tmp_path,
@@ -240,7 +258,10 @@ def test_hsc_settings_without_its_file_says_which(tmp_path):
 
 def test_wrong_calls_are_refused_before_any_row_all_at_once(tmp_path):
     """A machine that would move gets no row: every problem of every call comes first."""
-    text = "V.P.N = 1\nG00 X50\nL CYCLE [NAME=SysCalcCircle @P50=V.P.N @P51=0 @P61=1 @P53=2]\nG00 X60\n"
+    text = (
+        "V.P.N = 1\nG00 X50\nL CYCLE [NAME=SysCalcCircle @P50=V.P.N @P51="
+        "0 @P61=1 @P53=2]\nG00 X60\n"
+    )
     text += "L CYCLE [NAME=SysHscSettings @P1=9]\nM30\n"
     reader, _, rows, error = cycle_run(tmp_path, text, port_type=LivePort)
     assert rows == []
@@ -273,7 +294,10 @@ def test_the_dry_run_leaves_what_only_the_machine_knows_alone(tmp_path):
 
 def test_a_wrong_call_that_is_not_executed_does_not_stop_a_run(tmp_path):
     """`check` reports it; a machine executes the program."""
-    text = "G00 X1\n$IF 0\nL CYCLE [NAME=SysHscSettings @P1=9]\n$ENDIF\nL CYCLE [NAME=SysHscSettings @P1=1]\nM30\n"
+    text = (
+        "G00 X1\n$IF 0\nL CYCLE [NAME=SysHscSettings @P1=9]\n$ENDIF\n"
+        "L CYCLE [NAME=SysHscSettings @P1=1]\nM30\n"
+    )
     _, _, rows, error = cycle_run(tmp_path, text, port_type=LivePort)
     assert error is None
     assert len(rows) == 2
@@ -308,7 +332,9 @@ def test_names_are_found_in_any_case_with_or_without_extension():
 
 @pytest.mark.parametrize("cycle", CYCLES, ids=lambda c: c.name)
 def test_declarations_are_sound(cycle):
-    """Numbers are unique and in 1..200, defaults lie in their ranges, required parameters have none."""
+    """Numbers are unique and in 1..200, defaults lie in their ranges, required
+    parameters have none.
+    """
     numbers = [p.number for p in cycle.parameters]
     assert len(set(numbers)) == len(numbers)
     for p in cycle.parameters:
@@ -410,7 +436,9 @@ CASES = {
 
 @pytest.mark.parametrize("case", CASES)
 def test_the_tool_stays_inside_the_pocket_and_leaves_nothing(tmp_path, case):
-    """Swept area inside the pocket at every level; the floor is cleared; depth exact, infeeds in range."""
+    """Swept area inside the pocket at every level; the floor is cleared; depth
+    exact, infeeds in range.
+    """
     work, values = made(**CASES[case])
     points = path_of(tmp_path, work)
     wall = area(values)
@@ -472,7 +500,10 @@ def test_ring_parallel_to_the_edge():
 
 # patterns
 
-AT = "#PATTERN BEGIN [ID=1]\n#AT [100, 0, 0]\n#AT [100, 100, 5, 0, 0, 60]\n#AT [0, 100, 10]\n#PATTERN END\n"
+AT = (
+    "#PATTERN BEGIN [ID=1]\n#AT [100, 0, 0]\n"
+    "#AT [100, 100, 5, 0, 0, 60]\n#AT [0, 100, 10]\n#PATTERN END\n"
+)
 POCKET = "@P1=0 @P2=50 @P3=2 @P4=12 @P5=4 @P6=5 @P20=6000 @P21=4000 @P31=1 @P72=20 @P73=20"
 
 
@@ -494,7 +525,9 @@ def ends(tmp_path):
 
 
 def test_pattern_of_pockets_in_order(tmp_path):
-    """PAT-1: Z100, place, cycle, three times; infeeds of 4 mm; surface, retraction plane and floor of each place."""
+    """PAT-1: Z100, place, cycle, three times; infeeds of 4 mm; surface,
+    retraction plane and floor of each place.
+    """
     call = f"L CYCLE [NAME=SysMillRectangularPocket.ecy {POCKET} PATTERN_ID=1 PATTERN_RETRACT=100]"
     (tmp_path / "main.nc").write_text(
         f"D1\n{AT}G00 Z60\nG00 X50 Y50\n{call}\nM30\n"
@@ -523,8 +556,13 @@ def test_pattern_of_pockets_in_order(tmp_path):
 
 
 def test_user_cycle_finds_its_place_and_its_parameters(tmp_path):
-    """A user's cycle starts at (0, 0, retract - z) of every place, with numbers and texts as in the call."""
-    text = f'{AT}G01 F100 X5\nL CYCLE [NAME=c.ecy @P1=0.1 @P7="a b" PATTERN_ID=1 PATTERN_RETRACT=100]\n'
+    """A user's cycle starts at (0, 0, retract - z) of every place, with numbers
+    and texts as in the call.
+    """
+    text = (
+        f'{AT}G01 F100 X5\nL CYCLE [NAME=c.ecy @P1=0.1 @P7="a b" PATTERN_I'
+        f"D=1 PATTERN_RETRACT=100]\n"
+    )
     text += '#MSG ["%d %d", V.G.CS_ACTIVE, V.G.CS_COUNT]\nM30\n'
     cycle = '#MSG ["%s %.17f %f %f %f", @P7, @P1, V.A.ABS.X, V.A.ABS.Y, V.A.ABS.Z]\nG01 X3\nM17\n'
     reader, port, _, _ = cycle_run(tmp_path, text, c__ecy=cycle)
@@ -568,7 +606,10 @@ def test_pocket_under_other_modes(tmp_path):
 
 def test_local_cycle_at_a_pattern(tmp_path):
     """LL CYCLE finds the local subprogram of the caller's file."""
-    text = f'%L C\n#MSG ["%f", V.A.ABS.Z]\nM17\n%MAIN\n{AT}LL CYCLE [NAME=C PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n'
+    text = (
+        f'%L C\n#MSG ["%f", V.A.ABS.Z]\nM17\n%MAIN\n'
+        f"{AT}LL CYCLE [NAME=C PATTERN_ID=1 PATTERN_RETRACT=20]\nM30\n"
+    )
     reader, port, _, _ = cycle_run(tmp_path, text)
     assert not reader.errors
     assert port.messages == ["20.000000", "15.000000", "10.000000"]
@@ -595,8 +636,13 @@ def test_pattern_in_inches_keeps_its_places(tmp_path):
 
 
 def test_mode_3_sets_the_coordinate_system(tmp_path):
-    """RTP-2 ISG: (10, 20, 5) of the new system; #CS OFF ends it; the tool retracts along Z before."""
-    call = "L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=3 @P2=50 @P3=140 @P4=0 @P5=-80 @P15=60 @P16=0 @P17=90]"
+    """RTP-2 ISG: (10, 20, 5) of the new system; #CS OFF ends it; the tool
+    retracts along Z before.
+    """
+    call = (
+        "L CYCLE [NAME=SysPosRotationToPlane.ecy @P1=3 @P2=50 @P3=140 "
+        "@P4=0 @P5=-80 @P15=60 @P16=0 @P17=90]"
+    )
     (tmp_path / "main.nc").write_text(
         f"G00 X1 Y2 Z3\n{call}\nG00 X10 Y20 Z5\n#CS OFF\nG00 X1 Y2 Z3\nM30\n"
     )
@@ -682,8 +728,13 @@ points = { C = [0.0, 0.0, 0.0], B = [0.0, 0.0, 246.5] }
     "config", [TABLES, HEADS], ids=["table-table", "head-head"]
 )
 def test_tool_is_turned_to_the_plane(tmp_path, config, mode):
-    """RTP-1 on machines: retraction along Z, then rotary axes alone; mode 1 leaves the system on, mode 2 does not."""
-    call = f"L CYCLE [NAME=SysPosRotationToPlane.ecy @P1={mode} @P2=50 @P3=140 @P4=0 @P5=-80 {ISG_POINTS}]"
+    """RTP-1 on machines: retraction along Z, then rotary axes alone; mode 1
+    leaves the system on, mode 2 does not.
+    """
+    call = (
+        f"L CYCLE [NAME=SysPosRotationToPlane.ecy @P1={mode} @P2=50 "
+        f"@P3=140 @P4=0 @P5=-80 {ISG_POINTS}]"
+    )
     text = f"D1\nG00 X10 Y10 Z10\n#KIN ID[9]\n#TRAFO ON\nG00 X1 Y2 Z3\n{call}\n"
     text += '#MSG ["%d", V.G.CS_COUNT]\nG00 X30 Y67.741941 Z10\n#CS OFF\n#TRAFO OFF\nM30\n'
     (tmp_path / "main.nc").write_text(text)

@@ -111,7 +111,9 @@ def test_error_in_continuation_names_its_physical_line(front_end):
 
 
 def test_program_lines(front_end):
-    """%NAME opens the main program; a later % line ends it, with a warning unless it is a local subprogram."""
+    """%NAME opens the main program; a later % line ends it, with a warning
+    unless it is a local subprogram.
+    """
     reader = front_end("; head\n%MAIN\nG00 X1\n%OTHER\nX2\n")
     assert len(rows_of(reader)) == 1
     assert reader.program_name == "MAIN"
@@ -150,7 +152,9 @@ def test_axis_names_of_several_letters(front_end):
 
 
 def test_exact_stop(front_end):
-    """G60 stops at the end of its block, G360 at every one, G359 ends that; plain lines follow too."""
+    """G60 stops at the end of its block, G360 at every one, G359 ends that;
+    plain lines follow too.
+    """
     rows = rows_of(front_end("G00 G60 X1\nX2\nG360\nX3\nG359 X4\n"))
     assert (rows["flags"] & EXACT_STOP != 0).tolist() == [
         True,
@@ -163,14 +167,42 @@ def test_exact_stop(front_end):
 @pytest.mark.parametrize(
     ("text", "value"),
     [
-        ("2+3*4", 14), ("[2+3]*4", 20), ("-2**2", 4), ("2**3**2", 64), ("11 MOD 3", 2), ("7-2-1", 4), ("SIN[90]", 1),
-        ("COS[180]", -1), ("TAN[45]", 1), ("ATAN2[1,-1]", 135), ("SQRT[SQR[3]+16]", 5), ("INT[-2.7]", -2),
-        ("FRACT[2.5]", 0.5), ("ROUND[2.5]", 3), ("CEIL[2.1]", 3), ("FLOOR[-2.1]", -3), ("6&3", 2), ("6|3", 7),
-        ("6^3", 5), ("1<2", 1), ("1==2||1", 1), ("1 XOR 1", 0), ("NOT[0]", 1), ("INV[0]", -1), ("DEXP[2]", 100),
-        ("LOG[1000]", 3), ("LN[EXP[2]]", 2), ("ABS[-3]", 3), ("PI", 3.141592653589793), ("ACOT[1]", 45), ("+5 - -3", 8),
-        ("TRUE+1", 2), ("MAX[1,2]", 2), ("1-2>0", 0),
+        ("2+3*4", 14),
+        ("[2+3]*4", 20),
+        ("-2**2", 4),
+        ("2**3**2", 64),
+        ("11 MOD 3", 2),
+        ("7-2-1", 4),
+        ("SIN[90]", 1),
+        ("COS[180]", -1),
+        ("TAN[45]", 1),
+        ("ATAN2[1,-1]", 135),
+        ("SQRT[SQR[3]+16]", 5),
+        ("INT[-2.7]", -2),
+        ("FRACT[2.5]", 0.5),
+        ("ROUND[2.5]", 3),
+        ("CEIL[2.1]", 3),
+        ("FLOOR[-2.1]", -3),
+        ("6&3", 2),
+        ("6|3", 7),
+        ("6^3", 5),
+        ("1<2", 1),
+        ("1==2||1", 1),
+        ("1 XOR 1", 0),
+        ("NOT[0]", 1),
+        ("INV[0]", -1),
+        ("DEXP[2]", 100),
+        ("LOG[1000]", 3),
+        ("LN[EXP[2]]", 2),
+        ("ABS[-3]", 3),
+        ("PI", 3.141592653589793),
+        ("ACOT[1]", 45),
+        ("+5 - -3", 8),
+        ("TRUE+1", 2),
+        ("MAX[1,2]", 2),
+        ("1-2>0", 0),
     ],
-)  # fmt: skip
+)
 def test_expressions(front_end, text, value):
     """Operators, precedence and functions, angles in degrees."""
     reader = front_end(f"G00 X[{text}]\nY {text}\nZ=1")
@@ -186,7 +218,9 @@ def test_deep_brackets_are_refused(front_end):
 
 
 def test_block_too_long(front_end):
-    """Over 4096 characters, in one line or in several, is error 20301; the block is skipped as a whole."""
+    """Over 4096 characters, in one line or in several, is error 20301; the
+    block is skipped as a whole.
+    """
     text = "G00 X1 ;" + "x" * 70000 + "\nX2 \\\n" + ("; \\\n" * 2000) + "\nX3\n"
     reader = front_end(text, collect=True)
     assert rows_of(reader)["end"][:, 0].tolist() == [3.0]

@@ -1,4 +1,6 @@
-"""The ISG language where a golden program cannot show it: lenient mode, skip levels, external storage, tables, docs."""
+"""The ISG language where a golden program cannot show it: lenient mode, skip
+levels, external storage, tables, docs.
+"""
 
 import ctypes
 import re
@@ -18,7 +20,9 @@ from support.isg_programs import MACHINE, Run
 
 
 def test_lenient_turns_unknown_things_into_warnings(tmp_path):
-    """Unknown # commands and undefined M functions are errors, in lenient mode warnings; not what is refused."""
+    """Unknown # commands and undefined M functions are errors, in lenient mode
+    warnings; not what is refused.
+    """
     text = "#NONSENSE ON [A=1]\nM99 G00 X1\n#BCS ON [1,0,0,0,0,0]\nV.L.A=2\nX[V.L.A+P9]\n"
     strict, lenient = Run(text, tmp_path), Run(text, tmp_path, lenient=True)
     assert strict.codes == [900002, 900009, 900003, 907010, 907010]
@@ -102,12 +106,19 @@ def test_live_files_stay_in_the_folder(tmp_path):
 @pytest.mark.parametrize(
     ("kind", "value", "raw"),
     [
-        ("BOOLEAN", 1.0, "01"), ("SGN08", -2.0, "fe"), ("UNS16", 65535.0, "ffff"), ("SGN32", -1.0, "ffffffff"),
-        ("UNS32", 4294967295.0, "ffffffff"), ("REAL64", 1.0, "000000000000f03f"), ("STRING", "ab", "616200"),
+        ("BOOLEAN", 1.0, "01"),
+        ("SGN08", -2.0, "fe"),
+        ("UNS16", 65535.0, "ffff"),
+        ("SGN32", -1.0, "ffffffff"),
+        ("UNS32", 4294967295.0, "ffffffff"),
+        ("REAL64", 1.0, "000000000000f03f"),
+        ("STRING", "ab", "616200"),
     ],
-)  # fmt: skip
+)
 def test_external_storage(kind, value, raw):
-    """Every variable begins at its 24-byte block; elements follow each other, bytes are little-endian."""
+    """Every variable begins at its 24-byte block; elements follow each other,
+    bytes are little-endian.
+    """
     area = bytearray(external.AREA_BYTES)
     variable = External("A", kind, 3, 2)
     external.write(area, variable, 1, value)
@@ -127,7 +138,9 @@ def test_external_reads_what_is_not_finite_as_zero():
 
 
 def test_external_places_follow_the_configuration():
-    """Without a block number variables are packed in order, per scope; overlaps and wrong names are refused."""
+    """Without a block number variables are packed in order, per scope; overlaps
+    and wrong names are refused.
+    """
     cell = parse_config(
         '[external.A]\n[external."S.B"]\nsize = 3\n[external.T]\ntype = "STRING"\ncharacters = 30\n'
         '[external.G]\nscope = "global"\n[external.C]\n'
@@ -158,7 +171,8 @@ def test_zero_offsets_and_user_codes_of_the_cell(tmp_path):
     (tmp_path / "t.nc").write_text("G00 Z[V.G.T_AKT]\n")
     (tmp_path / "a.nc").write_text("G80 [3]\nT4 M6\n/X9\nG54 X1\n")
     cell = parse_config(
-        '[channel]\nm6_program = "t.nc"\nskip_levels = [1]\ng_programs = { 80 = "u.nc" }\n[zero_offsets.1]\nX = 10.0\n'
+        '[channel]\nm6_program = "t.nc"\nskip_levels = [1]\n'
+        'g_programs = { 80 = "u.nc" }\n[zero_offsets.1]\nX = 10.0\n'
     )
     program = Program(tmp_path / "a.nc", cell)
     ends = [
@@ -170,8 +184,15 @@ def test_zero_offsets_and_user_codes_of_the_cell(tmp_path):
     assert ends == [[3, 0, 0], [3, 0, 4], [11, 0, 4]]
 
 
-# ------------------------------------------------------------------------------------------------ the tables
-SEVERAL_LINES = {"VAR", "ENDVAR", "IF", "ELSE", "ENDIF", "COMMENT BEGIN", "COMMENT END"}
+SEVERAL_LINES = {
+    "VAR",
+    "ENDVAR",
+    "IF",
+    "ELSE",
+    "ENDIF",
+    "COMMENT BEGIN",
+    "COMMENT END",
+}
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,6 @@
-"""M functions of type MNE_SNS in ISG programs: at the simulated probe's position in the block's motion."""
+"""M functions of type MNE_SNS in ISG programs: at the simulated probe's
+position in the block's motion.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Limits that a program sets for its motions: weights, #VECTOR LIMIT, #OVERRIDE, #SLOPE, #HSC; closed formulas."""
+"""Limits that a program sets for its motions: weights, #VECTOR LIMIT,
+#OVERRIDE, #SLOPE, #HSC; closed formulas.
+"""
 
 from functools import partial
 
@@ -6,9 +8,9 @@ import numpy as np
 import pytest
 
 from cnc_core.blocks import DYNAMICS, POLYNOMIAL, SMOOTHING
+from cnc_core.blocks.pool import joined
 from cnc_core.config import load_config
 from cnc_core.engine import Engine, Event
-from cnc_core.geometry.shapes.polynomial import joined
 from cnc_core.planning import plan_program
 from cnc_core.program import Program
 from support.programs import ended_program, planned
@@ -81,7 +83,8 @@ def ramp_time(length, speed, accel):
             3000,
         ),
         (
-            "#VECTOR LIMIT ON [ACC=3600000]\n#VECTOR LIMIT OFF ALL\n#VECTOR LIMIT ON ALL\nG01 X100 F12000",
+            "#VECTOR LIMIT ON [ACC=3600000]\n#VECTOR LIMIT OFF ALL\n"
+            "#VECTOR LIMIT ON ALL\nG01 X100 F12000",
             200,
             1000,
         ),
@@ -103,7 +106,9 @@ def test_a_straight_line_takes_the_time_its_limits_ask_for(
 
 
 def test_weights_hold_from_their_block_on(tmp_path):
-    """The samples of the second line accelerate with a quarter of what those of the first one do."""
+    """The samples of the second line accelerate with a quarter of what those of
+    the first one do.
+    """
     samples = samples_of(
         tmp_path, "G01 X100 F12000\nG60 X100\nG04 0.1\nG131=25\nX200"
     )
@@ -180,7 +185,9 @@ def test_slope_and_ramp_times_reach_the_engine_as_rows(tmp_path):
     ],
 )
 def test_chains_are_smoothed_within_the_tolerance(tmp_path, on):
-    """A circle of 5-degree chords becomes polynomials; not further away than allowed; OFF ends it."""
+    """A circle of 5-degree chords becomes polynomials; not further away than
+    allowed; OFF ends it.
+    """
     points = "\n".join(
         f"G01 X{20 * np.sin(a):.4f} Y{20 - 20 * np.cos(a):.4f} F6000"
         for a in np.radians(range(5, 180, 5))

@@ -1,4 +1,6 @@
-"""Threads, tapping, constant cutting speed, software limits, feed groups: feeds against closed formulas."""
+"""Threads, tapping, constant cutting speed, software limits, feed groups: feeds
+against closed formulas.
+"""
 
 import math
 from functools import partial
@@ -9,7 +11,10 @@ import pytest
 from cnc_core.blocks import LINEAR, POLYNOMIAL, S
 from support.programs import ended_program, rows_of
 
-CELL = "[axes.X]\nmin_mm = -200\nmax_mm = 200\n[axes.Y]\n[axes.Z]\n[axes.U]\n[axes.C]\nkind = 'rotary'\n"
+CELL = (
+    "[axes.X]\nmin_mm = -200\nmax_mm = 200\n[axes.Y]\n[axes.Z]\n"
+    "[axes.U]\n[axes.C]\nkind = 'rotary'\n"
+)
 program_of = partial(ended_program, cell=CELL)
 
 
@@ -102,7 +107,8 @@ def test_software_limits_of_the_program(tmp_path):
     assert [(e.code, e.place.line) for e in program.errors] == [(903001, 4)]
     program = program_of(
         tmp_path,
-        "G99 X500\nP1 = V.A.+SWE.X\nP2 = V.A.+SWE_MDS.X\nG91 G99 X-20\nP3 = V.A.+SWE.X\nG90 X=P3 F1 G01",
+        "G99 X500\nP1 = V.A.+SWE.X\nP2 = V.A.+SWE_MDS.X\nG91 G99 X-20\n"
+        "P3 = V.A.+SWE.X\nG90 X=P3 F1 G01",
     )
     assert len(list(program.batches())) == 1 or True
     assert [w.code for w in program.reader.warnings] == [21648]

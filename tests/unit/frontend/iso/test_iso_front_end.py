@@ -1,4 +1,6 @@
-"""The iso front end: text, messages, end of program, order of execution, modal state, extensions."""
+"""The iso front end: text, messages, end of program, order of execution, modal
+state, extensions.
+"""
 
 import math
 
@@ -62,7 +64,9 @@ def read(tmp_path):
      "n5 G1.0 (a) X12.5 (b) Y-3. F60 ; c", "/ G1 X+12.5 Y-3F60"],
 )  # fmt: skip
 def test_spellings_of_one_line(read, line, scan):
-    """Case, blanks anywhere, comments, decimals in G, a closed block delete switch do not matter."""
+    """Case, blanks anywhere, comments, decimals in G, a closed block delete
+    switch do not matter.
+    """
     rows, _ = read("G0 X1\n" + line, scan=scan)
     assert rows["end"][0][:2].tolist() == [12.5, -3.0]
     assert rows["feed"][0] == 1.0
@@ -85,7 +89,8 @@ def test_columns_count_in_the_line_of_the_file(read):
 def test_messages(read):
     """MSG as it stands, PRINT and DEBUG with values; other comments say nothing."""
     _, reader = read(
-        "#1=2.5 #<a b>=3\n(msg, Hi #1)\n(PRINT,#1 and #<a b>)\n(debug, x)\n(x, y)\n; (MSG, no)\nG0 X5 (MSG,m)"
+        "#1=2.5 #<a b>=3\n(msg, Hi #1)\n(PRINT,#1 and #<a b>)\n"
+        "(debug, x)\n(x, y)\n; (MSG, no)\nG0 X5 (MSG,m)"
     )
     assert reader._port.messages == ["Hi #1", "2.500000 and 3.000000", "x", "m"]
 
@@ -110,7 +115,9 @@ def test_backslash_joins_nothing(read):
 
 
 def test_order_of_execution(read):
-    """Feed, speed, tool, spindle, coolant, dwell, compensation, motion, stop: whatever the order in the text."""
+    """Feed, speed, tool, spindle, coolant, dwell, compensation, motion, stop:
+    whatever the order in the text.
+    """
     rows, _ = read("M1 X9 G1 G41 D1 G4 P2 M8 M3 M6 T1 S500 F60 M10")
     assert rows["type"].tolist() == [
         S,
@@ -156,7 +163,9 @@ def test_inverse_time(read):
 
 
 def test_compensation_takes_the_tool(read):
-    """D names the tool, without it the one in the spindle counts; corners are arcs; the stage gets radius and side."""
+    """D names the tool, without it the one in the spindle counts; corners are
+    arcs; the stage gets radius and side.
+    """
     for word in ("T1 M6 G42", "G42 D1"):
         rows, _ = read(f"{word}\nG0 X5\nG40 X6")
         assert rows[rows["type"] == COMPENSATION]["code"].tolist() == [42, 40]
@@ -215,7 +224,9 @@ def test_parameters_set_behind_the_line(read):
 
 
 def test_retract_levels(read):
-    """G98 goes back to the level before the series of cycles, G99 to R; the series ends with another motion."""
+    """G98 goes back to the level before the series of cycles, G99 to R; the
+    series ends with another motion.
+    """
     rows, _ = read(
         "F60 G0 Z30\nG99 G81 X5 Z-1 R2\nG98 X6\nG80\nG0 Z10\nG81 X7 Z-1 R2\n"
     )
@@ -248,7 +259,9 @@ def test_extensions(tmp_path):
 
 
 def test_the_tolerance_of_g64_is_used(tmp_path):
-    """G64 P: the path may leave the contour by P, in the unit of the program; G61 and G64 without P end it."""
+    """G64 P: the path may leave the contour by P, in the unit of the program;
+    G61 and G64 without P end it.
+    """
     wave = "".join(
         f"X{0.1 * i:.2f} Y{round(3 * math.sin(i / 20), 3)}\n"
         for i in range(200)

@@ -38,7 +38,10 @@ def test_t03_origin_file(tmp_path):
         f"[isons.origins.{i}]\nX = {10 * i + 1}\nY = {10 * i + 2}\nZ = {10 * i + 3}\n"
         for i in range(4)
     )
-    text = "USER_ZERO 1\nG92 XYZ\nG55\nG0 X0 Y0 Z0\nG54 [2] XYZ\nX0Y0Z0\n$A=$_X1\nOX0 OY1 OZ3\nX0Y0Z0\n"
+    text = (
+        "USER_ZERO 1\nG92 XYZ\nG55\nG0 X0 Y0 Z0\nG54 [2] XYZ\nX0Y0Z0\n"
+        "$A=$_X1\nOX0 OY1 OZ3\nX0Y0Z0\n"
+    )
     out = run(tmp_path, text, slots)
     assert out.ends[:, :3] == near([[0, 12, 0], [21, 22, 23], [1, 12, 33]])
     assert out.variable("A") == 1
@@ -70,7 +73,10 @@ def test_t05_bits_and_rounding(tmp_path):
 
 def test_t06_marker_loop(tmp_path):
     """T-06."""
-    text = 'MARKER $SINC "restart here"\n$VAR=0\nLOOP 10\n$SINC=$SINC+1\nG1X200\n$VAR=$VAR+50\nG0X0Y[$VAR]\nEND_LOOP\n'
+    text = (
+        'MARKER $SINC "restart here"\n$VAR=0\nLOOP 10\n$SINC=$SINC+1\n'
+        "G1X200\n$VAR=$VAR+50\nG0X0Y[$VAR]\nEND_LOOP\n"
+    )
     out = run(tmp_path, text)
     assert out.variable("SINC") == 10
     assert out.xy[-1] == near([0, 500])
@@ -115,7 +121,10 @@ def test_t10_dwell_and_timers(tmp_path):
 
 def test_t11_variable_list(tmp_path):
     """T-11."""
-    text = "DIM_VAR 10\nCOUNT_VAR $A\nADD_VAR 10.23\nCOUNT_VAR $B\nGET_VAR $C,10\nREMOVE_VAR 1\nCOUNT_VAR $D\n"
+    text = (
+        "DIM_VAR 10\nCOUNT_VAR $A\nADD_VAR 10.23\nCOUNT_VAR $B\n"
+        "GET_VAR $C,10\nREMOVE_VAR 1\nCOUNT_VAR $D\n"
+    )
     out = run(tmp_path, text + "CLEAR_VAR\nCOUNT_VAR $E\n")
     assert [out.variable(name) for name in "ABCDE"] == [10, 11, 10.23, 10, 0]
     assert error_of(run, tmp_path, text + "WRITE_VAR $A,10\n").code == 909106
@@ -188,7 +197,10 @@ def test_t15_rotation(tmp_path):
     assert out.xy[-4:] == near([[150, 100], [150, 50], [100, 50], [100, 100]])
 
 
-PATH = "G0X75.45Y157.46\n{}\nG1X107.84Y167.43\nX108.3Y142.73\nX117.36Y150.44\nX126.2Y139.34\nX140.92Y142.51\n"
+PATH = (
+    "G0X75.45Y157.46\n{}\nG1X107.84Y167.43\nX108.3Y142.73\n"
+    "X117.36Y150.44\nX126.2Y139.34\nX140.92Y142.51\n"
+)
 
 
 def test_t16_fillets(tmp_path):
@@ -287,7 +299,10 @@ def test_t19_compensation_right(tmp_path):
 
 def test_t20_compensation_at_once(tmp_path):
     """T-20: G47 X1, closed shape from a shifted start."""
-    text = "G0X-26.2332Y-26.1708\nG47 X1\nD3\nG42\nG1X-24.7332Y-26.1708\nX-24.7332Y-76.1708\nX-74.7332Y-76.1708\n"
+    text = (
+        "G0X-26.2332Y-26.1708\nG47 X1\nD3\nG42\nG1X-24.7332Y-26.1708\n"
+        "X-24.7332Y-76.1708\nX-74.7332Y-76.1708\n"
+    )
     out = run(tmp_path, text + "X-74.7332Y-26.1708\nX-24.7332Y-26.1708\n")
     want = [
         (-26.2332, -26.1708),
@@ -342,7 +357,10 @@ def test_t33_positioners(tmp_path):
     out = run(tmp_path, "PA[0] 1000\n$A=$_PM[0,2]\n$B=$_PM[0]\n")
     assert (out.variable("A"), out.variable("B")) == (1000, 0)
     assert out.rows["value"].tolist() == pytest.approx([10.0])  # 6000 mm/min
-    text = "PA[0,0] 1000\n$A=$_PM[0,0]\nPS[0]\n$B=$_PM[0,0]\nPA[1,3] 0\n$C=$_PM[1,3]\nPA[1,3]=1\n$D=$_PM[1,3]\n"
+    text = (
+        "PA[0,0] 1000\n$A=$_PM[0,0]\nPS[0]\n$B=$_PM[0,0]\nPA[1,3] 0\n"
+        "$C=$_PM[1,3]\nPA[1,3]=1\n$D=$_PM[1,3]\n"
+    )
     out = run(tmp_path, text)
     assert [out.variable(name) for name in "ABCD"] == [1, 0, 0, 1]
     assert error_of(run, tmp_path, "PA[0,3] 0\nPA[0] 5\n").code == 909141

@@ -1,4 +1,6 @@
-"""G71 homing, G100 commands on the path, G102 probing of the IsoNs dialect against simulated sensors."""
+"""G71 homing, G100 commands on the path, G102 probing of the IsoNs dialect
+against simulated sensors.
+"""
 
 import pytest
 
@@ -9,9 +11,16 @@ from cnc_core.planning import plan_program
 from cnc_core.program import Program
 from support.isons_programs import run
 
-SENSORS = "[isons.homing.X]\nnegative = -20\npositive = 30\nindex = 8\nindex_offset = 1\nabsolute = 3\n"
+SENSORS = (
+    "[isons.homing.X]\nnegative = -20\npositive = 30\nindex = 8\n"
+    "index_offset = 1\nabsolute = 3\n"
+)
 SENSORS += "limit_negative = -50\nlimit_positive = 60\n"
-HOMING = "[isons]\nRZERO_MODE_X = {}\nRZERO_VEL_X = 1000\nRZERO_VELF_X = 100\nRZERO_OFFSET_X = 5000\nRZERO_PRESET_X = 1000\n"
+HOMING = (
+    "[isons]\nRZERO_MODE_X = {}\nRZERO_VEL_X = 1000\n"
+    "RZERO_VELF_X = 100\nRZERO_OFFSET_X = 5000\n"
+    "RZERO_PRESET_X = 1000\n"
+)
 
 
 def homed(folder, mode, more=""):
@@ -53,7 +62,9 @@ def homed(folder, mode, more=""):
     ],
 )
 def test_every_rzero_mode(tmp_path, mode, ends):
-    """To the sensor fast, away and back slowly, to the index; then to RZERO_OFFSET, where RZERO_PRESET counts."""
+    """To the sensor fast, away and back slowly, to the index; then to
+    RZERO_OFFSET, where RZERO_PRESET counts.
+    """
     out = homed(tmp_path, mode)
     assert out.xy[:, 0] == pytest.approx([*ends, (ends or [0])[-1] + 5])
     assert (out.variable("A"), out.variable("B")) == (1, 1)
@@ -70,7 +81,9 @@ def test_the_fast_search_overruns_the_sensor(tmp_path):
 
 
 def test_absolute_encoder(tmp_path):
-    """Mode 64: no search, the encoder says the position; RZERO_OFFSET is driven, RZERO_PRESET counts if given."""
+    """Mode 64: no search, the encoder says the position; RZERO_OFFSET is
+    driven, RZERO_PRESET counts if given.
+    """
     config = "[isons]\nRZERO_MODE_X = 64\n"
     assert (
         run(tmp_path, "G1X7F1\nG71X\n$A=$_Q0\n", config + SENSORS).variable("A")
@@ -88,7 +101,9 @@ def test_absolute_encoder(tmp_path):
 
 
 def test_methods_that_nobody_has(tmp_path):
-    """A method the drive does not have is refused by name, a mode that is none by the cell file and WRITE_PARMAC."""
+    """A method the drive does not have is refused by name, a mode that is none
+    by the cell file and WRITE_PARMAC.
+    """
     for method in (0, 7, 23, 36, 100):
         with pytest.raises(
             CncError,
@@ -115,8 +130,13 @@ def test_methods_that_nobody_has(tmp_path):
 
 def test_homing_that_finds_nothing(tmp_path):
     """Error 1005 of the guide says what is missing."""
-    for mode, missing in ((0, "negative home sensor"), (9, "encoder index"), (128 + 256, "limit_negative"),
-                          (128 + 256 * 18, "limit_positive"), (128 + 256 * 19, "positive home sensor")):  # fmt: skip
+    for mode, missing in (
+        (0, "negative home sensor"),
+        (9, "encoder index"),
+        (128 + 256, "limit_negative"),
+        (128 + 256 * 18, "limit_positive"),
+        (128 + 256 * 19, "positive home sensor"),
+    ):
         with pytest.raises(CncError, match=missing) as caught:
             run(tmp_path, "G71X\n", f"[isons]\nRZERO_MODE_X = {mode}\n")
         assert (caught.value.code, caught.value.place.line) == (1005, 1)
@@ -171,7 +191,9 @@ def test_t27_commands_keep_their_place_without_a_stop(tmp_path):
 @pytest.mark.parametrize("before", ["", "G24\n"])
 @pytest.mark.parametrize("line", ["G2R5", "G3 R-5 F2"])
 def test_a_radius_without_end_point_is_refused(tmp_path, before, line):
-    """R cannot give a full circle: G2 R5 alone is not passed over, on whichever way the line is read."""
+    """R cannot give a full circle: G2 R5 alone is not passed over, on whichever
+    way the line is read.
+    """
     with pytest.raises(CncError) as error:
         run(tmp_path, f"{before}G1X10F1\n{line}\nX20\n")
     assert (error.value.code, error.value.place.line) == (
@@ -191,7 +213,9 @@ def test_a_radius_without_end_point_is_refused(tmp_path, before, line):
     ],
 )
 def test_planning_takes_stops_as_acknowledged(tmp_path, dialect, stop):
-    """Without a PLC nobody continues a program stop: the plan stands there once and goes on to the end."""
+    """Without a PLC nobody continues a program stop: the plan stands there once
+    and goes on to the end.
+    """
     (tmp_path / "a.nc").write_text(f"G1 X10 F2\n{stop}\nG1 X20\n")
     cell = load_config(None)
     result = plan_program(

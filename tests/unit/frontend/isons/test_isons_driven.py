@@ -18,11 +18,23 @@ CELL = (
 )
 COARSE = np.array(
     [
-        (107.16, 130.27), (100.59, 131.18), (100.14, 129.37), (96.74, 130.73), (95.38, 129.14), (92.66, 130.5),
-        (89.95, 128.46), (86.55, 131.41), (82.24, 129.14), (77.71, 132.31), (72.95, 128.91), (67.97, 132.31),
-        (62.98, 129.37), (57.55, 133.45), (52.34, 129.59),
+        (107.16, 130.27),
+        (100.59, 131.18),
+        (100.14, 129.37),
+        (96.74, 130.73),
+        (95.38, 129.14),
+        (92.66, 130.5),
+        (89.95, 128.46),
+        (86.55, 131.41),
+        (82.24, 129.14),
+        (77.71, 132.31),
+        (72.95, 128.91),
+        (67.97, 132.31),
+        (62.98, 129.37),
+        (57.55, 133.45),
+        (52.34, 129.59),
     ]
-)  # fmt: skip
+)
 SMALL_MM = 1e-4  # samples are some um apart
 
 
@@ -91,7 +103,9 @@ def apart(points, line):
     ],
 )
 def test_micro_segments_are_driven_as_reported(tmp_path, head):
-    """The total bounds what is measured and is hardly above it; the first filter's own number is the total."""
+    """The total bounds what is measured and is hardly above it; the first
+    filter's own number is the total.
+    """
     points = micro()
     out = driven_plan(tmp_path, points, "G69X200\n" + head, 0.3)
     deviation, cut, between = measured(out, points)
@@ -109,7 +123,9 @@ def test_micro_segments_are_driven_as_reported(tmp_path, head):
     ["G72X1Y7", "G72X1Y7Z5", "G72X1Y7A1", "G73X1Y45Z5", "G74X1Y2.5", "G72X1Y5"],
 )
 def test_coarse_paths_are_driven_as_reported(tmp_path, head):
-    """The path of the specification's filter cases, what stands behind the filter's end included."""
+    """The path of the specification's filter cases, what stands behind the
+    filter's end included.
+    """
     out = driven_plan(
         tmp_path,
         COARSE,
@@ -166,7 +182,9 @@ def test_without_a_filter_nothing_is_reported(tmp_path):
 
 
 def test_reports_of_long_runs_do_not_depend_on_their_stretches(tmp_path):
-    """8000 blocks, more than what is kept: as recomputed from the rows that are driven; switched off, it stays."""
+    """8000 blocks, more than what is kept: as recomputed from the rows that are
+    driven; switched off, it stays.
+    """
     rng = np.random.default_rng(2)
     points = np.column_stack(
         [np.cumsum(rng.uniform(0.05, 0.3, 8000)), rng.uniform(-0.2, 0.2, 8000)]

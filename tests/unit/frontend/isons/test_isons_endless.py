@@ -43,7 +43,9 @@ def test_a_counting_loop_ends_by_number_of_blocks(tmp_path, monkeypatch):
 
 
 def test_endless_motion_ends_the_check_with_a_warning(tmp_path):
-    """Parts without end are no mistake; what stands behind the jump is compiled, subprograms there are no error."""
+    """Parts without end are no mistake; what stands behind the jump is
+    compiled, subprograms there are no error.
+    """
     out = run(
         tmp_path,
         "@A\nG1X10\nX0\nGOTO 1\nG1X5 Q\n@S\nG1Y9\nRETURN\n",
@@ -71,7 +73,9 @@ def test_a_counted_endless_program_is_not_followed_for_ever(
 
 
 def test_a_counted_endless_program_is_not_planned_for_ever(tmp_path):
-    """Where no machine drives, isons.passes_max jumps back are the end, and it is said so; LOOPs do not count."""
+    """Where no machine drives, isons.passes_max jumps back are the end, and it
+    is said so; LOOPs do not count.
+    """
     text = "@A\nG91\nG1X1\nLOOP 90\n$A=$A+1\nEND_LOOP\nGOTO A\n"
     with pytest.raises(CncError) as caught:
         run(tmp_path, text, "[isons]\npasses_max = 70\n")
@@ -106,7 +110,9 @@ def test_a_counted_endless_program_is_not_planned_for_ever(tmp_path):
     ],
 )
 def test_programs_that_change_something_are_left_alone(tmp_path, text):
-    """Variables, position, timers, arrays, the list, origins, generic variables, feed, tables, positioners."""
+    """Variables, position, timers, arrays, the list, origins, generic
+    variables, feed, tables, positioners.
+    """
     assert (
         run(tmp_path, text, "[isons]\npositioners = 2\n", collect=True).errors
         == []

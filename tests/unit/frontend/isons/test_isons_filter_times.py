@@ -1,4 +1,6 @@
-"""Filters make micro-segment programs faster on a jerk-limited machine; what is driven stays where they say."""
+"""Filters make micro-segment programs faster on a jerk-limited machine; what is
+driven stays where they say.
+"""
 
 import itertools
 
@@ -51,7 +53,9 @@ def micro_plan(folder, head, config="", **options):
     ],
 )
 def test_machining_time_falls(tmp_path, head):
-    """Every filter: less than half of the time, inside all limits, near the programmed path, end point exact."""
+    """Every filter: less than half of the time, inside all limits, near the
+    programmed path, end point exact.
+    """
     points, bare = micro_plan(tmp_path, "")
     _, out = micro_plan(tmp_path, "G69X200\n" + head, AFC)
     assert out.motion_time_s < 0.5 * bare.motion_time_s
@@ -69,7 +73,9 @@ def test_machining_time_falls(tmp_path, head):
 
 
 def test_speed_steps_stay_behind_afc(tmp_path):
-    """SGLAFC: no axis is asked for a larger step of speed at a vertex than it may take, driven smoothly or not."""
+    """SGLAFC: no axis is asked for a larger step of speed at a vertex than it
+    may take, driven smoothly or not.
+    """
     points, out = micro_plan(tmp_path, "G69X200\nG66X1", AFC)
     _, free = micro_plan(tmp_path, "G69X200\nG66X1")
     assert out.motion_time_s > free.motion_time_s
@@ -86,7 +92,9 @@ def test_speed_steps_stay_behind_afc(tmp_path):
 
 
 def test_blocks_show_the_segments_and_pieces_are_driven(tmp_path):
-    """The rows that are listed are the filter's segments; what is driven are smooth pieces behind the same elements."""
+    """The rows that are listed are the filter's segments; what is driven are
+    smooth pieces behind the same elements.
+    """
     _, text = micro("G69X200\nG72X1Y0.5A0.3")
     path = tmp_path / "part.isons"
     path.write_text(text)
@@ -156,7 +164,9 @@ def test_only_the_end_of_a_filtered_run_is_an_exact_stop(tmp_path, batch):
 def test_reported_deviations_are_those_of_the_rows(
     tmp_path, length, step, order
 ):
-    """Segments much shorter and much longer than the program's: both distances as recomputed from the rows."""
+    """Segments much shorter and much longer than the program's: both distances
+    as recomputed from the rows.
+    """
     rng = np.random.default_rng(5)
     points = np.column_stack(
         [np.arange(25) * length, rng.uniform(-length, length, 25)]

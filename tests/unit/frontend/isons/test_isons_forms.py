@@ -59,7 +59,9 @@ def test_t09_formats_and_colours():
 
 
 def test_a_form_writes_its_variables(tmp_path):
-    """Inputs write DEST inside MIN and MAX, buttons copy SOURCE, and the form goes on until a button closes it."""
+    """Inputs write DEST inside MIN and MAX, buttons copy SOURCE, and the form
+    goes on until a button closes it.
+    """
     text = FORM + "$N=0\n@W\n$N=$N+1\nIF $N<3\nGOTO W\nEND_IF\n"
     reader, port, _ = answered(
         tmp_path,
@@ -94,7 +96,10 @@ def test_inputs_are_shown_with_their_decimals(tmp_path):
 
 def test_messages_answer_in_x13(tmp_path):
     """0 OK, 1 YES, 2 NO; in the order of the script."""
-    text = 'LIB_MESSAGE "a\\Nb" "cap" 1 3\n$A=$_X13\nLIB_MESSAGE a,cap,1,0\n$B=$_X13\nLIB_MESSAGE a cap 0 1\n$C=$_X13\n'
+    text = (
+        'LIB_MESSAGE "a\\Nb" "cap" 1 3\n$A=$_X13\nLIB_MESSAGE a,cap,1,0\n'
+        "$B=$_X13\nLIB_MESSAGE a cap 0 1\n$C=$_X13\n"
+    )
     reader, port, _ = answered(
         tmp_path,
         text,

@@ -1,4 +1,6 @@
-"""The IsoNs front end: text, errors with their places, macros and events, files, origins, planes, parameters."""
+"""The IsoNs front end: text, errors with their places, macros and events,
+files, origins, planes, parameters.
+"""
 
 import math
 
@@ -98,7 +100,10 @@ def test_check_sees_branches_that_are_not_taken(tmp_path):
 
 def test_remarks_and_spelling(tmp_path):
     """Three kinds of remarks, lower case, no blanks, quotes keep signs."""
-    text = "n5g0x1y2 // one\nG0X2 ; two\nG0X3 ' three\n MARKER $M \"a;b'c//d\" // x\n@end // label\n"
+    text = (
+        "n5g0x1y2 // one\nG0X2 ; two\nG0X3 ' three\n"
+        ' MARKER $M "a;b\'c//d" // x\n@end // label\n'
+    )
     out = run(tmp_path, text)
     assert out.xy.tolist() == [[1, 2], [2, 2], [3, 2]]
     assert out.moves["n"].tolist() == [5, 0, 0]
@@ -245,8 +250,14 @@ def test_imports(tmp_path):
 
 
 def test_list_files(tmp_path):
-    """SAVE_VAR writes into the folder of the run, LOAD_VAR finds it, or a file beside the program."""
-    text = 'ADD_VAR 1.5\nADD_VAR -2\nSAVE_VAR "a.txt"\nCLEAR_VAR\nFILE_EXISTS $A,"a.txt"\nFILE_EXISTS $B "c.txt"\nLOAD_VAR "a.txt"\n'
+    """SAVE_VAR writes into the folder of the run, LOAD_VAR finds it, or a file
+    beside the program.
+    """
+    text = (
+        'ADD_VAR 1.5\nADD_VAR -2\nSAVE_VAR "a.txt"\nCLEAR_VAR\n'
+        'FILE_EXISTS $A,"a.txt"\nFILE_EXISTS $B "c.txt"\n'
+        'LOAD_VAR "a.txt"\n'
+    )
     out = run(
         tmp_path,
         text + 'GET_VAR $C,1\nLOAD_VAR "beside.txt"\nCOUNT_VAR $D\n',
@@ -263,16 +274,23 @@ def test_list_files(tmp_path):
 
 
 def test_layers_add(tmp_path):
-    """Origin, offset, head and length add; each can be suspended; G940 leaves the origin out for its block."""
+    """Origin, offset, head and length add; each can be suspended; G940 leaves
+    the origin out for its block.
+    """
     config = "[isons.heads.3]\noffset = { X = 1000.0 }\nsensor = { Y = 5.0 }\n"
-    text = "G94X1\nG93X10DY7\nH3\nG43X100X+\nG0X0\nG98\nX0\nG96\nX0\nG87\nX0\nG44\nX0\nG99G97\nG940 X0\nX0\nG88\nX0\n$A=$_H0\n$B=$_H10\n"
+    text = (
+        "G94X1\nG93X10DY7\nH3\nG43X100X+\nG0X0\nG98\nX0\nG96\nX0\nG87\n"
+        "X0\nG44\nX0\nG99G97\nG940 X0\nX0\nG88\nX0\n$A=$_H0\n$B=$_H10\n"
+    )
     out = run(tmp_path, text, config)
     assert out.ends[:, 0].tolist() == [1111, 1110, 1100, 100, 0, 10, 11, 1011]
     assert (out.variable("A"), out.variable("B")) == (1000, 5)
 
 
 def test_origins_from_positions(tmp_path):
-    """G92 and G95 make axes read 0; G82 and G85 put the sensor offset there; D words add; G89 presets."""
+    """G92 and G95 make axes read 0; G82 and G85 put the sensor offset there; D
+    words add; G89 presets.
+    """
     config = "[isons.heads.0]\nsensor = { X = 5.0 }\n"
     text = "G0X7Y8\nG92X\n$A=$_Q0\n$B=$_Q1\n$C=$_Y0\nG95XY\n$D=$_Q1\n$E=$_W1\nG94DX1\n$F=$_Y0\n"
     out = run(tmp_path, text)
@@ -286,7 +304,9 @@ def test_origins_from_positions(tmp_path):
 
 
 def test_planes(tmp_path):
-    """I belongs to the first axis of the plane, J to the second, also of a plane named the other way round."""
+    """I belongs to the first axis of the plane, J to the second, also of a
+    plane named the other way round.
+    """
     arc = run(tmp_path, "G18\nG3 Z10 X0 I5 J0\n").moves[0]
     assert arc["plane"] == 18
     assert arc["center"].tolist() == [5, 0]
@@ -360,7 +380,8 @@ def test_exact_stop_is_the_default(tmp_path):
 def test_parameters_of_the_cell(tmp_path):
     """They set axes; they are read and written; wrong names and values are refused with a hint."""
     cell = parse_config(
-        "[isons]\nVMAX_X = 6000\nACC_LAV = 100\nTAU = 5.0\nLIMITE_N_X = -5000\n2ND_LIMITE_N_X = -9000\n"
+        "[isons]\nVMAX_X = 6000\nACC_LAV = 100\nTAU = 5.0\n"
+        "LIMITE_N_X = -5000\n2ND_LIMITE_N_X = -9000\n"
     )
     axis = cell.axes["X"]
     assert (axis.v_max_mm_s, axis.a_max_mm_s2, axis.min_mm) == (
@@ -427,7 +448,9 @@ def test_corners_in_other_planes(tmp_path):
 
 
 def test_corners_let_nothing_slip(tmp_path):
-    """What is held back comes out before M functions, waits, arcs, the end; scaling scales the radius."""
+    """What is held back comes out before M functions, waits, arcs, the end;
+    scaling scales the radius.
+    """
     rows = run(tmp_path, "G30 R2 A5\nG1 X10\nM3\nY10\nG62\nX0\n").rows
     assert rows["type"].tolist() == [1, M, 1, 1]
     rows = run(tmp_path, "G1051 P2\nG30 R2 A5\nG1 X10\nY10\n").moves
@@ -436,7 +459,9 @@ def test_corners_let_nothing_slip(tmp_path):
 
 
 def test_compensation_ends_on_the_path(tmp_path):
-    """Behind G40 the next motion leads back to the programmed path; T and its table give the radius."""
+    """Behind G40 the next motion leads back to the programmed path; T and its
+    table give the radius.
+    """
     tools = "[isons.tools.1]\ndiameter = 4.0\n"
     out = run(tmp_path, "T1\nG41\nG1X10\nX20\nY10\nG40\nX30\n", tools)
     assert out.xy == pytest.approx(
@@ -460,7 +485,9 @@ def test_outputs_and_generics(tmp_path):
 
 
 def test_corners_come_out_before_a_wait(tmp_path):
-    """A block that needs everything before to be executed gets it; a change of plane ends the corner too."""
+    """A block that needs everything before to be executed gets it; a change of
+    plane ends the corner too.
+    """
     (tmp_path / "p.isons").write_text(
         "G30 R2 A5\nG1X10\n$A=$_R0\nG1Y10\nG18\nG1X0\n"
     )
@@ -569,12 +596,17 @@ def test_a_loop_that_waits_for_an_input_ends_where_nobody_moves_it(tmp_path):
 @pytest.mark.parametrize("mode", ["G60", "G61"])
 def test_a_loop_that_waits_for_a_timer_ends(tmp_path, mode):
     """Time passes with every look, a minute too."""
-    text = f"{mode}\n$_T0=20000\n@W\nIF $_T0>0\nGOTO W\nEND_IF\nPA[0,0] 500\n@V\nIF $_PM[0]=1\nGOTO V\nEND_IF\nG0X1\n"
+    text = (
+        f"{mode}\n$_T0=20000\n@W\nIF $_T0>0\nGOTO W\nEND_IF\nPA[0,0] 500\n"
+        f"@V\nIF $_PM[0]=1\nGOTO V\nEND_IF\nG0X1\n"
+    )
     assert run(tmp_path, text).xy[:, 0].tolist() == [1]
 
 
 def test_functions_with_their_own_words_in_one_block(tmp_path):
-    """The words belong to the function ahead of them, if they fit more than one; columns of errors stay."""
+    """The words belong to the function ahead of them, if they fit more than
+    one; columns of errors stay.
+    """
     out = run(
         tmp_path,
         "G94X1G93Y2\nG60G69X20G72X1Y7\nG4F0.5G1X5Y0F3\nG1X7G100X4\nG50X0Y0Z90G1X1Y0\n",
@@ -604,7 +636,9 @@ def test_tools_of_a_machine_without_a_table(tmp_path):
 
 
 def test_a_converter_of_imported_files_is_not_passed_over(tmp_path):
-    """NsImportFile.dll would read the file: refused by name, beside the program and in the application's folder."""
+    """NsImportFile.dll would read the file: refused by name, beside the program
+    and in the application's folder.
+    """
     files = {"a.isons": "G1X1\n"}
     assert len(run(tmp_path, 'IMPORT "a.isons"\n', files=files).moves) == 1
     for place in (tmp_path, tmp_path / "app"):

@@ -1,4 +1,6 @@
-"""Interpolation modes, corner rules and filters of the IsoNs dialect, with the numbers of the specification."""
+"""Interpolation modes, corner rules and filters of the IsoNs dialect, with the
+numbers of the specification.
+"""
 
 import math
 
@@ -89,7 +91,9 @@ def test_g68_transports_the_other_axes(tmp_path):
 
 
 def test_g68_without_a_tangential_axis_limits_every_transported_one(tmp_path):
-    """G69 names none: X holds for whichever axis outside the plane is moved; -1 transports none, 0 all."""
+    """G69 names none: X holds for whichever axis outside the plane is moved; -1
+    transports none, 0 all.
+    """
     text = "G60\nG69X200\nG68X{}\nF6\nG1X3{}4\n"
     for axis in "ZA":
         feed = [
@@ -141,7 +145,9 @@ def test_t28_slow_corners(tmp_path, degrees, factor):
 
 
 def test_t28_arcs(tmp_path):
-    """T-28: ACC_RAGGIO_MAX 109 counts as 0.9; speed on arcs is the root of acceleration times radius."""
+    """T-28: ACC_RAGGIO_MAX 109 counts as 0.9; speed on arcs is the root of
+    acceleration times radius.
+    """
     for value, accel in ((109, 0.9), (108, 0.8), (1, 1.0)):
         row = run(
             tmp_path,
@@ -174,7 +180,9 @@ def test_g75_judges_the_plane_by_angle_and_the_rest_by_axes(tmp_path):
 
 
 def test_rows_between_motions_keep_their_place(tmp_path):
-    """What stands behind a motion that is judged comes behind it; arcs have tangents at both ends."""
+    """What stands behind a motion that is judged comes behind it; arcs have
+    tangents at both ends.
+    """
     out = run(tmp_path, "G60F1\nG1X10\nG4F1\nG2X20Y-10R10\nG1Y-20\nX30\nS5\n")
     assert out.rows["type"].tolist() == [1, 4, 2, 1, 1, 7]
     assert (out.moves["flags"] & EXACT_STOP).tolist() == [0, 0, 2, 0]
@@ -249,7 +257,9 @@ def test_t26_smoothing(tmp_path):
 
 
 def test_t23_feed_control(tmp_path):
-    """T-23: changes up to Z keep the feed before, A is the lowest feed; the limits of the axes hold at corners."""
+    """T-23: changes up to Z keep the feed before, A is the lowest feed; the
+    limits of the axes hold at corners.
+    """
     slow = (
         math.asin(0.5 / 1.3) * 2
     )  # a turn that 1.3 m/min passes with a step of 1 m/min
@@ -324,7 +334,9 @@ def test_wrong_words(tmp_path, text):
 
 
 def test_the_tangential_axis_follows_the_filtered_path(tmp_path):
-    """G69 names it: its blocks are filtered too, and it turns with the new path; without a name they end the run."""
+    """G69 names it: its blocks are filtered too, and it turns with the new
+    path; without a name they end the run.
+    """
     t = np.arange(60) * 0.15 / 8
     angle = np.degrees(t)
     points = np.column_stack([8 * np.sin(t), 8 - 8 * np.cos(t)]).round(4)
@@ -344,7 +356,9 @@ def test_the_tangential_axis_follows_the_filtered_path(tmp_path):
 
 
 def test_filters_leave_no_motion_without_length(tmp_path):
-    """A run that comes back to the vertex kept last has no row for that; homing and probing are no run."""
+    """A run that comes back to the vertex kept last has no row for that; homing
+    and probing are no run.
+    """
     out = run(
         tmp_path,
         "G60\nG69X200\nG74X1Y1\nG1X5\nX5.2\nX5\nM8\nG1X9\n",

@@ -15,7 +15,9 @@ CELL = FIVE_AXIS / "head_head.toml"
 
 
 def test_the_tip_is_programmed(tmp_path):
-    """G104 keeps the tip while rotary axes turn; G105 goes on with the axes; its length: G103 or tool."""
+    """G104 keeps the tip while rotary axes turn; G105 goes on with the axes;
+    its length: G103 or tool.
+    """
     cell = load_config(CELL)
     kinematics = cell.program_machine().kinematics[
         cell.program_machine().kin_id

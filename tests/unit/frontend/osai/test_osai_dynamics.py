@@ -1,4 +1,6 @@
-"""JRK and DIN of a profile, and polynomials that run with their parameter, measured on samples of the axes."""
+"""JRK and DIN of a profile, and polynomials that run with their parameter,
+measured on samples of the axes.
+"""
 
 import numpy as np
 import pytest
@@ -45,7 +47,9 @@ def wave():
 
 
 def test_s_ramps_have_no_jerk_limit(shop):
-    """JRK DIS: faster than with the machine's jerk, which is exceeded; velocity and acceleration hold."""
+    """JRK DIS: faster than with the machine's jerk, which is exceeded; velocity
+    and acceleration hold.
+    """
     made = {
         mode: profile_plan(
             shop, wave(), changed(SETUP_3, JRK=f"(JRK,{mode})", CRV=None)
@@ -77,7 +81,9 @@ def test_s_ramps_end_with_their_profile(shop):
 
 @pytest.mark.parametrize(("mode", "y"), [("ENA", 5000.0), ("AXI", 20000.0)])
 def test_jerk_of_the_profile_and_of_the_axes(shop, mode, y):
-    """ENA: the profile has one jerk, that of the weakest linear axis; AXI: every axis has its own."""
+    """ENA: the profile has one jerk, that of the weakest linear axis; AXI:
+    every axis has its own.
+    """
     setup = changed(
         SETUP_3,
         JRK=f"(JRK,{mode})",
@@ -92,7 +98,9 @@ def test_jerk_of_the_profile_and_of_the_axes(shop, mode, y):
 
 
 def test_changes_of_speed_are_spread(shop):
-    """Tintgr: the more time changes of speed may take, the less the path accelerates; nothing is faster."""
+    """Tintgr: the more time changes of speed may take, the less the path
+    accelerates; nothing is faster.
+    """
     rough, speeds = [], []
     for jrk in ("(JRK,ENA)", "(JRK,ENA,,,,50,)", "(JRK,ENA,,,,400,)"):
         result = profile_plan(shop, wave(), changed(SETUP_3, JRK=jrk, **BENDS))
@@ -124,7 +132,9 @@ def test_spread_shares(seed):
 
 
 def test_entities_start_together(shop):
-    """JRK Entities: nothing of the profile goes on before so many elements are there, and nothing is lost."""
+    """JRK Entities: nothing of the profile goes on before so many elements are
+    there, and nothing is lost.
+    """
     for entities, first in ((0, 1), (50, 50), (5000, 199)):
         setup = changed(
             SETUP_3, JRK=f"(JRK,ENA,,{entities})", CRV=None, EDG=None
@@ -144,7 +154,9 @@ SCALES = (1.0, 40.0, 4000.0)
 
 
 def polynomials(span, five):
-    """Two polynomials that go on into each other, x = 20 u + 20 u^2 over u = s / span, 0..1 and 1..2."""
+    """Two polynomials that go on into each other, x = 20 u + 20 u^2 over u = s
+    / span, 0..1 and 1..2.
+    """
     lines = []
     for x, d in (((0.0, 20.0, 20.0), 0.0), ((40.0, 60.0, 20.0), 0.1)):
         scaled = [c / span**k for k, c in enumerate(x)]
@@ -165,7 +177,9 @@ def polynomials(span, five):
 
 @pytest.mark.parametrize("five", [False, True])
 def test_the_parameter_runs_with_the_feed(shop, five):
-    """ds/dt = F inside every polynomial, whatever a unit of s is, on five axes too; shown is the speed of the path."""
+    """ds/dt = F inside every polynomial, whatever a unit of s is, on five axes
+    too; shown is the speed of the path.
+    """
     setup, cell = SETUP_3, {}
     if five:
         setup, cell = (
@@ -248,7 +262,9 @@ def test_contact_polynomials_run_with_their_parameter(shop):
 
 
 def test_no_stop_inside_a_curve_that_ends_at_rest(shop):
-    """The last polynomial is driven without a stop, however far ahead the planner has looked when it began."""
+    """The last polynomial is driven without a stop, however far ahead the
+    planner has looked when it began.
+    """
     body = "<*,40,1,1200,0\n<X,0,0.5,0.0125,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0\n"
     body += (
         "<*,40,2,1200,0\n<X,40,1.5,0.0125,0,0,0\n<Y,0,0,0,0,0,0\n<Z,0,0,0,0,0,0"
@@ -263,7 +279,9 @@ def test_no_stop_inside_a_curve_that_ends_at_rest(shop):
 
 
 def test_the_approach_is_a_line_of_the_axes(shop):
-    """From where the machine stands to the first pose every axis runs linearly, then the tip follows the profile."""
+    """From where the machine stands to the first pose every axis runs linearly,
+    then the tip follows the profile.
+    """
     setup = changed(
         SETUP_5,
         TOL="(TOL,100,0,0,-90,)",
@@ -303,7 +321,9 @@ CORNER_SPLINES = SPLINES.replace(" ", "\n")
 
 @pytest.mark.parametrize("form", ["POL", "POL, long", "BSP"])
 def test_polynomials_stop_at_g66_and_pass_g67(shop, form):
-    """Transition 2 and G67: the edge is left by Tol at most and passed at the edge speed; 1 and G66: standstill."""
+    """Transition 2 and G67: the edge is left by Tol at most and passed at the
+    edge speed; 1 and G66: standstill.
+    """
     setup = changed(
         SETUP_3, PNT=f"(PNT,AXI,AXI,QUI,{form[:3]})", JRK="(JRK,ENA)"
     )
@@ -334,7 +354,9 @@ def test_polynomials_stop_at_g66_and_pass_g67(shop, form):
 
 @pytest.mark.parametrize("rows", [1, 2, 4096])
 def test_the_last_polynomial_ends_the_profile(shop, rows):
-    """However the polynomials are read, G60 ends them: the next motion begins where the last one ends."""
+    """However the polynomials are read, G60 ends them: the next motion begins
+    where the last one ends.
+    """
     setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)")
     text = f"(HSM,CONFIG1)\nG61\n{corner_polynomials(0, 10.0)}\nG60\nG91 G1 X1 F100\n"
     program, ends = shop.program(text, setup), []
@@ -369,7 +391,9 @@ NO_JERK = parse_config(
     ("acc", "turn"), [(1, 90), (1, 45), (2, 90), (2, 120), (4, 90), (4, 45)]
 )
 def test_edge_speed_of_g67(shop, acc, turn):
-    """vs = Acc Amax Tc / |t2 - t1| (4.3): 120 and 169.7056 mm/min with Acc 1, more with more; within Tol."""
+    """vs = Acc Amax Tc / |t2 - t1| (4.3): 120 and 169.7056 mm/min with Acc 1,
+    more with more; within Tol.
+    """
     a = np.radians(turn)
     setup = changed(
         SETUP_3,
@@ -415,7 +439,9 @@ def test_edge_speed_of_g67_within_a_small_tolerance(shop):
 
 
 def test_polynomials_are_described_as_programmed(shop):
-    """``blocks`` shows length and coefficients of every polynomial as programmed, at edges of G67 too."""
+    """``blocks`` shows length and coefficients of every polynomial as
+    programmed, at edges of G67 too.
+    """
     setup = changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,POL)", JRK="(JRK,ENA)")
     for code in (0, 1, 2):
         made = curves(shop.profile(corner_polynomials(code, 10.0), setup))
@@ -432,7 +458,9 @@ def test_polynomials_are_described_as_programmed(shop):
     ("end", "moving"), [("X60", 1), ("X60Y60", 2), ("X60Y60Z60", 3)]
 )
 def test_the_jerk_is_the_profiles_or_the_axes(shop, end, moving):
-    """On a line ENA limits the jerk along the profile, AXI that of every axis: the root of their number more."""
+    """On a line ENA limits the jerk along the profile, AXI that of every axis:
+    the root of their number more.
+    """
     body, jerk = f"X0Y0Z0F9000\n{end}", {}
     for mode in ("ENA", "AXI"):
         result = profile_plan(
@@ -445,14 +473,18 @@ def test_the_jerk_is_the_profiles_or_the_axes(shop, end, moving):
 
 
 CORNERS = {
-    "inside": "X0Y0Z0K0F600\nX10Y0Z0K0\nX20Y0Z0K0\nX20Y0Z0K0\nX20Y0Z0K1\nX20Y10Z0K2\nX20Y20Z0K3\nK4\nK4\nK4\nK4",
-    "at the end": "X0Y0Z0K0F600\nX10Y0Z0K0\nX20Y0Z0K0\nX20Y10Z0K0\nX20Y10Z0K1\nX20Y10Z0K2\nK3\nK3\nK3\nK3",
+    "inside": "X0Y0Z0K0F600\nX10Y0Z0K0\nX20Y0Z0K0\nX20Y0Z0K0\nX20Y0Z0K1\n"
+    "X20Y10Z0K2\nX20Y20Z0K3\nK4\nK4\nK4\nK4",
+    "at the end": "X0Y0Z0K0F600\nX10Y0Z0K0\nX20Y0Z0K0\nX20Y10Z0K0\nX20Y10Z0K1\n"
+    "X20Y10Z0K2\nK3\nK3\nK3\nK3",
 }
 
 
 @pytest.mark.parametrize("body", CORNERS.values(), ids=CORNERS)
 def test_control_points_that_coincide_make_a_corner(shop, body):
-    """The curve passes its triple control point at rest while the parameter runs on: driven to its end, legally."""
+    """The curve passes its triple control point at rest while the parameter
+    runs on: driven to its end, legally.
+    """
     result = profile_plan(
         shop, body, changed(SETUP_3, PNT="(PNT,AXI,AXI,QUI,BSP)"), head="G61P3"
     )

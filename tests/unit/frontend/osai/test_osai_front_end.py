@@ -1,5 +1,6 @@
-"""The osai front end: programs, setups, the three input formats, and everything that is refused, with its place."""
-
+"""The osai front end: programs, setups, the three input formats, and everything
+that is refused, with its place.
+"""
 
 import numpy as np
 import pytest
@@ -43,7 +44,9 @@ def refusal(program):
 
 
 def test_inline_profile(shop):
-    """G61 .. G60 inline: curves through the points, standstill at its end, then the G functions of before."""
+    """G61 .. G60 inline: curves through the points, standstill at its end, then
+    the G functions of before.
+    """
     program = shop.program(
         "G1 X5 F600\nG91\n(HSM,CONFIG1)\nG61\nX5Y0Z0\nX6\nX7Y1\nG60\nX1 Y-1\n"
     )
@@ -77,7 +80,10 @@ def test_called_profile(shop):
 def test_variables(shop):
     """E and L variables in points and setups; a setup takes the values of each G61."""
     setup = changed(SETUP_3, THR="(THR,0.01,0,L2,0,0.05)")
-    text = "E1=2*(1+0.5)\nL2=0\n(HSM,CONFIG1)\nG61\nXE1Y-E1Z0F1000\nX5\nG60\nL2=10\nG61\nX0Y0Z0\nX1\nG60\n"
+    text = (
+        "E1=2*(1+0.5)\nL2=0\n(HSM,CONFIG1)\nG61\nXE1Y-E1Z0F1000\nX5\n"
+        "G60\nL2=10\nG61\nX0Y0Z0\nX1\nG60\n"
+    )
     ends = rows_of(shop.program(text, setup))["end"][:, :3]
     assert ends[0] == pytest.approx([3.0, -3.0, 0.0])
     assert ends[-1] == pytest.approx([10.0, 0.0, 0.0])
@@ -92,7 +98,9 @@ def test_incremental_points(shop):
 
 
 def test_packed_words_and_numbers(shop):
-    """Words need no blanks; N belongs to its line; lines of other words than points make no point."""
+    """Words need no blanks; N belongs to its line; lines of other words than
+    points make no point.
+    """
     rows = rows_of(
         shop.profile(
             "N002 G1 X0Y0Z0F6000\n\n; nothing\nN10X1.5Y-.5\nN002X2.\nF1200\nX3"
@@ -403,7 +411,10 @@ def test_gap_is_a_warning_where_the_dialect_is_lenient(shop):
 
 def test_polynomials_exactly(shop):
     """Coefficients, length of the parameter, labels and ends come through as written."""
-    body = "<*,4.0e+001,3,3000,1\n<X,-3.8e+002,0,-4.4e-016,1.8e-017,-5e-019,1.3e-021\n<Y,1,0,0,0,0,0\n<Z,2e2,-1,0,0,0,0"
+    body = (
+        "<*,4.0e+001,3,3000,1\n<X,-3.8e+002,0,-4.4e-016,1.8e-017,-5e-019,"
+        "1.3e-021\n<Y,1,0,0,0,0,0\n<Z,2e2,-1,0,0,0,0"
+    )
     ((coef, span, row),) = curves(shop.profile(body, POL))
     assert coef[0].tolist() == [-380.0, 0.0, -4.4e-16, 1.8e-17, -5e-19, 1.3e-21]
     assert (span, row["n"], row["degree"], row["feed"]) == (
@@ -450,7 +461,9 @@ K10"""
 
 
 def test_the_manuals_b_spline(shop):
-    """Specification 12.2: four spans, all values and slopes of the table, power form of the first."""
+    """Specification 12.2: four spans, all values and slopes of the table, power
+    form of the first.
+    """
     spans = curves(shop.profile(SPLINE, BSP, head="G61 P3"))
     assert [span for _, span, _ in spans] == [2.5] * 4
     assert spans[0][0][0] == pytest.approx([0, 0.84, 0.408, -0.12], abs=1e-12)
@@ -535,12 +548,17 @@ def test_every_other_g_function_is_refused(shop, code):
 
 
 def test_motion_behind_a_profile_goes_on_from_there(shop):
-    """Behind G60 the axes that are not programmed stay where the profile has left them, tool length included."""
+    """Behind G60 the axes that are not programmed stay where the profile has
+    left them, tool length included.
+    """
     cell = parse_config(
         "[axes.X]\n[axes.Y]\n[axes.Z]\n[tools.1]\nradius_mm=5.0\nlength_mm=100.0\n"
     )
     setup = changed(SETUP_3, PNT="(PNT,CLP,CLP,QUI)")
-    text = "T1 M6\nG1 X10Y10Z10F3000\n(HSM,CONFIG1)\nG61\nX10Y10Z10\nX20\nX30Y20Z10\nG60\nG1 X0\nZ5\n"
+    text = (
+        "T1 M6\nG1 X10Y10Z10F3000\n(HSM,CONFIG1)\nG61\nX10Y10Z10\nX20\n"
+        "X30Y20Z10\nG60\nG1 X0\nZ5\n"
+    )
     rows = rows_of(shop.program(text, setup, cell=cell))
     ends = rows["end"][rows["type"] <= POLYNOMIAL][:, :3]
     assert ends[0] == pytest.approx([10, 10, 110])
@@ -577,7 +595,9 @@ def test_one_mistake_is_one_error(shop, text):
 
 
 def test_one_mistake_in_a_polynomial_or_spline(shop):
-    """A wrong coefficient, a missing line, a wrong knot: one error each; the rest of the profile is read."""
+    """A wrong coefficient, a missing line, a wrong knot: one error each; the
+    rest of the profile is read.
+    """
     good = [
         "<*,5,1,600,0",
         "<X,0,1,0,0,0,0",
@@ -616,7 +636,9 @@ ROTARY = parse_config(
     ("pitch", "ends"), [("360", [0, 350, 370, 390]), ("", [0, 350, 10, 30])]
 )
 def test_rollover(shop, pitch, ends):
-    """AXP Pitch: a programmed position is the equivalent nearest to the one before; without it the position itself."""
+    """AXP Pitch: a programmed position is the equivalent nearest to the one
+    before; without it the position itself.
+    """
     setup = SETUP_3 + f"(AXI,C,4,OTH,OTH)\n(AXP,C,0,{pitch},,)\n"
     setup = changed(setup, CRV=None, EDG=None)
     body = "X0Y0Z0C0F1000\nX5C170\nX10C350\nX15C10\nX20C30"
@@ -639,7 +661,9 @@ def test_pitch_of_the_chain(shop):
 
 @pytest.mark.parametrize("form", ["POL", "BSP"])
 def test_versors_that_vanish(shop, form):
-    """A tool direction of length zero somewhere on a polynomial or spline is refused with its line."""
+    """A tool direction of length zero somewhere on a polynomial or spline is
+    refused with its line.
+    """
     setup = changed(
         SETUP_5, PNT=f"(PNT,CLP,CLP,QUI,{form})", TOL="(TOL,100,0,0,-90,)"
     )
@@ -677,7 +701,9 @@ def test_edges_of_rotary_positions(shop, kind):
 
 
 def test_setup_fields_of_unset_variables_warn(tmp_path):
-    """A variable that nobody assigned is 0 with a warning at its field; one that the program assigned is no matter."""
+    """A variable that nobody assigned is 0 with a warning at its field; one
+    that the program assigned is no matter.
+    """
     shop = Workshop(tmp_path)
     setup = changed(SETUP_3, THR="(THR,E1,0.0001,E2,0.001,0.05)")
     program = shop.program(

@@ -1,4 +1,6 @@
-"""Five-axis profiles on machines of every MAC type, through the whole program, against a product of matrices."""
+"""Five-axis profiles on machines of every MAC type, through the whole program,
+against a product of matrices.
+"""
 
 import numpy as np
 import pytest
@@ -9,7 +11,8 @@ from support.osai_programs import Workshop
 
 ROTARY = "kind = 'rotary'\nv_max_mm_s = 400.0\na_max_mm_s2 = 4000.0\nj_max_mm_s3 = 80000.0\n"
 CELL = parse_config(
-    f"[axes.X]\nid=1\n[axes.Y]\nid=2\n[axes.Z]\nid=3\n[axes.A]\nid=4\n{ROTARY}[axes.C]\nid=5\n{ROTARY}"
+    f"[axes.X]\nid=1\n[axes.Y]\nid=2\n[axes.Z]\nid=3\n[axes.A]\nid=4\n"
+    f"{ROTARY}[axes.C]\nid=5\n{ROTARY}"
 )
 CHAINS = {  # from the part to the tool (specification 9.3), and a bed
     "WRK": ("WRK TOL LI1 LI2 LI3", "WRK"),
@@ -75,7 +78,9 @@ def angles_of(turn):
 
 
 class Machine:
-    """Axes in the order of a chain, steps from frame to frame with random offsets; X, Y, Z, A about X, C about Z."""
+    """Axes in the order of a chain, steps from frame to frame with random
+    offsets; X, Y, Z, A about X, C about Z.
+    """
 
     def __init__(self, kind, seed):
         rng, (chain, self.bed) = np.random.default_rng(seed), CHAINS[kind]

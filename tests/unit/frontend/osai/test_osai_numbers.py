@@ -1,4 +1,6 @@
-"""Numbers beyond all measure: an error with number, line and column, never a warning of numpy or a traceback."""
+"""Numbers beyond all measure: an error with number, line and column, never a
+warning of numpy or a traceback.
+"""
 
 import subprocess
 import sys

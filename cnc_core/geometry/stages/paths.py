@@ -1,8 +1,7 @@
-"""Motions as functions of their path length, with exact derivatives, and
-quintic pieces that meet them.
+"""Motions as functions of their path length, with exact derivatives.
 
-Used where a motion is carried into other coordinates: tilted planes
-(``frames``), machine axes (``kinematics.stage``).
+Used where a motion is taken into other coordinates: tilted planes
+(``frames``), machine axes (``kinematics``).
 """
 
 from __future__ import annotations
@@ -13,8 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from cnc_core.blocks import BY_LENGTH, CIRCULAR, POLYNOMIAL, motion_planes
+from cnc_core.blocks.pool import coefficients
 
-from .polynomial import ORDER, coefficients, derivative, normalised, value
+from ..shapes.polynomial import ORDER, derivative, normalised, value
 
 FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.int64]
@@ -65,7 +65,8 @@ class Paths:
         """(m, 3, axes): position and its derivatives by path length at u (m,)
         of the motions ``index`` (m,).
         """
-        rows, length = self.rows[index], self.rows["length"][index][:, None]
+        rows = self.rows[index]
+        length = self.rows["length"][index][:, None]
         along = self.ends[index] - self.starts[index]
         out = np.zeros((len(index), 3, self.axes))
         out[:, 0] = self.starts[index] + u[:, None] * along
@@ -98,17 +99,15 @@ class Paths:
         rows = self.rows[which]
         d = self.starts[which][:, axes] - rows["center"]
         last = self.ends[which][:, axes] - rows["center"]
-        radius0, angle0 = (
-            np.hypot(d[:, 0], d[:, 1]),
-            np.arctan2(d[:, 1], d[:, 0]),
-        )
+        radius0 = np.hypot(d[:, 0], d[:, 1])
+        angle0 = np.arctan2(d[:, 1], d[:, 0])
         grown = np.hypot(last[:, 0], last[:, 1]) - radius0
-        angle, rate, grows = (
-            angle0 + w * rows["angle"],
-            rows["angle"] / rows["length"],
-            grown / rows["length"],
-        )
-        radius, cos, sin = radius0 + w * grown, np.cos(angle), np.sin(angle)
+        angle = angle0 + w * rows["angle"]
+        rate = rows["angle"] / rows["length"]
+        grows = grown / rows["length"]
+        radius = radius0 + w * grown
+        cos = np.cos(angle)
+        sin = np.sin(angle)
         at_end = w >= 1.0
         for column, (axis, centre) in enumerate(
             zip(axes, rows["center"].T, strict=True)
@@ -151,35 +150,14 @@ class Paths:
             which = self.curve[index[curves]]
             metric = self.metric[which]
             measured = metric.any(axis=1)
-            curves, which, metric = (
-                curves[measured],
-                which[measured],
-                metric[measured],
-            )
-            first, half = (
-                derivative(self.coef[which]),
-                0.5 * (u1[curves] - u0[curves]),
-            )
+            curves = curves[measured]
+            which = which[measured]
+            metric = metric[measured]
+            first = derivative(self.coef[which])
+            half = 0.5 * (u1[curves] - u0[curves])
             total = np.zeros(len(curves))
             for node, weight in zip(NODES, WEIGHTS, strict=True):
                 d1 = value(first, u0[curves] + half * (1.0 + node))
                 total += weight * np.sqrt((d1 * d1 * metric).sum(axis=1))
             out[curves] = total * half
         return np.asarray(out)
-
-
-def quintics(a: FloatArray, b: FloatArray, length: FloatArray) -> FloatArray:
-    """(n, axes, 6) ascending over 0..length: the quintics that meet the jets a
-    and b (n, 3, axes) at both ends.
-    """
-    h = length[:, None]
-    p0, p1 = a[:, 0], b[:, 0]
-    v0, v1, c0, c1 = a[:, 1] * h, b[:, 1] * h, a[:, 2] * h * h, b[:, 2] * h * h
-    d = p1 - p0
-    out = np.stack([
-        p0, v0, 0.5 * c0,
-        10 * d - 6 * v0 - 4 * v1 - 1.5 * c0 + 0.5 * c1,
-        -15 * d + 8 * v0 + 7 * v1 + 1.5 * c0 - c1,
-        6 * d - 3 * (v0 + v1) - 0.5 * (c0 - c1),
-    ], axis=-1)  # fmt: skip
-    return np.asarray(out / h[..., None] ** np.arange(6))

@@ -16,7 +16,7 @@ from .base import CommandBase, Items, Run
 OURS = re.compile(r"\[\s*ESA_TIME", re.I)
 
 
-class ForesightCommands(CommandBase):
+class PredictionCommands(CommandBase):
     """Compiled like all other commands."""
 
     def _channel_set(self) -> Run:

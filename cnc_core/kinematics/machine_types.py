@@ -1,5 +1,6 @@
-"""The eight chains and six beds of the OSAI 10 Series HSM manual (codes MAC and
-CIN, sections 9.3 and 9.4).
+"""Eight types of machines and six places of the bed, as chains.
+
+Source: HSM specification, sections 9.3 and 9.4 (codes MAC and CIN).
 """
 
 from __future__ import annotations

@@ -1,0 +1,41 @@
+"""``check`` of PLC programs in Structured Text."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from plc_client import st
+from plc_client.st.machine.tasks import options_from_environment
+
+from .console import emit, err, out
+
+
+def check_st(path: Path, as_json: bool) -> None:
+    """All errors of an ST program; exit 1 when anything is refused or wrong."""
+    try:
+        sources = st.sources_of([path])
+        found = st.check(sources, options_from_environment())
+        report, errors = found.as_json(), found.log.errors
+        warnings = found.log.warnings
+    except st.StError as error:
+        errors, warnings = error.problems, []
+        report = {
+            "errors": [problem.as_json() for problem in errors],
+            "pous": 0,
+            "refused": [],
+            "warnings": [],
+        }
+    for problem in errors:
+        err.print(str(problem), markup=False, highlight=False)
+    if as_json:
+        emit(report)
+    else:
+        for problem in warnings:
+            text = f"warning: {problem}"
+            err.print(text, markup=False, highlight=False)
+        if not errors:
+            out.print(f"{path}: {report['pous']} POUs, no errors")
+    if errors:
+        raise typer.Exit(1)

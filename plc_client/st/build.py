@@ -1,0 +1,196 @@
+"""From source files to a program that can be loaded; the result is kept by content."""
+
+from __future__ import annotations
+
+import functools
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+from .errors import REFUSED, Log, Problem, StError
+from .machine import compiler
+from .source import files
+
+VERSION = 1
+"""Part of every key of the cache; it grows when the compiler's output changes."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """What changes the meaning of a source."""
+
+    short_circuit: bool = False
+    defines: tuple[str, ...] = ()
+    interval: float = 0.001
+    tasks: tuple[str, ...] = ()
+
+
+@dataclass
+class Checked:
+    """What a check found."""
+
+    log: Log
+    pous: int = 0
+    program: Any = None
+    world: Any = None
+
+    def as_json(self) -> dict[str, Any]:
+        """``{errors, pous, refused}`` of the contract, and the warnings."""
+        errors = self.log.errors
+        return {
+            "errors": [e.as_json() for e in errors],
+            "pous": self.pous,
+            "refused": [e.refused() for e in errors if e.code == REFUSED],
+            "warnings": [w.as_json() for w in self.log.warnings],
+        }
+
+
+@dataclass
+class Built:
+    """A compiled program: the shared object and its description."""
+
+    library: Path
+    description: dict[str, Any]
+    warnings: list[Problem] = field(default_factory=list)
+    compiled: int = 0
+
+
+Sources = dict[str, str]
+
+
+def sources_of(paths: Sequence[str | Path]) -> Sources:
+    """Texts by file name.  StError: a file cannot be read."""
+    log, found = Log(), {}
+    for given in paths:
+        path = Path(given)
+        if not path.exists():
+            raise StError([Problem(951003, "file not found", str(path))])
+        for file in files.files_of(path, log):
+            text = files.text_of(file, log)
+            if text is not None:
+                found[str(file)] = text
+    if log.errors:
+        raise StError(log.errors)
+    return found
+
+
+@functools.cache
+def _library() -> dict[str, str]:
+    folder = resources.files(__package__) / "library"
+    found = {}
+    for entry in sorted(folder.iterdir(), key=lambda e: e.name):
+        if entry.name.endswith(".st"):
+            found[f"<library>/{entry.name}"] = entry.read_text()
+    return found
+
+
+@functools.cache
+def _own_hash() -> str:
+    """The compiler's own sources: another compiler, another result."""
+    folder = Path(str(resources.files(__package__)))
+    texts = [
+        p.read_text() for p in sorted(folder.rglob("*")) if _is_source(p)
+    ]
+    return compiler.digest("".join(texts))
+
+
+def _is_source(path: Path) -> bool:
+    return path.suffix in (".py", ".lark", ".st", ".c", ".h")
+
+
+def check(sources: Sources, options: Options | None = None) -> Checked:
+    """Parse, check and lower a program without compiling its C."""
+    from .lower.program import Lowering  # noqa: PLC0415
+    from .model import collect, hli_types  # noqa: PLC0415
+    from .model.collect import Collector  # noqa: PLC0415
+    from .model.world import World  # noqa: PLC0415
+
+    options = options or Options()
+    log = Log()
+    world = World(log, options.short_circuit)
+    collector = Collector(world)
+    protected = hli_types.declare(world)
+    collector.library = True
+    _take(collector, _library(), log, options)
+    collector.library, collector.protected = False, protected
+    _take(collector, sources, log, options)
+    collect.connect(world)
+    before = len(log.errors)
+    lowering = Lowering(world)
+    program = lowering.run()
+    assert before >= 0
+    own = [c for c in world.classes.values() if _own(c.origin.file)]
+    functions = [
+        f
+        for f in world.functions.values()
+        if f.origin is not None and _own(f.origin.file)
+    ]
+    log.warnings = [w for w in log.warnings if _own(w.file)]
+    return Checked(log, len(own) + len(functions), program, world)
+
+
+def _own(file: str) -> bool:
+    return not file.startswith("<library>")
+
+
+def _take(
+    collector: Any, sources: Sources, log: Log, options: Options
+) -> None:
+    from .syntax.parser import parse  # noqa: PLC0415
+
+    declared = files.declared_names(sources.values())
+    for name, text in sources.items():
+        units = files.units_of(name, text, log, options.defines, declared)
+        for unit in units:
+            collector.take(unit, assembled(unit, parse, log))
+
+
+def assembled(unit: Any, parse: Any, log: Log) -> Any:
+    """The tree of a unit; the parts of a TwinCAT object are put together."""
+    found = parse(unit, log)
+    if unit.body is None and not unit.children:
+        return found
+    from .source.assemble import assemble  # noqa: PLC0415
+
+    return assemble(unit, found, parse, log)
+
+
+def build(sources: Sources, options: Options | None = None) -> Built:
+    """The compiled program.  StError: the sources are wrong."""
+    options = options or Options()
+    folder = compiler.cache_folder()
+    key = _key(sources, options)
+    library, notes = folder / f"{key}.so", folder / f"{key}.json"
+    if library.exists() and notes.exists():
+        library.touch()
+        description = json.loads(notes.read_text())
+        warnings = [Problem(**w) for w in description["warnings"]]
+        return Built(library, description, warnings)
+    return _built(sources, options, library, notes)
+
+
+def _key(sources: Sources, options: Options) -> str:
+    parts = [str(VERSION), _own_hash(), repr(options), compiler.runtime_hash()]
+    parts += [f"{name}\n{text}" for name, text in sorted(sources.items())]
+    return compiler.digest("\0".join(parts))
+
+
+def _built(
+    sources: Sources, options: Options, library: Path, notes: Path
+) -> Built:
+    from .machine.describe import describe  # noqa: PLC0415
+
+    found = check(sources, options)
+    if found.log.errors:
+        raise StError(found.log.errors)
+    objects = compiler.Objects()
+    description = describe(found.world, found.program, options)
+    description["warnings"] = [vars(w) for w in found.log.warnings]
+    objects.build(found.program.texts, library)
+    part = notes.with_suffix(f".{id(objects)}.part")
+    part.write_text(json.dumps(description))
+    part.replace(notes)
+    return Built(library, description, found.log.warnings, objects.compiled)

@@ -1,0 +1,120 @@
+"""One C function while it is written: its lines, temporaries, prototypes and place for reports."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from ..errors import Origin, Position, StopHere
+from ..model import types
+from ..model.classes import Class, Routine
+from ..model.world import World
+from .value import Value
+
+HERE = "st_here"
+"""Name of the C constant that holds the POU's name."""
+
+
+@dataclass(eq=False)
+class Loop:
+    """A loop of the source; the labels are written where they are needed."""
+
+    number: int
+    exits: bool = False
+    continues: bool = False
+
+
+@dataclass(eq=False)
+class Context:
+    """Where expressions and statements are lowered."""
+
+    world: World
+    origin: Origin
+    label: str
+    first_line: int
+    routine: Routine | None = None
+    cls: Class | None = None
+    lines: list[str] = field(default_factory=list)
+    loops: list[Loop] = field(default_factory=list)
+    prototypes: dict[str, str] = field(default_factory=dict)
+    statics: list[str] = field(default_factory=list)
+    declared: list[str] = field(default_factory=list)
+    counter: int = 0
+    jumps_out: bool = False
+    _free: dict[str, list[str]] = field(default_factory=dict)
+    _taken: list[tuple[str, str]] = field(default_factory=list)
+
+    # -- reports
+    def warn(self, text: str, pos: Position) -> None:
+        """A warning at a place of this POU."""
+        self.world.log.warn(self.origin, text, pos, self.label)
+
+    def error(self, stop: StopHere) -> None:
+        """An error at a place of this POU."""
+        if stop.code:
+            self.world.log.error(self.origin, stop, self.label)
+
+    def here(self, pos: Position) -> str:
+        """C arguments that name the place; lines count from the POU's first."""
+        return f"{HERE}, {pos[0] - self.first_line}"
+
+    # -- text
+    def put(self, text: str) -> None:
+        """One line of C."""
+        self.lines.append(text)
+
+    def number(self) -> int:
+        """A number for a label or a name."""
+        self.counter += 1
+        return self.counter
+
+    def scalar(self, type_: types.Type) -> str:
+        """A temporary C variable, free again behind the statement."""
+        return self._take(f"{types.c_type(type_)} %s;")
+
+    def pointer(self) -> str:
+        """A temporary address."""
+        return self._take("st_ptr %s;")
+
+    def buffer(self, size: int) -> str:
+        """Temporary bytes."""
+        return self._take(f"ST_BUFFER(%s, {max(size, 1)});")
+
+    def _take(self, pattern: str) -> str:
+        free = self._free.setdefault(pattern, [])
+        if free:
+            name = free.pop()
+        else:
+            name = f"t{self.number()}"
+            self.declared.append(pattern % name)
+        self._taken.append((pattern, name))
+        return name
+
+    def statement_ends(self, keep: int = 0) -> None:
+        """Give the temporaries back that were taken since ``keep``."""
+        for pattern, name in self._taken[keep:]:
+            self._free[pattern].append(name)
+        del self._taken[keep:]
+
+    @property
+    def taken(self) -> int:
+        """How many temporaries are in use."""
+        return len(self._taken)
+
+    def prototype(self, name: str, text: str) -> str:
+        """Declare a function of another C file; gives the name."""
+        self.prototypes.setdefault(name, text)
+        return name
+
+    def area(self, name: str) -> str:
+        """Declare an area of memory; gives the name."""
+        return self.prototype(name, f"extern st_u8 {name}[] ST_HIDDEN;")
+
+    # -- values
+    def keep(self, value: Value) -> tuple[str, Value]:
+        """(assignment, value): computed once, used often."""
+        name = (
+            self.scalar(value.type) if value.type.scalar else self.pointer()
+        )
+        found = value.with_text(name)
+        found.calls = False
+        return f"{name} = {value.text}", found

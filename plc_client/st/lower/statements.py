@@ -1,0 +1,314 @@
+"""Statements: one function for every kind of node."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..errors import CONSTANT, RANGE, SYNTAX, TYPE, StopHere, refuse
+from ..model import types
+from ..syntax import tree
+from . import calls, convert, expressions, store
+from .context import Context, Loop
+from .value import PropertyRef, Value, load
+
+
+def block(context: Context, statements: list[tree.Node]) -> None:
+    """Statements in order; an error ends one statement, not the others."""
+    for node in statements:
+        keep = context.taken
+        try:
+            _RULES[type(node)](context, node)
+        except StopHere as stop:
+            context.error(stop)
+        context.statement_ends(keep)
+
+
+def _assign(context: Context, node: tree.Assign) -> None:
+    if node.operator == "REF=":
+        _refer(context, node)
+        return
+    if node.operator in ("S=", "R="):
+        _set_reset(context, node)
+        return
+    target = node.targets[-1]
+    value = expressions.value(context, node.value)
+    text = store.text(context, target, value, node.value.pos)
+    context.put(f"{text};")
+    for left in reversed(node.targets[:-1]):
+        again = expressions.value(context, target)
+        again.calls = False
+        context.put(store.text(context, left, again, node.pos) + ";")
+
+
+def _refer(context: Context, node: tree.Assign) -> None:
+    found = expressions.entity(context, node.targets[0])
+    if isinstance(found, PropertyRef):
+        bound = store.bound(context, _reference(found.type, node), node.value)
+        context.put(
+            calls.set_property(context, found, bound, node.pos) + ";"
+        )
+        return
+    if not isinstance(found, Value):
+        raise StopHere(TYPE, "REF= needs a reference", node.pos)
+    type_ = _reference(found.type, node)
+    store.check_writable(found, node.pos)
+    bound = store.bound(context, type_, node.value)
+    context.put(store.assignment(context, found, bound, node.pos) + ";")
+
+
+def _reference(type_: types.Type, node: tree.Assign) -> types.PointerType:
+    if isinstance(type_, types.PointerType) and type_.reference:
+        return type_
+    text = f"REF= needs a REFERENCE TO, this is {type_}"
+    raise StopHere(TYPE, text, node.pos)
+
+
+def _set_reset(context: Context, node: tree.Assign) -> None:
+    condition = expressions.boolean(context, node.value)
+    value = Value(types.BOOL, "1" if node.operator == "S=" else "0")
+    text = store.text(context, node.targets[0], value, node.pos)
+    context.put(f"if ({condition.text}) {text};")
+
+
+def _evaluate(context: Context, node: tree.Evaluate) -> None:
+    if not isinstance(node.value, tree.Call):
+        _check_useful(context, node)
+        return
+    found = expressions.entity(context, node.value)
+    if isinstance(found, Value) and found.text != "(void)0":
+        context.put(f"(void)({found.text});")
+
+
+def _check_useful(context: Context, node: tree.Evaluate) -> None:
+    """``x;`` does nothing, but must be right."""
+    expressions.value(context, node.value)
+    text = "a statement without effect; an assignment or a call is needed"
+    raise StopHere(SYNTAX, text, node.pos)
+
+
+def _if(context: Context, node: tree.If) -> None:
+    for number, (condition, statements) in enumerate(node.branches):
+        keep = context.taken
+        if number:
+            context.put("} else {")
+        test = _tested(context, condition)
+        context.put(f"if ({test}) {{")
+        context.statement_ends(keep)
+        block(context, statements)
+    if node.otherwise:
+        context.put("} else {")
+        block(context, node.otherwise)
+    context.put("}" * len(node.branches))
+
+
+def _tested(context: Context, node: tree.Node) -> str:
+    try:
+        return expressions.boolean(context, node).text
+    except StopHere as stop:
+        context.error(stop)
+        return "0"
+
+
+# -- CASE
+def _case(context: Context, node: tree.Case) -> None:
+    value = expressions.value(context, node.value)
+    base = value.base
+    if not isinstance(base, types.Elementary) or not (
+        base.whole or base.family == "time"
+    ):
+        text = f"CASE needs a whole number, not {value.type}"
+        raise StopHere(TYPE, text, node.value.pos)
+    name = context.scalar(types.LINT)
+    context.put(f"{name} = (st_i64){value.text};")
+    context.put(f"switch ({name}) {{")
+    taken: list[tuple[int, int]] = []
+    for branch in node.branches:
+        _labels(context, branch, value, taken)
+        context.put("{")
+        block(context, branch.statements)
+        context.put("} break;")
+    context.put("default: {")
+    block(context, node.otherwise or [])
+    context.put("} break; }")
+
+
+def _labels(
+    context: Context,
+    branch: tree.CaseBranch,
+    value: Value,
+    taken: list[tuple[int, int]],
+) -> None:
+    for low_node, high_node in branch.labels:
+        try:
+            _label(context, low_node, high_node, value, taken)
+        except StopHere as stop:
+            context.error(stop)
+
+
+def _label(
+    context: Context,
+    low_node: tree.Node,
+    high_node: tree.Node | None,
+    value: Value,
+    taken: list[tuple[int, int]],
+) -> None:
+    low = _label_value(context, low_node, value)
+    high = low if high_node is None else _label_value(
+        context, high_node, value
+    )
+    if high < low:
+        text = f"the range {low}..{high} is empty"
+        raise StopHere(RANGE, text, low_node.pos)
+    if any(low <= b and a <= high for a, b in taken):
+        text = f"the label {low} stands twice"
+        raise StopHere(RANGE, text, low_node.pos)
+    taken.append((low, high))
+    limits = f"{low}ll" if low == high else f"{low}ll ... {high}ll"
+    if low == -(1 << 63):
+        raise refuse("a label of -2**63", low_node.pos)
+    context.put(f"case {limits}:")
+
+
+def _label_value(context: Context, node: tree.Node, value: Value) -> int:
+    found = expressions.value(context, node)
+    base = found.base
+    numbers = isinstance(base, types.Elementary) and base.family in (
+        "int",
+        "bit",
+        "time",
+    )
+    if found.constant is None or not numbers:
+        raise StopHere(CONSTANT, "a label is a constant number", node.pos)
+    return int(found.constant)
+
+
+# -- loops
+def _for(context: Context, node: tree.For) -> None:
+    place = expressions.value(context, node.variable)
+    store.check_writable(place, node.variable.pos)
+    base = place.base
+    if not isinstance(base, types.Elementary) or not base.whole:
+        text = f"FOR needs a whole variable, not {place.type}"
+        raise StopHere(TYPE, text, node.variable.pos)
+    wide = types.ULINT if base is types.ULINT else types.LINT
+    first = _limit(context, node.first, wide)
+    last = _limit(context, node.last, wide)
+    step = _limit(context, node.step, types.LINT) if node.step else None
+    if step is not None and step.constant == 0:
+        raise StopHere(RANGE, "the step 0 never ends", node.pos)
+    names = [f"{word}{context.number()}" for word in "kls"]
+    _for_lines(context, node, place, (first, last, step), names, wide)
+
+
+def _limit(
+    context: Context, node: tree.Node, wide: types.Elementary
+) -> Value:
+    found = expressions.value(context, node)
+    base = found.base
+    if not isinstance(base, types.Elementary) or not base.whole:
+        text = f"FOR needs whole numbers, not {found.type}"
+        raise StopHere(TYPE, text, node.pos)
+    return convert.cast(found, wide)
+
+
+def _for_lines(
+    context: Context,
+    node: tree.For,
+    place: Value,
+    limits: tuple[Value, Value, Value | None],
+    names: list[str],
+    wide: types.Elementary,
+) -> None:
+    first, last, step = limits
+    counter, end, by = names
+    context.put(f"{{ {wide.c} {counter} = {first.text};")
+    context.put(f"const {wide.c} {end} = {last.text};")
+    text = step.text if step is not None else "1"
+    context.put(f"const st_i64 {by} = {text};")
+    inside = f"{by} > 0 ? {counter} <= {end} : {counter} >= {end}"
+    if step is None or (step.constant or 0) > 0:
+        inside = f"{counter} <= {end}"
+    elif step.constant is not None:
+        inside = f"{counter} >= {end}"
+    number = Value(wide, counter, bits=wide.bits)
+    stored = convert.cast(number, place.base)
+    writing = store.assignment(context, place, stored, node.pos) + ";"
+    context.put(writing)
+    context.put(f"while ({inside}) {{")
+    context.put(f"ST_LOOP({context.here(node.pos)});")
+    _body(context, node.statements)
+    now = f"({wide.c}){load_again(place)}"
+    context.put(f"if (ST_ADD({now}, {by}, &{counter})) break;")
+    context.put(f"{writing} }}")
+    _leave_label(context)
+    context.put("}")
+
+
+def load_again(place: Value) -> str:
+    """The C text that reads a place."""
+    if place.local or place.bit is not None:
+        return place.text
+    return load(place.type, place.place)
+
+
+def _body(context: Context, statements: list[tree.Node]) -> None:
+    loop = Loop(context.number())
+    context.loops.append(loop)
+    block(context, statements)
+    if loop.continues:
+        context.put(f"c{loop.number}: ;")
+
+
+def _leave_label(context: Context) -> None:
+    loop = context.loops.pop()
+    if loop.exits:
+        context.put(f"x{loop.number}: ;")
+
+
+def _while(context: Context, node: tree.While) -> None:
+    context.put("for (;;) {")
+    context.put(f"ST_LOOP({context.here(node.pos)});")
+    if not node.test_last:
+        _leave_unless(context, node.condition, "!")
+    _body(context, node.statements)
+    if node.test_last:
+        _leave_unless(context, node.condition, "")
+    context.put("}")
+    _leave_label(context)
+
+
+def _leave_unless(context: Context, node: tree.Node, sign: str) -> None:
+    keep = context.taken
+    test = _tested(context, node)
+    context.put(f"if ({sign}({test})) break;")
+    context.statement_ends(keep)
+
+
+def _leave(context: Context, node: tree.Leave) -> None:
+    if node.word == "JMP":
+        raise refuse("JMP", node.pos, "use IF, EXIT or RETURN")
+    if node.word == "RETURN":
+        context.jumps_out = True
+        context.put("goto st_return;")
+        return
+    if not context.loops:
+        text = f"{node.word} stands outside of a loop"
+        raise StopHere(SYNTAX, text, node.pos)
+    loop = context.loops[-1]
+    if node.word == "EXIT":
+        loop.exits = True
+        context.put(f"goto x{loop.number};")
+    else:
+        loop.continues = True
+        context.put(f"goto c{loop.number};")
+
+
+_RULES: dict[type, Callable[..., None]] = {
+    tree.Assign: _assign,
+    tree.Evaluate: _evaluate,
+    tree.If: _if,
+    tree.Case: _case,
+    tree.For: _for,
+    tree.While: _while,
+    tree.Leave: _leave,
+}

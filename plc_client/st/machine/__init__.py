@@ -1,0 +1,1 @@
+"""From C to a running program: compiler, cache, loader, symbols, tasks."""

@@ -1,0 +1,148 @@
+"""ST programs as tasks of the scan runtime: one class for every program of every task."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ... import clock
+from ...task import PlcError, task
+from ..build import Built, Options, build, sources_of
+from .loader import StProgram, StTrap
+from .retain import Retained
+
+LOOP_S = 5.0
+"""Wall time a scan may spend in loops; the task watchdog waits longer."""
+ON_TRAP = ("stop", "halt")
+
+
+class Shared:
+    """One program behind all its tasks."""
+
+    def __init__(self, path: str, built: Built) -> None:
+        self.path = path
+        self.built = built
+        self.program = StProgram(built)
+        self.program.allow(LOOP_S)
+        self.retained = Retained(path, self.program)
+        self._ready: set[int] = set()
+        self.fresh = True
+
+    def begin(self, who: int, hli: Any) -> None:
+        """``setup()`` of one task; the first of a round starts the program."""
+        if self.fresh or who in self._ready:
+            self._ready.clear()
+            self.fresh = False
+            self.retained.save()
+            self.program.connect(hli)
+            self.program.start(clock.now_ns())
+            self.retained.load()
+        self._ready.add(who)
+
+
+class StTask:
+    """A program in a task; its variables are attributes."""
+
+    _st_shared: Shared
+    _st_name: str
+
+    def __init__(self) -> None:
+        shared = self._st_shared
+        shared.fresh = True
+        put = object.__setattr__
+        put(self, "_st_entry", shared.program.entry(self._st_name))
+        put(self, "_st_view", shared.program[self._st_name])
+        put(self, "_st_run", shared.program.run)
+        put(self, "_st_halted", "")
+
+    def setup(self, hli: Any) -> None:
+        """Initial values, the HLI's pointers, what was retained."""
+        self._st_shared.begin(id(self), hli)
+        object.__setattr__(self, "_st_halted", "")
+
+    def cyclic(self) -> None:
+        """One scan.  StTrap: the program did what it must not."""
+        if self._st_halted:
+            return
+        try:
+            self._st_run(self._st_entry, clock.now_ns())
+        except StTrap as trap:
+            self._trapped(trap)
+
+    def _trapped(self, trap: StTrap) -> None:
+        if os.environ.get("HLI_COSIM_ON_TRAP", "stop") == "halt":
+            object.__setattr__(self, "_st_halted", str(trap))
+            print(f"task halted: {trap}", flush=True)
+            return
+        raise trap
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_st_") or name in ("finished", "result"):
+            raise AttributeError(name)
+        return getattr(self._st_view, name)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        setattr(self._st_view, name, value)
+
+    def __dir__(self) -> list[str]:
+        return dir(self._st_view)
+
+    def st_views(self) -> dict[str, Any]:
+        """Programs and lists of globals by their names."""
+        program = self._st_shared.program
+        return {name: program[name] for name in program.names() if "HLI_" not in name}
+
+    @property
+    def st_program(self) -> StProgram:
+        """The whole program: ``st_program["GVL"].x``."""
+        return self._st_shared.program
+
+
+def options_from_environment() -> Options:
+    """``HLI_COSIM_ST``: words of ``short-circuit``, ``define=X``, ``task=...``."""
+    words = os.environ.get("HLI_COSIM_ST", "").split()
+    return options_of(words)
+
+
+def options_of(words: Sequence[str]) -> Options:
+    """Options from words as the command line gives them."""
+    defines = [w.partition("=")[2] for w in words if w.startswith("define=")]
+    tasks = [w.partition("=")[2] for w in words if w.startswith("task=")]
+    interval = [w.partition("=")[2] for w in words if w.startswith("interval=")]
+    return Options(
+        short_circuit="short-circuit" in words,
+        defines=tuple(defines),
+        tasks=tuple(tasks),
+        interval=float(interval[-1]) if interval else 0.001,
+    )
+
+
+def load_st(path: str | Path, options: Options | None = None) -> list[type]:
+    """The task classes of an ST program.  PlcError: it is wrong or has no PROGRAM."""
+    chosen = options or options_from_environment()
+    built = build(sources_of([path]), chosen)
+    shared = Shared(str(Path(path).resolve()), built)
+    found = []
+    for row in built.description["tasks"]:
+        for name in row["programs"]:
+            found.append(_class(shared, row, name))
+    if not found:
+        raise PlcError(f"{path}: no PROGRAM found; a task runs programs")
+    return found
+
+
+def _class(shared: Shared, row: dict[str, Any], name: str) -> type:
+    known = {n.upper(): n for n in shared.built.description["roots"]}
+    if name.upper() not in known:
+        names = ", ".join(known.values()) or "none"
+        text = f"task {row['name']}: no PROGRAM {name}; there are {names}"
+        raise PlcError(f"{shared.path}: {text}")
+    spelled = known[name.upper()]
+    members = {"_st_shared": shared, "_st_name": spelled}
+    cls = type(spelled, (StTask,), members)
+    cls.__qualname__ = spelled
+    cls.__module__ = "plc_program_st"
+    marked: type = task(row["interval"], row["priority"])(cls)
+    return marked

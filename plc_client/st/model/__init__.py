@@ -1,0 +1,1 @@
+"""Types with their bytes, names with their meaning, constants with their values."""

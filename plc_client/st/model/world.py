@@ -1,0 +1,114 @@
+"""All names of a program: types, POUs, lists of globals; each is resolved when it is first needed."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+from ..errors import NAME, TWICE, Log, Origin, Position, StopHere
+from ..syntax import tree
+from . import types
+from .classes import Class, Routine, Variable
+
+
+class Cascade(StopHere):
+    """Something this depends on is wrong and was reported there."""
+
+    def __init__(self, pos: Position) -> None:
+        super().__init__(0, "", pos)
+
+
+@dataclass(eq=False)
+class VariableList:
+    """One namespace of globals and its memory."""
+
+    name: str
+    variables: dict[str, Variable] = field(default_factory=dict)
+    qualified: bool = False
+    layout: types.StructType = field(
+        default_factory=lambda: types.StructType("")
+    )
+    origin: Origin | None = None
+    library: bool = False
+
+
+@dataclass(eq=False)
+class World:
+    """The program as a whole."""
+
+    log: Log
+    short_circuit: bool = False
+    typedefs: dict[str, tree.TypeDef] = field(default_factory=dict)
+    types: dict[str, types.Type] = field(default_factory=dict)
+    classes: dict[str, Class] = field(default_factory=dict)
+    functions: dict[str, Routine] = field(default_factory=dict)
+    lists: dict[str, VariableList] = field(default_factory=dict)
+    globals: dict[str, Variable] = field(default_factory=dict)
+    enumerators: dict[str, str] = field(default_factory=dict)
+    configurations: list[tree.Configuration] = field(default_factory=list)
+    resolve_type: Callable[[tree.TypeDef], types.Type] | None = None
+    declare: Callable[[Class | Routine], None] | None = None
+    library_names: frozenset[str] = frozenset(
+        """STANDARD TC2_STANDARD TC2_SYSTEM TC2_UTILITIES TC2_MATH UTIL
+        TC2_MC2 TC3_MODULE __SYSTEM HLI""".split()
+    )
+    _open: list[str] = field(default_factory=list)
+
+    def type_named(self, name: str, pos: Position) -> types.Type:
+        """The type of a name.  StopHere: unknown, or wrong where it stands."""
+        key = name.upper().rpartition(".")[2]
+        found = self.find_type(key, pos)
+        if found is None:
+            known = [*types.ELEMENTARY, *self.typedefs, *self.classes]
+            known += self.types
+            raise unknown("type", name, known, pos)
+        return found
+
+    def find_type(self, key: str, pos: Position) -> types.Type | None:
+        """The same, or None."""
+        elementary = types.ELEMENTARY.get(key)
+        if elementary is not None:
+            return elementary
+        if key in self.types:
+            return self.types[key]
+        if key in self.typedefs:
+            return self._type_of(key, pos)
+        cls = self.classes.get(key)
+        if cls is None:
+            return None
+        if cls.kind == "interface":
+            return self.types.setdefault(key, types.InterfaceType(cls))
+        if self.declare is not None and not cls.declared:
+            self.declare(cls)
+        return self.types.setdefault(key, types.ClassType(cls))
+
+    def _type_of(self, key: str, pos: Position) -> types.Type:
+        definition = self.typedefs[key]
+        if key in self._open:
+            text = f"{definition.name} contains itself; use POINTER TO"
+            raise StopHere(TWICE, text, pos)
+        self._open.append(key)
+        try:
+            assert self.resolve_type is not None
+            found = self.resolve_type(definition)
+        finally:
+            self._open.pop()
+        self.types[key] = found
+        return found
+
+    def routine(self, name: str) -> Routine | None:
+        """A function by its name in capitals, with its variables declared."""
+        found = self.functions.get(name)
+        if found is not None and not found.declared and self.declare:
+            self.declare(found)
+        return found
+
+
+def unknown(
+    what: str, name: str, known: list[str], pos: Position
+) -> StopHere:
+    """The error for a name that is not there; it tells the nearest one."""
+    near = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.7)
+    hint = f"did you mean {near[0]}?" if near else "declare it"
+    return StopHere(NAME, f"{what} {name} is unknown; {hint}", pos)

@@ -1,0 +1,71 @@
+"""Names become keywords where they stand as such; the case of letters does not matter."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lark import Token
+
+_WORDS = """
+PROGRAM END_PROGRAM FUNCTION END_FUNCTION FUNCTION_BLOCK END_FUNCTION_BLOCK
+INTERFACE END_INTERFACE METHOD END_METHOD PROPERTY END_PROPERTY ACTION
+END_ACTION END_GET END_SET EXTENDS IMPLEMENTS END_VAR TYPE END_TYPE STRUCT
+END_STRUCT UNION END_UNION ARRAY OF POINTER REFERENCE TO AT CONFIGURATION
+END_CONFIGURATION RESOURCE END_RESOURCE WITH IF THEN ELSIF ELSE END_IF CASE
+END_CASE FOR BY DO END_FOR WHILE END_WHILE REPEAT UNTIL END_REPEAT EXIT
+CONTINUE RETURN JMP AND OR XOR NOT MOD AND_THEN OR_ELSE THIS SUPER
+"""
+KEYWORDS = {word: word for word in _WORDS.split()}
+_KINDS = """
+VAR VAR_INPUT VAR_OUTPUT VAR_IN_OUT VAR_TEMP VAR_INST VAR_STAT VAR_GLOBAL
+VAR_EXTERNAL VAR_CONFIG
+"""
+KEYWORDS |= dict.fromkeys(_KINDS.split(), "VAR_KIND")
+QUALIFIERS = frozenset({"CONSTANT", "RETAIN", "PERSISTENT", "NON_RETAIN"})
+_MODIFIERS = """PUBLIC PRIVATE PROTECTED INTERNAL ABSTRACT FINAL OVERRIDE"""
+MODIFIERS = frozenset(_MODIFIERS.split())
+_HEADS = frozenset(
+    "PROGRAM FUNCTION FUNCTION_BLOCK METHOD PROPERTY INTERFACE TYPE MODIFIER".split()
+)
+_CONFIGURATION = frozenset({"TASK", "ON"})
+_NOT_IN_EXPRESSIONS = frozenset({"ACTION", "METHOD", "PROPERTY", "TYPE", "WITH", "RESOURCE"})
+
+
+class Keywords:
+    """Lark's filter behind the lexer; names are accepted in every state."""
+
+    always_accept = ("NAME",)
+
+    def process(self, stream: Iterator[Token]) -> Iterator[Token]:
+        """Set the type of every name that is a keyword."""
+        before, accessors, configuration = "", False, False
+        for token in stream:
+            kind = token.type
+            if kind == "NAME" and before != "DOT":
+                word = token.value.upper()
+                kind = KEYWORDS.get(word) or _soft(
+                    word, before, accessors, configuration
+                )
+                if kind != "NAME":
+                    token.type = kind
+                if kind == "PROPERTY":
+                    accessors = True
+                elif kind == "END_PROPERTY":
+                    accessors = False
+                elif kind == "CONFIGURATION":
+                    configuration = True
+            before = kind
+            yield token
+
+
+def _soft(word: str, before: str, accessors: bool, configuration: bool) -> str:
+    """Words that are keywords in a few places only."""
+    if before in ("VAR_KIND", "QUALIFIER") and word in QUALIFIERS:
+        return "QUALIFIER"
+    if before in _HEADS and word in MODIFIERS:
+        return "MODIFIER"
+    if accessors and word in ("GET", "SET") and before != "COLON":
+        return word
+    if configuration and word in _CONFIGURATION:
+        return word
+    return "NAME"

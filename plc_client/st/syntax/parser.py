@@ -1,0 +1,165 @@
+"""Parses one unit; after an error it goes on behind the next semicolon."""
+
+from __future__ import annotations
+
+import functools
+from importlib import resources
+from typing import Any
+
+from lark import Lark, Token, UnexpectedInput
+from lark.exceptions import UnexpectedCharacters, VisitError
+
+from ..errors import SYNTAX, TEXT, Log, Origin, Position, StopHere
+from ..source.units import Unit
+from .build import Builder
+from .keywords import KEYWORDS, Keywords
+
+MAX_ERRORS = 10
+"""Errors of one unit before the rest of it is left alone."""
+_SPELLED = {
+    "SEMI": ";",
+    "COLON": ":",
+    "COMMA": ",",
+    "LPAR": "(",
+    "RPAR": ")",
+    "LSQB": "[",
+    "RSQB": "]",
+    "ASSIGN": ":=",
+    "NAME": "a name",
+    "INT": "a number",
+    "DOT": ".",
+    "RANGE": "..",
+    "CARET": "^",
+}
+_HINTS = ("SEMI", "RPAR", "RSQB", "THEN", "DO", "OF", "TO", "COLON", "END_VAR")
+_CLOSERS = frozenset(w for w in KEYWORDS if w.startswith("END_"))
+
+
+@functools.cache
+def _parser() -> tuple[Lark, Builder]:
+    grammar = resources.files(__package__).joinpath("grammar.lark").read_text()
+    builder = Builder()
+    lark = Lark(
+        grammar,
+        parser="lalr",
+        lexer="contextual",
+        transformer=builder,
+        postlex=Keywords(),  # type: ignore[arg-type]
+        maybe_placeholders=False,
+        start=["unit", "head", "body", "accessor"],
+    )
+    return lark, builder
+
+
+def parse(unit: Unit, log: Log) -> Any:
+    """The tree of a unit, or None; errors go to the log."""
+    lark, builder = _parser()
+    builder.shift(unit.line, unit.column)
+    failed = _Recovery(unit.origin, log, builder)
+    try:
+        return _run(lark, unit, failed)
+    except _GiveUp:
+        return None
+    except UnexpectedInput as error:
+        failed(error)
+        return None
+    except VisitError as error:
+        if not isinstance(error.orig_exc, StopHere):
+            raise
+        log.error(unit.origin, error.orig_exc)
+        return None
+    except StopHere as stop:
+        log.error(unit.origin, stop)
+        return None
+
+
+def _run(lark: Lark, unit: Unit, failed: _Recovery) -> Any:
+    tree = lark.parse(unit.text, start=unit.kind, on_error=failed)
+    return None if failed.count else tree
+
+
+class _GiveUp(Exception):
+    pass
+
+
+class _Recovery:
+    """Called at every syntax error; pops the parser's stack to where statements go on."""
+
+    def __init__(self, origin: Origin, log: Log, builder: Builder) -> None:
+        self._origin, self._log, self._builder = origin, log, builder
+        self.count = 0
+
+    def __call__(self, error: UnexpectedInput) -> bool:
+        self.count += 1
+        self._log.error(self._origin, self._describe(error))
+        interactive = getattr(error, "interactive_parser", None)
+        if self.count >= MAX_ERRORS or interactive is None:
+            raise _GiveUp
+        if isinstance(error, UnexpectedCharacters):
+            raise _GiveUp
+        self._resume(interactive, error)
+        return True
+
+    def _resume(self, interactive: Any, error: Any) -> None:
+        tokens = interactive.lexer_thread.lex(interactive.parser_state)
+        token = error.token
+        while token.type != "SEMI":
+            if token.type in ("$END", "END_VAR") or token.type in _CLOSERS:
+                raise _GiveUp
+            try:
+                token = next(tokens)
+            except (StopIteration, UnexpectedInput):
+                raise _GiveUp from None
+        self._unwind(interactive.parser_state)
+
+    def _unwind(self, state: Any) -> None:
+        """Back to a state in which a statement or declaration may begin."""
+        table = state.parse_conf.parse_table.states
+        while state.state_stack:
+            accepted = table[state.state_stack[-1]]
+            begins = "SEMI" in accepted and "WHILE" in accepted
+            if begins or ("END_VAR" in accepted and "NAME" in accepted):
+                return
+            state.state_stack.pop()
+            if state.value_stack:
+                state.value_stack.pop()
+        raise _GiveUp
+
+    def _describe(self, error: UnexpectedInput) -> StopHere:
+        if isinstance(error, UnexpectedCharacters):
+            return self._unknown_character(error)
+        token: Token = error.token  # type: ignore[attr-defined]
+        accepts: set[str] = set(getattr(error, "accepts", None) or ())
+        accepts |= set(getattr(error, "expected", None) or ())
+        if token.type == "$END":
+            text, pos = "the text ends too early", self._last_place()
+        else:
+            text, pos = f"{token.value!r} is unexpected", self._place(token)
+        return StopHere(SYNTAX, text + _expected(accepts), pos)
+
+    def _unknown_character(self, error: Any) -> StopHere:
+        token = Token("NAME", error.char, 0, error.line, error.column)
+        text = f"the character {error.char!r} does not belong here"
+        return StopHere(TEXT, text, self._place(token))
+
+    def _place(self, token: Token) -> Position:
+        return self._builder.place(token)
+
+    def _last_place(self) -> Position:
+        lines = self._origin.lines
+        number = self._origin.first_line + len(lines) - 1
+        while number > self._origin.first_line and not lines[
+            number - self._origin.first_line
+        ].strip():
+            number -= 1
+        return number, max(len(self._origin.source_line(number)), 1)
+
+
+def _expected(accepts: set[str]) -> str:
+    """What to do: the few tokens worth naming."""
+    wanted = [name for name in _HINTS if name in accepts]
+    if not wanted and len(accepts) > 4:
+        return ""
+    names = wanted[:2] or sorted(accepts)[:3]
+    spelled = [_SPELLED.get(n, n) for n in names]
+    return f"; {' or '.join(spelled)} is expected" if spelled else ""
