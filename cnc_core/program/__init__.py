@@ -162,7 +162,7 @@ class Program:
     ``answers``: file with answers to the program's dialogs, if no ``port`` is
     given. ``reader``: makes the front end, in place of that of the dialect.
     ``restart``: where to take the program up; everything before is executed
-    without motion (``isons``). ``tolerance``: mm by which the path may leave
+    without motion, where the dialect can be taken up. ``tolerance``: mm by which the path may leave
     the contour where the program says nothing about it.
     """
 

@@ -2,6 +2,8 @@
 corners against another construction.
 """
 
+# ruff: noqa: PLR0911 - one return a kind of statement
+
 import itertools
 import math
 import random

@@ -196,7 +196,7 @@ def test_picture_has_a_curve_of_the_jerk(
     program: Callable[..., Path], tmp_path: Path
 ) -> None:
     """Path with its colour bar, speed, acceleration, jerk."""
-    import matplotlib.pyplot as plt
+    import matplotlib.pyplot as plt  # noqa: PLC0415
 
     plan_picture(
         tmp_path / "p.png",

@@ -318,7 +318,8 @@ def shortest_by_programs(
 
 
 LONGER = pytest.mark.xfail(
-    reason="1.09: the shorter stop is missed by halving the distance (docs/explanation/planner.md, Limits)"
+    reason="1.09: the shorter stop is missed by halving the distance"
+    " (docs/explanation/planner.md, Limits)"
 )
 
 

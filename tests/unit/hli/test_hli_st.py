@@ -164,7 +164,7 @@ def test_twincat_project_files(blark: dict[str, str]) -> None:
 
 def test_constants_agree_with_the_plc_side() -> None:
     """Mode and state numbers of the function blocks and of the exported constants are one."""
-    from plc_client import Mode, ProcessState
+    from plc_client import Mode, ProcessState  # noqa: PLC0415
 
     constants = export._st_constants()
     for mode in Mode:

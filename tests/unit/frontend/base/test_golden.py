@@ -61,7 +61,7 @@ def lines_of(path):
             yield {"wait": item.value}
         else:
             if item.profile is not None:
-                item = profiles.push(item)
+                item = profiles.push(item)  # noqa: PLW2901
             yield from (
                 block.as_json()
                 for block in blocks(item, start, MACHINE.axes, MACHINE.main)
