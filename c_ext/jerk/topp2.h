@@ -7,7 +7,7 @@
  */
 #ifndef TOPP2_H
 #define TOPP2_H
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* cdef begin */
 typedef struct topp2 topp2;

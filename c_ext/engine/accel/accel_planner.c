@@ -10,7 +10,7 @@
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* Stopping tail: brake to rest from the end of the commit. False if that is not
  * legal. */

@@ -4,7 +4,7 @@
 #include "engine/commit/commit.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 /* What is left of a phase from t on begins so. */

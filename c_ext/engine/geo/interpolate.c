@@ -11,7 +11,7 @@
 #include "engine/state/state.h"
 #include "engine/store/element_map.h"
 #include "hli/sync.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 static bool fetch_phase(struct engine *engine);

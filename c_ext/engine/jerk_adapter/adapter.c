@@ -18,7 +18,7 @@
 #include "engine/path/technology_counts.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 typedef struct conditions {
     struct techno_counts done, done_again;

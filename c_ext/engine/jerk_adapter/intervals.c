@@ -7,7 +7,7 @@
 #include "engine/path/piece.h"
 #include "engine/path/piece_curve.h"
 #include "engine/state/state.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 static void derivatives(const struct engine *engine,

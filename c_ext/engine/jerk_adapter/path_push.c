@@ -6,7 +6,7 @@
 #include "engine/jerk_adapter/tuning.h"
 #include "engine/path/stands.h"
 #include "engine/state/state.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 /* A corner that could only be crept through is stood at. */
 static bool sharp(const engine_config *cfg, const struct piece *piece) {

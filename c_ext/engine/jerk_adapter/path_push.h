@@ -3,7 +3,7 @@
 #ifndef ENGINE_JERK_ADAPTER_PATH_PUSH_H
 #define ENGINE_JERK_ADAPTER_PATH_PUSH_H
 #include "engine/state/state.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 bool adapter_stands_behind(struct engine *engine, uint64_t i);
 

@@ -16,7 +16,7 @@
 #include "engine/path/speed_caps.h"
 #include "engine/state/state.h"
 #include "hli/sync.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 #include "rows/nc_block.h"
 
 #define BUFFERS 3u

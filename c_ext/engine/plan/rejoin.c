@@ -16,7 +16,7 @@
 #include "engine/commit/planner.h"
 #include "engine/state/state.h"
 #include "engine/state/tuning.h"
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 typedef struct place {
     uint32_t phase;        /* of the tail */

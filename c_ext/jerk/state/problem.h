@@ -8,7 +8,7 @@
 #ifndef JERK_PROBLEM_H
 #define JERK_PROBLEM_H
 #include <stdbool.h>
-#include "jerk/planner.h"
+#include "jerk/state/api.h"
 
 #define LANES 4
 typedef double vec __attribute__((vector_size(32)));
