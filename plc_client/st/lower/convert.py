@@ -295,7 +295,7 @@ def _check_whole(
     if value.constant is not None:
         fits = base.low <= value.constant <= base.high
         bits = (1 << base.bits) - 1
-        if not fits and not (value.weak and 0 <= value.constant <= bits):
+        if not fits and not (value.exact and 0 <= value.constant <= bits):
             if value.weak:
                 text = f"{value.constant} does not fit {base}"
                 text += f", which holds {base.low}..{base.high}"

@@ -68,7 +68,9 @@ def _literal(context: Context, node: tree.Literal) -> Value:
         number = literals.whole(text, pos)
         if number > types.ULINT.high:
             raise StopHere(TYPE, f"{text} has more than 64 bits", pos)
-        return constant(literals.whole_type(number), number, True)
+        found = constant(literals.whole_type(number), number, True)
+        found.exact = node.kind == "BASED"
+        return found
     if node.kind == "REAL":
         return constant(types.LREAL, float(text.replace("_", "")), True)
     if node.kind in ("STRING", "WSTRING"):

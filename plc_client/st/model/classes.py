@@ -72,7 +72,11 @@ class Routine:
     @property
     def label(self) -> str:
         """The name for reports: ``FB.Method``."""
-        return f"{self.owner.name}.{self.name}" if self.owner else self.name
+        if self.owner is None:
+            return self.name
+        if self.pou.kind == "body":
+            return self.owner.name
+        return f"{self.owner.name}.{self.name}"
 
     def of(self, *sections: str) -> list[Variable]:
         """Variables of these sections in order."""

@@ -130,7 +130,7 @@ class _Recovery:
             return self._unknown_character(error)
         token: Token = error.token  # type: ignore[attr-defined]
         accepts: set[str] = set(getattr(error, "accepts", None) or ())
-        accepts |= set(getattr(error, "expected", None) or ())
+        accepts = accepts or set(getattr(error, "expected", None) or ())
         if token.type == "$END":
             text, pos = "the text ends too early", self._last_place()
         else:
