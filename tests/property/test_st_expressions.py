@@ -47,9 +47,7 @@ class _Random:
             sign = "+"
         return f"({left} {sign} {right})", self._computed(sign, a, b)
 
-    def _computed(
-        self, sign: str, a: np.generic, b: np.generic
-    ) -> np.generic:
+    def _computed(self, sign: str, a: np.generic, b: np.generic) -> np.generic:
         x, y = int(a), int(b)
         results = {
             "+": lambda: x + y,

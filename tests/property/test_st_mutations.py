@@ -15,10 +15,41 @@ SOURCES = sorted(GOLDEN.glob("*.st"))
 MUTATIONS = 500
 ROUNDS = 10
 _TOKEN = re.compile(r"\w+|'[^']*'|\s+|:=|=>|\.\.|[^\w\s]")
-_WORDS = (
-    "END_IF THEN IF FOR ; ( ) [ ] := => ^ . .. , : VAR END_VAR TYPE 0 16#G "
-    "nowhere TRUE 'text' REAL STRING ARRAY POINTER THIS SUPER^ EXTENDS NOT -"
-).split()
+_WORDS = [
+    "END_IF",
+    "THEN",
+    "IF",
+    "FOR",
+    ";",
+    "(",
+    ")",
+    "[",
+    "]",
+    ":=",
+    "=>",
+    "^",
+    ".",
+    "..",
+    ",",
+    ":",
+    "VAR",
+    "END_VAR",
+    "TYPE",
+    "0",
+    "16#G",
+    "nowhere",
+    "TRUE",
+    "'text'",
+    "REAL",
+    "STRING",
+    "ARRAY",
+    "POINTER",
+    "THIS",
+    "SUPER^",
+    "EXTENDS",
+    "NOT",
+    "-",
+]  # noqa: E501
 
 
 def mutated(text: str, seed: int) -> str:

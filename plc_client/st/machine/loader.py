@@ -27,7 +27,7 @@ class _Trap(ctypes.Structure):
     ]
 
 
-class StTrap(PlcError):
+class StTrap(PlcError):  # noqa: N818 (the word of the trade)
     """A program did what it must not: the text names POU, line and values."""
 
 
@@ -172,4 +172,6 @@ class StProgram:
         for known, rows in self.description["lists"].items():
             if known.upper() == key:
                 return ListView(self.memory, known, rows)
-        raise KeyError(f"no program {name}; there are {', '.join(self.names())}")
+        raise KeyError(
+            f"no program {name}; there are {', '.join(self.names())}"
+        )

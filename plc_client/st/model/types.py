@@ -390,7 +390,7 @@ def c_type(type_: Type) -> str:
     return base.c if isinstance(base, Elementary) else "st_ptr"
 
 
-def same(left: Type, right: Type) -> bool:
+def same(left: Type, right: Type) -> bool:  # noqa: PLR0911
     """Whether two types hold the same in the same way."""
     if left is right:
         return True

@@ -44,7 +44,7 @@ def _parser() -> tuple[Lark, Builder]:
         parser="lalr",
         lexer="contextual",
         transformer=builder,
-        postlex=Keywords(),  # type: ignore[arg-type]
+        postlex=Keywords(),
         maybe_placeholders=False,
         start=["unit", "head", "body", "accessor"],
     )
@@ -78,7 +78,7 @@ def _run(lark: Lark, unit: Unit, failed: _Recovery) -> Any:
     return None if failed.count else tree
 
 
-class _GiveUp(Exception):
+class _GiveUp(Exception):  # noqa: N818
     pass
 
 
@@ -148,9 +148,10 @@ class _Recovery:
     def _last_place(self) -> Position:
         lines = self._origin.lines
         number = self._origin.first_line + len(lines) - 1
-        while number > self._origin.first_line and not lines[
-            number - self._origin.first_line
-        ].strip():
+        while (
+            number > self._origin.first_line
+            and not lines[number - self._origin.first_line].strip()
+        ):
             number -= 1
         return number, max(len(self._origin.source_line(number)), 1)
 

@@ -63,4 +63,9 @@ def test_refused_constructs_are_named() -> None:
     found = check({"new.st": source})
     assert found.log.errors[0].code == REFUSED
     row = found.as_json()["refused"][0]
-    assert row == {"pou": "MAIN", "construct": "__NEW", "file": "new.st", "line": 3}
+    assert row == {
+        "pou": "MAIN",
+        "construct": "__NEW",
+        "file": "new.st",
+        "line": 3,
+    }

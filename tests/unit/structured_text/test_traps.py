@@ -7,9 +7,11 @@ import pytest
 from plc_client.st import build
 from plc_client.st.machine.loader import StProgram, StTrap
 
-HEAD = """PROGRAM MAIN
-VAR i : INT := 9; a : ARRAY [0..3] OF INT; p : POINTER TO INT; r : REFERENCE TO INT; x : REAL; s : INT (0..5); d : DINT; END_VAR
-"""
+HEAD = (
+    "PROGRAM MAIN\nVAR i : INT := 9; a : ARRAY [0..3] OF INT;"
+    " p : POINTER TO INT; r : REFERENCE TO INT; x : REAL;"
+    " s : INT (0..5); d : DINT; END_VAR\n"
+)
 CASES = [
     ("a[i] := 1;", "index 9 is outside of 0..3"),
     ("p^ := 1;", "p is null"),
